@@ -1,0 +1,13 @@
+from ._version import __version__ as __version__
+from .result import Mission as Mission
+from .result import Result as Result
+from .result import Status as Status
+from .result import Trajectory as Trajectory
+from .result import Violation as Violation
+from .scenario import UAV as UAV
+from .scenario import Bounds as Bounds
+from .scenario import Box as Box
+from .scenario import Lattice as Lattice
+from .scenario import Objective as Objective
+from .scenario import Scenario as Scenario
+from .scenario import Target as Target

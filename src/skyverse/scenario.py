@@ -1,0 +1,218 @@
+"""All that is given: space, obstacles, UAVs and their limits, targets, objective. Frozen and validated.
+
+SI units throughout; positions are local east-north-up metres, with an optional WGS84 origin in the frame.
+"""
+
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0)]
+NonNegative = Annotated[Number, Field(ge=0)]
+
+
+def _listed(value: object) -> object:
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+Point = Annotated[tuple[Number, Number, Number], BeforeValidator(_listed)]
+"""x, y, z in metres; a numpy array of three is accepted."""
+Steps = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_listed)]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class _Extent(_Model):
+    min: Point
+    max: Point
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        for axis, low, high in zip("xyz", self.min, self.max, strict=True):
+            if not low < high:
+                raise ValueError(f"min must be below max on every axis, but {axis} runs from {low:g} to {high:g}")
+        return self
+
+
+class Bounds(_Extent):
+    """The closed box that every UAV stays in: ``min`` and ``max`` corner, metres."""
+
+
+class Box(_Extent):
+    """An axis-aligned obstacle: ``min`` and ``max`` corner, metres."""
+
+    shape: Literal["box"] = "box"
+
+
+Obstacle = Box  # cylinder, polygon prism, terrain, voxels: further members of this union, told apart by `shape`
+
+
+class Lattice(_Model):
+    """The nodes that lattice planners walk on: ``bounds.min + i * step``, both ends included.
+
+    Attributes
+    ----------
+    step
+        Metres between neighbouring nodes, one number an axis.
+    connectivity
+        6 (along the axes) or 26 (diagonals too, without cutting corners).
+    """
+
+    step: Steps
+    connectivity: Literal[6, 26] = 6
+
+
+class Objective(_Model):
+    """C = fuel * C_fuel + divergence * C_divergence + end * C_end (thesis, equation 3.4).
+
+    Attributes
+    ----------
+    fuel
+        Weight alpha_1 of the path itself, counted in `unit` (equation 3.2).
+    divergence
+        Weight alpha_2 of a turn: a non-zero cross product of consecutive steps.
+    end
+        Weight alpha_3 of a metre between the path's end and the goal (equation 3.3).
+    unit
+        ``"nodes"`` counts the path's nodes, start included, as the thesis does; ``"metres"`` its length.
+    """
+
+    fuel: NonNegative = 1.0
+    divergence: NonNegative = 0.0
+    end: NonNegative = 100.0
+    unit: Literal["nodes", "metres"] = "nodes"
+
+    @model_validator(mode="after")
+    def _priced(self) -> Self:
+        if self.fuel == 0:
+            raise ValueError("fuel must be above 0, or a path that wanders for ever costs nothing")
+        return self
+
+
+PRESETS = {
+    "thesis": Objective(fuel=1, divergence=0, end=100, unit="nodes"),
+    "turns": Objective(fuel=1, divergence=0.3, end=80, unit="nodes"),
+}
+"""Objectives by name: the published experiments' weights, and a sibling study's that prices turns."""
+
+
+def _preset(value: object) -> object:
+    if isinstance(value, str):
+        if value not in PRESETS:
+            raise ValueError(f"no objective is called {value!r}; there are {', '.join(PRESETS)}, or give the weights")
+        return PRESETS[value]
+    return value
+
+
+class UAV(_Model):
+    """One vehicle: where it starts and what it can do.
+
+    Attributes
+    ----------
+    name
+        Unique in its scenario; ``uav-1``, ``uav-2`` ... when left out.
+    start
+        Metres.
+    max_speed, max_acceleration
+        Limits on the norm of velocity (m/s) and of acceleration (m/s^2).
+    separation
+        The distance in metres that other UAVs must keep; of two UAVs the larger counts.
+    """
+
+    name: str = ""
+    start: Point
+    max_speed: Positive = 5.0
+    max_acceleration: Positive = 3.5
+    separation: NonNegative = 0.5
+
+
+class Target(_Model):
+    """A place that some UAV must reach: ``position`` in metres, and a name (``target-1`` ... when left out)."""
+
+    name: str = ""
+    position: Point
+
+
+class Origin(_Model):
+    """Where the local frame's zero lies: WGS84 degrees, and metres above mean sea level."""
+
+    latitude: Annotated[Number, Field(ge=-90, le=90)]
+    longitude: Annotated[Number, Field(ge=-180, le=180)]
+    altitude: Number
+
+
+class Frame(_Model):
+    """How positions are to be read: local east-north-up metres (``"enu"``), at ``origin`` where one is known."""
+
+    axes: Literal["enu"] = "enu"
+    origin: Origin | None = None
+
+
+def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
+    named = tuple(
+        thing if thing.name else thing.model_copy(update={"name": f"{kind}-{number}"})
+        for number, thing in enumerate(things, 1)
+    )
+    names = [thing.name for thing in named]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"names must differ, but {name!r} stands {names.count(name)} times")
+    return named
+
+
+class Scenario(_Model):
+    """All that is given. Every field is validated; unknown keys are refused.
+
+    Attributes
+    ----------
+    clearance
+        Every obstacle is grown by this many metres on every side; what is inside a grown obstacle is unsafe.
+    objective
+        The weights, or the name of a preset: ``"thesis"`` or ``"turns"``.
+    """
+
+    format: Literal["skyverse/scenario/1"] = "skyverse/scenario/1"
+    name: Annotated[str, Field(min_length=1)]
+    description: str = ""
+    bounds: Bounds
+    obstacles: tuple[Obstacle, ...] = ()
+    clearance: NonNegative
+    lattice: Lattice
+    objective: Annotated[Objective, BeforeValidator(_preset, json_schema_input_type=Objective | Literal["thesis", "turns"])] = (
+        PRESETS["thesis"]
+    )
+    uavs: tuple[UAV, ...] = ()
+    targets: tuple[Target, ...] = ()
+    frame: Frame = Frame()
+
+    @field_validator("uavs")
+    @classmethod
+    def _name_uavs(cls, uavs: tuple[UAV, ...]) -> tuple[UAV, ...]:
+        return _named(uavs, "uav")
+
+    @field_validator("targets")
+    @classmethod
+    def _name_targets(cls, targets: tuple[Target, ...]) -> tuple[Target, ...]:
+        return _named(targets, "target")
+
+    @model_validator(mode="after")
+    def _lattice_fits(self) -> Self:
+        nodes = 1.0
+        for axis, low, high, step in zip("xyz", self.bounds.min, self.bounds.max, self.lattice.step, strict=True):
+            if step > high - low:
+                raise ValueError(f"lattice.step is {step:g} m along {axis}, longer than the bounds' {high - low:g} m")
+            nodes *= (high - low) / step + 1
+        if nodes > MAX_NODES:
+            raise ValueError(
+                f"lattice.step {self.lattice.step} makes {nodes:.3g} nodes, above the {MAX_NODES:.3g} that can be "
+                "searched; take longer steps or smaller bounds"
+            )
+        return self
+
+
+MAX_NODES = 5e8

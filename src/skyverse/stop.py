@@ -1,0 +1,182 @@
+"""When a run ends: stateless rules over counted progress; ``a | b`` ends at whichever comes first."""
+
+import math
+import threading
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a run stands.
+
+    Attributes
+    ----------
+    iterations, generated_paths, generated_nodes, evaluations
+        Done so far.
+    seconds
+        Wall-clock seconds since the run began.
+    cost
+        The best so far.
+    """
+
+    iterations: int = 0
+    generated_paths: int = 0
+    generated_nodes: int = 0
+    evaluations: int = 0
+    seconds: float = 0.0
+    cost: float = math.inf
+
+
+class Stop:
+    """A rule that ends a run.
+
+    Counted rules also tell how much of their budget is spent, which is what schedules (WEP, TDR) follow;
+    a clock or an event may end a run but never steers it, so that a seed gives one answer on every machine.
+    """
+
+    def met(self, progress: Progress) -> str | None:
+        """Return the name of the rule that ends the run here, or ``None``."""
+        raise NotImplementedError
+
+    def spent(self, progress: Progress) -> float | None:
+        """Return the share of the counted budget that is spent, or ``None`` where nothing is counted."""
+        return None
+
+    def limit(self, counter: str) -> float:
+        """Return the most that `counter`, a field of `Progress`, may reach."""
+        return math.inf
+
+    def __or__(self, other: "Stop") -> "Stop":
+        return Either(self, other)
+
+
+@dataclass(frozen=True)
+class Either(Stop):
+    """Ends at whichever of two rules comes first."""
+
+    first: Stop
+    second: Stop
+
+    def met(self, progress: Progress) -> str | None:
+        """Return the name of the rule that ends the run here, or ``None``."""
+        return self.first.met(progress) or self.second.met(progress)
+
+    def spent(self, progress: Progress) -> float | None:
+        """Return the larger share."""
+        shares = [s for s in (self.first.spent(progress), self.second.spent(progress)) if s is not None]
+        return max(shares, default=None)
+
+    def limit(self, counter: str) -> float:
+        """Return the smaller limit."""
+        return min(self.first.limit(counter), self.second.limit(counter))
+
+    def __repr__(self) -> str:
+        return f"{self.first!r} | {self.second!r}"
+
+
+class _Counted(Stop):
+    _counter = ""
+
+    def __init__(self, most: int) -> None:
+        if isinstance(most, bool) or most != int(most) or most < 1:
+            raise ValueError(f"{type(self).__name__} takes a whole number from 1 on, not {most!r}")
+        self.most = int(most)
+
+    def met(self, progress: Progress) -> str | None:
+        """Return the rule's name once the counter has reached its limit."""
+        return type(self).__name__ if getattr(progress, self._counter) >= self.most else None
+
+    def spent(self, progress: Progress) -> float | None:
+        """Return the counter's share of its limit, at most 1."""
+        return min(1.0, getattr(progress, self._counter) / self.most)
+
+    def limit(self, counter: str) -> float:
+        """Return the rule's own limit for its own counter."""
+        return self.most if counter == self._counter else math.inf
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.most})"
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.__dict__ == other.__dict__
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.most))
+
+
+class MaxIterations(_Counted):
+    """End after so many iterations."""
+
+    _counter = "iterations"
+
+
+class MaxPaths(_Counted):
+    """End after so many generated paths; the fairest budget between metaheuristics that share a generator."""
+
+    _counter = "generated_paths"
+
+
+class MaxNodes(_Counted):
+    """End once so many nodes were generated; the walk that crosses the line is finished."""
+
+    _counter = "generated_nodes"
+
+
+class MaxEvaluations(_Counted):
+    """End after so many objective values."""
+
+    _counter = "evaluations"
+
+
+@dataclass(frozen=True)
+class MaxSeconds(Stop):
+    """End after so many seconds of wall clock, at the end of an iteration."""
+
+    seconds: float
+
+    def __post_init__(self) -> None:
+        if not self.seconds > 0:
+            raise ValueError(f"MaxSeconds takes a number above 0, not {self.seconds!r}")
+
+    def met(self, progress: Progress) -> str | None:
+        """Return the rule's name once the time is up."""
+        return "MaxSeconds" if progress.seconds >= self.seconds else None
+
+    def __repr__(self) -> str:
+        return f"MaxSeconds({self.seconds:g})"
+
+
+@dataclass(frozen=True)
+class TargetCost(Stop):
+    """End as soon as the best cost is at most `cost`."""
+
+    cost: float
+
+    def met(self, progress: Progress) -> str | None:
+        """Return the rule's name once the cost is reached."""
+        return "TargetCost" if progress.cost <= self.cost else None
+
+    def __repr__(self) -> str:
+        return f"TargetCost({self.cost:g})"
+
+
+@dataclass(frozen=True)
+class Cancelled(Stop):
+    """End as soon as somebody sets the event (a key, a signal, another thread)."""
+
+    event: threading.Event
+
+    def met(self, progress: Progress) -> str | None:
+        """Return the rule's name once the event is set."""
+        return "Cancelled" if self.event.is_set() else None
+
+    def __repr__(self) -> str:
+        return "Cancelled()"
+
+
+class OnIteration(Protocol):
+    """Called after every iteration, for progress bars and live pictures."""
+
+    def __call__(self, progress: Progress, /) -> None:
+        """Take note of the progress."""
