@@ -104,9 +104,9 @@ _SENTENCES = {
     Status.INCOMPLETE: "The best path found ends short of the target; give a larger budget, or try AStar.",
     Status.NO_PATH: "No path joins start and target on this lattice; try a finer step or a smaller clearance.",
     Status.START_SHUT_IN: "No move leads away from the start; try a finer step, a smaller clearance or another start.",
-    Status.START_UNSAFE: "The start, or the way from it to the lattice, is within the clearance of an obstacle; move it.",
+    Status.START_UNSAFE: "The start, or the way from it to the lattice, is too close to an obstacle; move it.",
     Status.START_OUT_OF_BOUNDS: "The start lies outside the bounds; move it or widen them.",
-    Status.TARGET_UNSAFE: "The target, or the way to it from the lattice, is within the clearance of an obstacle; move it.",
+    Status.TARGET_UNSAFE: "The target, or the way to it from the lattice, is too close to an obstacle; move it.",
     Status.TARGET_OUT_OF_BOUNDS: "The target lies outside the bounds; move it or widen them.",
     Status.NOT_PLANNED: "The run was interrupted before this UAV's turn; plan again.",
 }
@@ -175,7 +175,7 @@ class Result(_Record):
     bound
         What every complete path on the same lattice costs at least (the exact optimum), ``None`` where unknown.
     start, goal
-        (3,) metres: the lattice nodes that the path was to join.
+        (3,) metres: the lattice nodes that the path was to join; the UAV's start and its target where there is no path.
     effort, seconds, history
         What it took; `seconds` are wall-clock seconds of the search alone.
     stopped_by
@@ -260,6 +260,7 @@ class Trajectory(_Record):
 class Fault(Enum):
     """What the referee can find wrong."""
 
+    SCENARIO = "scenario"
     ASSIGNMENT = "assignment"
     STATUS = "status"
     PATH_SHAPE = "path shape"

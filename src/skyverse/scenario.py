@@ -183,9 +183,9 @@ class Scenario(_Model):
     obstacles: tuple[Obstacle, ...] = ()
     clearance: NonNegative
     lattice: Lattice
-    objective: Annotated[Objective, BeforeValidator(_preset, json_schema_input_type=Objective | Literal["thesis", "turns"])] = (
-        PRESETS["thesis"]
-    )
+    objective: Annotated[
+        Objective, BeforeValidator(_preset, json_schema_input_type=Objective | Literal["thesis", "turns"])
+    ] = PRESETS["thesis"]
     uavs: tuple[UAV, ...] = ()
     targets: tuple[Target, ...] = ()
     frame: Frame = Frame()

@@ -89,7 +89,7 @@ class _Counted(Stop):
 
     def spent(self, progress: Progress) -> float | None:
         """Return the counter's share of its limit, at most 1."""
-        return min(1.0, getattr(progress, self._counter) / self.most)
+        return min(1.0, float(getattr(progress, self._counter)) / self.most)
 
     def limit(self, counter: str) -> float:
         """Return the rule's own limit for its own counter."""

@@ -1,0 +1,92 @@
+"""The objective's terms, one kernel each (thesis, equations 3.2 to 3.4), over lattice paths given as nodes."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.scenario import Objective
+from skyverse.space.lattice import Grid, position
+
+Path = NDArray[np.signedinteger[Any]]
+"""Node numbers, (n,)."""
+
+
+class Pricing(NamedTuple):
+    """An objective compiled for one lattice; every number is weighted.
+
+    Attributes
+    ----------
+    steps
+        (8,) the price of a move by the axes that it changes, ``ex + 2 ey + 4 ez``.
+    first
+        The price of the path's first node.
+    turn, end
+        The price of a turn, and of a metre between path's end and goal.
+    """
+
+    steps: Floats
+    first: float
+    turn: float
+    end: float
+
+
+def make_pricing(objective: Objective, step: Floats) -> Pricing:
+    """Compile an objective's weights for a lattice with these metres per step, (3,)."""
+    axes = [(e & 1, (e >> 1) & 1, e >> 2) for e in range(8)]
+    lengths = [math.hypot(*(a * s for a, s in zip(used, step, strict=True))) for used in axes]
+    by_nodes = objective.unit == "nodes"
+    steps = np.array([objective.fuel * (1.0 if by_nodes else length) for length in lengths])
+    steps[0] = 0.0
+    return Pricing(steps, objective.fuel if by_nodes else 0.0, objective.divergence, objective.end)
+
+
+@kernel
+def _moved(grid: Grid, a: int, b: int) -> tuple[int, int, int]:
+    ny, nz = grid.shape[1], grid.shape[2]
+    return b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
+
+
+@kernel
+def fuel(grid: Grid, pricing: Pricing, nodes: Path) -> float:
+    """Return alpha_1 C_fuel, equation 3.2: the path's nodes, start included, or its length."""
+    if pricing.steps[1] == pricing.steps[7] and pricing.first > 0.0:
+        return pricing.first * len(nodes)
+    total = pricing.first
+    for i in range(1, len(nodes)):
+        dx, dy, dz = _moved(grid, nodes[i - 1], nodes[i])
+        total += pricing.steps[abs(dx) + 2 * abs(dy) + 4 * abs(dz)]
+    return total
+
+
+@kernel
+def divergence(grid: Grid, pricing: Pricing, nodes: Path) -> float:
+    """Return alpha_2 C_divergence: the number of non-zero cross products of consecutive steps."""
+    turns = 0
+    if pricing.turn > 0.0 and len(nodes) > 2:
+        ax, ay, az = _moved(grid, nodes[0], nodes[1])
+        for i in range(2, len(nodes)):
+            bx, by, bz = _moved(grid, nodes[i - 1], nodes[i])
+            if ay * bz != az * by or az * bx != ax * bz or ax * by != ay * bx:
+                turns += 1
+            ax, ay, az = bx, by, bz
+    return pricing.turn * turns
+
+
+@kernel
+def end(grid: Grid, pricing: Pricing, nodes: Path, goal: int) -> float:
+    """Return alpha_3 C_end, equation 3.3: the Euclidean metres from the path's end to the goal."""
+    last = nodes[-1]
+    if last == goal:
+        return 0.0
+    a, b = position(grid, last), position(grid, goal)
+    return pricing.end * math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@kernel
+def total(grid: Grid, pricing: Pricing, nodes: Path, goal: int) -> float:
+    """Return C, equation 3.4."""
+    return fuel(grid, pricing, nodes) + divergence(grid, pricing, nodes) + end(grid, pricing, nodes, goal)

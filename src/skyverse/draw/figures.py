@@ -1,0 +1,147 @@
+"""A mission as still figures: paths in the map, trajectories, three instants of the flight, convergence."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skyverse.draw.scene import Curve, Scene, scene
+from skyverse.draw.stage import DASHES, GRID, INK, blank, ends, legend, line, plain, ring, stage, uav
+from skyverse.draw.write import atomically
+from skyverse.result import Mission
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DOTS_PER_INCH = 160
+
+
+def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> list[Path]:
+    """Write the still figures of `mission` into `folder`, which must exist, and return their paths.
+
+    There are ``paths``; where any UAV flies, ``trajectories`` and ``flight-start``, ``flight-middle`` and
+    ``flight-end`` (at zero, at half and at all of the makespan); and ``convergence`` where a search kept its
+    history.
+
+    Parameters
+    ----------
+    suffix
+        ``".png"``, ``".svg"`` or ``".pdf"``.
+
+    Raises
+    ------
+    ValueError
+        For another suffix.
+    OSError
+        Where the folder does not exist or a file cannot be written.
+    """
+    if suffix not in (".png", ".svg", ".pdf"):
+        raise ValueError(f"figures are written as .png, .svg or .pdf, not as {suffix!r}")
+    drawn = scene(mission)
+    written = []
+    for name, draw in _wanted(drawn):
+        path = Path(folder) / f"{name}{suffix}"
+        atomically(path, lambda beside, draw=draw: _save(draw(), beside))  # type: ignore[misc]
+        written.append(path)
+    return written
+
+
+def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
+    makespan = drawn.totals.makespan
+    wanted: list[tuple[str, Callable[[], Figure]]] = [("paths", lambda: paths(drawn))]
+    if makespan is not None:
+        wanted += [
+            ("trajectories", lambda: trajectories(drawn)),
+            ("flight-start", lambda: instant(drawn, 0.0)),
+            ("flight-middle", lambda: instant(drawn, makespan / 2)),
+            ("flight-end", lambda: instant(drawn, makespan)),
+        ]
+    if drawn.curves:
+        wanted.append(("convergence", lambda: convergence(drawn)))
+    return wanted
+
+
+def _save(figure: "Figure", path: Path) -> None:
+    figure.savefig(path, dpi=DOTS_PER_INCH, facecolor="white")
+
+
+def paths(drawn: Scene) -> "Figure":
+    """Return the figure of the paths in the map."""
+    figure, axes = stage(drawn, "path" if len(drawn.tracks) == 1 else "paths")
+    for track in drawn.tracks:
+        line(axes, track, track.path, width=2.0)
+        ends(axes, track)
+    legend(figure, drawn)
+    return figure
+
+
+def trajectories(drawn: Scene) -> "Figure":
+    """Return the figure of the trajectories, paths thin beneath, rings around the referee's findings."""
+    figure, axes = stage(drawn, "trajectory" if len(drawn.tracks) == 1 else "trajectories")
+    for track in drawn.tracks:
+        line(axes, track, track.path, width=0.8, alpha=0.55)
+        line(axes, track, track.positions, width=2.4)
+        ends(axes, track)
+    for finding in drawn.findings:
+        ring(axes, finding)
+    legend(figure, drawn)
+    return figure
+
+
+def instant(drawn: Scene, t: float) -> "Figure":
+    """Return the figure of the fleet at `t` seconds, with the trails that it has flown."""
+    figure, axes = stage(drawn, f"t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s")
+    for track in drawn.tracks:
+        line(axes, track, track.positions, width=0.9, alpha=0.5)
+        line(axes, track, track.flown(t), width=2.6)
+        ends(axes, track)
+        uav(axes, track, track.at(t))
+    legend(figure, drawn)
+    return figure
+
+
+def convergence(drawn: Scene) -> "Figure":
+    """Return the figure of the best cost so far, against iterations and against generated paths."""
+    rows = -(-len(drawn.curves) // 8)
+    height = 4.4 + 0.23 * rows
+    figure = blank(10.0, height)
+    both: Any = figure.subplots(1, 2, sharey=True)
+    for axes, over in zip(both, ("iterations", "generated paths"), strict=True):
+        for curve in drawn.curves:
+            _curve(axes, curve, curve.iterations if over == "iterations" else curve.generated_paths)
+        axes.set_xlabel(over)
+        axes.grid(color=GRID)
+        axes.spines[["top", "right"]].set_visible(False)
+    costs = np.concatenate([curve.cost for curve in drawn.curves])
+    costs = costs[np.isfinite(costs) & (costs > 0)]
+    if len(costs) and costs.max() > 12 * costs.min():
+        _decades(both[0])
+    both[0].set_ylabel("best cost so far")
+    dashed = any(curve.bound is not None for curve in drawn.curves)
+    heading = f"{plain(drawn.title)}: convergence{' (dashed: the exact optimum)' if dashed else ''}"
+    figure.suptitle(heading, fontsize=12, color=INK, y=1 - 0.2 / height)
+    figure.subplots_adjust(
+        left=0.08, right=0.98, top=1 - 0.55 / height, bottom=(0.75 + 0.23 * rows) / height, wspace=0.06
+    )
+    lines = both[0].get_lines()
+    names = [plain(curve.name) for curve in drawn.curves]
+    figure.legend(lines, names, loc="lower center", ncols=min(8, len(names)), frameon=False, fontsize=9)
+    return figure
+
+
+def _curve(axes: Any, curve: Curve, x: Any) -> None:
+    cost = np.where(np.isfinite(curve.cost), curve.cost, np.nan)
+    dash = DASHES[curve.lap % len(DASHES)]
+    axes.step(x, cost, where="post", color=curve.colour, linestyle=dash, linewidth=1.8)
+    if curve.bound is not None:
+        axes.hlines(curve.bound, x[0], x[-1], color=curve.colour, linestyles=(0, (4, 3)), linewidth=1.1)
+
+
+def _decades(axes: Any) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())

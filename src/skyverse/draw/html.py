@@ -1,0 +1,162 @@
+"""A mission as one web page that works offline: flight in 3-D, convergence, costs and gaps, verdict."""
+
+import json
+import math
+import re
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from skyverse.draw import table
+from skyverse.draw.scene import Finding, Scene, scene
+from skyverse.draw.traces import flat, in_space, of_search
+from skyverse.draw.write import atomically
+from skyverse.result import Mission
+
+SHOWN_FINDINGS = 200
+SLIDER_STEPS = 250
+
+
+def write_html(mission: Mission, path: Path) -> None:
+    """Write `mission` as one self-contained page.
+
+    Raises
+    ------
+    OSError
+        Where the folder does not exist or the file cannot be written.
+    """
+    text = page(scene(mission))
+    atomically(Path(path), lambda beside: _write(beside, text))
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def page(scene: Scene) -> str:
+    """Return the page of `scene`; every string of the user's is escaped."""
+    from plotly.offline import get_plotlyjs
+
+    here = files("skyverse.draw")
+    parts = {
+        "title": escape(scene.title),
+        "description": escape(scene.description),
+        "tiles": table.tiles(scene),
+        "banner": banner(scene),
+        "table": table.table(scene),
+        "footer": footer(scene),
+        "data": embedded(_data(scene)),
+        "css": here.joinpath("page.css").read_text("utf-8"),
+        "js": here.joinpath("page.js").read_text("utf-8"),
+        "plotly": get_plotlyjs(),
+    }
+    template = here.joinpath("page.html").read_text("utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
+
+
+def embedded(data: Any) -> str:
+    """Return JSON that no text in it can break out of a script element."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=True)
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def _data(scene: Scene) -> dict[str, Any]:
+    makespan = scene.totals.makespan or 0.0
+    corners = [scene.bounds.min, scene.bounds.max, *(track.start for track in scene.tracks)]
+    corners += [track.target for track in scene.tracks if track.target is not None]
+    corners += [position for _, position in scene.spare_targets]
+    return {
+        "space": in_space(scene),
+        "search": of_search(scene),
+        "extent": [[pick(corner[axis] for corner in corners) for axis in range(3)] for pick in (min, max)],
+        "makespan": makespan,
+        "step": slider_step(makespan),
+        "tracks": [
+            {
+                "name": track.name,
+                "colour": track.colour,
+                "start": list(track.start),
+                "times": flat(track.times),
+                "positions": [flat(track.positions[:, axis]) for axis in range(3)],
+            }
+            for track in scene.tracks
+        ],
+    }
+
+
+def slider_step(makespan: float) -> float:
+    """Return a round number of seconds that divides the flight into about `SLIDER_STEPS` steps."""
+    if makespan <= 0:
+        return 1.0
+    raw = makespan / SLIDER_STEPS
+    decade = 10.0 ** math.floor(math.log10(raw))
+    return float(next(f"{n * decade:.3g}" for n in (1, 2, 5, 10) if n * decade >= raw * (1 - 1e-9)))
+
+
+def banner(scene: Scene) -> str:
+    """Return the referee's verdict, then what is missing from the mission."""
+    found = scene.findings
+    if not found:
+        verdict = _card("good", "✓", "The referee found nothing wrong.", _what_was_judged(scene))
+    else:
+        tone = "bad" if any(finding.severity == "error" for finding in found) else "warn"
+        things = "1 thing" if len(found) == 1 else f"{len(found):,} things"
+        lines = "".join(_line(finding) for finding in found[:SHOWN_FINDINGS])
+        rest = len(found) - SHOWN_FINDINGS
+        more = f"<p>… and {rest:,} more in the mission's file.</p>" if rest > 0 else ""
+        verdict = _card(
+            tone,
+            "✕" if tone == "bad" else "!",
+            f"The referee found {things} wrong.",
+            f"<ul>{lines}</ul>{more}",
+        )
+    if scene.interrupted:
+        verdict += _card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
+    if scene.notes:
+        lines = "".join(f"<li>{escape(note)}</li>" for note in scene.notes)
+        if scene.complete:
+            verdict += _card("note", "i", "Some UAVs have no target.", f"<ul>{lines}</ul>")
+        else:
+            verdict += _card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
+    return verdict
+
+
+def _what_was_judged(scene: Scene) -> str:
+    flights = sum(track.arrival is not None for track in scene.tracks)
+    if flights == 0:
+        return "<p>There are no trajectories; it judged the paths alone.</p>"
+    things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
+    return f"<p>It judged {things}, not only the paths.</p>"
+
+
+def _card(tone: str, sign: str, heading: str, body: str) -> str:
+    return (
+        f'<section class="verdict {tone}"><span class="sign" aria-hidden="true">{sign}</span>'
+        f"<div><h2>{heading}</h2>{body}</div></section>"
+    )
+
+
+def _line(finding: Finding) -> str:
+    parts = [f'<span class="kind">{escape(finding.kind)}</span>']
+    if finding.uavs:
+        parts.append(f"<b>{escape(', '.join(finding.uavs))}</b>")
+    parts.append(escape(finding.message))
+    if finding.time is not None and math.isfinite(finding.time):
+        t = finding.time
+        parts.append(f'<button type="button" class="jump" data-time="{t:.6g}">show t = {t:.2f} s</button>')
+    return f'<li class="{finding.severity}">{" ".join(parts)}</li>'
+
+
+def footer(scene: Scene) -> str:
+    """Return where the answer came from: enough to make it again."""
+    made = scene.provenance
+    facts = {
+        "Scenario": scene.title,
+        "Planner": made.planner,
+        "Stop": made.stop,
+        "Seed": "none" if made.seed is None else str(made.seed),
+        "skyverse": made.skyverse,
+        "Platform": made.platform,
+    }
+    return "".join(f"<div><dt>{name}</dt><dd>{escape(fact)}</dd></div>" for name, fact in facts.items())

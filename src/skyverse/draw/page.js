@@ -1,0 +1,266 @@
+"use strict";
+(() => {
+  const $ = (id) => document.getElementById(id);
+  const data = JSON.parse($("mission").textContent);
+  const { tracks, extent, makespan } = data;
+  const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
+  const shown = tracks.map(() => true);
+  const layers = { obstacles: true, paths: true, trajectories: true, trail: true, names: tracks.length <= 12 };
+  const config = {
+    responsive: true, displaylogo: false, plotlyServerURL: "",
+    modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
+  };
+  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+  const index = (role) => data.space.findIndex((trace) => trace.meta.role === role);
+  const fleet = index("fleet"), trail = index("trail");
+  const crowded = data.space[index("edge")].x.length > 17 * 300;
+  let now = 0, playing = false, ready = false, turned = false;
+
+  // ---- where everyone is ----
+  const after = (times, t) => {
+    let low = 0, high = times.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (times[middle] <= t) low = middle + 1; else high = middle;
+    }
+    return low;
+  };
+  const at = (track, t) => {
+    const { times, positions, start } = track, n = times.length;
+    if (!n) return start;
+    const next = after(times, t);
+    if (next === 0) return positions.map((p) => p[0]);
+    if (next === n) return positions.map((p) => p[n - 1]);
+    const part = (t - times[next - 1]) / (times[next] - times[next - 1]);
+    return positions.map((p) => p[next - 1] + part * (p[next] - p[next - 1]));
+  };
+  const fleetAt = (t) => {
+    const xyz = [[], [], []];
+    tracks.forEach((track, uav) => at(track, t).forEach((value, k) => xyz[k].push(shown[uav] ? value : null)));
+    return xyz;
+  };
+  const trailAt = (t) => {
+    const xyz = [[], [], []], colours = [];
+    if (layers.trail) tracks.forEach((track, uav) => {
+      if (!shown[uav] || !track.times.length || t <= track.times[0]) return;
+      const flown = after(track.times, t);
+      track.positions.forEach((p, k) => { for (let m = 0; m < flown; m++) xyz[k].push(p[m]); });
+      at(track, t).forEach((value, k) => xyz[k].push(value, null));
+      for (let m = 0; m < flown + 2; m++) colours.push(track.colour);
+    });
+    return [xyz, colours];
+  };
+
+  // ---- the picture in space ----
+  const dress = (trace) => {
+    const role = trace.meta.role, ink = colour("ink");
+    if (role === "obstacle") Object.assign(trace, {
+      color: colour("box"), opacity: 0.17, lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.02, roughness: 1 },
+    });
+    if (role === "edge") Object.assign(trace, { line: { color: colour("edge"), width: crowded ? 1 : 1.5 }, opacity: crowded ? 0.3 : 0.75 });
+    if (role === "bounds") Object.assign(trace, { line: { color: colour("soft"), width: 1 }, opacity: 0.5 });
+    if (role === "fleet") {
+      trace.textfont = { color: ink, size: 12 };
+      trace.marker.line = { color: colour("card"), width: 1 };
+    }
+    return trace;
+  };
+  const visibility = (trace) => {
+    const { role, uav } = trace.meta;
+    if (role === "obstacle" || role === "edge") return layers.obstacles;
+    if (role === "path") return layers.paths && shown[uav];
+    if (role === "trajectory") return layers.trajectories && shown[uav];
+    if (role === "ends") return shown[uav];
+    return true;
+  };
+  const axes = () => Object.fromEntries(["x (m)", "y (m)", "z (m)"].map((title, k) => ["xyz"[k] + "axis", {
+    title: { text: title, font: { size: 12 } }, range: [extent[0][k], extent[1][k]], color: colour("soft"),
+    gridcolor: colour("grid"), zeroline: false, showbackground: false, showspikes: false, nticks: [8, 4, 3][(size[k] < Math.max(...size) / 3) + (size[k] < Math.max(...size) / 7)],
+    tickfont: { size: 11 }, tickangle: 0,
+  }]));
+  const VIEWS = { overview: [0.8, -0.36, 0.5], side: [1, 0, 0.001], front: [0, -1, 0.001], top: [0.001, 0, 1] };
+  const camera = (view) => {
+    // Along the longer horizontal side, aimed and near so that all eight corners just fit (plotly sees 45 degrees).
+    let [a, b, c] = VIEWS[view];
+    if (size[0] > size[1]) [a, b] = [-b, -a];
+    const mean = Math.cbrt(size[0] * size[1] * size[2]), half = size.map((s) => s / mean / 2);
+    const unit = (v) => v.map((value) => value / Math.hypot(...v));
+    const cross = (u, v) => [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    const out = unit([a, b, c]), right = unit(cross([0, 0, 1], out)), up = cross(out, right);
+    const box = $("scene").getBoundingClientRect(), tall = Math.tan(Math.PI / 8), wide = tall * box.width / box.height;
+    const corners = [];
+    for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [-1, 1]) corners.push([x * half[0], y * half[1], z * half[2]]);
+    const pad = [1 - 110 / box.width, 1 - 100 / box.height];  // room for the axes' words
+    let aim = [0, 0], distance = 4 * Math.hypot(...half);
+    for (let round = 0; round < 30; round++) {
+      const seen = corners.map((p) => {
+        const depth = distance - dot(p, out);
+        return [(dot(p, right) - aim[0]) / depth / wide, (dot(p, up) - aim[1]) / depth / tall];
+      });
+      const low = [0, 1].map((k) => Math.min(...seen.map((p) => p[k]))), high = [0, 1].map((k) => Math.max(...seen.map((p) => p[k])));
+      aim = [aim[0] + (low[0] + high[0]) / 2 * wide * distance, aim[1] + (low[1] + high[1]) / 2 * tall * distance];
+      const fill = Math.max((high[0] - low[0]) / 2 / pad[0], (high[1] - low[1]) / 2 / pad[1]);
+      const nearest = Math.max(...corners.map((p) => dot(p, out)));
+      distance = Math.max(nearest * 1.05, nearest + (distance - nearest) * (0.5 + 0.5 * fill));
+    }
+    aim[0] -= 30 / box.width * wide * distance;  // the words hang on the left
+    aim[1] -= 35 / box.height * tall * distance;  // and below
+    const [cx, cy, cz] = [0, 1, 2].map((k) => aim[0] * right[k] + aim[1] * up[k]);
+    return {
+      eye: { x: cx + out[0] * distance, y: cy + out[1] * distance, z: cz + out[2] * distance },
+      center: { x: cx, y: cy, z: cz }, up: { x: 0, y: 0, z: 1 },
+    };
+  };
+  let view = "overview";
+  const look = (name) => {
+    view = name;
+    turned = false;
+    return Plotly.relayout("scene", { "scene.camera": camera(name) });
+  };
+  const restyle = () => Plotly.restyle("scene", { visible: data.space.map(visibility) });
+  const move = () => {
+    const [x, y, z] = fleetAt(now), [flown, colours] = trailAt(now);
+    return Plotly.restyle("scene", {
+      x: [flown[0], x], y: [flown[1], y], z: [flown[2], z], "line.color": [colours, undefined],
+    }, [trail, fleet]);
+  };
+
+  // ---- time ----
+  const slider = $("time"), play = $("play"), clock = $("clock");
+  const places = data.step < 0.1 ? 2 : data.step < 1 ? 1 : 0;
+  const tell = () => {
+    const text = `${now.toFixed(places)} s of ${makespan.toFixed(places)} s`;
+    clock.textContent = text.replace(" of ", " / ");
+    slider.setAttribute("aria-valuetext", text);
+  };
+  const show = (t) => {
+    now = Math.min(Math.max(t, 0), makespan);
+    tell();
+    return ready ? move() : Promise.resolve();
+  };
+  const press = (on) => {
+    playing = on;
+    play.setAttribute("aria-label", on ? "Pause" : "Play");
+    play.querySelector("path").setAttribute("d", on ? "M6 5h4v14H6zM14 5h4v14h-4z" : "M8 5v14l11-7z");
+    if (on) {
+      if (now >= makespan) now = 0;
+      fly(null);
+    }
+  };
+  const fly = (before) => requestAnimationFrame(async (instant) => {
+    if (!playing) return;
+    if (before !== null) {
+      const passed = Math.min(instant - before, 250) / 1000 * Number($("speed").value);
+      await show(now + passed);
+      slider.value = now;
+    }
+    if (now >= makespan) press(false); else fly(instant);
+  });
+
+  if (makespan > 0) {
+    slider.max = Number((Math.ceil(makespan / data.step - 1e-9) * data.step).toPrecision(9));
+    slider.step = data.step;
+    const speeds = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
+    const usual = speeds.find((speed) => makespan / speed <= 45) || 100;
+    for (const speed of speeds) $("speed").add(new Option(`${speed}×`, speed, false, speed === Math.max(usual, 1)));
+    slider.addEventListener("input", () => { press(false); show(Number(slider.value)); });
+    play.addEventListener("click", () => press(!playing));
+    tell();
+  } else {
+    $("transport").hidden = true;
+    $("grounded").hidden = false;
+  }
+  for (const button of document.querySelectorAll("button.jump")) button.addEventListener("click", () => {
+    press(false);
+    slider.value = button.dataset.time;
+    show(Number(button.dataset.time));
+    $("scene").scrollIntoView({ block: "center", behavior: "smooth" });
+  });
+
+  // ---- what is shown ----
+  tracks.forEach((track, uav) => {
+    const chip = document.createElement("button"), dot = document.createElement("i"), name = document.createElement("span");
+    chip.type = "button";
+    chip.title = `Show or hide ${track.name}`;
+    dot.style.background = track.colour;
+    name.textContent = track.name;
+    chip.append(dot, name);
+    chip.setAttribute("aria-pressed", "true");
+    chip.addEventListener("click", async () => {
+      shown[uav] = !shown[uav];
+      chip.setAttribute("aria-pressed", String(shown[uav]));
+      await restyle();
+      move();
+    });
+    $("uavs").append(chip);
+  });
+  const LAYERS = { obstacles: "Obstacles", paths: "Paths", trajectories: "Trajectories", trail: "Trail", names: "Names" };
+  for (const [layer, title] of Object.entries(LAYERS)) {
+    if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
+    const label = document.createElement("label"), box = document.createElement("input");
+    box.type = "checkbox";
+    box.checked = layers[layer];
+    box.addEventListener("change", async () => {
+      layers[layer] = box.checked;
+      if (layer === "names") return Plotly.restyle("scene", { mode: box.checked ? "markers+text" : "markers" }, [fleet]);
+      await restyle();
+      return move();
+    });
+    label.append(box, title);
+    $("layers").append(label);
+  }
+  for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => look(button.dataset.view));
+
+  const draw = async () => {
+    const font = { family: getComputedStyle(document.body).fontFamily, color: colour("ink") };
+    await Plotly.newPlot("scene", data.space.map(dress), {
+      scene: { ...axes(), aspectmode: "data", camera: camera(view), dragmode: "orbit" }, showlegend: false, font,
+      margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)",
+      hoverlabel: { font: { family: font.family, size: 12 } },
+    }, config);
+    ready = true;
+    await restyle();
+    await move();
+    $("scene").on("plotly_relayout", (change) => { if (change["scene.camera"] && !fitting) turned = true; });
+  };
+  let fitting = false;
+  new ResizeObserver(async () => {
+    if (!ready || turned) return;
+    fitting = true;
+    await look(view);
+    fitting = false;
+  }).observe($("scene"));
+
+  // ---- the search ----
+  const chart = async (axis) => {
+    const font = { family: getComputedStyle(document.body).fontFamily, color: colour("soft"), size: 12 };
+    const costs = data.search.flatMap((trace) => trace.y.filter((cost) => cost > 0));
+    const steep = Math.max(...costs) > 12 * Math.min(...costs);
+    const ticks = [];
+    if (steep) for (let decade = -3; decade < 15; decade++) for (const n of [1, 2, 5]) ticks.push(Number(`${n}e${decade}`));
+    const line = { gridcolor: colour("grid"), linecolor: colour("line"), zeroline: false, automargin: true };
+    await Plotly.newPlot("search", data.search.map((trace) => ({ ...trace, x: trace.meta[axis] })), {
+      xaxis: { ...line, title: { text: axis === "paths" ? "generated paths" : "iteration", standoff: 8 }, rangemode: "tozero" },
+      yaxis: { ...line, title: { text: "best cost so far", standoff: 8 }, ...(steep ? { type: "log", tickvals: ticks, ticktext: ticks.map((tick) => tick.toLocaleString("en")) } : {}) },
+      showlegend: false, font, margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      hoverlabel: { font: { family: font.family, size: 12 } },
+    }, { ...config, displayModeBar: false });
+    for (const button of document.querySelectorAll("[data-axis]")) button.setAttribute("aria-pressed", String(button.dataset.axis === axis));
+  };
+  let horizontal = "iterations";
+  if (data.search.length) {
+    for (const button of document.querySelectorAll("[data-axis]")) button.addEventListener("click", () => chart(horizontal = button.dataset.axis));
+    $("dashed").hidden = !data.search.some((trace) => trace.meta.role === "bound");
+  } else {
+    for (const id of ["search", "axis", "dashed"]) $(id).hidden = true;
+    $("direct").hidden = false;
+  }
+  const all = async () => {
+    await draw();
+    if (data.search.length) await chart(horizontal);
+    document.body.dataset.ready = "true";
+  };
+  all();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", all);
+})();

@@ -1,0 +1,228 @@
+"""What will be drawn, as data: one scene, whatever draws it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.draw.track import Floats, Point, Track, track
+from skyverse.result import Fault, Mission, Provenance, Result, Status, Violation
+from skyverse.scenario import Bounds, Box, Objective, Scenario, Target
+
+Thing = TypeVar("Thing")
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The best cost of one UAV's search so far, against iterations and against generated paths: (k,) each.
+
+    `bound` is the exact optimum, ``None`` where unknown.
+    """
+
+    name: str
+    colour: str
+    lap: int
+    iterations: NDArray[np.int64]
+    generated_paths: NDArray[np.int64]
+    cost: Floats
+    bound: float | None
+
+
+@dataclass(frozen=True)
+class Row:
+    """One UAV's line in the table; ``None`` where there is nothing to tell.
+
+    `gap` is in per cent, `length` in metres, `duration` the flight's and `seconds` the search's.
+    """
+
+    uav: str
+    colour: str
+    target: str | None
+    status: Status | None
+    cost: float | None = None
+    optimum: float | None = None
+    gap: float | None = None
+    fuel: float | None = None
+    divergence: float | None = None
+    end: float | None = None
+    length: float | None = None
+    duration: float | None = None
+    generated_paths: int | None = None
+    seconds: float | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that the referee found wrong: UAVs too close are a warning, all else is an error."""
+
+    severity: Literal["warning", "error"]
+    kind: str
+    uavs: tuple[str, ...]
+    message: str
+    time: float | None
+    position: Point | None
+
+
+@dataclass(frozen=True)
+class Totals:
+    """The fleet in a few numbers; `optimum` and `gap` (per cent) where every bound is known."""
+
+    uavs: int
+    targeted: int
+    reached: int
+    cost: float
+    optimum: float | None
+    gap: float | None
+    makespan: float | None
+    seconds: float
+    generated_paths: int
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All that a picture of a mission shows.
+
+    `spare_targets` are the names and positions of targets that no UAV flies to; `notes` say what is missing,
+    although the referee may have found nothing wrong with what there is. The mission is `complete` when every
+    UAV that has a target has a path to it, and, where any UAV flies, a trajectory along it.
+    """
+
+    title: str
+    description: str
+    bounds: Bounds
+    obstacles: tuple[Box, ...]
+    objective: Objective
+    tracks: tuple[Track, ...]
+    spare_targets: tuple[tuple[str, Point], ...]
+    curves: tuple[Curve, ...]
+    rows: tuple[Row, ...]
+    findings: tuple[Finding, ...]
+    notes: tuple[str, ...]
+    totals: Totals
+    complete: bool
+    interrupted: bool
+    provenance: Provenance
+
+
+def scene(mission: Mission) -> Scene:
+    """Gather what a picture of `mission` shows, also of one that the referee found wrong."""
+    scenario = mission.scenario
+    targets: list[Target | None] = []
+    tracks: list[Track] = []
+    results: list[Result | None] = []
+    for number, uav in enumerate(scenario.uavs):
+        wanted = _nth(mission.assignment, number)
+        targets.append(None if wanted is None else _nth(scenario.targets, wanted))
+        results.append(_nth(mission.results, number))
+        flight = _nth(mission.trajectories, number)
+        tracks.append(track(uav, number, targets[-1], results[-1], flight, scenario.bounds))
+    answers = list(zip(tracks, results, strict=True))
+    rows = [_row(track, result) for track, result in answers]
+    flies = any(track.arrival is not None for track in tracks)
+    notes = [_note(track, row, flies) for track, row in zip(tracks, rows, strict=True)]
+    return Scene(
+        title=scenario.name,
+        description=scenario.description,
+        bounds=scenario.bounds,
+        obstacles=scenario.obstacles,
+        objective=scenario.objective,
+        tracks=tuple(tracks),
+        spare_targets=tuple((spare.name, spare.position) for spare in scenario.targets if spare not in targets),
+        curves=tuple(
+            _curve(track, result) for track, result in answers if result is not None and len(result.history.cost) > 1
+        ),
+        rows=tuple(rows),
+        findings=tuple(_finding(scenario, violation) for violation in mission.violations),
+        notes=tuple(track.name + note for track, note in zip(tracks, notes, strict=True) if note),
+        totals=_totals(tracks, [result for result in results if result is not None]),
+        complete=not any(note and target is not None for note, target in zip(notes, targets, strict=True)),
+        interrupted=mission.interrupted,
+        provenance=mission.provenance,
+    )
+
+
+def _nth(things: Sequence[Thing | None], number: int) -> Thing | None:
+    return things[number] if 0 <= number < len(things) else None
+
+
+def _curve(track: Track, result: Result) -> Curve:
+    history = result.history
+    return Curve(
+        name=track.name,
+        colour=track.colour,
+        lap=track.lap,
+        iterations=np.arange(len(history.cost)),
+        generated_paths=history.generated_paths,
+        cost=history.cost,
+        bound=result.bound,
+    )
+
+
+def _row(track: Track, result: Result | None) -> Row:
+    if result is None:
+        return Row(track.name, track.colour, track.target_name, None)
+    steps = np.linalg.norm(np.diff(result.path, axis=0), axis=1)
+    return Row(
+        uav=track.name,
+        colour=track.colour,
+        target=track.target_name,
+        status=result.status,
+        cost=result.cost,
+        optimum=result.bound,
+        gap=_gap(result.cost, result.bound) if result.status.reached else None,
+        fuel=result.terms.get("fuel"),
+        divergence=result.terms.get("divergence"),
+        end=result.terms.get("end"),
+        length=float(steps.sum()) if len(result.path) else None,
+        duration=None if track.arrival is None else float(track.arrival - track.times[0]),
+        generated_paths=result.effort.generated_paths,
+        seconds=result.seconds,
+    )
+
+
+def _gap(cost: float, bound: float | None) -> float | None:
+    """Return by how many per cent `cost` lies above `bound`; a path of no length has no gap."""
+    if bound is None:
+        return None
+    return 100.0 * (cost / bound - 1.0) if bound else 0.0 if cost == 0 else None
+
+
+def _finding(scenario: Scenario, violation: Violation) -> Finding:
+    uavs = (_nth(scenario.uavs, uav) for uav in violation.uavs)
+    return Finding(
+        severity="warning" if violation.fault is Fault.SEPARATION else "error",
+        kind=violation.fault.value,
+        uavs=tuple(uav.name for uav in uavs if uav is not None),
+        message=violation.message,
+        time=violation.time,
+        position=violation.position,
+    )
+
+
+def _note(track: Track, row: Row, flies: bool) -> str:
+    if track.target is None:
+        return " has no target and stays at its start."
+    if row.status is None:
+        return " has a target but was not planned."
+    if not row.status.reached:
+        return f": {row.status.sentence}"
+    return " has a path but no trajectory along it." if flies and track.arrival is None else ""
+
+
+def _totals(tracks: list[Track], results: list[Result]) -> Totals:
+    cost = float(sum(result.cost for result in results))
+    bounds = [result.bound for result in results if result.bound is not None and result.status.reached]
+    optimum = sum(bounds) if results and len(bounds) == len(results) else None
+    return Totals(
+        uavs=len(tracks),
+        targeted=sum(track.target is not None for track in tracks),
+        reached=sum(result.status.reached for result in results),
+        cost=cost,
+        optimum=optimum,
+        gap=_gap(cost, optimum),
+        makespan=max((track.arrival for track in tracks if track.arrival is not None), default=None),
+        seconds=sum(result.seconds for result in results),
+        generated_paths=sum(result.effort.generated_paths for result in results),
+    )

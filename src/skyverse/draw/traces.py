@@ -1,0 +1,215 @@
+"""A scene as plotly traces: plain dicts, so that drawing a page never waits for plotly's Python objects."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse.draw.scene import Curve, Scene
+from skyverse.draw.track import Floats, Track
+
+Trace = dict[str, Any]
+
+DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
+# plotly draws other symbols from fonts that may lack them
+SYMBOLS = ("circle", "square", "diamond", "circle-open", "square-open")
+LABELLED = 12  # with more UAVs than this, names in the scene would hide it
+
+_PLACE = "x %{x:.2f}, y %{y:.2f}, z %{z:.2f} m<extra></extra>"
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+_TRIANGLES = "013 032 467 475 045 051 237 276 026 064 157 173"  # two a side, by number of corner
+_FACES = np.array([[int(corner) for corner in triangle] for triangle in _TRIANGLES.split()])
+_STROKE = [int(corner) for corner in "0462015457673231"]  # all twelve edges in one go, three of them twice
+
+
+def flat(values: ArrayLike) -> list[float | None]:
+    """Return numbers for JSON: rounded to a tenth of a millimetre, what is not finite as ``None``."""
+    rounded = np.round(np.asarray(values, dtype=np.float64), 4).tolist()
+    return [value if math.isfinite(value) else None for value in rounded]
+
+
+def plain(text: str) -> str:
+    """Return `text` without what plotly would take for markup."""
+    return text.translate({60: 0x2039, 62: 0x203A})  # single guillemets
+
+
+def shortened(name: str) -> str:
+    """Return a name that fits beside a marker."""
+    return name if len(name) <= 20 else f"{name[:19]}…"
+
+
+def _xyz(points: Floats) -> Trace:
+    return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}
+
+
+def _corners(boxes: Iterable[Any]) -> Floats:
+    pairs = np.array([(box.min, box.max) for box in boxes], dtype=np.float64).reshape(-1, 2, 3)
+    corners: Floats = np.where(_CORNERS[None] == 0, pairs[:, :1], pairs[:, 1:])
+    return corners
+
+
+def obstacles(scene: Scene) -> list[Trace]:
+    """Return all boxes as one mesh and their edges as one line, so that thousands stay fast."""
+    corners = _corners(scene.obstacles)
+    faces = (_FACES[None] + 8 * np.arange(len(corners))[:, None, None]).reshape(-1, 3)
+    mesh = {
+        "type": "mesh3d",
+        "name": "Obstacles",
+        **_xyz(corners.reshape(-1, 3)),
+        **{axis: faces[:, column].tolist() for column, axis in enumerate("ijk")},
+        "flatshading": True,
+        "hoverinfo": "skip",
+        "meta": {"role": "obstacle"},
+    }
+    edges = {**_edges(corners), "name": "Edges of obstacles", "meta": {"role": "edge"}}
+    return [mesh, edges]
+
+
+def bounds(scene: Scene) -> Trace:
+    """Return the frame of the space."""
+    return {**_edges(_corners([scene.bounds])), "name": "Bounds", "meta": {"role": "bounds"}}
+
+
+def _edges(corners: Floats) -> Trace:
+    gap = np.full((len(corners), 1, 3), np.nan)
+    stroke = np.concatenate([corners[:, _STROKE], gap], axis=1).reshape(-1, 3)
+    return {"type": "scatter3d", "mode": "lines", **_xyz(stroke), "hoverinfo": "skip"}
+
+
+def of_track(track: Track, number: int) -> list[Trace]:
+    """Return one UAV's path, its trajectory, and the marks of its start and target."""
+    name = plain(track.name)
+    dash = DASHES[track.lap % len(DASHES)]
+    path = {
+        "type": "scatter3d",
+        "mode": "lines",
+        "name": f"{name}: path",
+        **_xyz(track.path),
+        "line": {"color": track.colour, "width": 1.5 if len(track.times) else 4},
+        "opacity": 0.6 if len(track.times) else 1.0,
+        "hoverinfo": "skip",
+        "meta": {"role": "path", "uav": number},
+    }
+    trajectory = {
+        "type": "scatter3d",
+        "mode": "lines",
+        "name": f"{name}: trajectory",
+        **_xyz(track.positions),
+        "customdata": flat(track.times),
+        "line": {"color": track.colour, "width": 5, "dash": dash},
+        "hovertemplate": "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE,
+        "meta": {"role": "trajectory", "uav": number},
+    }
+    ends, words, symbols = [track.start], [f"{name}: start"], ["circle"]
+    if track.target is not None:
+        ends, symbols = [track.start, track.target], ["circle", "diamond"]
+        words.append(f"{name}: target {plain(track.target_name or '')}")
+    marks = {
+        "type": "scatter3d",
+        "mode": "markers",
+        "name": f"{name}: start and target",
+        **_xyz(np.array(ends, dtype=np.float64)),
+        "text": words,
+        "hovertemplate": "%{text}<br>" + _PLACE,
+        "marker": {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols},
+        "meta": {"role": "ends", "uav": number},
+    }
+    return [path, trajectory, marks]
+
+
+def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, role: str) -> Trace:
+    return {
+        "type": "scatter3d",
+        "mode": "markers",
+        "name": name,
+        **_xyz(np.array(list(points), dtype=np.float64).reshape(-1, 3)),
+        "text": words,
+        "hovertemplate": "%{text}<extra></extra>",
+        "marker": marker,
+        "meta": {"role": role},
+    }
+
+
+def findings(scene: Scene) -> Trace:
+    """Return the places of what the referee found wrong."""
+    placed = [finding for finding in scene.findings if finding.position is not None]
+    colours = {"warning": "#d97706", "error": "#dc2626"}
+    marker = {"symbol": "circle-open", "size": 16, "color": [colours[finding.severity] for finding in placed]}
+    words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
+    return _marks("Found wrong", (finding.position for finding in placed), words, marker, "finding")
+
+
+def fleet(scene: Scene) -> list[Trace]:
+    """Return the trail that the fleet has flown, empty yet, and the UAVs at their first instant."""
+    trail = {
+        "type": "scatter3d",
+        "mode": "lines",
+        "name": "Trail",
+        "x": [],
+        "y": [],
+        "z": [],
+        "hoverinfo": "skip",
+        "line": {"width": 9, "color": []},
+        "meta": {"role": "trail"},
+    }
+    names = [plain(shortened(track.name)) for track in scene.tracks]
+    marker = {
+        "color": [track.colour for track in scene.tracks],
+        "symbol": [SYMBOLS[track.lap % len(SYMBOLS)] for track in scene.tracks],
+        "size": 8,
+    }
+    uavs = _marks("UAVs", [track.at(-math.inf) for track in scene.tracks], names, marker, "fleet")
+    uavs["mode"] = "markers+text" if len(names) <= LABELLED else "markers"
+    uavs["textposition"] = "top center"
+    uavs["hovertemplate"] = "%{text}<br>" + _PLACE
+    return [trail, uavs]
+
+
+def in_space(scene: Scene) -> list[Trace]:
+    """Return all traces of the 3-D picture; each one's ``meta`` says what it is."""
+    spare = _marks(
+        "Spare targets",
+        (position for _, position in scene.spare_targets),
+        [f"{plain(name)} (no UAV flies here)" for name, _ in scene.spare_targets],
+        {"symbol": "diamond-open", "size": 8, "color": "#8a94a3"},
+        "spare",
+    )
+    tracks = [trace for number, track in enumerate(scene.tracks) for trace in of_track(track, number)]
+    return [*obstacles(scene), bounds(scene), *tracks, spare, findings(scene), *fleet(scene)]
+
+
+def of_curve(curve: Curve, number: int) -> list[Trace]:
+    """Return one search's best cost so far, and its exact optimum as a dashed line."""
+    name = plain(curve.name)
+    axes = {"iterations": curve.iterations.tolist(), "paths": curve.generated_paths.tolist()}
+    best = {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": axes["iterations"],
+        "y": flat(curve.cost),
+        "line": {"color": curve.colour, "width": 2, "shape": "hv"},
+        "hovertemplate": "%{fullData.name}<br>cost %{y:.2f} at %{x:,}<extra></extra>",
+        "meta": {"role": "cost", "curve": number, **axes},
+    }
+    if curve.bound is None:
+        return [best]
+    ends = {axis: [values[0], values[-1]] for axis, values in axes.items()}
+    optimum = {
+        "type": "scatter",
+        "mode": "lines",
+        "name": f"{name}: exact optimum",
+        "x": ends["iterations"],
+        "y": flat([curve.bound, curve.bound]),
+        "line": {"color": curve.colour, "width": 1.5, "dash": "dash"},
+        "hovertemplate": "%{fullData.name}<br>%{y:.2f}<extra></extra>",
+        "meta": {"role": "bound", "curve": number, **ends},
+    }
+    return [optimum, best]
+
+
+def of_search(scene: Scene) -> list[Trace]:
+    """Return all traces of the convergence chart."""
+    return [trace for number, curve in enumerate(scene.curves) for trace in of_curve(curve, number)]

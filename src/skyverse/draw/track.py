@@ -1,0 +1,110 @@
+"""One UAV in space and time, as data."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.result import Result, Trajectory
+from skyverse.scenario import UAV, Bounds, Target
+
+Floats = NDArray[np.float64]
+Point = tuple[float, float, float]
+
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Okabe and Ito's colours for all kinds of colour vision, without black and yellow, which grounds swallow."""
+
+TOLERANCE = 1 / 4000
+"""How far, as a share of the space's longest side, a sampled trajectory may stray from the true one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One UAV in space and time.
+
+    Attributes
+    ----------
+    colour, lap
+        Its colour, and how often the palette had been used up before: laps become dashes and symbols.
+    path
+        (n, 3) metres: the planned path, empty where there is none.
+    times, positions
+        (m,) seconds and (m, 3) metres: the trajectory, sampled; empty where there is none.
+    start, target
+        Metres, as the scenario gives them; `target` is ``None`` where none was assigned.
+    arrival
+        Seconds, ``None`` without a trajectory.
+    """
+
+    name: str
+    colour: str
+    lap: int
+    path: Floats
+    times: Floats
+    positions: Floats
+    start: Point
+    target: Point | None
+    target_name: str | None
+    arrival: float | None
+
+    def at(self, t: float) -> Floats:
+        """Return where the UAV is at `t` seconds, (3,) metres; it waits at its start and holds its end."""
+        if len(self.times) == 0:
+            return np.array(self.start)
+        return np.array([np.interp(t, self.times, self.positions[:, axis]) for axis in range(3)])
+
+    def flown(self, t: float) -> Floats:
+        """Return the trajectory up to `t` seconds, (k, 3) metres."""
+        if len(self.times) == 0:
+            return self.positions
+        return np.vstack([self.positions[self.times < t], self.at(t)])
+
+
+def track(
+    uav: UAV, number: int, target: Target | None, result: Result | None, trajectory: Trajectory | None, bounds: Bounds
+) -> Track:
+    """Gather the track of the UAV that is the `number`-th of its fleet, from 0."""
+    times, positions = np.empty(0), np.empty((0, 3))
+    if trajectory is not None and _sound(trajectory):
+        times, positions = sample(trajectory, TOLERANCE * max(np.subtract(bounds.max, bounds.min)))
+    return Track(
+        name=uav.name,
+        colour=PALETTE[number % len(PALETTE)],
+        lap=number // len(PALETTE),
+        path=np.empty((0, 3)) if result is None else result.path,
+        times=times,
+        positions=positions,
+        start=uav.start,
+        target=None if target is None else target.position,
+        target_name=None if target is None else target.name,
+        arrival=float(times[-1]) if len(times) else None,
+    )
+
+
+def sample(trajectory: Trajectory, tolerance: float) -> tuple[Floats, Floats]:
+    """Return instants (m,) and positions (m, 3); lines between them stray by some `tolerance` metres at most.
+
+    A line over dt strays by up to dt**2 * |acceleration| / 8: brisk pieces get more samples. Knots are kept.
+    """
+    lengths = np.diff(trajectory.knots)
+    shares = np.linspace(0.0, 1.0, 17)[:-1] + 1 / 32
+    probes = trajectory.knots[:-1, None] + lengths[:, None] * shares
+    briskness = np.linalg.norm(trajectory.at(probes.ravel()).acceleration, axis=1).reshape(probes.shape).max(axis=1)
+    counts = np.clip(np.ceil(lengths * np.sqrt(briskness / (8.0 * tolerance))), 2, 500).astype(int)
+    pieces = [np.linspace(t, t + dt, n + 1)[:-1] for t, dt, n in zip(trajectory.knots, lengths, counts, strict=False)]
+    times = np.concatenate([*pieces, trajectory.knots[-1:]])
+    return times, trajectory.at(times).position
+
+
+def _sound(trajectory: Trajectory) -> bool:
+    """Whether it can be drawn at all: a file may hold what the referee only complains about."""
+    knots, coefficients = trajectory.knots, trajectory.coefficients
+    if (
+        coefficients.ndim != 3
+        or coefficients.shape[2] != 3
+        or coefficients.shape[1] < 1
+        or knots.shape != (len(coefficients) + 1,)
+    ):
+        return False
+    rising = len(knots) > 1 and bool(np.all(np.diff(knots) > 0))
+    return rising and bool(np.isfinite(knots).all() and np.isfinite(coefficients).all())

@@ -1,0 +1,101 @@
+"""Files in and out, one file a format, chosen by suffix."""
+
+from pathlib import Path
+
+from skyverse.atomic import write_text
+from skyverse.errors import InputError
+from skyverse.files.builtin import NAMES, builtin
+from skyverse.files.document import parse, read_text
+from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
+from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
+from skyverse.result import Mission
+from skyverse.scenario import Scenario
+
+__all__ = ["NAMES", "read", "read_mission", "read_scenario", "scenario_schema", "write"]
+
+
+def read(source: str | Path) -> Scenario | Mission:
+    """Read a scenario or a mission.
+
+    Parameters
+    ----------
+    source
+        A built-in scenario's name (``map1``, ``table-4.8`` ...), or a file: a scenario as ``.yaml``, ``.yml`` or
+        ``.json``, a course map as ``.txt``, a mission as ``.json``.
+
+    Raises
+    ------
+    InputError
+        If there is no such scenario or file, or it cannot be used; the message names file and field.
+    """
+    if str(source) in NAMES:
+        return builtin(str(source))
+    path = Path(source)
+    suffix = path.suffix.lower()
+    if not path.is_file():
+        if path.is_dir():
+            raise InputError(f"{path}: expected a file, found a folder")
+        raise InputError(f"{source}: no such file, nor a built-in scenario; built in are {', '.join(NAMES)}")
+    if suffix == ".txt":
+        return course_map(path, read_text(path))
+    if suffix not in (".yaml", ".yml", ".json"):
+        raise InputError(
+            f"{path}: expected a file ending in .yaml, .yml, .json or .txt, found {suffix or 'no ending'!r}"
+        )
+    data = parse(path, read_text(path))
+    if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/mission/"):
+        return mission_from_data(path, data)
+    return scenario_from_data(path, data)
+
+
+def read_scenario(source: str | Path) -> Scenario:
+    """Read a scenario; a mission gives the scenario that it embeds. See `read`."""
+    found = read(source)
+    return found.scenario if isinstance(found, Mission) else found
+
+
+def read_mission(source: str | Path) -> Mission:
+    """Read a mission; see `read`. A scenario is refused with `InputError`."""
+    found = read(source)
+    if isinstance(found, Mission):
+        return found
+    raise InputError(f"{source}: expected a mission (its 'format' is 'skyverse/mission/1'), found a scenario")
+
+
+def write(what: Scenario | Mission, path: str | Path, *, rate: float = 20.0) -> None:
+    """Write a scenario or a mission; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    what
+        A scenario goes to ``.yaml``, ``.yml`` or ``.json``. A mission goes to ``.json``, its waypoints to
+        ``.waypoints.csv``, its sampled trajectories to any other ``.csv``.
+    path
+        The file; its folder must exist.
+    rate
+        Samples a second in a CSV of trajectories.
+
+    Raises
+    ------
+    InputError
+        If the suffix does not fit, or the file cannot be written.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if isinstance(what, Scenario):
+        if suffix not in (".yaml", ".yml", ".json"):
+            raise InputError(f"{path}: a scenario is written as .yaml, .yml or .json, not as {suffix or 'no suffix'!r}")
+        write_text(path, scenario_text(what, suffix))
+    elif suffix == ".json":
+        write_text(path, mission_text(what))
+    elif path.name.lower().endswith(".waypoints.csv"):
+        write_text(path, waypoints_csv(what))
+    elif suffix == ".csv":
+        if not 0 < rate < float("inf"):
+            raise InputError(f"rate: expected samples a second above 0, found {rate!r}")
+        write_text(path, trajectories_csv(what, rate))
+    else:
+        raise InputError(
+            f"{path}: a mission is written as .json, .waypoints.csv (waypoints) or .csv (trajectories), "
+            f"not as {suffix or 'no suffix'!r}"
+        )

@@ -1,0 +1,98 @@
+"""YAML and JSON text to plain data and back, and what is wrong with data, in one sentence."""
+
+import difflib
+import json
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from skyverse.errors import InputError
+
+
+def read_text(path: Path) -> str:
+    """Return a file's text, or raise `InputError`."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: expected a text file in UTF-8, found a byte that is none at {error.start}") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def parse(path: Path, text: str) -> Any:
+    """Return a YAML or JSON file's data, or raise `InputError` with the line; duplicate keys are refused."""
+    try:
+        if path.suffix.lower() == ".json":
+            return json.loads(text, object_pairs_hook=_unique)
+        return YAML(typ="safe", pure=True).load(text)
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}: line {error.lineno} is not JSON: {error.msg}") from None
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f"line {mark.line + 1} " if mark is not None else ""
+        problem = str(error.problem or error.context).strip().splitlines()[0]
+        raise InputError(f"{path}: {line}is not YAML: {problem}") from None
+    except (YAMLError, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: {_first_line(error)}") from None
+
+
+def yaml_text(data: Any) -> str:
+    """Return data as YAML, points on one line."""
+    import io
+
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.width = 110
+    out = io.StringIO()
+    yaml.dump(data, out)
+    return out.getvalue()
+
+
+def explain(source: object, error: ValidationError, known: set[str]) -> InputError:
+    """Turn what pydantic found into one sentence that names file and field."""
+    first = error.errors(include_url=False)[0]
+    place = _place(first["loc"])
+    found = first["input"]
+    if first["type"] == "extra_forbidden":
+        near = difflib.get_close_matches(str(first["loc"][-1]), known, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        return InputError(f"{source}: {place}: there is no such key{hint}")
+    if first["type"] == "missing":
+        return InputError(f"{source}: {place}: is missing")
+    said = first["msg"].removeprefix("Value error, ").rstrip(".")
+    said = said[:1].lower() + said[1:]
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    shown = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {_short(found)}"
+    return InputError(f"{source}: {place + ': ' if place else ''}{said}{shown}{more}")
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    data = dict(pairs)
+    if len(data) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"the key {twice!r} stands twice in one object")
+    return data
+
+
+def _place(loc: tuple[int | str, ...]) -> str:
+    place = ""
+    for part in loc:
+        if isinstance(part, int):
+            place += f"[{part}]"
+        elif not part.startswith(("function-", "tuple[", "literal[")):
+            place += f".{part}" if place else part
+    return place
+
+
+def _short(value: object) -> str:
+    shown = repr(value)
+    return shown if len(shown) <= 60 else f"{shown[:57]}..."
+
+
+def _first_line(error: BaseException) -> str:
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]

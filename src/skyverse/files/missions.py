@@ -1,0 +1,76 @@
+"""Mission files: one self-contained JSON; waypoints and sampled trajectories as CSV."""
+
+import csv
+import io
+from functools import cache
+from typing import Any
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from skyverse.errors import InputError
+from skyverse.files.document import explain
+from skyverse.result import Mission
+
+FORMAT = "skyverse/mission/1"
+
+
+@cache
+def _codec() -> TypeAdapter[Mission]:
+    return TypeAdapter(Mission)
+
+
+def mission_from_data(source: object, data: Any) -> Mission:
+    """Validate a mission file's data, or raise `InputError` naming file and field."""
+    try:
+        mission = _codec().validate_python(data)
+    except ValidationError as error:
+        raise explain(source, error, set()) from None
+    fleet = len(mission.scenario.uavs)
+    for name in ("assignment", "results", "trajectories"):
+        if len(getattr(mission, name)) != fleet:
+            raise InputError(
+                f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {len(getattr(mission, name))}"
+            )
+    return mission
+
+
+def mission_text(mission: Mission) -> str:
+    """Return a mission as the text of its JSON file."""
+    return _codec().dump_json(mission, indent=1).decode() + "\n"
+
+
+def waypoints_csv(mission: Mission) -> str:
+    """Return the points between the trajectories' pieces: uav, waypoint, t, x, y, z; seconds and metres."""
+    rows: list[list[object]] = []
+    for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
+        if trajectory is not None:
+            places = trajectory.at(trajectory.knots).position
+            rows += [
+                [uav.name, i, *(repr(float(v)) for v in (t, *p))]
+                for i, (t, p) in enumerate(zip(trajectory.knots, places, strict=True))
+            ]
+    return _csv(["uav", "waypoint", "t", "x", "y", "z"], rows)
+
+
+def trajectories_csv(mission: Mission, rate: float) -> str:
+    """Return the trajectories `rate` times a second and at their ends: uav, t, position, velocity, acceleration."""
+    rows: list[list[object]] = []
+    for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
+        if trajectory is not None:
+            count = int(np.floor(trajectory.end * rate) - np.ceil(trajectory.start * rate)) + 1
+            ticks = (np.ceil(trajectory.start * rate) + np.arange(count)) / rate
+            t = np.unique(np.r_[trajectory.start, ticks, trajectory.end])
+            motion = trajectory.at(t)
+            table = np.column_stack([t, *motion])
+            rows += [[uav.name, *(f"{value:.9g}" for value in row)] for row in table]
+    head = ["uav", "t", *(f"{kind}{axis}" for kind in ("", "v", "a") for axis in "xyz")]
+    return _csv(head, rows)
+
+
+def _csv(head: list[str], rows: list[list[object]]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return out.getvalue()

@@ -1,0 +1,87 @@
+"""Scenario files: YAML, JSON, and the course's map files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from skyverse.errors import InputError
+from skyverse.files.builtin import CLEARANCE, LATTICE
+from skyverse.files.document import explain, yaml_text
+from skyverse.scenario import Bounds, Box, Scenario
+
+
+def scenario_from_data(source: object, data: Any) -> Scenario:
+    """Validate a scenario file's data, or raise `InputError` naming file and field."""
+    if not isinstance(data, dict):
+        raise InputError(
+            f"{source}: expected a scenario, a mapping with the key 'bounds' and others, found {data!r:.40}"
+        )
+    try:
+        return Scenario.model_validate(data)
+    except ValidationError as error:
+        raise explain(source, error, _keys(scenario_schema())) from None
+
+
+def scenario_text(scenario: Scenario, suffix: str) -> str:
+    """Return a scenario as the text of a YAML or JSON file."""
+    data = scenario.model_dump(mode="json", exclude_none=True)
+    return yaml_text(data) if suffix in (".yaml", ".yml") else json.dumps(data, indent=2) + "\n"
+
+
+def scenario_schema() -> dict[str, Any]:
+    """Return the JSON Schema of scenario files, for editors."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Scenario.model_json_schema()}
+
+
+def course_map(source: Path, text: str) -> Scenario:
+    """Read a map file of the MEAM 620 quadrotor course: a ``boundary`` line and ``block`` lines, in any order.
+
+    Each holds six numbers in metres; a block's colour is passed over. UAVs and targets are not in such a file;
+    clearance and lattice are those of the thesis.
+    """
+    bounds: Bounds | None = None
+    boxes: list[Box] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.split("#")[0].split()
+        if not words:
+            continue
+        where = f"{source}: line {number}"
+        if words[0] not in ("boundary", "block"):
+            raise InputError(f"{where}: expected 'boundary' or 'block', found {words[0]!r:.40}")
+        wanted = (6,) if words[0] == "boundary" else (6, 9)
+        try:
+            numbers = [float(word) for word in words[1:]]
+        except ValueError as error:
+            raise InputError(f"{where}: {words[0]}: {error}") from None
+        if len(numbers) not in wanted:
+            raise InputError(
+                f"{where}: {words[0]}: expected six numbers{' and a colour' if words[0] == 'block' else ''}, "
+                f"found {len(numbers)}"
+            )
+        low, high = tuple(numbers[:3]), tuple(numbers[3:6])
+        try:
+            if words[0] == "block":
+                boxes.append(Box(min=low, max=high))
+            elif bounds is not None:
+                raise InputError(f"{where}: a second boundary")
+            else:
+                bounds = Bounds(min=low, max=high)
+        except ValidationError as error:
+            raise explain(f"{where}: {words[0]}", error, set()) from None
+    if bounds is None:
+        raise InputError(f"{source}: there is no 'boundary' line")
+    try:
+        return Scenario(name=source.stem, bounds=bounds, obstacles=tuple(boxes), clearance=CLEARANCE, lattice=LATTICE)
+    except ValidationError as error:
+        raise explain(source, error, set()) from None
+
+
+def _keys(schema: Any) -> set[str]:
+    keys: set[str] = set()
+    if isinstance(schema, dict):
+        keys.update(schema.get("properties", {}))
+        for value in schema.values():
+            keys |= _keys(value)
+    return keys

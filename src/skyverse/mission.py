@@ -1,0 +1,136 @@
+"""The fleet's way from scenario to mission: assign, plan, time, check."""
+
+from dataclasses import replace
+from functools import partial
+from typing import Literal, Protocol
+
+import numpy as np
+
+from skyverse.assignment import Criterion, assign, straight_line
+from skyverse.exact import prices_to
+from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
+from skyverse.problem import Airspace, Problem
+from skyverse.referee import check
+from skyverse.result import Floats, Mission, Result, Status, Trajectory
+from skyverse.scenario import Scenario
+from skyverse.stop import Progress, Stop
+from skyverse.trajectory import drop_collinear, rest_to_rest, shortcut
+
+Assignment = Literal["euclidean", "path-cost", "identity"]
+
+
+class OnProgress(Protocol):
+    """Called while a fleet is planned: with the UAV's index, and its planner's progress (``None`` when it is done)."""
+
+    def __call__(self, uav: int, progress: Progress | None, /) -> None:
+        """Take note of the progress."""
+
+
+def plan_mission(
+    scenario: Scenario,
+    planner: Planner,
+    *,
+    stop: Stop | None = None,
+    rng: Seed = None,
+    assignment: Assignment = "path-cost",
+    criterion: Criterion = "min-sum",
+    on_progress: OnProgress | None = None,
+) -> Mission:
+    """Assign the scenario's UAVs to its targets, plan their paths, turn them into trajectories, and check it all.
+
+    Parameters
+    ----------
+    scenario
+        What is given.
+    planner
+        Plans each UAV's path, one after another.
+    stop
+        When each UAV's plan ends; a `Cancelled` that is met ends the whole mission with what there is.
+    rng
+        Seed or generator; every UAV draws from a stream of its own.
+    assignment
+        ``"path-cost"`` prices a pair by the exact cheapest path, ``"euclidean"`` by the straight line (the thesis's
+        Algorithm 4), ``"identity"`` sends UAV i to target i (the thesis's "without coordination").
+    criterion
+        ``"min-sum"`` or ``"min-max"``; without meaning for ``"identity"``.
+    on_progress
+        Called after every iteration, and when a UAV is done.
+
+    Returns
+    -------
+    Mission
+        Where a UAV cannot be planned for, its result's status says why; nothing is raised for that.
+
+    Raises
+    ------
+    ValueError
+        If assignment or criterion is unknown, or the stop rule does not fit the planner.
+    """
+    airspace = Airspace(scenario)
+    generator, seed = seeded(rng)
+    streams = generator.spawn(len(scenario.uavs))
+    assigned = _assignment(airspace, assignment, criterion)
+    origin = provenance(f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}", stop, seed)
+    results: list[Result | None] = []
+    trajectories: list[Trajectory | None] = []
+    interrupted = False
+    for uav, target in enumerate(assigned):
+        result = trajectory = None
+        if target is not None:
+            problem = Problem(airspace, uav, target)
+            if interrupted:
+                result = unplanned(problem, Status.NOT_PLANNED, origin)
+            else:
+                report = None if on_progress is None else partial(on_progress, uav)
+                result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)
+                interrupted = result.stopped_by == "Cancelled"
+                trajectory = fly_along(problem, result)
+        results.append(result)
+        trajectories.append(trajectory)
+        if on_progress is not None:
+            on_progress(uav, None)
+    mission = Mission(scenario, assigned, tuple(results), tuple(trajectories), (), origin, interrupted)
+    return replace(mission, violations=tuple(check(scenario, mission)))
+
+
+def fly_along(problem: Problem, result: Result) -> Trajectory | None:
+    """Turn a result's path into a trajectory from the UAV's true start to its true target, or ``None``.
+
+    Nodes on a straight line go, a line-of-sight shortcut leaves what is needed, and rest-to-rest quintics fly it.
+    """
+    if not result.status.reached:
+        return None
+    uav = problem.scenario.uavs[problem.uav]
+    target = problem.scenario.targets[problem.target]
+    waypoints = drop_collinear(np.vstack([uav.start, result.path, target.position]))
+    return rest_to_rest(shortcut(problem.airspace.world, waypoints), uav)
+
+
+def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
+    """Return what it costs each of m UAVs to reach each of n targets, (m, n); infinite where it cannot."""
+    scenario = airspace.scenario
+    uavs, targets = len(scenario.uavs), len(scenario.targets)
+    if assignment == "euclidean":
+        return straight_line([u.start for u in scenario.uavs], [t.position for t in scenario.targets])
+    matrix = np.full((uavs, targets), np.inf)
+    if assignment == "identity":
+        np.fill_diagonal(matrix, 1.0)
+        return matrix
+    for i in range(uavs):
+        problems = [Problem(airspace, i, j) for j in range(targets)]
+        open_ = [j for j in range(targets) if problems[j].refusal is None]
+        if open_:
+            goals = np.array([problems[j].goal for j in open_])
+            matrix[i, open_] = prices_to(airspace.grid, airspace.pricing, problems[0].source, goals)
+    return matrix
+
+
+def _assignment(airspace: Airspace, assignment: Assignment, criterion: Criterion) -> tuple[int | None, ...]:
+    if assignment not in ("euclidean", "path-cost", "identity"):
+        raise ValueError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
+    chosen = assign(cost_matrix(airspace, assignment), criterion)
+    if assignment != "path-cost":
+        return chosen
+    # UAVs that can reach nothing still get what is left, so that a result says why
+    left = [j for j in range(len(airspace.scenario.targets)) if j not in chosen]
+    return tuple(left.pop(0) if j is None and left else j for j in chosen)

@@ -1,0 +1,1 @@
+"""The planners: frozen parameters with one verb, ``plan(problem, *, stop, rng, on_iteration) -> Result``."""

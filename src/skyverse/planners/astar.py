@@ -1,0 +1,45 @@
+"""The exact answer as a planner."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse.exact import shortest_route
+from skyverse.planners.base import Planner, Seed, planned, provenance, unplanned
+from skyverse.problem import Problem
+from skyverse.result import Effort, History, Result, Status
+from skyverse.stop import OnIteration, Stop
+
+
+@dataclass(frozen=True)
+class AStar(Planner):
+    """A*: the cheapest path on the scenario's lattice under its whole objective, turns included.
+
+    It ends by itself; `stop`, `rng` and `on_iteration` are taken for the sake of one call for all planners.
+
+    References
+    ----------
+    P. Hart, N. Nilsson, B. Raphael, "A Formal Basis for the Heuristic Determination of Minimum Cost Paths" (1968).
+    """
+
+    def plan(
+        self,
+        problem: Problem,
+        *,
+        stop: Stop | None = None,
+        rng: Seed = None,
+        on_iteration: OnIteration | None = None,
+    ) -> Result:
+        """Find a cheapest path; see `Planner.plan`."""
+        origin = provenance(repr(self), None, None)
+        if problem.refusal is not None:
+            return unplanned(problem, problem.refusal, origin)
+        began = time.perf_counter()
+        route = shortest_route(problem.airspace.grid, problem.airspace.pricing, problem.source, problem.goal)
+        seconds = time.perf_counter() - began
+        if route is None:
+            return unplanned(problem, Status.NO_PATH, origin)
+        effort = Effort(generated_paths=1, generated_nodes=route.expanded, evaluations=1)
+        history = History(np.array([route.price]), *(np.array([n]) for n in (1, route.expanded, 1)))
+        return planned(problem, route.nodes, effort, seconds, history, "finished", origin)

@@ -1,0 +1,299 @@
+"""What every planner is, and the one loop that every metaheuristic runs in."""
+
+import dataclasses
+import math
+import platform
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Self
+
+import numpy as np
+
+from skyverse import cost
+from skyverse._version import __version__
+from skyverse.kernel import kernel
+from skyverse.planners.moves import Desk, Paths, Task, cut_loops, generate, judge, put
+from skyverse.problem import Problem
+from skyverse.result import Effort, History, Provenance, Result, Status, no_history
+from skyverse.space.lattice import Ints
+from skyverse.stop import MaxIterations, OnIteration, Progress, Stop
+
+Seed = int | np.random.Generator | None
+
+
+class Planner(ABC):
+    """A planner is its parameters, a frozen dataclass, and one verb."""
+
+    def __new__(cls, *args: Any, **settings: Any) -> Self:
+        """Refuse a misspelt setting with the list of those that there are."""
+        known = [f.name for f in dataclasses.fields(cls)]  # type: ignore[arg-type]
+        unknown = [name for name in settings if name not in known]
+        if unknown:
+            raise TypeError(
+                f"{cls.__name__} has no setting {', '.join(map(repr, unknown))}; it has {', '.join(known) or 'none'}"
+            )
+        return super().__new__(cls)
+
+    @abstractmethod
+    def plan(
+        self,
+        problem: Problem,
+        *,
+        stop: Stop | None = None,
+        rng: Seed = None,
+        on_iteration: OnIteration | None = None,
+    ) -> Result:
+        """Plan one UAV's path.
+
+        Parameters
+        ----------
+        problem
+            What is sought.
+        stop
+            When to end; an exact planner ends by itself.
+        rng
+            Seed or generator; ``None`` draws a seed, which the result's provenance tells.
+        on_iteration
+            Called with a `Progress` after every iteration.
+        """
+
+
+def seeded(rng: Seed) -> tuple[np.random.Generator, int | None]:
+    """Return a generator and the seed that makes it again, ``None`` if it was made elsewhere."""
+    if isinstance(rng, np.random.Generator):
+        return rng, None
+    if rng is None:
+        rng = int(np.random.SeedSequence().generate_state(1)[0])
+    if isinstance(rng, bool) or not isinstance(rng, int | np.integer) or rng < 0:
+        raise ValueError(f"rng takes None, a whole number from 0 on or a numpy Generator, not {rng!r}")
+    return np.random.default_rng(int(rng)), int(rng)
+
+
+def provenance(planner: str, stop: Stop | None, seed: int | None) -> Provenance:
+    """Say what made an answer."""
+    machine = f"Python {platform.python_version()}, numpy {np.__version__}, {platform.system()} {platform.machine()}"
+    return Provenance(__version__, planner, repr(stop), seed, machine)
+
+
+def unplanned(problem: Problem, status: Status, origin: Provenance) -> Result:
+    """Return the result of a problem that has no path to plan."""
+    return Result(
+        status=status,
+        path=np.empty((0, 3)),
+        cost=math.inf,
+        terms={},
+        bound=None,
+        start=np.array(problem.scenario.uavs[problem.uav].start),
+        goal=np.array(problem.scenario.targets[problem.target].position),
+        effort=Effort(),
+        seconds=0.0,
+        history=no_history(),
+        stopped_by="refused",
+        provenance=origin,
+    )
+
+
+def planned(
+    problem: Problem,
+    nodes: Ints,
+    effort: Effort,
+    seconds: float,
+    history: History,
+    stopped_by: str,
+    origin: Provenance,
+) -> Result:
+    """Return the result of a path, its terms added up and held against the exact optimum."""
+    grid, pricing = problem.airspace.grid, problem.airspace.pricing
+    terms = {
+        "fuel": cost.fuel(grid, pricing, nodes),
+        "divergence": cost.divergence(grid, pricing, nodes),
+        "end": cost.end(grid, pricing, nodes, problem.goal),
+    }
+    price = sum(terms.values())
+    bound = None if problem.route is None else problem.route.price
+    status = Status.COMPLETE if nodes[-1] == problem.goal else Status.INCOMPLETE
+    if status is Status.COMPLETE and bound is not None and price <= bound * (1 + 1e-9):
+        status = Status.OPTIMAL
+    return Result(
+        status=status,
+        path=problem.places(nodes),
+        cost=price,
+        terms=terms,
+        bound=bound,
+        start=problem.places([problem.source])[0],
+        goal=problem.places([problem.goal])[0],
+        effort=effort,
+        seconds=seconds,
+        history=history,
+        stopped_by=stopped_by,
+        provenance=origin,
+    )
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a metaheuristic: what is sought, the candidates, the best so far, and where numbers come from.
+
+    Attributes
+    ----------
+    paths
+        The population.
+    best
+        One path, the archived best.
+    """
+
+    task: Task
+    desk: Desk
+    paths: Paths
+    best: Paths
+    rng: np.random.Generator
+
+
+@dataclass(frozen=True)
+class Metaheuristic(Planner):
+    """A population of lattice paths, improved iteration by iteration until a stop rule is met.
+
+    A method is a subclass with `population` and `step`, and `begin` if it does not start from generated paths.
+
+    Attributes
+    ----------
+    generator
+        ``"goal-directed"`` (the thesis's Algorithm 2) or ``"uniform"`` (Algorithm 1).
+    threshold
+        N: a walk gives up after so many non-viable steps; Algorithm 1 after so many nodes.
+    repair_threshold
+        The same for the walks that change a path.
+    retries
+        How often a walk to a drawn point is tried again, with another point, when it gives up.
+    """
+
+    generator: Literal["goal-directed", "uniform"] = "goal-directed"
+    threshold: int = 200
+    repair_threshold: int = 100
+    retries: int = 100
+
+    def __post_init__(self) -> None:
+        if self.generator not in ("goal-directed", "uniform"):
+            raise ValueError(f"generator is 'goal-directed' or 'uniform', not {self.generator!r}")
+        for name in ("threshold", "repair_threshold", "retries"):
+            require(self, name, 1)
+
+    @property
+    @abstractmethod
+    def population(self) -> int:
+        """How many paths are kept."""
+
+    @abstractmethod
+    def step(self, run: Run, spent: float) -> None:
+        """Do one iteration; `spent` is the share of the budget that is spent when it ends, l/L."""
+
+    def begin(self, run: Run) -> None:
+        """Make the first population."""
+        _populate(run.task, run.desk, run.rng, run.paths, run.best)
+
+    def plan(
+        self,
+        problem: Problem,
+        *,
+        stop: Stop | None = None,
+        rng: Seed = None,
+        on_iteration: OnIteration | None = None,
+    ) -> Result:
+        """Plan one UAV's path; see `Planner.plan`.
+
+        Without `stop` a run takes 40 iterations, the thesis's longer case.
+
+        Raises
+        ------
+        ValueError
+            If no counted rule stops the run: schedules follow counted budgets, never a clock.
+        """
+        stop = MaxIterations(40) if stop is None else stop
+        if stop.spent(Progress()) is None:
+            raise ValueError(
+                f"{stop!r} counts nothing, but {type(self).__name__}'s schedules follow a counted budget; "
+                f"combine them, as in MaxIterations(1000) | {stop!r}"
+            )
+        generator, seed = seeded(rng)
+        origin = provenance(repr(self), stop, seed)
+        if problem.refusal is not None:
+            return unplanned(problem, problem.refusal, origin)
+        if problem.route is None:
+            return unplanned(problem, Status.NO_PATH, origin)
+        run = self._open(problem, stop, generator)
+        began = time.perf_counter()
+        rows = []
+        iterations = 0
+        self.begin(run)
+        while True:
+            progress = _progress(run, iterations, time.perf_counter() - began)
+            rows.append((progress.cost, *run.desk.spent))
+            if on_iteration is not None and iterations:
+                on_iteration(progress)
+            ended = stop.met(progress)
+            if ended is not None:
+                break
+            share = stop.spent(dataclasses.replace(progress, iterations=iterations + 1))
+            self.step(run, share if share is not None else 0.0)
+            iterations += 1
+        seconds = time.perf_counter() - began
+        nodes = run.best.nodes[0, : run.best.length[0]].astype(np.int64)
+        effort = Effort(*(int(n) for n in run.desk.spent))
+        return planned(problem, nodes, effort, seconds, _history(rows), ended, origin)
+
+    def _open(self, problem: Problem, stop: Stop, rng: np.random.Generator) -> Run:
+        grid = problem.airspace.grid
+        walk = int(grid.shape.sum()) + 2 * max(self.threshold, self.repair_threshold) + 2
+        capacity = min(4 * walk, 2 * len(grid.exits) + 2)
+        limits = [min(stop.limit(name), 2.0**62) for name in ("generated_paths", "generated_nodes", "evaluations")]
+        desk = Desk(
+            mark=np.zeros(len(grid.exits), np.uint8),
+            stamp=np.zeros(1, np.int64),
+            last=np.zeros(len(grid.exits), np.int32),
+            draft=np.empty(capacity, np.int32),
+            spent=np.zeros(3, np.int64),
+            limit=np.array(limits).astype(np.int64),
+        )
+        task = Task(
+            grid,
+            problem.airspace.pricing,
+            problem.source,
+            problem.goal,
+            self.generator == "goal-directed",
+            self.threshold,
+        )
+        return Run(task, desk, _no_paths(self.population, capacity), _no_paths(1, capacity), rng)
+
+
+def require(settings: object, name: str, least: float) -> None:
+    """Refuse a setting that is no whole number, or below the least."""
+    value = getattr(settings, name)
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise ValueError(f"{type(settings).__name__}'s {name} is a whole number from {least:g} on, not {value!r}")
+
+
+def _no_paths(count: int, capacity: int) -> Paths:
+    return Paths(np.empty((count, capacity), np.int32), np.zeros(count, np.int64), np.full(count, math.inf))
+
+
+def _progress(run: Run, iterations: int, seconds: float) -> Progress:
+    paths, nodes, evaluations = (int(n) for n in run.desk.spent)
+    return Progress(iterations, paths, nodes, evaluations, seconds, float(run.best.cost[0]))
+
+
+def _history(rows: Sequence[tuple[float, ...]]) -> History:
+    cost_, paths, nodes, evaluations = (np.array(column) for column in zip(*rows, strict=True))
+    return History(cost_, paths, nodes, evaluations)
+
+
+@kernel
+def _populate(task: Task, desk: Desk, rng: np.random.Generator, paths: Paths, best: Paths) -> None:
+    for i in range(len(paths.length)):
+        desk.draft[0] = task.source
+        length = cut_loops(desk, generate(task, desk, rng, 1, task.goal, task.threshold))
+        price = judge(task, desk, length)
+        put(paths, i, desk, length, price)
+        if price < best.cost[0]:
+            put(best, 0, desk, length, price)

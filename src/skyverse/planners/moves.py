@@ -1,0 +1,237 @@
+"""Lattice paths: generate, splice, cut loops, judge. The operators that all metaheuristics share.
+
+Paths are rows of node numbers in arrays made once a run; nothing is allocated while it lasts.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse import cost
+from skyverse.cost import Pricing
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space.lattice import Grid, Ints
+
+Nodes = NDArray[np.int32]
+Marks = NDArray[np.uint8]
+PATHS, NODES, EVALUATIONS = 0, 1, 2
+
+# of six moves given as bits: how many they are, and which is the first, the second ...
+_CHOICES = np.array([bits.bit_count() for bits in range(64)])
+_CHOSEN = np.array([([m for m in range(6) if bits >> m & 1] + [0] * 6)[:6] for bits in range(64)])
+
+
+class Task(NamedTuple):
+    """What is sought, and how paths are generated.
+
+    Attributes
+    ----------
+    directed
+        Algorithm 2 (goal-directed) if true, otherwise Algorithm 1 (uniform).
+    threshold
+        N: the non-viable steps (Algorithm 2) or nodes (Algorithm 1) after which a walk gives up.
+    """
+
+    grid: Grid
+    pricing: Pricing
+    source: int
+    goal: int
+    directed: bool
+    threshold: int
+
+
+class Paths(NamedTuple):
+    """Candidate paths: ``nodes[i, :length[i]]`` costs ``cost[i]``."""
+
+    nodes: Nodes
+    length: Ints
+    cost: Floats
+
+
+class Desk(NamedTuple):
+    """Working memory of a run.
+
+    Attributes
+    ----------
+    mark, stamp
+        (nodes,) a node belongs to the walk under way if its mark is the stamp, (1,).
+    last
+        (nodes,) where a path visits a node for the last time.
+    draft
+        (capacity,) the path being drawn up.
+    spent, limit
+        (3,) generated paths, generated nodes, evaluations: so far, and at most.
+    """
+
+    mark: Marks
+    stamp: Ints
+    last: Nodes
+    draft: Nodes
+    spent: Ints
+    limit: Ints
+
+
+@kernel
+def exhausted(desk: Desk) -> bool:
+    """Tell whether a counted budget is spent."""
+    return (
+        desk.spent[PATHS] >= desk.limit[PATHS]
+        or desk.spent[NODES] >= desk.limit[NODES]
+        or desk.spent[EVALUATIONS] >= desk.limit[EVALUATIONS]
+    )
+
+
+@kernel
+def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: int, threshold: int) -> int:
+    """Walk on from the draft's last node towards a goal (Algorithms 1 and 2); return the draft's new length.
+
+    The goal was reached if the draft now ends there. Algorithm 2 takes at random one of the unvisited viable
+    neighbours (those nearer to the goal on the axes that the move changes, but never the node just left); failing
+    those any unvisited free neighbour, then a visited viable one, then any; the second and last count as non-viable.
+    """
+    offsets, moves, exits, toward = task.grid.offsets, task.grid.moves, task.grid.exits, task.grid.toward
+    ny, nz = task.grid.shape[1], task.grid.shape[2]
+    draft, mark = desk.draft, desk.mark
+    desk.spent[PATHS] += 1
+    stamp = desk.stamp[0] + 1
+    if stamp == 256:
+        mark[:] = 0
+        stamp = 1
+    desk.stamp[0] = stamp
+    node = int(draft[length - 1])
+    mark[node] = stamp
+    x, y, z = (
+        goal // (ny * nz) - node // (ny * nz),
+        (goal // nz) % ny - (node // nz) % ny,
+        goal % nz - node % nz,
+    )
+    not_back = -1
+    counted = 0
+    begin = length
+    while node != goal and counted <= threshold and length < len(draft) and exits[node]:
+        free = int(exits[node])
+        if task.directed:
+            code = 13 + 9 * ((x > 0) - (x < 0)) + 3 * ((y > 0) - (y < 0)) + ((z > 0) - (z < 0))
+            viable = free & int(toward[code]) & not_back
+            choice = _unvisited(offsets, mark, stamp, node, viable)
+            if choice == 0:
+                counted += 1
+                choice = _unvisited(offsets, mark, stamp, node, free)
+                if choice == 0 and viable:
+                    counted -= 1
+                    choice = viable
+                elif choice == 0:
+                    choice = free
+        else:
+            counted += 1
+            choice = free
+        move = _draw(offsets, choice, rng)
+        not_back = ~(1 << (move ^ 1))
+        node += int(offsets[move])
+        x -= int(moves[move, 0])
+        y -= int(moves[move, 1])
+        z -= int(moves[move, 2])
+        mark[node] = stamp
+        draft[length] = node
+        length += 1
+    desk.spent[NODES] += length - begin
+    return length
+
+
+@kernel
+def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) -> int:
+    """Keep of some moves, given as bits, those that lead to a node that the walk has not visited."""
+    kept = 0
+    if len(offsets) == 6:  # without branches: which moves are left is a coin toss that no processor can predict
+        for m in range(6):
+            bit = (moves >> m) & 1
+            kept |= (bit & (mark[node + offsets[m] * bit] != stamp)) << m
+    else:
+        for m in range(26):
+            if (moves >> m) & 1 and mark[node + offsets[m]] != stamp:
+                kept |= 1 << m
+    return kept
+
+
+@kernel
+def _draw(offsets: Ints, moves: int, rng: np.random.Generator) -> int:
+    """Draw one of some moves, given as bits."""
+    if len(offsets) == 6:
+        return _CHOSEN[moves, int(rng.random() * _CHOICES[moves])]
+    count = 0
+    rest = moves
+    while rest:
+        rest &= rest - 1
+        count += 1
+    skip = int(rng.random() * count)
+    m = 0
+    while skip or not (moves >> m) & 1:
+        skip -= (moves >> m) & 1
+        m += 1
+    return m
+
+
+@kernel
+def cut_loops(desk: Desk, length: int) -> int:
+    """Remove from the draft whatever lies between two visits of a node; return its new length."""
+    draft, last = desk.draft, desk.last
+    for i in range(length):
+        last[draft[i]] = i
+    kept = 0
+    i = 0
+    while i < length:
+        draft[kept] = draft[i]
+        i = last[draft[i]] + 1
+        kept += 1
+    return kept
+
+
+@kernel
+def judge(task: Task, desk: Desk, length: int) -> float:
+    """Return the draft's cost, equation 3.4."""
+    desk.spent[EVALUATIONS] += 1
+    return cost.total(task.grid, task.pricing, desk.draft[:length], task.goal)
+
+
+@kernel
+def copy_in(desk: Desk, at: int, paths: Paths, i: int, first: int, end: int) -> int:
+    """Copy nodes first:end of path i into the draft at a place; return the draft's new length.
+
+    A draft that is full is cut short there: still a path, only one that does not arrive.
+    """
+    for j in range(first, min(end, first + len(desk.draft) - at)):
+        desk.draft[at] = paths.nodes[i, j]
+        at += 1
+    return at
+
+
+@kernel
+def put(paths: Paths, i: int, desk: Desk, length: int, price: float) -> None:
+    """Let the draft be path i."""
+    for j in range(length):
+        paths.nodes[i, j] = desk.draft[j]
+    paths.length[i] = length
+    paths.cost[i] = price
+
+
+@kernel
+def random_node(grid: Grid, rng: np.random.Generator) -> int:
+    """Draw a free node."""
+    while True:
+        node = int(rng.random() * len(grid.exits))
+        if grid.exits[node]:
+            return node
+
+
+@kernel
+def detour(task: Task, desk: Desk, rng: np.random.Generator, length: int, threshold: int, retries: int) -> int:
+    """Walk from the draft's end to a free point drawn anywhere; the last try stands even if it gives up."""
+    for left in range(retries, -1, -1):
+        node = random_node(task.grid, rng)
+        reached = generate(task, desk, rng, length, node, threshold)
+        if desk.draft[reached - 1] == node or left == 0:
+            length = reached
+            break
+    return length

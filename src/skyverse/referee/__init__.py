@@ -1,0 +1,119 @@
+"""The referee: judges a mission by recomputing everything, sharing nothing with those who planned it.
+
+It is slow, obvious NumPy. `boxes` knows the unsafe space, `path` judges results, `flight` trajectories.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from skyverse.referee.boxes import shut_boxes
+from skyverse.referee.flight import Curve, judge_separation, judge_trajectory
+from skyverse.referee.path import judge_result
+from skyverse.result import Fault, Mission, Result, Trajectory, Violation
+from skyverse.scenario import Scenario
+
+__all__ = ["check"]
+
+
+def check(scenario: Scenario, mission: Mission) -> list[Violation]:
+    """Judge a mission against the scenario that it answers.
+
+    Safe is what lies within the closed bounds and not inside an obstacle grown by the clearance on every side
+    (the grown box is a box). Whatever is wrong by at most 1e-6 m (m/s, relative) is let pass.
+
+    Parameters
+    ----------
+    scenario
+        What was given; the scenario that the mission embeds must equal it.
+    mission
+        What is judged. However malformed it is, violations come back and nothing is raised.
+
+    Returns
+    -------
+    list of Violation
+        Empty when nothing is wrong. A trajectory gets at most one of each kind, at its worst instant, and so
+        does each pair of UAVs that comes too close.
+
+    Notes
+    -----
+    *Exact*: assignment, statuses, costs, path segments against boxes, ends and continuity at the knots.
+
+    *Proven*: clearance and bounds of trajectories. Each piece is cut into chords of at most 5 ms from which
+    the curve, by a bound on its acceleration, deviates by at most 1e-6 m, and each chord is tested exactly:
+    nothing deeper than 2e-6 m is missed, and what is reported does enter the grown box. Separations likewise:
+    chords of 10 ms, with room for what both may bend, tell where two UAVs might be too close; there chords
+    of 0.1 ms tell.
+
+    *Sampled*, at the ends of the 64 or more chords of each piece: speed and acceleration. An excess is missed
+    that comes and goes between two such instants.
+    """
+    with np.errstate(all="ignore"):
+        violations = _judge_assignment(scenario, mission)
+        boxes = shut_boxes(scenario)
+        curves: list[Curve | None] = [None] * len(scenario.uavs)
+        unknown: set[int] = set()
+        for uav in range(len(scenario.uavs)):
+            target = _target(scenario, _at(mission.assignment, uav))
+            result, trajectory = _at(mission.results, uav), _at(mission.trajectories, uav)
+            if isinstance(result, Result):
+                violations += judge_result(scenario, boxes, uav, target, result, isinstance(trajectory, Trajectory))
+            if isinstance(trajectory, Trajectory):
+                found, curves[uav] = judge_trajectory(scenario, boxes, uav, target, trajectory)
+                violations += found
+                if curves[uav] is None:
+                    unknown.add(uav)
+        return violations + judge_separation(scenario, curves, unknown)
+
+
+def _at(values: Sequence[Any], index: int) -> Any:
+    return values[index] if index < len(values) else None
+
+
+def _target(scenario: Scenario, index: object) -> int | None:
+    """Return the index of a target that exists, ``None`` for anything else."""
+    if isinstance(index, bool) or not isinstance(index, int | np.integer):
+        return None
+    return int(index) if 0 <= index < len(scenario.targets) else None
+
+
+def _judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
+    found = []
+    count = len(scenario.uavs)
+    if mission.scenario != scenario:
+        found.append(Violation(Fault.SCENARIO, (), "The mission embeds another scenario than the one it is judged by."))
+    columns = {
+        "assignment": mission.assignment,
+        "results": mission.results,
+        "trajectories": mission.trajectories,
+    }
+    for noun, values in columns.items():
+        if len(values) != count:
+            message = f"The mission's {noun} has {len(values)} entries, but the scenario has {count} UAVs."
+            found.append(Violation(Fault.ASSIGNMENT, (), message))
+    takers: dict[int, int] = {}
+    for uav in range(min(count, *(len(values) for values in columns.values()))):
+        name = scenario.uavs[uav].name
+        given, result, trajectory = mission.assignment[uav], mission.results[uav], mission.trajectories[uav]
+        target = _target(scenario, given)
+        complaints = []
+        if given is not None and target is None:
+            complaints.append(f"is sent to target {given!r}, but targets are numbered 0 to {len(scenario.targets) - 1}")
+        if target is not None and target in takers:
+            other = scenario.uavs[takers[target]].name
+            complaints.append(f"is sent to {scenario.targets[target].name}, which {other} already has")
+        if target is not None:
+            takers.setdefault(target, uav)
+        if result is not None and not isinstance(result, Result):
+            complaints.append(f"has a {type(result).__name__} in place of a result")
+        if trajectory is not None and not isinstance(trajectory, Trajectory):
+            complaints.append(f"has a {type(trajectory).__name__} in place of a trajectory")
+        if given is not None and result is None:
+            complaints.append("has a target but no result")
+        if given is None and result is not None:
+            complaints.append("has a result but no target")
+        if given is None and trajectory is not None:
+            complaints.append("has a trajectory but no target")
+        found += [Violation(Fault.ASSIGNMENT, (uav,), f"{name} {complaint}.") for complaint in complaints]
+    return found

@@ -1,0 +1,143 @@
+"""The lattice over a world: nodes, which moves lead on from each, and snapping.
+
+A node is an integer, ``(i * ny + j) * nz + k`` of its indices. Moves come in opposite pairs: move ``m`` and
+``m ^ 1`` undo each other, and ``m >> 1`` is their common axis. ``exits[node]`` has bit m set where move m is safe.
+"""
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.scenario import Lattice
+from skyverse.space import box
+from skyverse.space.world import Space, World, segment_free
+
+Ints = NDArray[np.int64]
+
+
+class Grid(NamedTuple):
+    """A compiled lattice.
+
+    Attributes
+    ----------
+    origin, step, shape
+        (3,) metres, metres and nodes per axis.
+    exits
+        (nodes,) int32, the safe moves of each node as bits; 0 for a blocked or enclosed node.
+    moves, offsets
+        (k, 3) index steps and (k,) steps in node numbers.
+    toward
+        (27,) the moves, as bits, that come nearer on every axis they change, by the signs of the way left.
+    """
+
+    origin: Floats
+    step: Floats
+    shape: Ints
+    exits: NDArray[np.int32]
+    moves: Ints
+    offsets: Ints
+    toward: Ints
+
+
+def lattice_moves(connectivity: int) -> Ints:
+    """Return the (k, 3) index steps of a 6- or 26-connected lattice, in opposite pairs, axes first."""
+    half = [m for m in itertools.product((1, 0, -1), repeat=3) if m > (0, 0, 0)]
+    half.sort(key=lambda m: (sum(map(abs, m)), [-v for v in m]))
+    pairs = [step for m in half[: connectivity // 2] for step in (m, tuple(-v for v in m))]
+    return np.array(pairs, dtype=np.int64)
+
+
+def make_grid(world: World, lattice: Lattice) -> Grid:
+    """Compile a lattice over a world: which nodes are blocked, and which moves from the others are safe."""
+    space = world.space
+    step = np.array(lattice.step)
+    shape = np.floor((space.high - space.low) / step + 1e-9).astype(np.int64) + 1
+    touched = np.zeros(tuple(shape), np.uint8)
+    box.touch(space.boxes, space.clearance, space.low, step, shape, touched)
+    moves = lattice_moves(lattice.connectivity)
+    offsets = moves @ np.array([shape[1] * shape[2], shape[2], 1])
+    exits = _safe_moves(touched, moves)
+    return Grid(space.low, step, shape, exits, moves, offsets, _toward(moves))
+
+
+def _toward(moves: Ints) -> Ints:
+    masks = np.zeros(27, np.int64)
+    for code, signs in enumerate(itertools.product((-1, 0, 1), repeat=3)):
+        for m, move in enumerate(moves):
+            if all(v in (0, s) for v, s in zip(move, signs, strict=True)):
+                masks[code] |= 1 << m
+    return masks
+
+
+@kernel
+def _safe_moves(touched: NDArray[np.uint8], moves: Ints) -> NDArray[np.int32]:
+    nx, ny, nz = touched.shape
+    exits = np.zeros(nx * ny * nz, np.int32)
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                if touched[i, j, k] & 1:
+                    continue
+                open_moves = 0
+                for m in range(moves.shape[0]):
+                    dx, dy, dz = moves[m, 0], moves[m, 1], moves[m, 2]
+                    if not (0 <= i + dx < nx and 0 <= j + dy < ny and 0 <= k + dz < nz):
+                        continue
+                    block = abs(dx) + 2 * abs(dy) + 4 * abs(dz)
+                    if not (touched[i + min(dx, 0), j + min(dy, 0), k + min(dz, 0)] >> block) & 1:
+                        open_moves |= 1 << m
+                exits[(i * ny + j) * nz + k] = open_moves
+    return exits
+
+
+@kernel
+def position(grid: Grid, node: int) -> Floats:
+    """Return a node's place, (3,) metres."""
+    p = np.empty(3)
+    rest = node
+    for axis in range(2, -1, -1):
+        p[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
+        rest //= grid.shape[axis]
+    return p
+
+
+def positions(grid: Grid, nodes: ArrayLike) -> Floats:
+    """Return the places of (n,) nodes, (n, 3) metres."""
+    indices = np.stack(np.unravel_index(np.asarray(nodes, dtype=np.int64), tuple(grid.shape)), axis=-1)
+    return np.asarray(grid.origin + indices * grid.step)
+
+
+def snap(grid: Grid, space: Space, point: Floats) -> tuple[int, bool]:
+    """Find the node that stands for a point: a corner of its cell that can be reached from it in a straight line.
+
+    The lower corner comes first, as the thesis snaps down; then the others by distance.
+
+    Returns
+    -------
+    node
+        -1 where no corner can be reached.
+    shut_in
+        Whether no move leads on from any corner that can be reached.
+    """
+    cell = (point - grid.origin) / grid.step
+    low = np.clip(np.floor(cell + 1e-9).astype(np.int64), 0, grid.shape - 1)
+    corners = [low]
+    for reach in itertools.product((0, 1), repeat=3):
+        corner = low + np.array(reach)
+        inside = np.all(corner < grid.shape) and np.all((cell - low > 1e-9) | (np.array(reach) == 0))
+        if any(reach) and inside:
+            corners.append(corner)
+    corners[1:] = sorted(corners[1:], key=lambda c: math.dist(c * grid.step, cell * grid.step))
+    fallback = -1
+    for corner in corners:
+        node = int((corner[0] * grid.shape[1] + corner[1]) * grid.shape[2] + corner[2])
+        if segment_free(space, point, position(grid, node)):
+            if grid.exits[node]:
+                return node, False
+            fallback = node if fallback < 0 else fallback
+    return fallback, fallback >= 0

@@ -1,0 +1,53 @@
+"""Rest-to-rest quintics: the UAV stands still at every waypoint, as the thesis flies it.
+
+Along a segment of L metres it moves by ``L (10 s^3 - 15 s^4 + 6 s^5)``, ``s = t / T``: at most 15/8 L/T fast, and
+accelerating by at most 10/sqrt(3) L/T^2. The thesis takes T = 1.3 sqrt(L) s, whatever the UAV can do; here T is the
+shortest that keeps both limits.
+"""
+
+import math
+
+import numpy as np
+
+from skyverse.result import Floats, Trajectory
+from skyverse.scenario import UAV
+
+_PEAK_SPEED = 15.0 / 8.0
+_PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
+_SHAPE = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+
+
+def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0) -> Trajectory:
+    """Fly straight from waypoint to waypoint, standing still at each.
+
+    Parameters
+    ----------
+    waypoints
+        (n, 3) metres, n >= 2 unless the UAV is to stay where it is.
+    uav
+        Whose `max_speed` and `max_acceleration` to keep.
+    start
+        The first instant, seconds.
+
+    Returns
+    -------
+    Trajectory
+        One quintic piece a segment; a single piece of no motion for one waypoint.
+    """
+    points = np.asarray(waypoints, dtype=np.float64)
+    steps = np.diff(points, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    moving = lengths > 0.0
+    if not moving.any():
+        stay = np.zeros((1, 6, 3))
+        stay[0, 0] = points[0]
+        return Trajectory(np.array([start, start + 1.0]), stay)
+    begins, steps, lengths = points[:-1][moving], steps[moving], lengths[moving]
+    durations = np.maximum(
+        _PEAK_SPEED * lengths / uav.max_speed, np.sqrt(_PEAK_ACCELERATION * lengths / uav.max_acceleration)
+    )
+    # rounding must not push a peak past its limit
+    durations *= 1.0 + 1e-9
+    coefficients = _SHAPE[None, :, None] / durations[:, None, None] ** np.arange(6)[None, :, None] * steps[:, None, :]
+    coefficients[:, 0] = begins
+    return Trajectory(start + np.r_[0.0, np.cumsum(durations)], coefficients)
