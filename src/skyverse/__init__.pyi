@@ -1,7 +1,8 @@
 from ._version import __version__ as __version__
 from .assignment import assign as assign
-from .draw import write_figures as write_figures
-from .draw import write_html as write_html
+from .assignment import straight_line as straight_line
+from .draw.figures import write_figures as write_figures
+from .draw.html import write_html as write_html
 from .errors import InputError as InputError
 from .files import read as read
 from .files import read_mission as read_mission

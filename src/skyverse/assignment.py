@@ -30,8 +30,6 @@ def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | No
     ValueError
         If `costs` is no matrix, or holds NaN or minus infinity, or the criterion is unknown.
     """
-    from scipy.optimize import linear_sum_assignment
-
     matrix = np.array(costs, dtype=np.float64)
     if matrix.ndim != 2:
         raise ValueError(f"costs are a matrix, one row a UAV and one column a target, not of shape {matrix.shape}")
@@ -42,6 +40,10 @@ def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | No
     possible = np.isfinite(matrix)
     if not possible.any():
         return (None,) * len(matrix)
+    if len(matrix) == 1:  # no solver needed, nor the time it takes to import one
+        return (int(np.argmin(matrix[0])),)
+    from scipy.optimize import linear_sum_assignment
+
     if criterion == "min-max":
         possible &= matrix <= _smallest_maximum(matrix, possible)
     # an impossible pair costs more than any assignment of possible ones, so as few as can be are taken

@@ -2,17 +2,26 @@
 
 import os
 import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from skyverse.errors import InputError
 
 
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file; on failure nothing is left behind and an older file stays, and `InputError` says why."""
-    beside = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a name beside a file, with its suffix, to be written to; what was written there becomes the file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written. Nothing is left behind then, and an older file stays as it was.
+    """
+    beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
         try:
-            beside.write_bytes(content)
+            yield beside
             os.replace(beside, path)  # noqa: PTH105 (replaces on Windows too)
         except BaseException:
             beside.unlink(missing_ok=True)
@@ -22,5 +31,6 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in UTF-8; see `write_bytes`."""
-    write_bytes(path, text.encode("utf-8"))
+    """Write a text file in UTF-8; see `whole_file`."""
+    with whole_file(path) as beside:
+        beside.write_text(text, encoding="utf-8", newline="\n")

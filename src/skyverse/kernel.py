@@ -17,3 +17,18 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """
     compiled: Callable[P, R] = numba.njit(cache=True, nogil=True)(function)
     return compiled
+
+
+def on_first_compilation(tell: Callable[[], None]) -> None:
+    """Call `tell` once, when a kernel is compiled because no cached one is found."""
+    from numba.core import event
+
+    class Teller(event.Listener):
+        def on_start(self, _: object) -> None:
+            event.unregister("numba:compile", self)
+            tell()
+
+        def on_end(self, _: object) -> None:
+            pass
+
+    event.register("numba:compile", Teller())

@@ -200,7 +200,7 @@ class Result(_Record):
         """``cost / bound - 1`` of a complete path whose bound is known, otherwise ``None``."""
         if self.bound is None or not self.status.reached:
             return None
-        return self.cost / self.bound - 1.0
+        return self.cost / self.bound - 1.0 if self.bound > 0 else 0.0
 
 
 class Motion(NamedTuple):

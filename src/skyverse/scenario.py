@@ -204,7 +204,7 @@ class Scenario(_Model):
     def _lattice_fits(self) -> Self:
         nodes = 1.0
         for axis, low, high, step in zip("xyz", self.bounds.min, self.bounds.max, self.lattice.step, strict=True):
-            if step > high - low:
+            if step > (high - low) * (1 + 1e-9):  # as forgiving of rounding as the lattice that is made of it
                 raise ValueError(f"lattice.step is {step:g} m along {axis}, longer than the bounds' {high - low:g} m")
             nodes *= (high - low) / step + 1
         if nodes > MAX_NODES:

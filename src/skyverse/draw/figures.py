@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from skyverse.atomic import whole_file
 from skyverse.draw.scene import Curve, Scene, scene
 from skyverse.draw.stage import DASHES, GRID, INK, blank, ends, legend, line, plain, ring, stage, uav
-from skyverse.draw.write import atomically
 from skyverse.result import Mission
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> li
     ------
     ValueError
         For another suffix.
-    OSError
+    InputError
         Where the folder does not exist or a file cannot be written.
     """
     if suffix not in (".png", ".svg", ".pdf"):
@@ -42,7 +42,8 @@ def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> li
     written = []
     for name, draw in _wanted(drawn):
         path = Path(folder) / f"{name}{suffix}"
-        atomically(path, lambda beside, draw=draw: _save(draw(), beside))  # type: ignore[misc]
+        with whole_file(path) as beside:
+            draw().savefig(beside, dpi=DOTS_PER_INCH, facecolor="white")
         written.append(path)
     return written
 
@@ -60,10 +61,6 @@ def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
     if drawn.curves:
         wanted.append(("convergence", lambda: convergence(drawn)))
     return wanted
-
-
-def _save(figure: "Figure", path: Path) -> None:
-    figure.savefig(path, dpi=DOTS_PER_INCH, facecolor="white")
 
 
 def paths(drawn: Scene) -> "Figure":

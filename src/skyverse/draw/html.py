@@ -8,10 +8,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from skyverse.atomic import write_text
 from skyverse.draw import table
 from skyverse.draw.scene import Finding, Scene, scene
 from skyverse.draw.traces import flat, in_space, of_search
-from skyverse.draw.write import atomically
 from skyverse.result import Mission
 
 SHOWN_FINDINGS = 200
@@ -23,15 +23,10 @@ def write_html(mission: Mission, path: Path) -> None:
 
     Raises
     ------
-    OSError
+    InputError
         Where the folder does not exist or the file cannot be written.
     """
-    text = page(scene(mission))
-    atomically(Path(path), lambda beside: _write(beside, text))
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8", newline="\n")
+    write_text(Path(path), page(scene(mission)))
 
 
 def page(scene: Scene) -> str:

@@ -78,7 +78,7 @@
     gridcolor: colour("grid"), zeroline: false, showbackground: false, showspikes: false, nticks: [8, 4, 3][(size[k] < Math.max(...size) / 3) + (size[k] < Math.max(...size) / 7)],
     tickfont: { size: 11 }, tickangle: 0,
   }]));
-  const VIEWS = { overview: [0.8, -0.36, 0.5], side: [1, 0, 0.001], front: [0, -1, 0.001], top: [0.001, 0, 1] };
+  const VIEWS = { overview: [0.8, -0.36, 0.5], side: [1, -0.08, 0.36], end: [0.3, -1, 0.42], above: [0.3, -0.015, 1] };
   const camera = (view) => {
     // Along the longer horizontal side, aimed and near so that all eight corners just fit (plotly sees 45 degrees).
     let [a, b, c] = VIEWS[view];
@@ -88,7 +88,7 @@
     const cross = (u, v) => [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
     const out = unit([a, b, c]), right = unit(cross([0, 0, 1], out)), up = cross(out, right);
-    const box = $("scene").getBoundingClientRect(), tall = Math.tan(Math.PI / 8), wide = tall * box.width / box.height;
+    const box = $("space").getBoundingClientRect(), tall = Math.tan(Math.PI / 8), wide = tall * box.width / box.height;
     const corners = [];
     for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [-1, 1]) corners.push([x * half[0], y * half[1], z * half[2]]);
     const pad = [1 - 110 / box.width, 1 - 100 / box.height];  // room for the axes' words
@@ -116,12 +116,12 @@
   const look = (name) => {
     view = name;
     turned = false;
-    return Plotly.relayout("scene", { "scene.camera": camera(name) });
+    return Plotly.relayout("space", { "scene.camera": camera(name) });
   };
-  const restyle = () => Plotly.restyle("scene", { visible: data.space.map(visibility) });
+  const restyle = () => Plotly.restyle("space", { visible: data.space.map(visibility) });
   const move = () => {
     const [x, y, z] = fleetAt(now), [flown, colours] = trailAt(now);
-    return Plotly.restyle("scene", {
+    return Plotly.restyle("space", {
       x: [flown[0], x], y: [flown[1], y], z: [flown[2], z], "line.color": [colours, undefined],
     }, [trail, fleet]);
   };
@@ -175,7 +175,7 @@
     press(false);
     slider.value = button.dataset.time;
     show(Number(button.dataset.time));
-    $("scene").scrollIntoView({ block: "center", behavior: "smooth" });
+    $("space").scrollIntoView({ block: "center", behavior: "smooth" });
   });
 
   // ---- what is shown ----
@@ -203,7 +203,7 @@
     box.checked = layers[layer];
     box.addEventListener("change", async () => {
       layers[layer] = box.checked;
-      if (layer === "names") return Plotly.restyle("scene", { mode: box.checked ? "markers+text" : "markers" }, [fleet]);
+      if (layer === "names") return Plotly.restyle("space", { mode: box.checked ? "markers+text" : "markers" }, [fleet]);
       await restyle();
       return move();
     });
@@ -214,7 +214,7 @@
 
   const draw = async () => {
     const font = { family: getComputedStyle(document.body).fontFamily, color: colour("ink") };
-    await Plotly.newPlot("scene", data.space.map(dress), {
+    await Plotly.newPlot("space", data.space.map(dress), {
       scene: { ...axes(), aspectmode: "data", camera: camera(view), dragmode: "orbit" }, showlegend: false, font,
       margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)",
       hoverlabel: { font: { family: font.family, size: 12 } },
@@ -222,7 +222,7 @@
     ready = true;
     await restyle();
     await move();
-    $("scene").on("plotly_relayout", (change) => { if (change["scene.camera"] && !fitting) turned = true; });
+    $("space").on("plotly_relayout", (change) => { if (change["scene.camera"] && !fitting) turned = true; });
   };
   let fitting = false;
   new ResizeObserver(async () => {
@@ -230,7 +230,7 @@
     fitting = true;
     await look(view);
     fitting = false;
-  }).observe($("scene"));
+  }).observe($("space"));
 
   // ---- the search ----
   const chart = async (axis) => {

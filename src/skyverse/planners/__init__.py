@@ -1,1 +1,29 @@
 """The planners: frozen parameters with one verb, ``plan(problem, *, stop, rng, on_iteration) -> Result``."""
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from skyverse.planners.base import Planner
+
+_HOMES = {"mvo": "mvo.MVO", "random-restart": "restart.RandomRestart", "astar": "astar.AStar"}
+
+NAMES = tuple(_HOMES)
+"""What planners are called on the command line and in files."""
+
+
+def make_planner(name: str, **settings: object) -> "Planner":
+    """Return the planner of that name with these settings.
+
+    Raises
+    ------
+    ValueError
+        If there is no such planner, or a setting has a value that it cannot have.
+    TypeError
+        If there is no such setting.
+    """
+    if name not in _HOMES:
+        raise ValueError(f"there is no planner {name!r}; there are {', '.join(NAMES)}")
+    module, _, cls = _HOMES[name].partition(".")
+    planner: Planner = getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
+    return planner

@@ -87,9 +87,11 @@ def exhausted(desk: Desk) -> bool:
 def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: int, threshold: int) -> int:
     """Walk on from the draft's last node towards a goal (Algorithms 1 and 2); return the draft's new length.
 
-    The goal was reached if the draft now ends there. Algorithm 2 takes at random one of the unvisited viable
-    neighbours (those nearer to the goal on the axes that the move changes, but never the node just left); failing
-    those any unvisited free neighbour, then a visited viable one, then any; the second and last count as non-viable.
+    The goal was reached if the draft now ends there. Loops of the walk are cut out.
+
+    Algorithm 2 takes at random one of the unvisited viable neighbours (those nearer to the goal on the axes that the
+    move changes, but never the node just left); failing those any unvisited free neighbour, then a visited viable
+    one, then any. The second and the last count as non-viable.
     """
     offsets, moves, exits, toward = task.grid.offsets, task.grid.moves, task.grid.exits, task.grid.toward
     ny, nz = task.grid.shape[1], task.grid.shape[2]
@@ -137,7 +139,7 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
         draft[length] = node
         length += 1
     desk.spent[NODES] += length - begin
-    return length
+    return cut_loops(desk, begin - 1, length)
 
 
 @kernel
@@ -174,13 +176,13 @@ def _draw(offsets: Ints, moves: int, rng: np.random.Generator) -> int:
 
 
 @kernel
-def cut_loops(desk: Desk, length: int) -> int:
-    """Remove from the draft whatever lies between two visits of a node; return its new length."""
+def cut_loops(desk: Desk, first: int, length: int) -> int:
+    """Remove from the draft, from a place on, what lies between two visits of a node; return its new length."""
     draft, last = desk.draft, desk.last
-    for i in range(length):
+    for i in range(first, length):
         last[draft[i]] = i
-    kept = 0
-    i = 0
+    kept = first
+    i = first
     while i < length:
         draft[kept] = draft[i]
         i = last[draft[i]] + 1

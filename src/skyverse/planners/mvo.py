@@ -70,6 +70,8 @@ class MVO(Metaheuristic):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self, "universes", 2)
+        if not isinstance(self.as_run, bool):
+            raise ValueError(f"MVO's as_run is True or False, not {self.as_run!r}")
         if not 0 <= self.wep_min <= self.wep_max <= 1:
             raise ValueError(f"MVO needs 0 <= wep_min <= wep_max <= 1, not {self.wep_min!r} and {self.wep_max!r}")
         if not self.p > 0:
@@ -129,7 +131,7 @@ def _described(
             length = copy_in(desk, 0, U, i, 0, 1 + int(rng.random() * U.length[i]))
             length = _travel(task, desk, rng, length, tdr, threshold, retries)
             length = generate(task, desk, rng, length, task.goal, threshold)
-        length = cut_loops(desk, length)
+        length = cut_loops(desk, 0, length)
         price = judge(task, desk, length)
         if price <= U.cost[i]:
             put(U, i, desk, length, price)
@@ -241,7 +243,7 @@ def _as_run(
         else:
             length = copy_in(desk, 0, U, i, 0, 1 + int(rng.random() * U.length[i]))
             length = detour(task, desk, rng, length, threshold, retries)
-            length = cut_loops(desk, generate(task, desk, rng, length, task.goal, threshold))
+            length = cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
         price = judge(task, desk, length)
         put(U, i, desk, length, price)
         if price < best.cost[0]:

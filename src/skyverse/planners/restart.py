@@ -30,7 +30,7 @@ class RandomRestart(Metaheuristic):
         """One path is kept at a time."""
         return 1
 
-    def step(self, run: Run, spent: float) -> None:  # noqa: ARG002 (no schedule)
+    def step(self, run: Run, spent: float) -> None:
         """Draw `samples` paths."""
         _sample(run.task, run.desk, run.best, run.rng, self.samples, self.repair_threshold, self.retries)
 
@@ -44,7 +44,7 @@ def _sample(
             return
         desk.draft[0] = task.source
         length = detour(task, desk, rng, 1, threshold, retries)
-        length = cut_loops(desk, generate(task, desk, rng, length, task.goal, threshold))
+        length = cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
         price = judge(task, desk, length)
         if price < best.cost[0]:
             put(best, 0, desk, length, price)

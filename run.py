@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+"""Set up skyverse in .venv and run it: demo, test, lint, docs, lock.
+
+Needs Python 3.11 or newer with venv, nothing else. Everything that pip installs is pinned by hash in requirements/.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
+LOCKS = ROOT / "requirements"
+
+
+def main() -> int:
+    """Run the chosen command and return its exit code."""
+    parser = argparse.ArgumentParser(prog="run.py", description=(__doc__ or "").strip().replace("\n\n", " "))
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    commands.add_parser("demo", help="plan the five-UAV mission of Table 4.8; write it and its web page into out/")
+    commands.add_parser("test", help="run the tests; what follows goes to pytest, as in: run.py test tests/space -x")
+    commands.add_parser("lint", help="ruff, mypy and the import layers")
+    commands.add_parser("docs", help="build the documentation into docs/_build/html, the examples included")
+    commands.add_parser("lock", help="renew requirements/*.txt (needs uv on the PATH)")
+    options, rest = parser.parse_known_args()
+    if rest and options.command != "test":
+        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+    os.chdir(ROOT)
+    drop_stale_kernels()
+    if options.command == "lock":
+        return lock()
+    if options.command == "demo":
+        set_up("run")
+        return run("skyverse", "plan", "table-4.8", "-o", "out/table-4.8.json")
+    set_up("dev")
+    if options.command == "test":
+        return run("python", "-m", "pytest", *(rest[1:] if rest[:1] == ["--"] else rest))
+    if options.command == "docs":
+        return run("sphinx-build", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")
+    return max(
+        run("ruff", "check", "."),
+        run("ruff", "format", "--check", "."),
+        run("mypy"),
+        run("lint-imports", "--no-cache"),
+    )
+
+
+def set_up(kind: str) -> None:
+    """Make .venv hold what requirements/{kind}.txt pins, and the package itself; do nothing if it does already.
+
+    The package is installed editable: edits count at once, and compiled kernels are cached beside the sources, so that
+    a new .venv does not compile them again.
+    """
+    if sys.version_info < (3, 11):  # noqa: UP036 (whoever runs this may have an older one)
+        fail(f"skyverse needs Python 3.11 or newer, and {sys.executable} is {sys.version.split()[0]}")
+    if importlib.util.find_spec("venv") is None or importlib.util.find_spec("ensurepip") is None:
+        fail("this Python cannot make virtual environments; on Debian and Ubuntu: apt install python3-venv")
+    place = f"{sys.version} {ROOT}"
+    digest = hashlib.sha256()
+    for file in (LOCKS / f"{kind}.txt", ROOT / "pyproject.toml"):
+        digest.update(file.read_bytes())
+    wanted = digest.hexdigest()
+    stamp, origin = VENV / f"installed-{kind}", VENV / "made-by"
+    if PYTHON.exists() and read(stamp) == wanted and read(origin) == place:
+        return
+    if not PYTHON.exists() or read(origin) != place:
+        print(f"Making the virtual environment {VENV} ...", flush=True)
+        call(sys.executable, "-m", "venv", "--clear", str(VENV))
+        origin.write_text(place, encoding="utf-8")
+    print(f"Installing requirements/{kind}.txt (a minute or two at first) ...", flush=True)
+    pip = (str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
+    call(*pip, "--require-hashes", "--only-binary", ":all:", "-r", str(LOCKS / f"{kind}.txt"))
+    call(*pip, "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
+    stamp.write_text(wanted, encoding="utf-8")
+
+
+def drop_stale_kernels() -> None:
+    """Delete compiled kernels if any file with kernels has changed.
+
+    numba compiles a kernel again when its own file changes, but not when a kernel that it calls does, in another file.
+    """
+    package = ROOT / "src" / "skyverse"
+    digest = hashlib.sha256()
+    for source in sorted(package.rglob("*.py")):
+        code = source.read_bytes()
+        if b"@kernel" in code or source.name == "kernel.py":
+            digest.update(code)
+    known = package / "__pycache__" / "kernels.sha256"
+    if read(known) == digest.hexdigest():
+        return
+    for cached in (*package.rglob("*.nbi"), *package.rglob("*.nbc")):
+        cached.unlink(missing_ok=True)
+    known.parent.mkdir(exist_ok=True)
+    known.write_text(digest.hexdigest(), encoding="utf-8")
+
+
+def lock() -> int:
+    """Pin everything anew: run.txt for users, dev.txt for developers, with the same versions of what both hold."""
+    if shutil.which("uv") is None:
+        fail("uv is not on the PATH; it can be installed into any virtual environment: pip install uv")
+    for kind, more in (("run", ""), ("dev", "--all-extras --constraint requirements/run.txt")):
+        command = f"""uv pip compile pyproject.toml requirements/build.in {more} --output-file requirements/{kind}.txt
+            --universal --python-version 3.11 --generate-hashes --upgrade --quiet
+            --no-emit-index-url --no-emit-find-links"""
+        call(*command.split(), "--custom-compile-command", "python3 run.py lock")
+    return 0
+
+
+def run(program: str, *arguments: str) -> int:
+    """Run a program of the virtual environment and return its exit code."""
+    print(f"$ {' '.join((program, *arguments))}", flush=True)
+    paths = f"{BIN}{os.pathsep}{os.environ.get('PATH', '')}"
+    found = shutil.which(program, path=str(BIN)) or program
+    return subprocess.run([found, *arguments], env={**os.environ, "PATH": paths}, check=False).returncode
+
+
+def call(*command: str) -> None:
+    """Run a step of the set-up; if it fails, so does everything."""
+    if subprocess.run(command, check=False).returncode != 0:
+        fail(f"this did not work: {' '.join(command)}")
+
+
+def read(file: Path) -> str:
+    """Return a file's text, nothing if there is none."""
+    return file.read_text(encoding="utf-8") if file.exists() else ""
+
+
+def fail(reason: str) -> NoReturn:
+    """End with the reason and exit code 2."""
+    print(f"run.py: {reason}", file=sys.stderr)
+    raise SystemExit(2)
+
+
+if __name__ == "__main__":
+    try:
+        raise SystemExit(main())
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None

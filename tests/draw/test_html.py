@@ -1,0 +1,199 @@
+import dataclasses
+import html.parser
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skyverse.draw.html import banner, page, slider_step, write_html
+from skyverse.draw.scene import scene
+from skyverse.draw.table import number, percent, seconds
+from skyverse.errors import InputError
+
+VOID = {"meta", "link", "input", "br", "img"}
+
+
+class Reader(html.parser.HTMLParser):
+    """Refuses tags that do not nest; gathers scripts, attributes and text."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.scripts, self.attributes, self.text = [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.attributes += [(tag, *pair) for pair in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] == "script":
+            self.scripts[-1] += data
+        elif self.open and self.open[-1] != "style":
+            self.text.append(data)
+
+
+def read(text):
+    reader = Reader()
+    reader.feed(text)
+    reader.close()
+    assert reader.open == []
+    return reader
+
+
+@pytest.mark.parametrize("case", ["mission", "troubled", "grounded", "swarm"])
+def test_the_page_nests_and_loads_nothing_from_elsewhere(case, request):
+    reader = read(page(scene(request.getfixturevalue(case))))
+    assert len(reader.scripts) == 3
+    for tag, name, value in reader.attributes:
+        assert not name.startswith("on"), (tag, name)
+        if name in ("src", "href", "srcset", "data", "action"):
+            assert value == "data:,", (tag, name, value)
+    data = json.loads(reader.scripts[0])
+    assert len(data["tracks"]) == len(request.getfixturevalue(case).scenario.uavs)
+    assert "http" not in reader.scripts[2]
+    policy = next(value for _, _, value in reader.attributes if value and value.startswith("default-src"))
+    assert "http" not in policy
+
+
+def test_strings_of_the_user_stay_text(troubled):
+    text = page(scene(troubled))
+    own = re.sub(r"(?s)<script>.*?</script>", "", text)
+    for bite in ("<script>alert", "</script><script>", "<b>d</b>", "<i>0</i>", "<27>"):
+        assert bite not in own
+    reader = read(text)
+    said = " ".join(reader.text)
+    for name in (uav.name for uav in troubled.scenario.uavs):
+        assert name in said
+    assert 'alert("name")' in said
+    data = json.loads(reader.scripts[0])
+    assert [track["name"] for track in data["tracks"]] == [uav.name for uav in troubled.scenario.uavs]
+    drawn = [trace.get("name", "") for trace in data["space"] + data["search"]]
+    assert not any("<" in name for name in drawn)
+
+
+def test_the_verdict_is_green_only_when_nothing_was_found(mission, troubled):
+    good, bad = banner(scene(mission)), banner(scene(troubled))
+    assert "The referee found nothing wrong." in good
+    assert 'class="verdict good"' in good
+    assert 'class="verdict good"' not in bad
+    assert 'class="verdict bad"' in bad
+    assert "The referee found 2 things wrong." in bad
+    assert "interrupted" in bad
+    assert "not complete" in bad
+    assert 'data-time="3.25"' in bad
+
+
+def test_uavs_that_come_too_close_are_a_warning(troubled):
+    close = dataclasses.replace(troubled, violations=troubled.violations[:1])
+    told = banner(scene(close))
+    assert "The referee found 1 thing wrong." in told
+    assert 'class="verdict bad"' not in told
+
+
+def test_the_footer_says_what_made_the_answer(mission):
+    said = " ".join(read(page(scene(mission))).text)
+    for fact in ("walls", "MVO(universes=25)", "MaxIterations(4)", "0.1.0"):
+        assert fact in said
+
+
+def test_numbers_read_well():
+    assert number(None) == "–"  # noqa: RUF001
+    assert number(1234.5, 2) == "1,234.50"
+    assert number(float("inf")) == "∞"
+    assert percent(12.34) == "+12.3 %"
+    assert percent(0.0) == "0 %"
+    assert seconds(0.0042) == "4.2 ms"
+    assert seconds(3.14159) == "3.14 s"
+
+
+@pytest.mark.parametrize(("makespan", "step"), [(8.0, 0.05), (250.0, 1.0), (1.0, 0.005), (0.0, 1.0)])
+def test_the_slider_steps_are_round(makespan, step):
+    assert slider_step(makespan) == step
+
+
+def test_a_missing_folder_is_an_error_and_leaves_nothing(mission, tmp_path):
+    with pytest.raises(InputError, match="nowhere"):
+        write_html(mission, tmp_path / "nowhere" / "page.html")
+    write_html(mission, tmp_path / "page.html")
+    write_html(mission, tmp_path / "page.html")
+    assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
+
+
+# ---- in a browser ----
+CHROMIUM = next((p for p in ("/usr/bin/chromium", shutil.which("chromium")) if p and Path(p).exists()), None)
+SWITCHES = """--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking
+    --disable-component-update --disable-sync --use-angle=swiftshader --enable-unsafe-swiftshader"""
+
+
+@pytest.fixture
+def tab():
+    """A browser tab that notes errors and requests."""
+    if CHROMIUM is None:
+        pytest.skip("no chromium to look at the page with")
+    api = pytest.importorskip("playwright.sync_api")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=SWITCHES.split())
+        tab = browser.new_page(viewport={"width": 1000, "height": 700})
+        tab.errors, tab.requests = [], []
+        tab.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
+        tab.on("pageerror", lambda error: tab.errors.append(str(error)))
+        tab.on("request", lambda request: tab.requests.append(request.url))
+        yield tab
+        browser.close()
+
+
+def until(tab, expression):
+    """Wait for it; Playwright's own waiting needs eval, which the page's policy forbids."""
+    for _ in range(300):
+        if tab.evaluate(expression):
+            return
+        tab.wait_for_timeout(100)
+    pytest.fail(f"{expression} did not come true")
+
+
+FLEET = """() => {
+  const {x, y, z} = document.getElementById("space").data.at(-1);
+  return x.map((_, uav) => [x[uav], y[uav], z[uav]]);
+}"""
+
+
+def test_the_fleet_flies_in_a_browser(mission, tmp_path, tab):
+    target = tmp_path / "page.html"
+    write_html(mission, target)
+    tab.goto(target.as_uri())
+    tab.wait_for_selector("body[data-ready]", timeout=60_000)
+    np.testing.assert_allclose(tab.evaluate(FLEET), [(5, -4, 3), (2, 19, 3)])
+
+    slider = tab.get_by_role("slider", name="Time of flight in seconds")
+    for t in (2.0, 3.0, 8.0):
+        slider.fill(str(t))
+        until(tab, f"document.getElementById('clock').textContent.startsWith('{t:.2f} s')")
+        expected = [trajectory.at(t).position[0] for trajectory in mission.trajectories]
+        tab.wait_for_timeout(50)
+        np.testing.assert_allclose(tab.evaluate(FLEET), expected, atol=0.01)
+
+    slider.fill("1")
+    slider.press("ArrowRight")
+    assert tab.locator("#clock").text_content().startswith("1.05 s")
+
+    tab.get_by_role("button", name="Play").click()
+    until(tab, "document.getElementById('time').value > 1.3")
+    tab.get_by_role("button", name="Pause").click()
+    assert tab.evaluate(FLEET)[0] != [5, -4, 3]
+
+    tab.get_by_role("button", name="ben").click()
+    until(tab, "document.getElementById('space').data.at(-1).x[1] === null")
+    tab.get_by_role("button", name="Generated paths").click()
+    until(tab, "document.getElementById('search').data[1].x[0] === 25")
+
+    assert tab.errors == []
+    assert tab.requests == [target.as_uri()]

@@ -1,0 +1,155 @@
+import dataclasses
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from skyverse.draw.scene import scene
+from skyverse.draw.traces import in_space, of_search
+from skyverse.draw.track import PALETTE, sample
+from skyverse.result import Status, Trajectory
+
+
+def test_a_track_carries_names_places_and_arrival(mission):
+    ada, ben = scene(mission).tracks
+    assert (ada.name, ada.target_name, ada.start, ada.target) == ("ada", "north", (5, -4, 3), (5, 9, 3))
+    assert (ada.arrival, ben.arrival) == (8.0, 5.0)
+    np.testing.assert_array_equal(ada.path, mission.results[0].path)
+    assert ada.colour != ben.colour
+
+
+def test_sampled_tracks_stay_close_to_the_true_trajectory(mission):
+    for track, trajectory in zip(scene(mission).tracks, mission.trajectories, strict=True):
+        assert len(track.times) < 400
+        assert set(trajectory.knots) <= set(track.times)
+        instants = np.linspace(trajectory.start, trajectory.end, 2000)
+        drawn = np.array([track.at(t) for t in instants])
+        assert np.abs(drawn - trajectory.at(instants).position).max() < 25 / 3500
+
+
+def test_a_uav_waits_before_its_trajectory_and_holds_after_it(mission):
+    ben = scene(mission).tracks[1]
+    np.testing.assert_allclose(ben.at(0.5), (2, 19, 3))
+    np.testing.assert_allclose(ben.at(3.0), (2, 15.5, 3.5), atol=1e-9)
+    np.testing.assert_allclose(ben.at(99.0), (2, 12, 4))
+
+
+def test_the_flown_trail_ends_at_the_uav(mission):
+    ada = scene(mission).tracks[0]
+    trail = ada.flown(2.0)
+    np.testing.assert_allclose(trail[0], (5, -4, 3))
+    np.testing.assert_allclose(trail[-1], ada.at(2.0))
+    assert len(ada.flown(8.0)) > len(trail)
+
+
+def test_rows_tell_costs_gaps_lengths_and_times(mission):
+    ada, ben = scene(mission).rows
+    assert (ada.uav, ada.target, ada.status) == ("ada", "north", Status.COMPLETE)
+    assert (ada.cost, ada.optimum, ada.fuel, ada.divergence, ada.end) == (44.0, 40.0, 44.0, 0.0, 0.0)
+    assert ada.gap == pytest.approx(10.0)
+    assert ada.length == pytest.approx(3 + 13 + 3)
+    assert (ada.duration, ben.duration) == (8.0, 4.0)
+    assert (ada.generated_paths, ada.seconds) == (100, 0.25)
+    assert ben.gap == pytest.approx(0.0)
+
+
+def test_totals_sum_the_fleet(mission):
+    totals = scene(mission).totals
+    assert (totals.uavs, totals.targeted, totals.reached) == (2, 2, 2)
+    assert (totals.cost, totals.optimum, totals.makespan) == (61.0, 57.0, 8.0)
+    assert totals.gap == pytest.approx(100 * 4 / 57)
+
+
+def test_only_searches_with_iterations_have_a_curve(mission):
+    (curve,) = scene(mission).curves
+    assert (curve.name, curve.bound) == ("ada", 40.0)
+    np.testing.assert_array_equal(curve.iterations, [0, 1, 2, 3])
+    np.testing.assert_array_equal(curve.generated_paths, [25, 50, 75, 100])
+    np.testing.assert_array_equal(curve.cost, [90.0, 60.0, 50.0, 44.0])
+
+
+def test_targets_without_a_uav_are_spare(mission):
+    drawn = scene(mission)
+    assert drawn.spare_targets == (("spare", (8, 8, 2)),)
+    assert drawn.complete
+    assert not drawn.notes
+
+
+def test_trouble_is_told(troubled):
+    drawn = scene(troubled)
+    assert not drawn.complete
+    assert drawn.interrupted
+    assert [finding.severity for finding in drawn.findings] == ["warning", "error"]
+    assert drawn.findings[0].uavs == (troubled.scenario.uavs[0].name, troubled.scenario.uavs[1].name)
+    assert len(drawn.notes) == 3
+    assert Status.NO_PATH.sentence in drawn.notes[0]
+    assert drawn.rows[1].cost == math.inf
+    assert drawn.rows[1].length is None
+    assert drawn.rows[2].status is None
+    assert drawn.totals.optimum is None
+    assert drawn.totals.gap is None
+
+
+def test_a_path_without_trajectory_is_complete_where_nobody_flies(grounded):
+    drawn = scene(grounded)
+    assert drawn.complete
+    assert drawn.totals.makespan is None
+    np.testing.assert_array_equal(drawn.tracks[0].at(3.0), (5, -4, 3))
+
+
+def test_a_missing_trajectory_is_noted_where_others_fly(mission):
+    drawn = scene(dataclasses.replace(mission, trajectories=(mission.trajectories[0], None)))
+    assert not drawn.complete
+    assert drawn.notes == ("ben has a path but no trajectory along it.",)
+
+
+def test_missions_that_only_the_referee_can_judge_are_still_drawn(mission):
+    broken = Trajectory(np.array([0.0, np.nan]), np.zeros((1, 6, 3)))
+    drawn = scene(dataclasses.replace(mission, assignment=(7, 1), results=(None,), trajectories=(broken,)))
+    assert [track.target for track in drawn.tracks] == [None, (2, 12, 4)]
+    assert all(len(track.times) == 0 for track in drawn.tracks)
+
+
+def test_a_path_of_no_length_has_no_gap(mission):
+    nowhere = dataclasses.replace(mission.results[0], cost=0.0, bound=0.0)
+    drawn = scene(dataclasses.replace(mission, results=(nowhere, mission.results[1])))
+    assert drawn.rows[0].gap == 0.0
+
+
+def test_every_uav_of_a_swarm_looks_different(swarm):
+    tracks = scene(swarm).tracks
+    assert len({(track.colour, track.lap) for track in tracks}) == 30
+    assert tracks[len(PALETTE)].colour == PALETTE[0]
+
+
+def test_brisk_pieces_get_more_samples():
+    slow = Trajectory(np.array([0.0, 10.0]), np.array([[[0.0, 0, 0], [1.0, 0, 0]]]))
+    brisk = Trajectory(np.array([0.0, 10.0]), np.array([[[0.0, 0, 0], [0.0, 0, 0], [1.0, 0, 0]]]))
+    assert len(sample(slow, 0.01)[0]) == 3
+    assert len(sample(brisk, 0.01)[0]) > 40
+
+
+def test_all_boxes_are_one_mesh_and_one_line(mission):
+    mesh, edges = in_space(scene(mission))[:2]
+    boxes = mission.scenario.obstacles
+    assert len(mesh["x"]) == 8 * len(boxes)
+    assert len(mesh["i"]) == 12 * len(boxes)
+    points = np.array([mesh["x"], mesh["y"], mesh["z"]]).T
+    triangles = points[np.array([mesh["i"], mesh["j"], mesh["k"]]).T]
+    areas = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1) / 2
+    for number, box in enumerate(boxes):
+        a, b, c = np.subtract(box.max, box.min)
+        assert areas[12 * number : 12 * number + 12].sum() == pytest.approx(2 * (a * b + b * c + a * c))
+    stroke = list(zip(edges["x"], edges["y"], edges["z"], strict=True))[:16]
+    sides = {frozenset(side) for side in pairwise(stroke)}
+    assert len(sides) == 12
+    assert all(sum(p != q for p, q in zip(*side, strict=True)) == 1 for side in sides)
+
+
+def test_the_optimum_is_a_dashed_line(mission):
+    optimum, best = of_search(scene(mission))
+    assert optimum["line"]["dash"] == "dash"
+    assert optimum["y"] == [40.0, 40.0]
+    assert best["meta"]["paths"] == [25, 50, 75, 100]
+    assert best["y"] == [90.0, 60.0, 50.0, 44.0]

@@ -1,0 +1,137 @@
+"""Rest-to-rest quintics against dense sampling and finite differences."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.trajectory import rest_to_rest
+
+COORDINATE = st.one_of(st.floats(-50, 50), st.integers(-5, 5).map(float))
+WAYPOINTS = st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=2, max_size=6).map(np.array)
+UAVS = st.builds(
+    sky.UAV, start=st.just((0, 0, 0)), max_speed=st.floats(0.1, 30), max_acceleration=st.floats(0.1, 30)
+)
+
+
+@given(WAYPOINTS, UAVS, st.floats(0, 100))
+def test_speed_and_acceleration_stay_within_the_limits_at_every_instant(waypoints, uav, start):
+    trajectory = rest_to_rest(waypoints, uav, start)
+    motion = trajectory.at(dense(trajectory))
+    assert np.linalg.norm(motion.velocity, axis=1).max() <= uav.max_speed * (1 + 1e-8)
+    assert np.linalg.norm(motion.acceleration, axis=1).max() <= uav.max_acceleration * (1 + 1e-8)
+
+
+def dense(trajectory, count=400):
+    return np.concatenate([np.linspace(a, b, count) for a, b in zip(trajectory.knots[:-1], trajectory.knots[1:], strict=True)])
+
+
+@pytest.mark.parametrize("length", [0.01, 0.5, 4.0, 8.0, 300.0])
+def test_no_segment_takes_longer_than_a_limit_demands(length):
+    uav = sky.UAV(start=(0, 0, 0), max_speed=5, max_acceleration=3.5)
+    trajectory = rest_to_rest(np.array([(0, 0, 0), (0, length, 0)]), uav)
+    motion = trajectory.at(dense(trajectory, 100_001))
+    top_speed = np.linalg.norm(motion.velocity, axis=1).max()
+    top_acceleration = np.linalg.norm(motion.acceleration, axis=1).max()
+    assert max(top_speed / 5, top_acceleration / 3.5) == pytest.approx(1, rel=1e-6)
+
+
+def test_durations_are_what_the_peaks_of_the_quintic_make_them():
+    """10 s^3 - 15 s^4 + 6 s^5 has its top speed 1.875 at s = 1/2 and its top acceleration 10/sqrt(3)."""
+    uav = sky.UAV(start=(0, 0, 0), max_speed=2, max_acceleration=1)
+    knots = rest_to_rest(np.array([(0, 0, 0), (0.5, 0, 0), (0.5, 0, 40)]), uav, start=3).knots
+    np.testing.assert_allclose(np.diff(knots), [np.sqrt(10 / np.sqrt(3) * 0.5), 1.875 * 40 / 2], rtol=1e-6)
+    assert knots[0] == 3
+
+
+@given(WAYPOINTS, UAVS)
+def test_the_uav_stands_still_at_every_waypoint_and_nothing_jumps(waypoints, uav):
+    trajectory = rest_to_rest(waypoints, uav)
+    moving = np.r_[True, np.linalg.norm(np.diff(waypoints, axis=0), axis=1) > 1e-9]
+    inner = trajectory.knots[1:-1]
+    for t in (inner, np.nextafter(inner, -np.inf)):
+        motion = trajectory.at(t)
+        assert np.abs(motion.velocity).max(initial=0) < 1e-6
+    at_knots = trajectory.at(trajectory.knots)
+    if moving.sum() == len(trajectory.knots) and len(trajectory.knots) == len(waypoints):
+        np.testing.assert_allclose(at_knots.position, waypoints, atol=1e-9)
+    np.testing.assert_allclose(at_knots.position[[0, -1]], waypoints[[0, -1]], atol=1e-8)
+    np.testing.assert_allclose(at_knots.velocity[[0, -1]], 0, atol=1e-6)
+    np.testing.assert_allclose(at_knots.acceleration[[0, -1]], 0, atol=1e-5 * uav.max_acceleration)
+    before = trajectory.at(np.nextafter(inner, -np.inf)).position
+    np.testing.assert_allclose(before, trajectory.at(inner).position, atol=1e-9)
+
+
+@given(WAYPOINTS, UAVS)
+def test_the_way_between_two_waypoints_is_straight_and_never_back(waypoints, uav):
+    trajectory = rest_to_rest(waypoints[:2], uav)
+    begin, chord = waypoints[0], waypoints[1] - waypoints[0]
+    length = np.linalg.norm(chord)
+    if length < 1e-6:
+        return
+    moved = trajectory.at(dense(trajectory)).position - begin
+    along = moved @ chord / length
+    assert np.linalg.norm(moved - along[:, None] * chord / length, axis=1).max() < 1e-9 * (1 + length)
+    assert np.diff(along).min() > -1e-9
+    assert along.min() > -1e-9
+    assert along.max() < length + 1e-9
+
+
+@given(WAYPOINTS, UAVS)
+def test_velocity_and_acceleration_are_the_derivatives_of_position(waypoints, uav):
+    trajectory = rest_to_rest(waypoints, uav)
+    for a, b in zip(trajectory.knots[:-1], trajectory.knots[1:], strict=True):
+        if b - a < 1e-3:
+            continue
+        t, h = np.linspace(a, b, 33)[1:-1], (b - a) * 1e-4
+        ahead, here, behind = (trajectory.at(t + d) for d in (h, 0, -h))
+        slope = (ahead.position - behind.position) / (2 * h)
+        bend = (ahead.velocity - behind.velocity) / (2 * h)
+        np.testing.assert_allclose(here.velocity, slope, atol=1e-5 * uav.max_speed + 1e-12 / h)
+        np.testing.assert_allclose(here.acceleration, bend, atol=1e-5 * uav.max_acceleration + 1e-12 / h)
+
+
+def test_a_trajectory_of_any_degree_is_its_polynomials():
+    rng = np.random.default_rng(1)
+    for degree in (0, 1, 2, 7):
+        pieces = rng.normal(size=(3, degree + 1, 3))
+        knots = np.array([1.0, 1.5, 3.0, 3.25])
+        trajectory = sky.Trajectory(knots, pieces)
+        for t in (1.0, 1.2, 1.5, 2.9, 3.0, 3.2, 3.25):
+            k = min(int(np.sum(knots <= t)) - 1, 2)
+            for axis in range(3):
+                polynomial = np.polynomial.Polynomial(pieces[k, :, axis])
+                motion = trajectory.at(t)
+                for order, values in enumerate(motion):
+                    true = polynomial.deriv(order)(t - knots[k]) if order else polynomial(t - knots[k])
+                    assert values[0, axis] == pytest.approx(true, abs=1e-9)
+
+
+def test_before_its_start_and_after_its_end_the_uav_holds_its_place():
+    uav = sky.UAV(start=(1, 2, 3))
+    trajectory = rest_to_rest(np.array([(1, 2, 3), (4, 5, 6)]), uav, start=2)
+    motion = trajectory.at([0, 1.99, 1e9])
+    np.testing.assert_allclose(motion.position, [(1, 2, 3), (1, 2, 3), (4, 5, 6)])
+    assert not motion.velocity.any()
+    assert not motion.acceleration.any()
+
+
+@pytest.mark.parametrize("waypoints", [[(1, 2, 3)], [(1, 2, 3), (1, 2, 3)]])
+def test_a_uav_with_nowhere_to_go_stays(waypoints):
+    trajectory = rest_to_rest(np.array(waypoints, float), sky.UAV(start=(1, 2, 3)), start=4)
+    assert trajectory.start == 4
+    assert trajectory.end > 4
+    motion = trajectory.at(np.linspace(3, 9, 20))
+    assert (motion.position == (1, 2, 3)).all()
+    assert not motion.velocity.any()
+
+
+@pytest.mark.parametrize("tiny", [5e-324, 1e-300, 1e-100, 1e-17, 1e-13])
+def test_a_step_too_small_to_matter_breaks_nothing(tiny):
+    waypoints = np.array([(0, 0, 0), (tiny, 0, 0), (3, 0, 0), (3, tiny, 0), (3, 1, 0)])
+    for points in (waypoints, waypoints[:2], waypoints[2:4]):
+        trajectory = rest_to_rest(points, sky.UAV(start=(0, 0, 0)), start=50)
+        assert (np.diff(trajectory.knots) > 0).all()
+        assert np.isfinite(trajectory.coefficients).all()
+        np.testing.assert_allclose(trajectory.at([0, 1e9]).position, points[[0, -1]], atol=1e-9)

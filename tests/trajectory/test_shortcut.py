@@ -1,0 +1,90 @@
+"""Fewer waypoints, the same safety."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from worlds import ROOM, scenarios
+
+import skyverse as sky
+from skyverse.space import lattice
+from skyverse.trajectory import drop_collinear, shortcut
+
+
+def rows(*points):
+    return np.array(points, float)
+
+
+@pytest.mark.parametrize(
+    ("path", "kept"),
+    [
+        (rows((0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 1, 0)), rows((0, 0, 0), (2, 0, 0), (2, 1, 0))),
+        (rows((0, 0, 0), (1, 1, 1), (3, 3, 3)), rows((0, 0, 0), (3, 3, 3))),
+        (rows((0, 0, 0), (2, 0, 0), (1, 0, 0)), rows((0, 0, 0), (2, 0, 0), (1, 0, 0))),  # back the way it came
+        (rows((0, 0, 0), (0, 0, 0), (1, 0, 0), (1, 0, 0)), rows((0, 0, 0), (1, 0, 0))),
+        (rows((0, 0, 0), (0, 0, 0)), rows((0, 0, 0))),
+        (rows((1, 2, 3)), rows((1, 2, 3))),
+        (rows((0, 0, 0), (1, 0, 0), (2, 1e-3, 0)), rows((0, 0, 0), (1, 0, 0), (2, 1e-3, 0))),
+    ],
+)
+def test_points_on_a_straight_way_ahead_go(path, kept):
+    np.testing.assert_array_equal(drop_collinear(path), kept)
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 3)] * 3), min_size=1, max_size=20))
+def test_what_is_dropped_lies_between_what_is_kept(points):
+    path = rows(*points)
+    kept = drop_collinear(path)
+    np.testing.assert_array_equal(kept[0], path[0])
+    np.testing.assert_array_equal(kept[-1], path[-1])
+    # walk both: the same length, and every point of the path lies on the kept polyline in the same order
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    short = np.linalg.norm(np.diff(kept, axis=0), axis=1)
+    assert short.sum() == pytest.approx(length.sum())
+    along, mileposts = np.r_[0, np.cumsum(length)], np.r_[0, np.cumsum(short)]
+    if len(kept) > 1:
+        there = np.stack([np.interp(along, mileposts, kept[:, a]) for a in range(3)], axis=-1)
+        np.testing.assert_allclose(there, path, atol=1e-9)
+    # and nothing that is left could go: no point repeats, and each turns or goes back
+    steps = np.diff(kept, axis=0)
+    assert (short > 0).all()
+    for a, b in zip(steps[:-1], steps[1:], strict=True):
+        assert np.any(np.cross(a, b)) or a @ b < 0
+
+
+@given(scenarios(most_nodes=6), st.integers(0, 2**32))
+def test_a_shortcut_leaves_a_subsequence_whose_every_segment_is_free_and_greedily_long(scenario, seed):
+    compiled, rng = sky.World(scenario), np.random.default_rng(seed)
+    grid = lattice.make_grid(compiled, scenario.lattice)
+    free = np.flatnonzero(grid.exits)
+    if not len(free):
+        return
+    nodes = [int(rng.choice(free))]
+    for _ in range(25):
+        choices = [m for m in range(len(grid.moves)) if grid.exits[nodes[-1]] >> m & 1]
+        nodes.append(nodes[-1] + int(grid.offsets[rng.choice(choices)]))
+    path = lattice.positions(grid, nodes)
+    kept = shortcut(compiled, path)
+    np.testing.assert_array_equal(kept[[0, -1]], path[[0, -1]])
+    assert compiled.segments_free(kept[:-1], kept[1:]).all()
+    # the greedy rule, spelt out
+    at, wanted = 0, [0]
+    while at < len(path) - 1:
+        at = max(j for j in range(at + 1, len(path)) if j == at + 1 or compiled.segments_free(path[at], path[j])[0])
+        wanted.append(at)
+    np.testing.assert_array_equal(kept, path[wanted])
+
+
+def test_a_shortcut_goes_round_the_walls_of_the_room_and_not_through():
+    problem = sky.Problem(ROOM)
+    path = problem.places(problem.route.nodes)
+    kept = shortcut(problem.airspace.world, path)
+    assert 3 <= len(kept) < len(drop_collinear(path))
+    assert problem.airspace.world.segments_free(kept[:-1], kept[1:]).all()
+    assert not problem.airspace.world.segments_free(path[0], path[-1]).any()
+
+
+def test_in_an_empty_space_a_shortcut_is_one_segment():
+    empty = ROOM.model_copy(update={"obstacles": ()})
+    path = rows((0, 0, 0), (1, 0, 0), (1, 2, 0), (1, 2, 3))
+    np.testing.assert_array_equal(shortcut(sky.World(empty), path), path[[0, -1]])
