@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -35,10 +35,15 @@ AsJson = Annotated[bool, Parameter(name="--json", negative="")]
 More = Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)]
 
 
-def main() -> None:
-    """Run the command line; what it returns is the exit code."""
+def main(words: Sequence[str] | None = None) -> None:
+    """Run a command line, the program's own by default, and end with its exit code."""
     try:
-        code = app(exit_on_error=False, print_error=False, result_action="return_value")
+        code = app(
+            sys.argv[1:] if words is None else words,
+            exit_on_error=False,
+            print_error=False,
+            result_action="return_value",
+        )
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))
     except InputError as error:
@@ -168,6 +173,8 @@ def plan(
     _refuse_unsafe(scenario, given)
     method = _planner(planner, settings or [])
     out = output if output is not None else Path("out") / f"{given.name}.json"
+    if out.suffix.lower() != ".json":
+        raise InputError(f"--output: {out}: a mission is written as .json")
     _refuse_output(out)
     with _stop(iterations, paths, seconds) as stop, _progress(given) as on_progress:
         mission = _given(

@@ -3,6 +3,7 @@
 import math
 import threading
 from dataclasses import dataclass
+from numbers import Real
 from typing import Protocol
 
 
@@ -79,7 +80,7 @@ class _Counted(Stop):
     _counter = ""
 
     def __init__(self, most: int) -> None:
-        if isinstance(most, bool) or most != int(most) or most < 1:
+        if not _counts(most):
             raise ValueError(f"{type(self).__name__} takes a whole number from 1 on, not {most!r}")
         self.most = int(most)
 
@@ -127,6 +128,10 @@ class MaxEvaluations(_Counted):
     """End after so many objective values."""
 
     _counter = "evaluations"
+
+
+def _counts(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and float(value) >= 1 and float(value) % 1 == 0
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,8 @@ def yaml_text(data: Any) -> str:
 
 def explain(source: object, error: ValidationError, known: set[str]) -> InputError:
     """Turn what pydantic found into one sentence that names file and field."""
-    first = error.errors(include_url=False)[0]
+    # a misspelt key also leaves the right one missing: name the cause
+    first = min(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
     place = _place(first["loc"])
     found = first["input"]
     if first["type"] == "extra_forbidden":

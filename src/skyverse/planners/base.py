@@ -14,7 +14,7 @@ import numpy as np
 from skyverse import cost
 from skyverse._version import __version__
 from skyverse.kernel import kernel
-from skyverse.planners.moves import Desk, Paths, Task, generate, judge, put
+from skyverse.planners.moves import Desk, Paths, Task, exhausted, generate, judge, put
 from skyverse.problem import Problem
 from skyverse.result import Effort, History, Provenance, Result, Status, no_history
 from skyverse.space.lattice import Ints
@@ -291,6 +291,8 @@ def _history(rows: Sequence[tuple[float, ...]]) -> History:
 @kernel
 def _populate(task: Task, desk: Desk, rng: np.random.Generator, paths: Paths, best: Paths) -> None:
     for i in range(len(paths.length)):
+        if i and exhausted(desk):
+            return  # the run ends before anybody looks at the paths that are missing
         desk.draft[0] = task.source
         length = generate(task, desk, rng, 1, task.goal, task.threshold)
         price = judge(task, desk, length)

@@ -115,7 +115,7 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
     while node != goal and counted <= threshold and length < len(draft) and exits[node]:
         free = int(exits[node])
         if task.directed:
-            code = 13 + 9 * ((x > 0) - (x < 0)) + 3 * ((y > 0) - (y < 0)) + ((z > 0) - (z < 0))
+            code = 13 + 9 * _sign(x) + 3 * _sign(y) + _sign(z)
             viable = free & int(toward[code]) & not_back
             choice = _unvisited(offsets, mark, stamp, node, viable)
             if choice == 0:
@@ -140,6 +140,11 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
         length += 1
     desk.spent[NODES] += length - begin
     return cut_loops(desk, begin - 1, length)
+
+
+@kernel
+def _sign(v: int) -> int:
+    return int(v > 0) - int(v < 0)
 
 
 @kernel

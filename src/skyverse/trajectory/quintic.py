@@ -14,6 +14,8 @@ from skyverse.scenario import UAV
 
 _PEAK_SPEED = 15.0 / 8.0
 _PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
+_STANDSTILL = 1e-12
+"""Metres below which a segment is passed over: its duration would be lost in rounding."""
 _SHAPE = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
 
 
@@ -37,7 +39,7 @@ def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0) -> Trajectory:
     points = np.asarray(waypoints, dtype=np.float64)
     steps = np.diff(points, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    moving = lengths > 0.0
+    moving = lengths > _STANDSTILL
     if not moving.any():
         stay = np.zeros((1, 6, 3))
         stay[0, 0] = points[0]

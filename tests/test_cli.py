@@ -1,0 +1,256 @@
+"""The command line as a user meets it."""
+
+import csv
+import json
+import os
+import signal
+import stat
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import skyverse as sky
+from skyverse import cli
+
+VERBS = ("scenarios", "plan", "check", "show", "export")
+
+
+def run(capsys, *words):
+    """Return exit code, standard output and standard error of a command line, run in this process."""
+    with pytest.raises(SystemExit) as stopped:
+        cli.main([str(word) for word in words])
+    said = capsys.readouterr()
+    return stopped.value.code or 0, said.out, said.err
+
+
+@pytest.fixture
+def skyverse(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: run(capsys, *words)
+
+
+@pytest.fixture(scope="module")
+def mission_file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("mission") / "map1.json"
+    sky.write(sky.plan_mission(sky.read_scenario("map1"), sky.AStar()), path)
+    return path
+
+
+def complaint(said):
+    """Return the one sentence of a refusal."""
+    code, out, err = said
+    assert code == 2, said
+    assert out == ""
+    assert err.startswith("skyverse: ")
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+    return err.removeprefix("skyverse: ").strip()
+
+
+def test_help_shows_every_verb_and_each_verb_an_example(skyverse):
+    code, out, _ = skyverse("--help")
+    assert code == 0
+    assert all(verb in out for verb in VERBS)
+    for verb in VERBS:
+        code, out, _ = skyverse(verb, "--help")
+        assert code == 0
+        assert f"skyverse {verb}" in out.split("Examples" if "Examples" in out else "Example")[1]
+
+
+def test_help_imports_neither_numba_nor_scipy():
+    code = "import sys\nfrom skyverse.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass\n"
+    code += "assert not {'numba', 'scipy', 'numpy', 'plotly', 'matplotlib'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_scenarios_lists_the_built_in_ones_and_prints_each_as_a_file_that_reads_back(skyverse, tmp_path):
+    code, out, _ = skyverse("scenarios", "--json")
+    names = [row["name"] for row in json.loads(out)]
+    assert code == 0
+    assert names[:4] == ["map1", "map2", "map3", "table-4.8"]
+    assert all(name in skyverse("scenarios")[1] for name in names)
+    (tmp_path / "copy.yaml").write_text(skyverse("scenarios", "table-4.8")[1])
+    assert sky.read("copy.yaml") == sky.read("table-4.8")
+    assert skyverse("scenarios", "map2", "-o", "copy.json")[0] == 0
+    assert sky.read("copy.json") == sky.read("map2")
+
+
+def test_scenarios_prints_the_schema(skyverse):
+    code, out, _ = skyverse("scenarios", "--schema")
+    assert code == 0
+    assert json.loads(out) == sky.scenario_schema()
+
+
+def test_plan_writes_a_mission_and_a_page_and_says_where(skyverse, tmp_path):
+    code, out, err = skyverse("plan", "map2", "--iterations", 3, "--seed", 5)
+    assert code == 0
+    assert err == "" or "compiling" in err
+    assert out.splitlines()[-2:] == [str(Path("out/map2.json")), str(Path("out/map2.html"))]
+    mission = sky.read("out/map2.json")
+    assert mission.complete
+    assert mission.provenance.seed == 5
+    assert sky.check(mission.scenario, mission) == []
+    assert "<html" in (tmp_path / "out/map2.html").read_text(encoding="utf-8")
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["map2.html", "map2.json"]
+
+
+def test_plan_speaks_json(skyverse):
+    code, out, _ = skyverse("plan", "table-4.9-2", "--planner", "astar", "--json", "--no-page", "-o", "m.json")
+    said = json.loads(out)
+    assert code == 0
+    assert said["cost"] == 238
+    assert [row["gap"] for row in said["uavs"]] == [0, 0]
+    assert said["page"] is None
+
+
+@pytest.mark.parametrize(("assignment", "cost"), [("identity", 732), ("euclidean", 540), ("path-cost", 538)])
+def test_plan_assigns_as_told(skyverse, assignment, cost):
+    words = ("plan", "table-4.8", "--planner", "astar", "--assignment", assignment, "--json", "--no-page")
+    assert json.loads(skyverse(*words)[1])["cost"] == cost
+
+
+def test_plan_takes_a_course_map_with_a_uav_and_a_target(skyverse, tmp_path):
+    (tmp_path / "room.txt").write_text("block 2 0 0 3 3 2 255 0 0\nboundary 0 0 0 5 5 3\n")
+    code, out, _ = skyverse(
+        "plan", "room.txt", "--uav", "1,1,1", "--target", "4,1,1", "--planner", "astar", "--no-page"
+    )
+    assert code == 0, out
+    assert sky.read("out/room.json").scenario.uavs[0].start == (1, 1, 1)
+
+
+def test_plan_takes_settings_and_negative_coordinates(skyverse):
+    words = ("--set", "universes=5", "--set", "as_run=true", "--paths", 30, "--uav", "0,-4,2", "--target", "1,17,3")
+    code, out, _ = skyverse("plan", "map1", *words, "--json", "--no-page")
+    said = json.loads(out)
+    assert code in (0, 1)
+    assert "universes=5, as_run=True" in said["provenance"]["planner"]
+    assert len(said["uavs"]) == 2
+
+
+def test_plan_ends_with_1_where_a_target_cannot_be_reached(skyverse, tmp_path):
+    (tmp_path / "shut.txt").write_text("boundary 0 0 0 5 5 3\nblock 2 0 0 3 5 3\n")
+    code, out, _ = skyverse("plan", "shut.txt", "--uav", "1,1,1", "--target", "4,1,1")
+    assert code == 1
+    assert "no path" in out
+    assert "finer step" in out
+
+
+def test_check_ends_with_0_on_a_good_mission_and_with_1_on_a_bad_one(skyverse, mission_file, tmp_path):
+    assert skyverse("check", mission_file) == (0, "The referee found nothing wrong.\n", "")
+    data = json.loads(mission_file.read_text())
+    data["results"][0]["path"][20][0] += 0.05
+    (tmp_path / "bad.json").write_text(json.dumps(data))
+    code, out, _ = skyverse("check", "bad.json")
+    assert code == 1
+    assert "path off the lattice: uav-1" in out
+    code, out, _ = skyverse("check", "bad.json", "--json")
+    assert code == 1
+    assert json.loads(out)[0]["fault"] == "path off the lattice"
+    code, out, _ = skyverse("check", mission_file, "--scenario", "map3")
+    assert code == 1
+
+
+def test_show_writes_the_page_or_the_figures(skyverse, mission_file, tmp_path):
+    assert skyverse("show", mission_file, "-o", "p/page.html") == (0, f"{Path('p/page.html')}\n", "")
+    code, out, _ = skyverse("show", mission_file, "--figures", "figures")
+    assert code == 0
+    assert len(out.split()) == len(list((tmp_path / "figures").iterdir())) >= 5
+
+
+def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_path):
+    assert skyverse("export", mission_file, "m.waypoints.csv")[0] == 0
+    assert skyverse("export", mission_file, "m.csv", "--rate", 10)[0] == 0
+    with (tmp_path / "m.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[1]["t"]) == pytest.approx(0.1)
+    with (tmp_path / "m.waypoints.csv").open() as file:
+        assert next(csv.DictReader(file))["uav"] == "uav-1"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["plann"], "Did you mean"),
+        (["plan"], "requires an argument"),
+        (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
+        (["plan", "map1", "--planner", "mvp"], "there is no planner 'mvp'; there are mvo, random-restart, astar"),
+        (["plan", "map1", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
+        (["plan", "map1", "--set", "universes"], "--set: expected name=value"),
+        (["plan", "map1", "--set", "universes=few"], "universes is a whole number from 2 on, not 'few'"),
+        (["plan", "map1", "--set", "as_run=maybe"], "as_run is True or False, not 'maybe'"),
+        (["plan", "map1", "--iterations", "0"], "MaxIterations takes a whole number from 1 on, not 0"),
+        (["plan", "map1", "--iterations", "many"], "--iterations"),
+        (["plan", "map1", "--seconds", "-1"], "MaxSeconds takes a number above 0"),
+        (["plan", "map1", "--seed", "-1"], "rng takes None, a whole number from 0 on"),
+        (["plan", "map1", "--assignment", "best"], "--assignment"),
+        (["plan", "map1", "--uav", "1,2"], "--uav: expected x,y,z in metres, as in 0,-4,1, found '1,2'"),
+        (["plan", "map1", "--uav", "1,2,nan"], "uavs[1].start[2]"),
+        (["plan", "map1", "--uav", "5,2.2,1"], "uavs[1].start (uav-2): expected a safe point"),
+        (["plan", "map1", "--target", "5,99,1"], "targets[1].position (target-2): expected a safe point"),
+        (["check", "map1"], "expected a mission"),
+        (["check", "missing.json"], "missing.json: no such file"),
+        (["export", "MISSION", "m.kml"], "m.kml: a mission is written as .json"),
+        (["export", "MISSION", "m.csv", "--rate", "0"], "rate: expected samples a second above 0"),
+        (["export", "MISSION", "nowhere/m.csv"], "cannot be written"),
+        (["show", "MISSION", "-o", "m.pdf"], "expected a file ending in .html"),
+        (["scenarios", "map9"], "map9: no such file"),
+        (["scenarios", "map1", "-o", "map1.xml"], "a scenario is written as .yaml"),
+    ],
+)
+def test_bad_input_gets_one_sentence_and_exit_code_2(skyverse, mission_file, tmp_path, words, expected):
+    said = skyverse(*(mission_file if word == "MISSION" else word for word in words))
+    assert expected in complaint(said)
+    assert list(tmp_path.iterdir()) == [] or words[0] == "plan"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "name: x\nbounds: {min: [0, 0, 0], max: [1, 1, 1]}\ncleerance: 1\n",
+            "cleerance: there is no such key; did you mean 'clearance'?",
+        ),
+        ("name: [", "is not YAML"),
+        ("", "expected a scenario, a mapping"),
+    ],
+)
+def test_a_bad_file_is_named_with_its_field(skyverse, tmp_path, text, expected):
+    (tmp_path / "mine.yaml").write_text(text)
+    sentence = complaint(skyverse("plan", "mine.yaml"))
+    assert sentence.startswith("mine.yaml: ")
+    assert expected in sentence
+
+
+def test_output_that_cannot_be_kept_is_refused_before_the_run(skyverse, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "folder.json").mkdir()
+    monkeypatch.setattr(sky, "plan_mission", lambda *_, **__: pytest.fail("planned for nothing"))
+    assert "file: cannot be made" in complaint(skyverse("plan", "map1", "-o", "file/m.json"))
+    assert "expected a file, found a folder" in complaint(skyverse("plan", "map1", "-o", "folder.json"))
+    assert "a mission is written as .json" in complaint(skyverse("plan", "map1", "-o", "m.yaml"))
+    if os.geteuid():
+        (tmp_path / "locked").mkdir(mode=stat.S_IRUSR | stat.S_IXUSR)
+        assert "read-only" in complaint(skyverse("plan", "map1", "-o", "locked/m.json"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")
+def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
+    words = ["plan", "table-4.8", "--iterations", "100000000", "-o", str(tmp_path / "m.json")]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "skyverse", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    # the handler is in place once kernels run; a signal before that ends the program with nothing written
+    time.sleep(15)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 130, err
+    assert "keeping the best so far" in err
+    assert "Interrupted: this is the best so far." in out
+    mission = sky.read_mission(tmp_path / "m.json")
+    assert mission.interrupted
+    assert mission.results[0].status.reached
+    assert mission.results[4].status is sky.Status.NOT_PLANNED
+    assert {v.fault for v in sky.check(mission.scenario, mission)} <= {sky.Fault.SEPARATION}
