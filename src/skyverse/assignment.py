@@ -5,6 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skyverse.errors import InputError
 from skyverse.result import Floats
 
 Criterion = Literal["min-sum", "min-max"]
@@ -36,7 +37,7 @@ def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | No
     if np.any(np.isnan(matrix)) or np.any(matrix == -np.inf):
         raise ValueError("costs are numbers, or infinite where a UAV cannot reach a target")
     if criterion not in ("min-sum", "min-max"):
-        raise ValueError(f"criterion is 'min-sum' or 'min-max', not {criterion!r}")
+        raise InputError(f"criterion is 'min-sum' or 'min-max', not {criterion!r}")
     possible = np.isfinite(matrix)
     if not possible.any():
         return (None,) * len(matrix)

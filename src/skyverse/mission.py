@@ -7,6 +7,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from skyverse.assignment import Criterion, assign, straight_line
+from skyverse.errors import InputError
 from skyverse.exact import prices_to
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
 from skyverse.problem import Airspace, Problem
@@ -63,8 +64,8 @@ def plan_mission(
 
     Raises
     ------
-    ValueError
-        If assignment or criterion is unknown, or the stop rule does not fit the planner.
+    InputError
+        If assignment, criterion or seed is none, or the stop rule does not fit the planner.
     """
     airspace = Airspace(scenario)
     generator, seed = seeded(rng)
@@ -127,7 +128,7 @@ def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
 
 def _assignment(airspace: Airspace, assignment: Assignment, criterion: Criterion) -> tuple[int | None, ...]:
     if assignment not in ("euclidean", "path-cost", "identity"):
-        raise ValueError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
+        raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
     chosen = assign(cost_matrix(airspace, assignment), criterion)
     if assignment != "path-cost":
         return chosen

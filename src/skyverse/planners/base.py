@@ -13,6 +13,7 @@ import numpy as np
 
 from skyverse import cost
 from skyverse._version import __version__
+from skyverse.errors import InputError
 from skyverse.kernel import kernel
 from skyverse.planners.moves import Desk, Paths, Task, exhausted, generate, judge, put
 from skyverse.problem import Problem
@@ -67,7 +68,7 @@ def seeded(rng: Seed) -> tuple[np.random.Generator, int | None]:
     if rng is None:
         rng = int(np.random.SeedSequence().generate_state(1)[0])
     if isinstance(rng, bool) or not isinstance(rng, int | np.integer) or rng < 0:
-        raise ValueError(f"rng takes None, a whole number from 0 on or a numpy Generator, not {rng!r}")
+        raise InputError(f"rng takes None, a whole number from 0 on or a numpy Generator, not {rng!r}")
     return np.random.default_rng(int(rng)), int(rng)
 
 
@@ -207,12 +208,12 @@ class Metaheuristic(Planner):
 
         Raises
         ------
-        ValueError
+        InputError
             If no counted rule stops the run: schedules follow counted budgets, never a clock.
         """
         stop = MaxIterations(40) if stop is None else stop
         if stop.spent(Progress()) is None:
-            raise ValueError(
+            raise InputError(
                 f"{stop!r} counts nothing, but {type(self).__name__}'s schedules follow a counted budget; "
                 f"combine them, as in MaxIterations(1000) | {stop!r}"
             )

@@ -121,7 +121,7 @@ def _described(
         if exhausted(desk):
             return
         i = order[black_hole]
-        if rng.random() < U.cost[i] / norm:  # r1 < NI(U_i), (3.6)
+        if rng.random() * norm < U.cost[i]:  # r1 < NI(U_i), (3.6); all costs may be 0
             k = order[_rank_wheel(n, rng)]
             length = copy_in(desk, 0, U, k, 0, U.length[k])
             put(U, i, desk, length, U.cost[k])

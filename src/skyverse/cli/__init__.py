@@ -1,0 +1,289 @@
+"""The command line: every verb a few lines over the public API; what a user got wrong ends in one sentence and 2."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, CycloptsError, Group, Parameter
+
+from skyverse._version import __version__
+from skyverse.cli.report import json_text, report, table, violation_data
+from skyverse.cli.watch import progress_bar, stop_rule
+from skyverse.cli.words import make_folder, planner_of, refuse_output, refuse_unsafe, with_more
+from skyverse.errors import InputError
+
+FOUND_WRONG, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+app = App(
+    name="skyverse",
+    version=__version__,
+    help="Plan, prove and export 3-D missions for fleets of UAVs.\n\nExample: `skyverse plan table-4.8`",
+    help_format="markdown",
+    default_parameter=Parameter(negative_iterable=()),
+)
+budget = Group("Budget (whichever comes first; 40 iterations without any)")
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+AsJson = Annotated[bool, Parameter(name="--json", negative="")]
+More = Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)]
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Run a command line, the program's own by default, and end with its exit code."""
+    try:
+        code = app(
+            sys.argv[1:] if words is None else words,
+            exit_on_error=False,
+            print_error=False,
+            result_action="return_value",
+        )
+    except CycloptsError as error:
+        _fail(" ".join(str(error).split()))
+    except InputError as error:
+        _fail(str(error))
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(FOUND_WRONG)
+    sys.exit(code)
+
+
+@app.command
+def scenarios(
+    name: str | None = None,
+    /,
+    *,
+    schema: Annotated[bool, Parameter(negative="")] = False,
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the built-in scenarios, or print one as YAML to start your own from.
+
+    Examples: `skyverse scenarios`, `skyverse scenarios map1 -o mine.yaml`, `skyverse scenarios --schema`
+
+    Parameters
+    ----------
+    name
+        A built-in scenario, or a scenario or mission file.
+    schema
+        Print the JSON Schema of scenario files instead, for editors.
+    output
+        Write to this file (.yaml or .json) instead of printing.
+    as_json
+        Print JSON.
+    """
+    import skyverse as sky
+    from skyverse.files import NAMES
+    from skyverse.files.scenarios import scenario_text
+
+    if schema or name:
+        if schema:
+            text = json_text(sky.scenario_schema())
+        else:
+            text = scenario_text(sky.read_scenario(str(name)), ".json" if as_json else ".yaml")
+        if output is None:
+            print(text, end="")
+        elif schema:
+            from skyverse.atomic import write_text
+
+            write_text(output, text)
+        else:
+            sky.write(sky.read_scenario(str(name)), output)
+        return
+    rows = [
+        {"name": s.name, "uavs": len(s.uavs), "obstacles": len(s.obstacles), "description": s.description}
+        for s in map(sky.read_scenario, NAMES)
+    ]
+    if as_json:
+        print(json_text(rows), end="")
+    else:
+        table(list(rows[0]), [[str(v) for v in row.values()] for row in rows])
+
+
+@app.command
+def plan(
+    scenario: str,
+    /,
+    *,
+    output: Output = None,
+    planner: str = "mvo",
+    settings: Annotated[list[str] | None, Parameter(name="--set")] = None,
+    seed: int | None = None,
+    iterations: Annotated[int | None, Parameter(group=budget)] = None,
+    paths: Annotated[int | None, Parameter(group=budget)] = None,
+    seconds: Annotated[float | None, Parameter(group=budget)] = None,
+    assignment: Literal["path-cost", "euclidean", "identity"] = "path-cost",
+    criterion: Literal["min-sum", "min-max"] = "min-sum",
+    uav: More = None,
+    target: More = None,
+    page: bool = True,
+    as_json: AsJson = False,
+) -> int:
+    """Plan a mission: assign, plan, time, check; write the mission file and its page.
+
+    Examples: `skyverse plan table-4.8`, `skyverse plan map.txt --uav 0,-4,1 --target 2,17,3 --seed 1`,
+    `skyverse plan map1 --planner mvo --set universes=50 --iterations 100`
+
+    Exit code: 0 when every UAV that has a target got a checked path and trajectory to it (too little separation
+    between UAVs is reported, not yet resolved), 1 when not, 2 for bad input, 130 when interrupted: Ctrl-C writes the
+    best mission so far.
+
+    Parameters
+    ----------
+    scenario
+        A built-in name (see `skyverse scenarios`), a scenario file, a course map, or a mission to plan anew.
+    output
+        The mission file, .json; the page is put beside it. By default out/NAME.json.
+    planner
+        mvo, random-restart or astar.
+    settings
+        A planner's setting, as in `--set universes=50`; repeat for more.
+    seed
+        For the same mission again; drawn and told when left out.
+    iterations
+        End each UAV's run after so many iterations.
+    paths
+        End it after so many generated paths.
+    seconds
+        End it after so many seconds.
+    assignment
+        What a UAV's way to a target costs when they are assigned: exactly, in a straight line, or in the order given.
+    criterion
+        Make the fleet's total smallest, or its largest single cost.
+    uav
+        Add a UAV that starts at x,y,z; repeat for more.
+    target
+        Add a target at x,y,z; repeat for more.
+    page
+        Write the page too.
+    as_json
+        Print what was found as JSON.
+    """
+    import skyverse as sky
+
+    asked = with_more(sky.read_scenario(scenario), uav, target)
+    refuse_unsafe(scenario, asked)
+    method = planner_of(planner, settings or [])
+    out = output if output is not None else Path("out") / f"{asked.name}.json"
+    if out.suffix.lower() != ".json":
+        raise InputError(f"--output: {out}: a mission is written as .json")
+    refuse_output(out)
+    with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked) as on_progress:
+        mission = sky.plan_mission(
+            asked,
+            method,
+            stop=stop,
+            rng=seed,
+            assignment=assignment,
+            criterion=criterion,
+            on_progress=on_progress,
+        )
+    sky.write(mission, out)
+    written = [out]
+    if page:
+        written.append(out.with_suffix(".html"))
+        sky.write_html(mission, written[-1])
+    report(mission, written, as_json)
+    if mission.interrupted:
+        return INTERRUPTED
+    own = [v for v in mission.violations if v.fault is not sky.Fault.SEPARATION]
+    return 0 if mission.complete and not own else FOUND_WRONG
+
+
+@app.command
+def check(mission: str, /, *, scenario: str | None = None, as_json: AsJson = False) -> int:
+    """Let the referee judge a mission file, whoever planned it; exit code 1 if anything is wrong.
+
+    Example: `skyverse check out/table-4.8.json`
+
+    Parameters
+    ----------
+    mission
+        A mission file.
+    scenario
+        Judge it against this scenario, not against the one that it embeds.
+    as_json
+        Print the violations as JSON.
+    """
+    import skyverse as sky
+
+    judged = sky.read_mission(mission)
+    violations = sky.check(judged.scenario if scenario is None else sky.read_scenario(scenario), judged)
+    if as_json:
+        print(json_text([violation_data(v) for v in violations]), end="")
+    else:
+        for violation in violations:
+            print(f"{violation.fault.value}: {violation.message}")
+        print(f"{len(violations)} violations." if violations else "The referee found nothing wrong.")
+    return FOUND_WRONG if violations else 0
+
+
+@app.command
+def show(
+    mission: str,
+    /,
+    *,
+    output: Output = None,
+    figures: Path | None = None,
+    browse: Annotated[bool, Parameter(name="--open", negative="")] = False,
+) -> None:
+    """Draw a mission: a page that flies it, or static figures.
+
+    Examples: `skyverse show out/table-4.8.json --open`, `skyverse show out/table-4.8.json --figures figures/`
+
+    Parameters
+    ----------
+    mission
+        A mission file.
+    output
+        The page, .html; by default beside the mission file.
+    figures
+        Write figures (PNG) into this folder instead.
+    browse
+        Open the page in the browser.
+    """
+    import skyverse as sky
+
+    drawn = sky.read_mission(mission)
+    if figures is not None:
+        make_folder(figures)
+        for path in sky.write_figures(drawn, figures):
+            print(path)
+        return
+    page = output if output is not None else Path(mission).with_suffix(".html")
+    if page.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--output: expected a file ending in .html, found {str(page)!r}")
+    refuse_output(page)
+    sky.write_html(drawn, page)
+    print(page)
+    if browse:
+        import webbrowser
+
+        webbrowser.open(page.resolve().as_uri())
+
+
+@app.command
+def export(mission: str, output: Path, /, *, rate: float = 20.0) -> None:
+    """Export a mission's waypoints (.waypoints.csv) or sampled trajectories (.csv).
+
+    Examples: `skyverse export out/map1.json map1.waypoints.csv`, `skyverse export out/map1.json map1.csv --rate 50`
+
+    Parameters
+    ----------
+    mission
+        A mission file.
+    output
+        The file to write; its ending tells what.
+    rate
+        Samples a second in trajectories.
+    """
+    import skyverse as sky
+
+    sky.write(sky.read_mission(mission), output, rate=rate)
+    print(output)
+
+
+def _fail(sentence: str) -> None:
+    print(f"skyverse: {sentence}", file=sys.stderr)
+    sys.exit(BAD_INPUT)

@@ -1,0 +1,86 @@
+"""What was found, as tables for people and as JSON for machines."""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from skyverse.result import Mission, Violation
+
+
+def json_text(data: Any) -> str:
+    """Return data as a JSON document."""
+    return json.dumps(data, indent=2) + "\n"
+
+
+def violation_data(violation: "Violation") -> dict[str, Any]:
+    """Return a violation as plain data."""
+    return asdict(violation) | {"fault": violation.fault.value}
+
+
+def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
+    """Print what became of each UAV, the verdict, and where the files are."""
+    rows = []
+    for uav, target, result, trajectory in zip(
+        mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, strict=True
+    ):
+        if target is not None and result is not None:
+            rows.append(
+                {
+                    "uav": uav.name,
+                    "target": mission.scenario.targets[target].name,
+                    "status": result.status.value,
+                    "cost": result.cost if result.path.size else None,
+                    "optimum": result.bound,
+                    "gap": result.gap,
+                    "seconds of flight": None if trajectory is None else trajectory.end - trajectory.start,
+                    "generated paths": result.effort.generated_paths,
+                }
+            )
+    if as_json:
+        summary = {
+            "mission": str(written[0]),
+            "page": str(written[1]) if len(written) > 1 else None,
+            "cost": mission.cost if mission.complete else None,
+            "makespan": mission.makespan,
+            "interrupted": mission.interrupted,
+            "provenance": asdict(mission.provenance),
+            "uavs": rows,
+            "violations": [violation_data(v) for v in mission.violations],
+        }
+        print(json_text(summary), end="")
+        return
+    table(list(rows[0]) if rows else ["uav"], [[_cell(k, v) for k, v in row.items()] for row in rows])
+    print(f"total cost {mission.cost:.6g}, makespan {mission.makespan:.1f} s, seed {mission.provenance.seed}")
+    if mission.interrupted:
+        print("Interrupted: this is the best so far.")
+    for result in {r.status: r for r in mission.results if r is not None and not r.status.reached}.values():
+        print(f"{result.status.value}: {result.status.sentence}")
+    for violation in mission.violations:
+        print(f"{violation.fault.value}: {violation.message}")
+    if not mission.violations:
+        print("The referee found nothing wrong.")
+    for path in written:
+        print(path)
+
+
+def _cell(key: str, value: object) -> str:
+    if value is None:
+        return "-"
+    if key == "gap":
+        return f"{value:.1%}"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def table(head: list[str], rows: list[list[str]]) -> None:
+    """Print a table."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(width=None if sys.stdout.isatty() else 140)
+    table = Table(*head, box=None, header_style="bold", pad_edge=False)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)

@@ -1,0 +1,75 @@
+"""A long run watched: its end by budget or Ctrl-C, its progress, the first run's compilation."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from skyverse.cli.words import given
+from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.mission import OnProgress
+    from skyverse.scenario import Scenario
+    from skyverse.stop import Stop
+
+
+@contextmanager
+def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) -> Iterator["Stop"]:
+    """Yield the stop rule of the flags and of Ctrl-C; a second Ctrl-C ends the program."""
+    import signal
+    import threading
+
+    import skyverse as sky
+
+    if seconds is not None and iterations is None and paths is None:
+        raise InputError(
+            "--seconds: expected --iterations or --paths with it, as schedules follow counts, found neither"
+        )
+    cancelled = threading.Event()
+    stop: Stop = sky.Cancelled(cancelled)
+    for rule, most in ((sky.MaxSeconds, seconds), (sky.MaxPaths, paths), (sky.MaxIterations, iterations)):
+        if most is not None:
+            stop = given(rule, most) | stop
+    if iterations is None and paths is None:
+        stop = sky.MaxIterations(40) | stop
+
+    def cancel(*_: object) -> None:
+        cancelled.set()
+        signal.signal(signal.SIGINT, before)
+        print("skyverse: stopping, and keeping the best so far; Ctrl-C again to end at once", file=sys.stderr)
+
+    before = signal.signal(signal.SIGINT, cancel)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def progress_bar(scenario: "Scenario") -> Iterator["OnProgress | None"]:
+    """Yield what draws a progress bar when a person watches; say when kernels are being compiled."""
+    from skyverse.kernel import on_first_compilation
+
+    def tell() -> None:
+        print("skyverse: compiling kernels; only the first run takes this long ...", file=sys.stderr)
+
+    on_first_compilation(tell)
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("planning", total=len(scenario.uavs), best="")
+
+        def on_progress(uav: int, progress: Any) -> None:
+            if progress is None:
+                bar.update(task, completed=uav + 1)
+            else:
+                best = f"iteration {progress.iterations}, best {progress.cost:.4g}"
+                bar.update(task, description=scenario.uavs[uav].name, best=best)
+
+        yield on_progress
