@@ -169,7 +169,7 @@ def plan(
     if out.suffix.lower() != ".json":
         raise InputError(f"--output: {out}: a mission is written as .json")
     refuse_output(out)
-    with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked) as on_progress:
+    with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:
         mission = sky.plan_mission(
             asked,
             method,

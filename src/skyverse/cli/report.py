@@ -53,7 +53,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print(json_text(summary), end="")
         return
     table(list(rows[0]) if rows else ["uav"], [[_cell(k, v) for k, v in row.items()] for row in rows])
-    print(f"total cost {mission.cost:.6g}, makespan {mission.makespan:.1f} s, seed {mission.provenance.seed}")
+    total = _cell("total", mission.cost if mission.complete else None)
+    print(f"total cost {total}, makespan {mission.makespan:.1f} s, seed {mission.provenance.seed}")
     if mission.interrupted:
         print("Interrupted: this is the best so far.")
     for result in {r.status: r for r in mission.results if r is not None and not r.status.reached}.values():

@@ -1,9 +1,10 @@
 """A long run watched: its end by budget or Ctrl-C, its progress, the first run's compilation."""
 
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from skyverse.cli.words import given
 from skyverse.errors import InputError
@@ -11,7 +12,7 @@ from skyverse.errors import InputError
 if TYPE_CHECKING:
     from skyverse.mission import OnProgress
     from skyverse.scenario import Scenario
-    from skyverse.stop import Stop
+    from skyverse.stop import Progress, Stop
 
 
 @contextmanager
@@ -47,7 +48,7 @@ def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) 
 
 
 @contextmanager
-def progress_bar(scenario: "Scenario") -> Iterator["OnProgress | None"]:
+def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | None"]:
     """Yield what draws a progress bar when a person watches; say when kernels are being compiled."""
     from skyverse.kernel import on_first_compilation
 
@@ -59,17 +60,23 @@ def progress_bar(scenario: "Scenario") -> Iterator["OnProgress | None"]:
         yield None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("planning", total=len(scenario.uavs), best="")
 
-        def on_progress(uav: int, progress: Any) -> None:
+        drawn = 0.0
+
+        def on_progress(uav: int, progress: "Progress | None") -> None:
+            nonlocal drawn
             if progress is None:
                 bar.update(task, completed=uav + 1)
-            else:
+            elif time.monotonic() - drawn > 0.05:  # an iteration takes less time than drawing it
+                drawn = time.monotonic()
                 best = f"iteration {progress.iterations}, best {progress.cost:.4g}"
-                bar.update(task, description=scenario.uavs[uav].name, best=best)
+                done = uav + (stop.spent(progress) or 0.0)
+                bar.update(task, completed=done, description=scenario.uavs[uav].name, best=best)
 
         yield on_progress
