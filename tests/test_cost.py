@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from worlds import OBJECTIVES, indices_of, neighbours, price_of, scenarios, shape_of
 
 import skyverse as sky
 from skyverse import cost
+from worlds import OBJECTIVES, indices_of, neighbours, price_of, scenarios, shape_of
 
 
 @st.composite
@@ -58,7 +58,11 @@ def priced(objective, connectivity, *indices, goal=(0, 0, 0)):
     grid, pricing = (getattr(sky.Airspace(scenario), name) for name in ("grid", "pricing"))
     nodes = np.array([np.ravel_multi_index(i, tuple(grid.shape)) for i in indices])
     target = int(np.ravel_multi_index(goal, tuple(grid.shape)))
-    return [cost.fuel(grid, pricing, nodes), cost.divergence(grid, pricing, nodes), cost.end(grid, pricing, nodes, target)]
+    return [
+        cost.fuel(grid, pricing, nodes),
+        cost.divergence(grid, pricing, nodes),
+        cost.end(grid, pricing, nodes, target),
+    ]
 
 
 STAIR = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 2, 0), (1, 2, 1)]

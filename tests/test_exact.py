@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
-from worlds import OBJECTIVES, exits_of, indices_of, neighbours, price_of, scenarios, shape_of
 
 import skyverse as sky
+from skyverse import exact
 from skyverse.exact import prices_to, shortest_route
+from worlds import OBJECTIVES, exits_of, indices_of, neighbours, price_of, scenarios, shape_of
 
 
 @pytest.mark.parametrize(("name", "nodes"), [("map1", 265), ("map2", 229), ("map3", 267)])
@@ -92,14 +93,14 @@ def check_route(scenario, source, goal):
 
 
 @given(scenarios(most_nodes=7), st.data())
-@settings(max_examples=80)
+@settings(max_examples=60)
 def test_a_route_costs_what_dijkstra_finds(scenario, data):
     node = st.integers(0, len(indices_of(scenario)) - 1)
     check_route(scenario, data.draw(node), data.draw(node))
 
 
 @given(scenarios(most_nodes=5, objectives=TURNS), st.data())
-@settings(max_examples=80)
+@settings(max_examples=60)
 def test_a_route_that_pays_for_turns_costs_what_dijkstra_over_headings_finds(scenario, data):
     node = st.integers(0, len(indices_of(scenario)) - 1)
     check_route(scenario, data.draw(node), data.draw(node))
@@ -139,6 +140,30 @@ def test_prices_to_many_goals_are_what_dijkstra_finds(scenario, data):
     np.testing.assert_allclose(found, prices_by_dijkstra(scenario, source)[goals], rtol=1e-9)
 
 
+@pytest.mark.parametrize("connectivity", [6, 26])
+@pytest.mark.parametrize("unit", ["nodes", "metres"])
+@pytest.mark.parametrize("step", [(1, 1, 1), (0.1, 0.25, 1), (1, 0.1, 0.25), (0.25, 1, 0.1)])
+def test_what_guides_the_search_is_the_truth_of_an_empty_lattice_and_never_more_with_turns(connectivity, unit, step):
+    scenario = sky.Scenario(
+        name="empty",
+        bounds=sky.Bounds(min=(0, 0, 0), max=[6 * s for s in step]),
+        clearance=0,
+        lattice=sky.Lattice(step=step, connectivity=connectivity),
+        objective=sky.Objective(unit=unit),
+    )
+    grid, pricing = compiled(scenario)
+    middle = int(np.ravel_multi_index((3, 3, 3), shape_of(scenario)))
+    away = indices_of(scenario) - 3
+    guide = pricing.first + np.array([exact._steps_left(grid, pricing, *map(int, d)) for d in away])
+    np.testing.assert_allclose(guide, prices_by_dijkstra(scenario, middle), rtol=1e-12)
+    # a dear turn: what is left over after the steps is turns, so there are at least as many as the guide says
+    turning = scenario.model_copy(update={"objective": sky.Objective(unit=unit, divergence=1000)})
+    turns = np.array([exact._turns_left(grid, -1, *map(int, d)) for d in away])
+    needed = np.floor(prices_by_dijkstra(turning, middle) / 1000)
+    assert (turns <= needed).all()
+    assert turns.max() == (2 if connectivity == 6 else 1)
+
+
 def test_a_goal_behind_a_wall_has_no_route_and_no_price():
     wall = sky.Box(min=(1.4, 0, 0), max=(1.6, 3, 3))
     for objective in ("thesis", "turns"):
@@ -151,7 +176,9 @@ def test_a_goal_behind_a_wall_has_no_route_and_no_price():
             objective=objective,
         )
         assert shortest_route(*compiled(scenario), 0, 63) is None
-        np.testing.assert_array_equal(prices_to(*compiled(scenario), 0, np.array([63, 0, 15])), [np.inf, 1, pay(objective)])
+        np.testing.assert_array_equal(
+            prices_to(*compiled(scenario), 0, np.array([63, 0, 15])), [np.inf, 1, pay(objective)]
+        )
 
 
 def pay(objective):
@@ -168,8 +195,6 @@ def test_the_way_from_a_node_to_itself_is_that_node():
 
 
 def test_the_plain_python_finds_the_same_route():
-    from skyverse import exact
-
     scenario = sky.Scenario(
         name="small",
         bounds=sky.Bounds(min=(0, 0, 0), max=(3, 3, 3)),

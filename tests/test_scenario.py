@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from pydantic import ValidationError
-from worlds import scenarios
 
 import skyverse as sky
 from skyverse.files.builtin import NAMES
 from skyverse.scenario import MAX_NODES, PRESETS
+from worlds import scenarios
 
 VALID = {
     "name": "one",

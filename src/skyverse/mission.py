@@ -79,6 +79,8 @@ def plan_mission(
         result = trajectory = None
         if target is not None:
             problem = Problem(airspace, uav, target)
+            if uav and stop is not None and stop.met(Progress()) == "Cancelled":  # an exact planner does not look
+                interrupted = True
             if interrupted:
                 result = unplanned(problem, Status.NOT_PLANNED, origin)
             else:

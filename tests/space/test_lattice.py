@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import given
-from worlds import exits_of, grown, indices_of, neighbours, scenarios, shape_of, whole
 
 import skyverse as sky
 from skyverse.space import box, lattice
+from worlds import exits_of, grown, indices_of, neighbours, scenarios, shape_of, whole
 
 
 def grid_of(scenario):
@@ -36,7 +36,9 @@ def hall(**changes):
     return sky.Scenario(**(given | changes))
 
 
-@pytest.mark.parametrize(("name", "shape"), [("map1", (101, 251, 13)), ("map2", (201, 51, 13)), ("map3", (101, 251, 13))])
+@pytest.mark.parametrize(
+    ("name", "shape"), [("map1", (101, 251, 13)), ("map2", (201, 51, 13)), ("map3", (101, 251, 13))]
+)
 def test_the_thesis_lattices_have_as_many_nodes_as_it_says(name, shape):
     assert tuple(grid_of(sky.read(name)).shape) == shape
 
@@ -114,9 +116,7 @@ def test_numbers_indices_and_places_of_nodes_agree(scenario):
 def test_a_wall_between_two_layers_of_nodes_lets_no_move_through(thickness, axis):
     low, high = np.zeros(3), np.full(3, 3.0)
     low[axis], high[axis] = 1.5 - thickness / 2, 1.5 + thickness / 2
-    walled = hall(
-        obstacles=(sky.Box(min=low, max=high),), lattice=sky.Lattice(step=(1, 1, 1), connectivity=26)
-    )
+    walled = hall(obstacles=(sky.Box(min=low, max=high),), lattice=sky.Lattice(step=(1, 1, 1), connectivity=26))
     grid = grid_of(walled)
     assert (grid.exits != 0).all()  # no node is blocked
     near = indices_of(walled)[:, axis] == 1

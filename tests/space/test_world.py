@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from worlds import ROOM, scenarios
 
 import skyverse as sky
 from skyverse.space import box, world
+from worlds import ROOM, scenarios
 
 FRACTIONS = np.linspace(0, 1, 401)
 

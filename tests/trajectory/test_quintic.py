@@ -10,9 +10,7 @@ from skyverse.trajectory import rest_to_rest
 
 COORDINATE = st.one_of(st.floats(-50, 50), st.integers(-5, 5).map(float))
 WAYPOINTS = st.lists(st.tuples(COORDINATE, COORDINATE, COORDINATE), min_size=2, max_size=6).map(np.array)
-UAVS = st.builds(
-    sky.UAV, start=st.just((0, 0, 0)), max_speed=st.floats(0.1, 30), max_acceleration=st.floats(0.1, 30)
-)
+UAVS = st.builds(sky.UAV, start=st.just((0, 0, 0)), max_speed=st.floats(0.1, 30), max_acceleration=st.floats(0.1, 30))
 
 
 @given(WAYPOINTS, UAVS, st.floats(0, 100))
@@ -24,7 +22,9 @@ def test_speed_and_acceleration_stay_within_the_limits_at_every_instant(waypoint
 
 
 def dense(trajectory, count=400):
-    return np.concatenate([np.linspace(a, b, count) for a, b in zip(trajectory.knots[:-1], trajectory.knots[1:], strict=True)])
+    return np.concatenate(
+        [np.linspace(a, b, count) for a, b in zip(trajectory.knots[:-1], trajectory.knots[1:], strict=True)]
+    )
 
 
 @pytest.mark.parametrize("length", [0.01, 0.5, 4.0, 8.0, 300.0])

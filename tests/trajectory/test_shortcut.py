@@ -1,14 +1,16 @@
 """Fewer waypoints, the same safety."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from worlds import ROOM, scenarios
 
 import skyverse as sky
 from skyverse.space import lattice
 from skyverse.trajectory import drop_collinear, shortcut
+from worlds import ROOM, scenarios
 
 
 def rows(*points):
@@ -48,7 +50,7 @@ def test_what_is_dropped_lies_between_what_is_kept(points):
     # and nothing that is left could go: no point repeats, and each turns or goes back
     steps = np.diff(kept, axis=0)
     assert (short > 0).all()
-    for a, b in zip(steps[:-1], steps[1:], strict=True):
+    for a, b in itertools.pairwise(steps):
         assert np.any(np.cross(a, b)) or a @ b < 0
 
 

@@ -58,7 +58,7 @@ def explain(source: object, error: ValidationError, known: set[str]) -> InputErr
     first = min(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
     place = _place(first["loc"])
     found = first["input"]
-    if first["type"] == "extra_forbidden":
+    if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         near = difflib.get_close_matches(str(first["loc"][-1]), known, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         return InputError(f"{source}: {place}: there is no such key{hint}")

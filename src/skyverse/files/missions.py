@@ -22,6 +22,8 @@ def _codec() -> TypeAdapter[Mission]:
 
 def mission_from_data(source: object, data: Any) -> Mission:
     """Validate a mission file's data, or raise `InputError` naming file and field."""
+    if data["format"] != FORMAT:
+        raise InputError(f"{source}: format: expected {FORMAT!r}, found {data['format']!r:.60}")
     try:
         mission = _codec().validate_python(data)
     except ValidationError as error:

@@ -1,0 +1,99 @@
+import dataclasses
+import inspect
+import os
+import re
+import typing
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+import skyverse
+
+os.environ["MPLBACKEND"] = "agg"
+
+project = "skyverse"
+author = "The skyverse developers"
+copyright = "The skyverse developers"
+version = release = skyverse.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "cyclopts.sphinx_ext",
+    "sphinx_gallery.gen_gallery",
+]
+exclude_patterns = ["_build", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip", "gallery/*.json", "**.md5"]
+templates_path = ["_templates"]
+html_theme = "furo"
+html_title = f"skyverse {release}"
+html_static_path = ["_static"]
+html_show_sourcelink = False
+default_role = "py:obj"
+myst_enable_extensions = ["colon_fence", "deflist"]
+myst_heading_anchors = 3
+suppress_warnings = ["config.cache"]
+
+autosummary_generate = True
+autodoc_member_order = "bysource"
+autodoc_default_options = {"exclude-members": "model_config"}
+napoleon_google_docstring = False
+napoleon_use_ivar = False
+napoleon_attr_annotations = False  # the signature says them
+smartquotes = False  # they make a dash of --
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r".*\.py",
+    "within_subsection_order": "FileNameSortKey",
+    "download_all_examples": False,
+    "show_memory": False,
+    "write_computation_times": False,
+    "abort_on_example_error": True,
+    "remove_config_comments": True,
+    "min_reported_time": 1000,
+}
+
+
+def _every_public_name_is_documented() -> None:
+    listed = set(re.findall(r"^   ([A-Za-z_]+)$", Path(__file__).with_name("api.md").read_text("utf-8"), re.MULTILINE))
+    public = {name for name in skyverse.__all__ if not name.startswith("_")}
+    if listed != public:
+        raise ValueError(f"docs/api.md and skyverse's public names differ: {sorted(listed ^ public)}")
+
+
+_every_public_name_is_documented()
+
+
+def _signature(_app, what, _name, obj, _options, _arguments, _returned):
+    """Say types as people do: without validators, without the modules that names live in."""
+    if what not in ("class", "function", "method"):
+        return None
+    maker = obj.__init__ if dataclasses.is_dataclass(obj) else obj
+    signature = inspect.signature(maker)
+    hints = typing.get_type_hints(obj) | typing.get_type_hints(maker)
+    parameters = [
+        parameter.replace(annotation=_Said(hints[name])) if name in hints else parameter
+        for name, parameter in signature.parameters.items()
+        if name != "self"
+    ]
+    said = str(signature.replace(parameters=parameters, return_annotation=inspect.Signature.empty))
+    returned = hints.get("return", inspect.Signature.empty) if what != "class" else inspect.Signature.empty
+    return said, None if returned is inspect.Signature.empty else repr(_Said(returned))
+
+
+class _Said:
+    def __init__(self, hint):
+        text = "ArrayLike" if hint == ArrayLike else inspect.formatannotation(hint)
+        text = re.sub(r"numpy\.ndarray\[[^][]*\[[^][]*\], numpy\.dtype\[[^]]*\]\]", "ndarray", text)
+        self.text = re.sub(r"\b(?:skyverse|pathlib|typing|numpy|collections)\.(?:\w+\.)*(?=\w)", "", text)
+
+    def __repr__(self):
+        return self.text
+
+
+def setup(app):
+    """Connect the above."""
+    app.connect("autodoc-process-signature", _signature)

@@ -1,0 +1,221 @@
+"""Mission files: one JSON that reads back equal, and CSV that others can read."""
+
+import csv
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from worlds import ROOM, scenarios
+
+
+@cache
+def room_mission():
+    """Three UAVs: one flies, one cannot start, one has no target."""
+    scenario = ROOM.model_copy(
+        update={
+            "uavs": tuple(
+                sky.UAV(name=n, start=p) for n, p in [("a", (0.6, 0.7, 1.2)), ('b, "x"', (2.5, 1, 1)), ("c", (1, 4, 1))]
+            ),
+            "targets": tuple(sky.Target(name=n, position=p) for n, p in [("t", (5.8, 4.3, 3.1)), ("s", (5, 1, 1))]),
+        }
+    )
+    return sky.plan_mission(scenario, sky.MVO(universes=5), stop=sky.MaxIterations(5), rng=4, assignment="identity")
+
+
+def test_a_mission_reads_back_equal(tmp_path):
+    mission = room_mission()
+    assert mission.results[0].status.reached
+    assert mission.results[1].cost == np.inf
+    assert mission.results[2] is None
+    sky.write(mission, tmp_path / "m.json")
+    again = sky.read(tmp_path / "m.json")
+    assert again == mission
+    assert sky.read_mission(tmp_path / "m.json") == mission
+    assert sky.read_scenario(tmp_path / "m.json") == mission.scenario
+    assert sky.check(again.scenario, again) == list(mission.violations)
+    assert again.results[0].path.dtype == np.float64
+    assert not again.results[0].path.flags.writeable
+    assert again.assignment == (0, 1, None)
+
+
+@given(
+    st.integers(0, 3).flatmap(lambda u: st.integers(0, 3).flatmap(lambda t: scenarios(uavs=u, targets=t))),
+    st.sampled_from([sky.MVO(universes=3), sky.AStar()]),
+)
+@settings(max_examples=30, suppress_health_check=[*HealthCheck])
+def test_every_mission_reads_back_equal(tmp_path, scenario, planner):
+    mission = sky.plan_mission(scenario, planner, stop=sky.MaxIterations(2), rng=1)
+    sky.write(mission, tmp_path / "m.json")
+    assert sky.read(tmp_path / "m.json") == mission
+    sky.write(mission, tmp_path / "m.csv")
+    sky.write(mission, tmp_path / "m.waypoints.csv")
+
+
+def test_the_file_is_strict_json_with_format_scenario_and_provenance(tmp_path):
+    sky.write(room_mission(), tmp_path / "m.json")
+
+    def forbid(constant):
+        raise AssertionError(f"{constant} is no JSON")
+
+    data = json.loads((tmp_path / "m.json").read_text(), parse_constant=forbid)
+    assert data["format"] == "skyverse/mission/1"
+    assert data["scenario"]["name"] == "room"
+    provenance = data["provenance"]
+    assert provenance["skyverse"] == sky.__version__
+    assert provenance["seed"] == 4
+    assert "MVO(" in provenance["planner"]
+    assert provenance["stop"] == "MaxIterations(5)"
+    assert "Python" in provenance["platform"]
+
+
+def refused(tmp_path, data, *says):
+    path = tmp_path / "bad.json"
+    path.write_text(data if isinstance(data, str) else json.dumps(data))
+    with pytest.raises(sky.InputError) as error:
+        sky.read(path)
+    message = str(error.value)
+    assert message.startswith(str(path))
+    assert "\n" not in message
+    for words in says:
+        assert words in message, message
+
+
+def dumped(tmp_path):
+    sky.write(room_mission(), tmp_path / "good.json")
+    return json.loads((tmp_path / "good.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "says"),
+    [
+        (("results",), [], ["results: expected one entry for each of 3 UAVs, found 0"]),
+        (("trajectories",), [None] * 4, ["trajectories: expected one entry for each of 3 UAVs, found 4"]),
+        (("assignment",), [0, 1], ["assignment: expected one entry"]),
+        (("assignment", 0), "first", ["assignment[0]", "found 'first'"]),
+        (("asignment",), [], ["asignment", "there is no such key"]),
+        (("results", 0, "status"), "splendid", ["results[0].status", "found 'splendid'"]),
+        (("results", 0, "path"), [[0, 0], [1, 1]], ["results[0].path", "rows of x, y, z"]),
+        (("results", 0, "path"), [[0, 0, 0], [1, 1]], ["results[0].path", "rows of equal length"]),
+        (("results", 0, "path"), "long", ["results[0].path"]),
+        (("results", 0, "cost"), "dear", ["results[0].cost", "found 'dear'"]),
+        (("results", 0, "colour"), 1, ["results[0].colour", "there is no such key"]),
+        (("results", 0, "history", "evaluations"), [1.5], ["results[0].history.evaluations", "whole numbers"]),
+        (("trajectories", 0, "knots"), [{}], ["trajectories[0].knots", "expected numbers"]),
+        (("trajectories", 0), 5, ["trajectories[0]", "found 5"]),
+        (("scenario", "clearance"), -1, ["scenario.clearance", "found -1"]),
+        (("scenario", "uavs", 0, "spead"), 1, ["scenario.uavs[0].spead", "no such key"]),
+        (("violations",), [{"fault": "ugly", "uavs": [], "message": ""}], ["violations[0].fault", "found 'ugly'"]),
+        (("provenance", "seed"), "x", ["provenance.seed", "found 'x'"]),
+        (("provenance",), None, ["provenance"]),
+        (("interrupted",), "perhaps", ["interrupted", "found 'perhaps'"]),
+        (("format",), "skyverse/mission/2", ["format: expected 'skyverse/mission/1', found 'skyverse/mission/2'"]),
+    ],
+)
+def test_a_field_that_is_wrong_is_named(place, value, says, tmp_path):
+    data = dumped(tmp_path)
+    at = data
+    for key in place[:-1]:
+        at = at[key]
+    at[place[-1]] = value
+    refused(tmp_path, data, *says)
+
+
+@pytest.mark.parametrize("key", ["scenario", "assignment", "results", "trajectories", "violations", "provenance"])
+def test_a_part_that_is_missing_is_named(key, tmp_path):
+    data = dumped(tmp_path)
+    del data[key]
+    refused(tmp_path, data, f"{key}: is missing")
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3, 0.7, 0.999])
+def test_a_truncated_mission_is_refused(share, tmp_path):
+    dumped(tmp_path)
+    text = (tmp_path / "good.json").read_text().rstrip()
+    refused(tmp_path, text[: int(len(text) * share)], "is not JSON")
+
+
+def test_a_scenario_is_no_mission(tmp_path):
+    with pytest.raises(sky.InputError, match="map1: expected a mission"):
+        sky.read_mission("map1")
+
+
+def rows_of(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("rate", [20.0, 7.3, 0.1])
+def test_the_trajectories_csv_holds_what_the_trajectories_say(rate, tmp_path):
+    mission = room_mission()
+    sky.write(mission, tmp_path / "flown.csv", rate=rate)
+    rows = rows_of(tmp_path / "flown.csv")
+    assert list(rows[0]) == ["uav", "t", "x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"]
+    assert {row["uav"] for row in rows} == {"a"}
+    t = np.array([float(row["t"]) for row in rows])
+    trajectory = mission.trajectories[0]
+    assert t[0] == trajectory.start
+    assert t[-1] == pytest.approx(trajectory.end, rel=1e-8)
+    assert (np.diff(t) > 0).all()
+    assert np.diff(t).max() <= 1 / rate + 1e-6
+    assert len(t) >= (trajectory.end - trajectory.start) * rate
+    values = np.array([[float(row[k]) for k in list(row)[2:]] for row in rows])
+    np.testing.assert_allclose(values, np.column_stack(trajectory.at(t)), atol=1e-6)
+
+
+def test_the_waypoints_csv_holds_the_places_between_the_pieces_exactly(tmp_path):
+    mission = room_mission()
+    sky.write(mission, tmp_path / "way.waypoints.csv")
+    rows = rows_of(tmp_path / "way.waypoints.csv")
+    assert list(rows[0]) == ["uav", "waypoint", "t", "x", "y", "z"]
+    trajectory = mission.trajectories[0]
+    assert [int(row["waypoint"]) for row in rows] == list(range(len(trajectory.knots)))
+    t = np.array([float(row["t"]) for row in rows])
+    np.testing.assert_array_equal(t, trajectory.knots)
+    places = np.array([[float(row[k]) for k in "xyz"] for row in rows])
+    np.testing.assert_array_equal(places, trajectory.at(t).position)
+    np.testing.assert_allclose(places[[0, -1]], [(0.6, 0.7, 1.2), (5.8, 4.3, 3.1)], atol=1e-9)
+
+
+def test_a_name_with_commas_and_quotes_survives_csv(tmp_path):
+    mission = sky.plan_mission(
+        ROOM.model_copy(update={"uavs": (sky.UAV(name='a, "b"\nc', start=(0.6, 0.7, 1.2)),)}), sky.AStar()
+    )
+    sky.write(mission, tmp_path / "a.csv")
+    assert {row["uav"] for row in rows_of(tmp_path / "a.csv")} == {'a, "b"\nc'}
+
+
+def test_a_fleet_that_does_not_fly_makes_a_csv_of_its_head(tmp_path):
+    mission = sky.plan_mission(ROOM.model_copy(update={"uavs": ()}), sky.AStar())
+    for name in ("a.csv", "a.waypoints.csv"):
+        sky.write(mission, tmp_path / name)
+        assert rows_of(tmp_path / name) == []
+        assert (tmp_path / name).read_text().startswith("uav,")
+
+
+@pytest.mark.parametrize("rate", [0, -1, np.inf, np.nan])
+def test_a_rate_that_cannot_be_is_refused_and_nothing_is_written(rate, tmp_path):
+    with pytest.raises(sky.InputError, match="rate: expected samples a second above 0"):
+        sky.write(room_mission(), tmp_path / "a.csv", rate=rate)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["a.yaml", "a.txt", "a", "a.html"])
+def test_a_mission_is_written_as_json_or_csv_only(name, tmp_path):
+    with pytest.raises(sky.InputError, match=r"a mission is written as \.json"):
+        sky.write(room_mission(), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["m.json", "m.csv", "m.waypoints.csv"])
+def test_an_unwritable_output_leaves_nothing_behind(name, tmp_path):
+    with pytest.raises(sky.InputError, match="cannot be written"):
+        sky.write(room_mission(), tmp_path / "nowhere" / name)
+    (tmp_path / name).mkdir()
+    with pytest.raises(sky.InputError, match="cannot be written"):
+        sky.write(room_mission(), tmp_path / name)
+    assert [p.name for p in tmp_path.iterdir()] == [name]
