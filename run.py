@@ -46,7 +46,7 @@ def main() -> int:
     if options.command == "test":
         return run("python", "-m", "pytest", *(rest[1:] if rest[:1] == ["--"] else rest))
     if options.command == "docs":
-        return run("sphinx-build", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")
+        return run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")
     return max(
         run("ruff", "check", "."),
         run("ruff", "format", "--check", "."),

@@ -132,6 +132,12 @@ def test_a_part_that_is_missing_is_named(key, tmp_path):
     refused(tmp_path, data, f"{key}: is missing")
 
 
+def test_a_misspelt_part_is_named_rather_than_the_one_that_it_leaves_missing(tmp_path):
+    data = dumped(tmp_path)
+    data["asignment"] = data.pop("assignment")
+    refused(tmp_path, data, "asignment: there is no such key")
+
+
 @pytest.mark.parametrize("share", [0.01, 0.3, 0.7, 0.999])
 def test_a_truncated_mission_is_refused(share, tmp_path):
     dumped(tmp_path)

@@ -129,7 +129,7 @@ def test_a_field_that_is_wrong_is_named_with_what_was_found(old, new, says, tmp_
         ("alias.yaml", "a: &a [*a]", []),
         ("anchors.yaml", "name: *nobody", ["is not YAML"]),
         ("tag.yaml", "name: !!python/object/apply:os.system ['true']", []),
-        ("numbers.yaml", "1: 2\n", ["1"]),
+        ("numbers.yaml", "1: 2\n", []),
         ("null.yaml", "null: 2\n~: 3\n", []),
         ("surrogate.json", '{"name": "\\ud800"}', []),
         ("format.json", '{"format": 5}', []),

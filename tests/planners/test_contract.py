@@ -66,6 +66,14 @@ def test_the_answer_has_every_part_and_the_parts_agree(planner):
         assert (result.status is sky.Status.OPTIMAL) == (result.status.reached and result.gap < 1e-9)
 
 
+def test_a_path_that_is_a_little_dearer_than_the_optimum_is_not_called_optimal():
+    problem = sky.Problem(ROOM)
+    results = [sky.MVO(universes=12).plan(problem, stop=sky.MaxIterations(60), rng=seed) for seed in range(30)]
+    near = [r for r in results if 1e-6 < r.cost / problem.route.price - 1 < 0.09]
+    assert near
+    assert {r.status for r in near} == {sky.Status.COMPLETE}
+
+
 @every_planner
 def test_the_referee_finds_nothing_wrong_with_the_mission_made_of_it(planner):
     for scenario in variants():

@@ -193,7 +193,9 @@ def test_the_node_of_a_point_is_a_corner_of_its_cell_in_line_of_sight(scenario):
     point = np.array(scenario.uavs[0].start)
     node, shut_in = lattice.snap(grid, compiled.space, point)
     below = np.minimum(np.floor((point - grid.origin) / grid.step + 1e-9), grid.shape - 1)
-    corners = [c for c in below + list(itertools.product((0, 1), repeat=3)) if np.all(c < grid.shape)]
+    between = point - (grid.origin + below * grid.step) > 1e-9 * grid.step  # on a plane of nodes a cell has no width
+    corners = [below + c for c in np.array(list(itertools.product((0, 1), repeat=3))) if between[c == 1].all()]
+    corners = [c for c in corners if np.all(c < grid.shape)]
     seen = [
         node_at(grid, *c.astype(int)) for c in corners if compiled.segments_free(point, grid.origin + c * grid.step)[0]
     ]

@@ -86,6 +86,13 @@ def test_a_shortcut_goes_round_the_walls_of_the_room_and_not_through():
     assert not problem.airspace.world.segments_free(path[0], path[-1]).any()
 
 
+def test_a_corner_that_hides_the_point_after_next_is_kept():
+    corner = rows((1, 1, 1), (1, 4.6, 1), (4, 4.6, 1))  # round the end of the first wall
+    compiled = sky.World(ROOM)
+    assert compiled.segments_free(corner[:-1], corner[1:]).all()
+    np.testing.assert_array_equal(shortcut(compiled, corner), corner)
+
+
 def test_in_an_empty_space_a_shortcut_is_one_segment():
     empty = ROOM.model_copy(update={"obstacles": ()})
     path = rows((0, 0, 0), (1, 0, 0), (1, 2, 0), (1, 2, 3))

@@ -52,13 +52,17 @@ def yaml_text(data: Any) -> str:
     return out.getvalue()
 
 
+_UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+"""What pydantic calls it in a model, and in a dataclass."""
+
+
 def explain(source: object, error: ValidationError, known: set[str]) -> InputError:
     """Turn what pydantic found into one sentence that names file and field."""
     # a misspelt key also leaves the right one missing: name the cause
-    first = min(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
+    first = min(error.errors(include_url=False), key=lambda found: found["type"] not in _UNKNOWN_KEY)
     place = _place(first["loc"])
     found = first["input"]
-    if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+    if first["type"] in _UNKNOWN_KEY:
         near = difflib.get_close_matches(str(first["loc"][-1]), known, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         return InputError(f"{source}: {place}: there is no such key{hint}")
