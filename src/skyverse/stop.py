@@ -4,7 +4,7 @@ import math
 import threading
 from dataclasses import dataclass
 from numbers import Real
-from typing import Protocol
+from typing import ClassVar, Protocol, TypeGuard
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,15 @@ class Either(Stop):
         return f"{self.first!r} | {self.second!r}"
 
 
+@dataclass(frozen=True, repr=False)
 class _Counted(Stop):
-    _counter = ""
+    most: int
+    _counter: ClassVar[str] = ""
 
-    def __init__(self, most: int) -> None:
-        if not _counts(most):
-            raise ValueError(f"{type(self).__name__} takes a whole number from 1 on, not {most!r}")
-        self.most = int(most)
+    def __post_init__(self) -> None:
+        if not _counts(self.most):
+            raise ValueError(f"{type(self).__name__} takes a whole number from 1 on, not {self.most!r}")
+        object.__setattr__(self, "most", int(self.most))
 
     def met(self, progress: Progress) -> str | None:
         """Return the rule's name once the counter has reached its limit."""
@@ -99,39 +101,37 @@ class _Counted(Stop):
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.most})"
 
-    def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.__dict__ == other.__dict__
-
-    def __hash__(self) -> int:
-        return hash((type(self), self.most))
-
 
 class MaxIterations(_Counted):
     """End after so many iterations."""
 
-    _counter = "iterations"
+    _counter: ClassVar[str] = "iterations"
 
 
 class MaxPaths(_Counted):
     """End after so many generated paths; the fairest budget between metaheuristics that share a generator."""
 
-    _counter = "generated_paths"
+    _counter: ClassVar[str] = "generated_paths"
 
 
 class MaxNodes(_Counted):
     """End once so many nodes were generated; the walk that crosses the line is finished."""
 
-    _counter = "generated_nodes"
+    _counter: ClassVar[str] = "generated_nodes"
 
 
 class MaxEvaluations(_Counted):
     """End after so many objective values."""
 
-    _counter = "evaluations"
+    _counter: ClassVar[str] = "evaluations"
 
 
 def _counts(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and float(value) >= 1 and float(value) % 1 == 0
+    return _is_number(value) and value >= 1 and value % 1 == 0
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, Real) and not isinstance(value, bool) and not math.isnan(value)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class MaxSeconds(Stop):
     seconds: float
 
     def __post_init__(self) -> None:
-        if not self.seconds > 0:
+        if not _is_number(self.seconds) or not self.seconds > 0:
             raise ValueError(f"MaxSeconds takes a number above 0, not {self.seconds!r}")
 
     def met(self, progress: Progress) -> str | None:
@@ -157,6 +157,10 @@ class TargetCost(Stop):
     """End as soon as the best cost is at most `cost`."""
 
     cost: float
+
+    def __post_init__(self) -> None:
+        if not _is_number(self.cost):
+            raise ValueError(f"TargetCost takes a number, not {self.cost!r}")
 
     def met(self, progress: Progress) -> str | None:
         """Return the rule's name once the cost is reached."""

@@ -192,6 +192,8 @@ def test_a_misspelt_setting_is_refused_with_the_list_of_settings(kind):
         (sky.MVO, {"repair_threshold": -1}),
         (sky.MVO, {"retries": 0}),
         (sky.MVO, {"wep_min": -0.1}),
+        (sky.MVO, {"wep_min": "little"}),
+        (sky.MVO, {"p": True}),
         (sky.MVO, {"wep_min": math.nan}),
         (sky.MVO, {"wep_max": 1.1}),
         (sky.MVO, {"p": 0.0}),

@@ -275,6 +275,14 @@ def require(settings: object, name: str, least: float) -> None:
         raise ValueError(f"{type(settings).__name__}'s {name} is a whole number from {least:g} on, not {value!r}")
 
 
+def require_between(settings: object, name: str, least: float, most: float) -> None:
+    """Refuse a setting that is no number, or not within these limits."""
+    value = getattr(settings, name)
+    number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not number or not least <= value <= most:
+        raise ValueError(f"{type(settings).__name__}'s {name} is a number from {least:g} to {most:g}, not {value!r}")
+
+
 def _no_paths(count: int, capacity: int) -> Paths:
     return Paths(np.empty((count, capacity), np.int32), np.zeros(count, np.int64), np.full(count, math.inf))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse.kernel import kernel
-from skyverse.planners.base import Metaheuristic, Run, require
+from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.moves import (
     Desk,
     Nodes,
@@ -72,10 +72,9 @@ class MVO(Metaheuristic):
         require(self, "universes", 2)
         if not isinstance(self.as_run, bool):
             raise ValueError(f"MVO's as_run is True or False, not {self.as_run!r}")
-        if not 0 <= self.wep_min <= self.wep_max <= 1:
-            raise ValueError(f"MVO needs 0 <= wep_min <= wep_max <= 1, not {self.wep_min!r} and {self.wep_max!r}")
-        if not self.p > 0:
-            raise ValueError(f"MVO's p is a number above 0, not {self.p!r}")
+        require_between(self, "wep_min", 0, 1)
+        require_between(self, "wep_max", self.wep_min, 1)
+        require_between(self, "p", 1e-3, 1e3)
 
     @property
     def population(self) -> int:

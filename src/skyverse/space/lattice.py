@@ -113,29 +113,25 @@ def positions(grid: Grid, nodes: ArrayLike) -> Floats:
 
 
 def snap(grid: Grid, space: Space, point: Floats) -> tuple[int, bool]:
-    """Find the node that stands for a point: a corner of its cell that can be reached from it in a straight line.
+    """Find the node that stands for a point: one within a step on every axis, in a straight line from it.
 
-    The lower corner comes first, as the thesis snaps down; then the others by distance.
+    The lower corner of the point's cell comes first, as the thesis snaps down; then the others by distance.
 
     Returns
     -------
     node
-        -1 where no corner can be reached.
+        -1 where none can be reached.
     shut_in
-        Whether no move leads on from any corner that can be reached.
+        Whether no move leads on from any that can be reached.
     """
     cell = (point - grid.origin) / grid.step
-    low = np.clip(np.floor(cell + 1e-9).astype(np.int64), 0, grid.shape - 1)
-    corners = [low]
-    for reach in itertools.product((0, 1), repeat=3):
-        corner = low + np.array(reach)
-        inside = np.all(corner < grid.shape) and np.all((cell - low > 1e-9) | (np.array(reach) == 0))
-        if any(reach) and inside:
-            corners.append(corner)
-    corners[1:] = sorted(corners[1:], key=lambda c: math.dist(c * grid.step, cell * grid.step))
+    lowest = np.clip(np.floor(cell + 1e-9).astype(np.int64), 0, grid.shape - 1)
+    near = [lowest + np.array(reach) for reach in itertools.product((-1, 0, 1), repeat=3) if any(reach)]
+    near = [c for c in near if np.all((c >= 0) & (c < grid.shape) & (np.abs(c - cell) <= 1 + 1e-9))]
+    near.sort(key=lambda c: math.dist(c * grid.step, cell * grid.step))
     fallback = -1
-    for corner in corners:
-        node = int((corner[0] * grid.shape[1] + corner[1]) * grid.shape[2] + corner[2])
+    for i, j, k in (lowest, *near):
+        node = int((i * grid.shape[1] + j) * grid.shape[2] + k)
         if segment_free(space, point, position(grid, node)):
             if grid.exits[node]:
                 return node, False
