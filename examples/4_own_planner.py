@@ -9,8 +9,8 @@ A new metaheuristic is a frozen dataclass with one ``step``; counting, stopping,
 from dataclasses import dataclass
 
 import skyverse as sky
+from skyverse import Metaheuristic
 from skyverse.kernel import kernel
-from skyverse.planners.base import Metaheuristic
 from skyverse.planners.moves import copy_in, cut_loops, detour, exhausted, generate, judge, put
 
 

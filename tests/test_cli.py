@@ -181,11 +181,12 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plan", "map1", "--set", "universes"], "--set: expected name=value"),
         (["plan", "map1", "--set", "universes=few"], "universes is a whole number from 2 on, not 'few'"),
         (["plan", "map1", "--set", "as_run=maybe"], "as_run is True or False, not 'maybe'"),
-        (["plan", "map1", "--iterations", "0"], "MaxIterations takes a whole number from 1 on, not 0"),
-        (["plan", "map1", "--iterations", "many"], "--iterations"),
+        (["plan", "map1", "--iterations", "0"], "--iterations: expected a whole number from 1 on, found '0'"),
+        (["plan", "map1", "--iterations", "many"], "--iterations: expected a whole number from 1 on, found 'many'"),
+        (["plan", "map1", "--iterations", "1.5"], "--iterations: expected a whole number from 1 on, found '1.5'"),
         (["plan", "map1", "--seconds", "-1", "--paths", "9"], "MaxSeconds takes a number above 0"),
         (["plan", "map1", "--seconds", "5"], "--seconds: expected --iterations or --paths with it"),
-        (["plan", "map1", "--seed", "-1"], "rng takes None, a whole number from 0 on"),
+        (["plan", "map1", "--seed", "-1"], "--seed: expected a whole number from 0 on, found '-1'"),
         (["plan", "map1", "--assignment", "best"], "--assignment"),
         (["plan", "map1", "--uav", "1,2"], "--uav: expected x,y,z in metres, as in 0,-4,1, found '1,2'"),
         (["plan", "map1", "--uav", "1,2,nan"], "uavs[1].start[2]"),
@@ -195,6 +196,7 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["check", "missing.json"], "missing.json: no such file"),
         (["export", "MISSION", "m.kml"], "m.kml: a mission is written as .json"),
         (["export", "MISSION", "m.csv", "--rate", "0"], "rate: expected samples a second above 0"),
+        (["export", "MISSION", "m.csv", "--rate", "1e10"], "rate: expected at most 1e+07 rows a UAV"),
         (["export", "MISSION", "nowhere/m.csv"], "cannot be written"),
         (["show", "MISSION", "-o", "m.pdf"], "expected a file ending in .html"),
         (["scenarios", "map9"], "map9: no such file"),
@@ -204,7 +206,7 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
 def test_bad_input_gets_one_sentence_and_exit_code_2(skyverse, mission_file, tmp_path, words, expected):
     said = skyverse(*(mission_file if word == "MISSION" else word for word in words))
     assert expected in complaint(said)
-    assert list(tmp_path.iterdir()) == [] or words[0] == "plan"
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
 @pytest.mark.parametrize(
@@ -231,20 +233,63 @@ def test_output_that_cannot_be_kept_is_refused_before_the_run(skyverse, tmp_path
     monkeypatch.setattr(sky, "plan_mission", lambda *_, **__: pytest.fail("planned for nothing"))
     assert "file: cannot be made" in complaint(skyverse("plan", "map1", "-o", "file/m.json"))
     assert "expected a file, found a folder" in complaint(skyverse("plan", "map1", "-o", "folder.json"))
+    (tmp_path / "page.html").mkdir()
+    assert "page.html: expected a file, found a folder" in complaint(skyverse("plan", "map1", "-o", "page.json"))
     assert "a mission is written as .json" in complaint(skyverse("plan", "map1", "-o", "m.yaml"))
     if os.geteuid():
         (tmp_path / "locked").mkdir(mode=stat.S_IRUSR | stat.S_IXUSR)
         assert "read-only" in complaint(skyverse("plan", "map1", "-o", "locked/m.json"))
 
 
+@pytest.mark.parametrize("name", ["../../up", "/tmp/abs", "..", "a\nb", "x" * 300, "<b>", "übung 1"])
+def test_the_name_of_a_scenario_never_leads_out_of_the_folder(skyverse, tmp_path, name):
+    sky.write(sky.read_scenario("map2").model_copy(update={"name": name}), "named.json")
+    code, out, _ = skyverse("plan", "named.json", "--planner", "astar", "--no-page")
+    assert code == 0
+    (written,) = (tmp_path / "out").iterdir()
+    assert out.splitlines()[-1] == str(Path("out") / written.name)
+    assert sky.read_mission(written).scenario.name == name
+
+
+def test_a_uav_that_is_added_gets_a_name_of_its_own(skyverse):
+    given = sky.read_scenario("map1").model_dump()
+    given["uavs"][0]["name"] = "uav-2"
+    sky.write(sky.Scenario.model_validate(given), "named.json")
+    skyverse("plan", "named.json", "--uav", "1,-4,1", "--target", "3,17,3", "--planner", "astar", "--no-page")
+    assert [uav.name for uav in sky.read_mission("out/map1.json").scenario.uavs] == ["uav-2", "uav-3"]
+
+
+@pytest.mark.parametrize("verb", ["show", "export", "check"])
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("coefficients", [1], "trajectories[0].coefficients: expected"),
+        ("coefficients", None, "trajectories[0].coefficients"),
+        ("knots", [[]], "trajectories[0].knots: expected two or more rising numbers"),
+        ("knots", [0, float("nan")], "trajectories[0].knots: expected two or more rising numbers"),
+        ("knots", [0, 10**400], "trajectories[0].knots: expected numbers"),
+        ("history", 0, "results[0].history"),
+    ],
+)
+def test_a_mission_whose_arrays_do_not_fit_is_refused_by_every_verb(skyverse, mission_file, verb, field, value, said):
+    data = json.loads(mission_file.read_text())
+    if field == "history":
+        data["results"][0]["history"]["cost"] = value
+    else:
+        data["trajectories"][0][field] = value
+    Path("broken.json").write_text(json.dumps(data))
+    assert said in complaint(skyverse(verb, "broken.json", *(["x.csv"] if verb == "export" else [])))
+
+
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")
 def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
+    warm = [sys.executable, "-m", "skyverse", "plan", "map1", "-o", str(tmp_path / "warm.json")]
+    subprocess.run(warm, check=True, capture_output=True)
     words = ["plan", "table-4.8", "--iterations", "100000000", "-o", str(tmp_path / "m.json")]
     process = subprocess.Popen(
         [sys.executable, "-m", "skyverse", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    # the handler is in place once kernels run; a signal before that ends the program with nothing written
-    time.sleep(15)
+    time.sleep(8)  # the kernels are compiled: a signal while they are would end the program with nothing written
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=120)
     assert process.returncode == 130, err

@@ -102,7 +102,6 @@ SCENARIO = Scenario(
     targets=(
         Target(position=(8.9, 5.1, 3)),
         Target(position=(9.3, 4.2, 2.4)),
-        Target(position=(2, 2, 2)),
     ),
 )
 ALPHA, BEND, ALPHA_ENDS = (0.2, 4.1, 1.2), (4.7, 4.15, 1.8), (9.3, 4.2, 2.4)
@@ -161,6 +160,11 @@ def to_charlie(target, charlie, trajectory=None):
     return flying(trajectory, 2, resulting(charlie, 2, replace(VALID, assignment=put(VALID.assignment, 2, target))))
 
 
+def with_a_third_target(mission):
+    third = Target(name="target-3", position=(2, 2, 2))
+    return replace(mission, scenario=SCENARIO.model_copy(update={"targets": (*SCENARIO.targets, third)}))
+
+
 def given_uav(uav, **changes):
     """The valid mission for a scenario in which a UAV is another."""
     changed = SCENARIO.uavs[uav].model_copy(update=changes)
@@ -188,11 +192,14 @@ PLANTED = {
     "a target that is no number": (Fault.ASSIGNMENT, 2, to_charlie("target-3", no_result())),
     "a yes for a target": (Fault.ASSIGNMENT, 0, replace(VALID, assignment=(True, 0, None))),
     "a target taken twice": (Fault.ASSIGNMENT, 2, to_charlie(0, no_result())),
-    "a target without a result": (Fault.ASSIGNMENT, 2, to_charlie(2, None)),
+    "a target without a result": (Fault.ASSIGNMENT, 2, with_a_third_target(to_charlie(2, None))),
     "a result without a target": (Fault.ASSIGNMENT, 2, to_charlie(None, no_result())),
     "a trajectory without a target": (Fault.ASSIGNMENT, 2, to_charlie(None, None, HOVER)),
-    "a result that is none": (Fault.ASSIGNMENT, 2, to_charlie(2, {"status": "complete"})),
-    "a trajectory that is none": (Fault.ASSIGNMENT, 2, to_charlie(2, no_result(), [1, 2])),
+    "a result that is none": (Fault.ASSIGNMENT, 2, with_a_third_target(to_charlie(2, {"status": "complete"}))),
+    "a trajectory that is none": (Fault.ASSIGNMENT, 2, with_a_third_target(to_charlie(2, no_result(), [1, 2]))),
+    "a start in bounds said to be out": (Fault.STATUS, 0, grounded(resulting(no_result(Status.START_OUT_OF_BOUNDS)))),
+    "a target in bounds said to be out": (Fault.STATUS, 0, grounded(resulting(no_result(Status.TARGET_OUT_OF_BOUNDS)))),
+    "left out without an interruption": (Fault.STATUS, 0, grounded(resulting(no_result(Status.NOT_PLANNED)))),
     "a complete path that ends short": (Fault.STATUS, 0, walking(SHORT, 10, 0.0, 80.0)),
     "an incomplete path that arrives": (Fault.STATUS, 0, grounded(alpha(status=Status.INCOMPLETE))),
     "no path, and yet one": (Fault.STATUS, 0, grounded(resulting(replace(no_result(), path=STRAIGHT)))),
@@ -329,12 +336,12 @@ def test_what_is_left_of_a_short_mission_is_still_judged():
     assert faults == [(Fault.ASSIGNMENT, ())] * 3 + [(Fault.TRAJECTORY_SHAPE, (0,))]
 
 
-@pytest.mark.parametrize("status", [status for status in Status if not status.reached])
+@pytest.mark.parametrize("status", [s for s in Status if not s.reached and "bounds" not in s.value])
 def test_an_unreached_target_is_honest(status):
     if status is Status.INCOMPLETE:
         honest = walking(SHORT, 10, 0.0, 80.0, status=status)
     else:
-        honest = resulting(no_result(status))
+        honest = replace(resulting(no_result(status)), interrupted=status is Status.NOT_PLANNED)
     assert check(SCENARIO, grounded(honest)) == []
 
 

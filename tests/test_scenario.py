@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 import skyverse as sky
 from skyverse.files.builtin import NAMES
-from skyverse.scenario import MAX_NODES, PRESETS
+from skyverse.scenario import MAX_STATES, PRESETS
 from worlds import scenarios
 
 VALID = {
@@ -92,7 +92,7 @@ def test_what_cannot_be_guessed_must_be_given(key):
 
 
 def test_a_lattice_may_have_as_many_nodes_as_the_limit_says_and_no_more():
-    side = round(MAX_NODES ** (1 / 3))
+    side = round(MAX_STATES ** (1 / 3))
     fits = {"step": [1, 1, 1]}
     bounds = {"min": [0, 0, 0], "max": [side - 1, side - 1, side - 3]}
     assert sky.Scenario.model_validate({**VALID, "bounds": bounds, "lattice": fits})

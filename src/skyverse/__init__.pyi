@@ -11,6 +11,8 @@ from .files import scenario_schema as scenario_schema
 from .files import write as write
 from .mission import plan_mission as plan_mission
 from .planners.astar import AStar as AStar
+from .planners.base import Metaheuristic as Metaheuristic
+from .planners.base import Planner as Planner
 from .planners.mvo import MVO as MVO
 from .planners.restart import RandomRestart as RandomRestart
 from .problem import Airspace as Airspace
@@ -18,7 +20,10 @@ from .problem import Problem as Problem
 from .referee import check as check
 from .result import Effort as Effort
 from .result import Fault as Fault
+from .result import History as History
 from .result import Mission as Mission
+from .result import Motion as Motion
+from .result import Provenance as Provenance
 from .result import Result as Result
 from .result import Status as Status
 from .result import Trajectory as Trajectory
@@ -40,4 +45,5 @@ from .stop import MaxNodes as MaxNodes
 from .stop import MaxPaths as MaxPaths
 from .stop import MaxSeconds as MaxSeconds
 from .stop import Progress as Progress
+from .stop import Stop as Stop
 from .stop import TargetCost as TargetCost

@@ -3,7 +3,7 @@
 import os
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from skyverse.errors import InputError
@@ -24,10 +24,13 @@ def whole_file(path: Path) -> Iterator[Path]:
             yield beside
             os.replace(beside, path)  # noqa: PTH105 (replaces on Windows too)
         except BaseException:
-            beside.unlink(missing_ok=True)
+            with suppress(OSError, ValueError):
+                beside.unlink(missing_ok=True)
             raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    except ValueError as error:  # a name that no file can have
+        raise InputError(f"{str(path)!r}: cannot be written: {error}") from None
 
 
 def write_text(path: Path, text: str) -> None:

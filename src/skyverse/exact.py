@@ -94,14 +94,14 @@ def _steps_left(grid: Grid, pricing: Pricing, x: int, y: int, z: int) -> float:
 
 @kernel
 def _turns_left(grid: Grid, axis: int, x: int, y: int, z: int) -> int:
-    """Count the turns that lead x, y, z nodes on at least, after a move along an axis (-1 for none)."""
+    """Count the turns that lead x, y, z nodes on at least, after a move along an axis."""
     if len(grid.offsets) == 6:
         axes_left = (1 if x else 0) + (1 if y else 0) + (1 if z else 0)
-        along = axis < 0 or (axis == 0 and x != 0) or (axis == 1 and y != 0) or (axis == 2 and z != 0)
+        along = (axis == 0 and x != 0) or (axis == 1 and y != 0) or (axis == 2 and z != 0)
         return axes_left - 1 if along and axes_left else axes_left
     longest = max(abs(x), abs(y), abs(z))
     straight = (x == 0 or abs(x) == longest) and (y == 0 or abs(y) == longest) and (z == 0 or abs(z) == longest)
-    if straight and axis >= 0:
+    if straight:
         mx, my, mz = grid.moves[2 * axis, 0], grid.moves[2 * axis, 1], grid.moves[2 * axis, 2]
         straight = y * mz == z * my and z * mx == x * mz and x * my == y * mx
     return 0 if straight else 1
@@ -150,6 +150,27 @@ def _turns(grid: Grid, nodes: Ints) -> int:
 
 
 @kernel
+def _index(goals: Ints, node: int) -> int:
+    """Return where a node stands, or would stand, among sorted goals."""
+    low, high = 0, len(goals)
+    while low < high:
+        middle = (low + high) // 2
+        if goals[middle] < node:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def _twice_as_long(entries: Ints) -> Ints:
+    longer = np.empty(2 * len(entries), np.int64)
+    for i in range(len(entries)):  # a slice would take numba three seconds to compile
+        longer[i] = entries[i]
+    return longer
+
+
+@kernel
 def _search(
     grid: Grid,
     pricing: Pricing,
@@ -181,12 +202,13 @@ def _search(
     info = np.zeros(count, np.uint8)
     g = np.empty(count, np.float64)
     step_price = np.empty(len(grid.offsets))
+    width, dearest = math.inf, 0.0
     for m in range(len(grid.offsets)):
         step_price[m] = pricing.steps[abs(grid.moves[m, 0]) + 2 * abs(grid.moves[m, 1]) + 4 * abs(grid.moves[m, 2])]
-    width = step_price.min()
+        width, dearest = min(width, step_price[m]), max(dearest, step_price[m])
     if turning:
-        width = max(min(width, pricing.turn), 0.02 * step_price.max())
-    widest = 2.0 * step_price.max() + pricing.turn * 2.0
+        width = max(min(width, pricing.turn), 0.02 * dearest)
+    widest = 2.0 * dearest + pricing.turn * 2.0
     buckets = math.ceil(widest / width) + 3
     head = np.full(buckets, -1, np.int64)
     waiting_state = np.empty(1024, np.int64)
@@ -203,8 +225,6 @@ def _search(
     if towards >= 0:
         x, y, z = tx - source // (ny * nz), ty - (source // nz) % ny, tz - source % nz
         base = guide[source] if len(guide) else _steps_left(grid, pricing, x, y, z)
-        if turning:
-            base += pricing.turn * _turns_left(grid, -1, x, y, z)
     state = source * axes
     g[state] = 0.0
     info[state] = _SEEN | _ORIGIN
@@ -235,7 +255,7 @@ def _search(
         expanded += 1
         here = g[state]
         node = state // axes
-        where = np.searchsorted(goals, node) if len(goals) > 1 else 0
+        where = _index(goals, node)
         if where < len(goals) and goals[where] == node and here < prices[where]:
             if prices[where] == math.inf:
                 unsettled -= 1
@@ -244,7 +264,10 @@ def _search(
             if lengths_wanted:
                 slack = pricing.turn * _turns(grid, _walk_back(grid, info, state, axes))
             if unsettled == 0:
-                ceiling = min(ceiling, prices.max() + slack)
+                furthest = 0.0
+                for settled in prices:
+                    furthest = max(furthest, settled)
+                ceiling = min(ceiling, furthest + slack)
         exits = grid.exits[node]
         axis = state % axes
         fresh = info[state] & _ORIGIN == _ORIGIN
@@ -277,8 +300,8 @@ def _search(
                 spare = waiting_next[entry]
             else:
                 if entries == len(waiting_state):
-                    waiting_state = np.concatenate((waiting_state, np.empty_like(waiting_state)))
-                    waiting_next = np.concatenate((waiting_next, np.empty_like(waiting_next)))
+                    waiting_state = _twice_as_long(waiting_state)
+                    waiting_next = _twice_as_long(waiting_next)
                 entry = entries
                 entries += 1
             waiting_state[entry] = after

@@ -1,5 +1,7 @@
 """How a hot function is compiled: one decorator, so that every kernel is cached, serial and free of the GIL."""
 
+import time
+import weakref
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
@@ -15,7 +17,10 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Kernels take arrays, scalars, NamedTuples of arrays and a numpy Generator, nothing else.
     With ``NUMBA_DISABLE_JIT=1`` the function itself comes back.
     """
-    compiled: Callable[P, R] = numba.njit(cache=True, nogil=True)(function)
+    try:
+        compiled: Callable[P, R] = numba.njit(cache=True, nogil=True)(function)
+    except RuntimeError:  # neither the installation nor the home folder can be written to
+        compiled = numba.njit(nogil=True)(function)
     return compiled
 
 
@@ -32,3 +37,21 @@ def on_first_compilation(tell: Callable[[], None]) -> None:
             pass
 
     event.register("numba:compile", Teller())
+
+
+class Stopwatch:
+    """Wall-clock seconds since it was made, without those in which kernels were compiled."""
+
+    def __init__(self) -> None:
+        from numba.core import event
+
+        self._compiling = event.TimingListener()
+        self._began = time.perf_counter()
+        event.register("numba:compile", self._compiling)
+        weakref.finalize(self, event.unregister, "numba:compile", self._compiling)
+
+    @property
+    def seconds(self) -> float:
+        """Seconds until now."""
+        spent = self._compiling.duration if self._compiling.done else 0.0
+        return time.perf_counter() - self._began - float(spent)

@@ -10,7 +10,7 @@ from skyverse.assignment import Criterion, assign, straight_line
 from skyverse.errors import InputError
 from skyverse.exact import prices_to
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
-from skyverse.problem import Airspace, Problem
+from skyverse.problem import Airspace, Problem, stand
 from skyverse.referee import check
 from skyverse.result import Floats, Mission, Result, Status, Trajectory
 from skyverse.scenario import Scenario
@@ -119,12 +119,13 @@ def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
     if assignment == "identity":
         np.fill_diagonal(matrix, 1.0)
         return matrix
-    for i in range(uavs):
-        problems = [Problem(airspace, i, j) for j in range(targets)]
-        open_ = [j for j in range(targets) if problems[j].refusal is None]
-        if open_:
-            goals = np.array([problems[j].goal for j in open_])
-            matrix[i, open_] = prices_to(airspace.grid, airspace.pricing, problems[0].source, goals)
+    sources = [stand(airspace, u.start, start=True) for u in scenario.uavs]
+    goals = [stand(airspace, t.position, start=False) for t in scenario.targets]
+    open_goals = [j for j, (_, refusal) in enumerate(goals) if refusal is None]
+    nodes = np.array([goals[j][0] for j in open_goals], dtype=np.int64)
+    for i, (source, refusal) in enumerate(sources):
+        if refusal is None and open_goals:
+            matrix[i, open_goals] = prices_to(airspace.grid, airspace.pricing, source, nodes)
     return matrix
 
 

@@ -22,6 +22,8 @@ class Airspace:
     """
 
     def __init__(self, scenario: Scenario) -> None:
+        if not isinstance(scenario, Scenario):
+            raise TypeError(f"expected a Scenario, got {scenario!r:.60}; read(...) makes one of a name or a file")
         self.scenario = scenario
         self.world = World(scenario)
         self.grid = make_grid(self.world, scenario.lattice)
@@ -64,8 +66,8 @@ class Problem:
                 )
         self.uav = uav
         self.target = target
-        self.source, source_refusal = _stand(self.airspace, self.scenario.uavs[uav].start, start=True)
-        self.goal, goal_refusal = _stand(self.airspace, self.scenario.targets[target].position, start=False)
+        self.source, source_refusal = stand(self.airspace, self.scenario.uavs[uav].start, start=True)
+        self.goal, goal_refusal = stand(self.airspace, self.scenario.targets[target].position, start=False)
         self.refusal = source_refusal or goal_refusal
 
     @cached_property
@@ -80,8 +82,8 @@ class Problem:
         return positions(self.airspace.grid, nodes)
 
 
-def _stand(airspace: Airspace, point: tuple[float, float, float], start: bool) -> tuple[int, Status | None]:
-    """Find the node that stands for a point, and the status that refuses it."""
+def stand(airspace: Airspace, point: tuple[float, float, float], start: bool) -> tuple[int, Status | None]:
+    """Find the node that stands for a UAV's start or a target, -1 for none, and the status that refuses it."""
     p = np.array(point)
     space, grid = airspace.world.space, airspace.grid
     if np.any(p < space.low) or np.any(p > space.high):

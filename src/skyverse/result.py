@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 def _floats(value: object) -> Floats:
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError("expected numbers in rows of equal length") from None
     array.flags.writeable = False
     return array
@@ -39,7 +39,10 @@ def _point(value: object) -> Floats:
 
 
 def _integers(value: object) -> NDArray[np.int64]:
-    array = np.array(value)
+    try:
+        array = np.array(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError("expected whole numbers") from None
     if array.size and array.dtype.kind not in "iu":
         raise ValueError("expected whole numbers")
     array = array.astype(np.int64)
@@ -56,6 +59,17 @@ IntArray = Annotated[NDArray[np.int64], PlainValidator(_integers), _listed]
 
 class _Record:
     """Equality field by field, arrays element by element; the codec refuses unknown keys."""
+
+    def __post_init__(self) -> None:
+        for name, value in list(vars(self).items()):
+            if isinstance(value, np.ndarray):
+                frozen = value.copy()
+                frozen.flags.writeable = False
+                object.__setattr__(self, name, frozen)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # a pickle forgets that arrays are read-only
 
     __pydantic_config__ = ConfigDict(extra="forbid", ser_json_inf_nan="strings")
 
@@ -177,7 +191,7 @@ class Result(_Record):
     start, goal
         (3,) metres: the lattice nodes that the path was to join; the UAV's start and its target where there is no path.
     effort, seconds, history
-        What it took; `seconds` are wall-clock seconds of the search alone.
+        What it took; `seconds` are wall-clock seconds of the search alone, without any compilation.
     stopped_by
         What ended the run: a stop rule's name, or ``"finished"``.
     """
@@ -342,8 +356,14 @@ class Mission(_Record):
 
     @property
     def complete(self) -> bool:
-        """Whether every UAV that has a target has a path to it and a trajectory along it."""
-        return not self.interrupted and all(
-            target is None or (result is not None and result.status.reached and trajectory is not None)
-            for target, result, trajectory in zip(self.assignment, self.results, self.trajectories, strict=True)
+        """Whether as many UAVs as can have a target, and each has a path to it and a trajectory along it."""
+        pairs = min(len(self.scenario.uavs), len(self.scenario.targets))
+        assigned = sum(target is not None for target in self.assignment)
+        return (
+            not self.interrupted
+            and assigned == pairs
+            and all(
+                target is None or (result is not None and result.status.reached and trajectory is not None)
+                for target, result, trajectory in zip(self.assignment, self.results, self.trajectories, strict=True)
+            )
         )

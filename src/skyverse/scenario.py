@@ -202,17 +202,18 @@ class Scenario(_Model):
 
     @model_validator(mode="after")
     def _lattice_fits(self) -> Self:
-        nodes = 1.0
+        # where turns are priced, the exact search tells apart by which axis a node was entered
+        states = self.lattice.connectivity / 2 if self.objective.divergence > 0 else 1.0
         for axis, low, high, step in zip("xyz", self.bounds.min, self.bounds.max, self.lattice.step, strict=True):
             if step > (high - low) * (1 + 1e-9):  # as forgiving of rounding as the lattice that is made of it
                 raise ValueError(f"lattice.step is {step:g} m along {axis}, longer than the bounds' {high - low:g} m")
-            nodes *= (high - low) / step + 1
-        if nodes > MAX_NODES:
+            states *= (high - low) / step + 1
+        if states > MAX_STATES:
             raise ValueError(
-                f"lattice.step {self.lattice.step} makes {nodes:.3g} nodes, above the {MAX_NODES:.3g} that can be "
-                "searched; take longer steps or smaller bounds"
+                f"lattice.step {self.lattice.step} makes {states:.3g} states to search, above the {MAX_STATES:.3g} "
+                "that fit into memory; take longer steps or smaller bounds"
             )
         return self
 
 
-MAX_NODES = 5e8
+MAX_STATES = 5e8

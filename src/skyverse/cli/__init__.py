@@ -10,7 +10,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from skyverse._version import __version__
 from skyverse.cli.report import json_text, report, table, violation_data
 from skyverse.cli.watch import progress_bar, stop_rule
-from skyverse.cli.words import make_folder, planner_of, refuse_output, refuse_unsafe, with_more
+from skyverse.cli.words import file_name, make_folder, planner_of, refuse_output, refuse_unsafe, whole_number, with_more
 from skyverse.errors import InputError
 
 FOUND_WRONG, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -22,7 +22,7 @@ app = App(
     help_format="markdown",
     default_parameter=Parameter(negative_iterable=()),
 )
-budget = Group("Budget (whichever comes first; 40 iterations without any)")
+budget = Group("Budget (whichever comes first; 40 iterations without any; a clock only beside a count)")
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 AsJson = Annotated[bool, Parameter(name="--json", negative="")]
 More = Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)]
@@ -41,7 +41,10 @@ def main(words: Sequence[str] | None = None) -> None:
         _fail(" ".join(str(error).split()))
     except InputError as error:
         _fail(str(error))
+    except MemoryError:
+        _fail("the memory of this machine does not suffice; take longer lattice steps, smaller bounds or fewer paths")
     except KeyboardInterrupt:
+        print("skyverse: interrupted, nothing was written", file=sys.stderr)
         sys.exit(INTERRUPTED)
     except BrokenPipeError:
         sys.stderr.close()
@@ -109,9 +112,9 @@ def plan(
     output: Output = None,
     planner: str = "mvo",
     settings: Annotated[list[str] | None, Parameter(name="--set")] = None,
-    seed: int | None = None,
-    iterations: Annotated[int | None, Parameter(group=budget)] = None,
-    paths: Annotated[int | None, Parameter(group=budget)] = None,
+    seed: Annotated[int | None, Parameter(converter=whole_number)] = None,
+    iterations: Annotated[int | None, Parameter(group=budget, converter=whole_number)] = None,
+    paths: Annotated[int | None, Parameter(group=budget, converter=whole_number)] = None,
     seconds: Annotated[float | None, Parameter(group=budget)] = None,
     assignment: Literal["path-cost", "euclidean", "identity"] = "path-cost",
     criterion: Literal["min-sum", "min-max"] = "min-sum",
@@ -162,13 +165,15 @@ def plan(
     """
     import skyverse as sky
 
-    asked = with_more(sky.read_scenario(scenario), uav, target)
+    asked = with_more(scenario, sky.read_scenario(scenario), uav, target)
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [])
-    out = output if output is not None else Path("out") / f"{asked.name}.json"
+    out = output if output is not None else Path("out") / f"{file_name(asked.name)}.json"
     if out.suffix.lower() != ".json":
         raise InputError(f"--output: {out}: a mission is written as .json")
     refuse_output(out)
+    if page:
+        refuse_output(out.with_suffix(".html"))
     with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:
         mission = sky.plan_mission(
             asked,
@@ -179,11 +184,11 @@ def plan(
             criterion=criterion,
             on_progress=on_progress,
         )
-    sky.write(mission, out)
-    written = [out]
-    if page:
-        written.append(out.with_suffix(".html"))
-        sky.write_html(mission, written[-1])
+        sky.write(mission, out)
+        written = [out]
+        if page:
+            written.append(out.with_suffix(".html"))
+            sky.write_html(mission, written[-1])
     report(mission, written, as_json)
     if mission.interrupted:
         return INTERRUPTED
@@ -215,7 +220,7 @@ def check(mission: str, /, *, scenario: str | None = None, as_json: AsJson = Fal
     else:
         for violation in violations:
             print(f"{violation.fault.value}: {violation.message}")
-        print(f"{len(violations)} violations." if violations else "The referee found nothing wrong.")
+        print(f"{len(violations)} found." if violations else "The referee found nothing wrong.")
     return FOUND_WRONG if violations else 0
 
 

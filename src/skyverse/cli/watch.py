@@ -37,7 +37,7 @@ def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) 
 
     def cancel(*_: object) -> None:
         cancelled.set()
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # ends even a kernel at once
         print("skyverse: stopping, and keeping the best so far; Ctrl-C again to end at once", file=sys.stderr)
 
     before = signal.signal(signal.SIGINT, cancel)

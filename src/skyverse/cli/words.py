@@ -1,7 +1,12 @@
 """What a user's words mean, or what is wrong with them."""
 
+import itertools
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from cyclopts import Token
 
 from skyverse.errors import InputError
 
@@ -18,17 +23,33 @@ def given(function: Any, *args: Any, **kwargs: Any) -> Any:
         raise InputError(str(error)) from error
 
 
-def with_more(scenario: "Scenario", uavs: list[str] | None, targets: list[str] | None) -> "Scenario":
+def file_name(name: str) -> str:
+    """Return what a file may be called after a scenario, wherever that came from."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("._")[:100] or "mission"
+
+
+def whole_number(_: object, tokens: Sequence[Token]) -> int:
+    """Read a whole number from 1 on, or from 0 on for a seed; cyclopts itself would cut 1.5 to 1."""
+    text, option = tokens[0].value, tokens[0].keyword
+    if not re.fullmatch(r"\+?\d+", text) or (int(text) == 0 and option != "--seed"):
+        least = 0 if option == "--seed" else 1
+        raise InputError(f"{option}: expected a whole number from {least} on, found {text!r}")
+    return int(text)
+
+
+def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets: list[str] | None) -> "Scenario":
     """Add UAVs and targets to a scenario, and refuse one that is left without any."""
     from skyverse.files.scenarios import scenario_from_data
 
     data = scenario.model_dump()
-    data["uavs"] = [*data["uavs"], *({"start": _point("--uav", text)} for text in uavs or [])]
-    data["targets"] = [*data["targets"], *({"position": _point("--target", text)} for text in targets or [])]
-    for kind in ("uavs", "targets"):
-        if not data[kind]:
-            raise InputError(f"{scenario.name}: {kind}: there are none; give some with --{kind[:-1]} x,y,z")
-    return scenario_from_data(scenario.name, data)
+    for kind, field, words in (("uav", "start", uavs), ("target", "position", targets)):
+        things = data[f"{kind}s"] = list(data[f"{kind}s"])
+        names = {thing["name"] for thing in things}
+        free = (name for number in itertools.count(len(things) + 1) if (name := f"{kind}-{number}") not in names)
+        things += [{"name": next(free), field: _point(f"--{kind}", text)} for text in words or []]
+        if not things:
+            raise InputError(f"{source}: {kind}s: there are none; give some with --{kind} x,y,z")
+    return scenario_from_data(source, data)
 
 
 def _point(option: str, text: str) -> tuple[float, ...]:

@@ -86,6 +86,8 @@ def write(what: Scenario | Mission, path: str | Path, *, rate: float = 20.0) -> 
         if suffix not in (".yaml", ".yml", ".json"):
             raise InputError(f"{path}: a scenario is written as .yaml, .yml or .json, not as {suffix or 'no suffix'!r}")
         write_text(path, scenario_text(what, suffix))
+    elif not isinstance(what, Mission):
+        raise TypeError(f"expected a Scenario or a Mission to write, got {what!r:.60}")
     elif suffix == ".json":
         write_text(path, mission_text(what))
     elif path.name.lower().endswith(".waypoints.csv"):

@@ -13,6 +13,7 @@ from skyverse.files.document import explain
 from skyverse.result import Mission
 
 FORMAT = "skyverse/mission/1"
+MAX_SAMPLES = 1e7
 
 
 @cache
@@ -28,6 +29,7 @@ def mission_from_data(source: object, data: Any) -> Mission:
         mission = _codec().validate_python(data)
     except ValidationError as error:
         raise explain(source, error, set()) from None
+    _require_sound(source, mission)
     fleet = len(mission.scenario.uavs)
     for name in ("assignment", "results", "trajectories"):
         if len(getattr(mission, name)) != fleet:
@@ -35,6 +37,27 @@ def mission_from_data(source: object, data: Any) -> Mission:
                 f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {len(getattr(mission, name))}"
             )
     return mission
+
+
+def _require_sound(source: object, mission: Mission) -> None:
+    """Refuse arrays whose shapes do not fit each other; what they hold is the referee's to judge."""
+    for i, trajectory in enumerate(mission.trajectories):
+        if trajectory is not None:
+            knots, rows = trajectory.knots, trajectory.coefficients
+            if knots.ndim != 1 or len(knots) < 2 or not (np.diff(knots) > 0).all() or not np.isfinite(knots).all():
+                raise InputError(f"{source}: trajectories[{i}].knots: expected two or more rising numbers of seconds")
+            if rows.ndim != 3 or rows.shape[0] != len(knots) - 1 or rows.shape[1] < 1 or rows.shape[2] != 3:
+                raise InputError(
+                    f"{source}: trajectories[{i}].coefficients: expected {len(knots) - 1} pieces of rows of x, y, z, "
+                    f"found an array of shape {rows.shape}"
+                )
+            if not np.isfinite(rows).all():
+                raise InputError(f"{source}: trajectories[{i}].coefficients: expected numbers, found NaN or infinity")
+    for i, result in enumerate(mission.results):
+        if result is not None:
+            columns = vars(result.history).values()
+            if any(c.ndim != 1 for c in columns) or len({len(c) for c in columns}) > 1:
+                raise InputError(f"{source}: results[{i}].history: expected four columns of one length")
 
 
 def mission_text(mission: Mission) -> str:
@@ -60,6 +83,10 @@ def trajectories_csv(mission: Mission, rate: float) -> str:
     rows: list[list[object]] = []
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
         if trajectory is not None:
+            if trajectory.end * rate > MAX_SAMPLES:
+                raise InputError(
+                    f"rate: expected at most {MAX_SAMPLES:g} rows a UAV, found {rate:g} a second of {trajectory.end:g}"
+                )
             count = int(np.floor(trajectory.end * rate) - np.ceil(trajectory.start * rate)) + 1
             ticks = (np.ceil(trajectory.start * rate) + np.arange(count)) / rate
             t = np.unique(np.r_[trajectory.start, ticks, trajectory.end])

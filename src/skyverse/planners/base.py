@@ -3,7 +3,6 @@
 import dataclasses
 import math
 import platform
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,8 +13,8 @@ import numpy as np
 from skyverse import cost
 from skyverse._version import __version__
 from skyverse.errors import InputError
-from skyverse.kernel import kernel
-from skyverse.planners.moves import Desk, Paths, Task, exhausted, generate, judge, put
+from skyverse.kernel import Stopwatch, kernel
+from skyverse.planners.moves import Desk, Paths, Task, begin_at, exhausted, generate, judge, put
 from skyverse.problem import Problem
 from skyverse.result import Effort, History, Provenance, Result, Status, no_history
 from skyverse.space.lattice import Ints
@@ -152,7 +151,7 @@ class Run:
     rng: np.random.Generator
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Metaheuristic(Planner):
     """A population of lattice paths, improved iteration by iteration until a stop rule is met.
 
@@ -224,12 +223,12 @@ class Metaheuristic(Planner):
         if problem.route is None:
             return unplanned(problem, Status.NO_PATH, origin)
         run = self._open(problem, stop, generator)
-        began = time.perf_counter()
+        clock = Stopwatch()
         rows = []
         iterations = 0
         self.begin(run)
         while True:
-            progress = _progress(run, iterations, time.perf_counter() - began)
+            progress = _progress(run, iterations, clock.seconds)
             rows.append((progress.cost, *run.desk.spent))
             if on_iteration is not None and iterations:
                 on_iteration(progress)
@@ -239,8 +238,8 @@ class Metaheuristic(Planner):
             share = stop.spent(dataclasses.replace(progress, iterations=iterations + 1))
             self.step(run, share if share is not None else 0.0)
             iterations += 1
-        seconds = time.perf_counter() - began
-        nodes = run.best.nodes[0, : run.best.length[0]].astype(np.int64)
+        seconds = clock.seconds
+        nodes = run.best.nodes[0, : run.best.length[0]].copy()
         effort = Effort(*(int(n) for n in run.desk.spent))
         return planned(problem, nodes, effort, seconds, _history(rows), ended, origin)
 
@@ -252,8 +251,8 @@ class Metaheuristic(Planner):
         desk = Desk(
             mark=np.zeros(len(grid.exits), np.uint8),
             stamp=np.zeros(1, np.int64),
-            last=np.zeros(len(grid.exits), np.int32),
-            draft=np.empty(capacity, np.int32),
+            last=np.zeros(len(grid.exits), np.int64),
+            draft=np.empty(capacity, np.int64),
             spent=np.zeros(3, np.int64),
             limit=np.array(limits).astype(np.int64),
         )
@@ -284,7 +283,7 @@ def require_between(settings: object, name: str, least: float, most: float) -> N
 
 
 def _no_paths(count: int, capacity: int) -> Paths:
-    return Paths(np.empty((count, capacity), np.int32), np.zeros(count, np.int64), np.full(count, math.inf))
+    return Paths(np.empty((count, capacity), np.int64), np.zeros(count, np.int64), np.full(count, math.inf))
 
 
 def _progress(run: Run, iterations: int, seconds: float) -> Progress:
@@ -302,8 +301,7 @@ def _populate(task: Task, desk: Desk, rng: np.random.Generator, paths: Paths, be
     for i in range(len(paths.length)):
         if i and exhausted(desk):
             return  # the run ends before anybody looks at the paths that are missing
-        desk.draft[0] = task.source
-        length = generate(task, desk, rng, 1, task.goal, task.threshold)
+        length = generate(task, desk, rng, begin_at(desk, task.source), task.goal, task.threshold)
         price = judge(task, desk, length)
         put(paths, i, desk, length, price)
         if price < best.cost[0]:

@@ -14,7 +14,6 @@ from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints
 
-Nodes = NDArray[np.int32]
 Marks = NDArray[np.uint8]
 PATHS, NODES, EVALUATIONS = 0, 1, 2
 
@@ -45,7 +44,7 @@ class Task(NamedTuple):
 class Paths(NamedTuple):
     """Candidate paths: ``nodes[i, :length[i]]`` costs ``cost[i]``."""
 
-    nodes: Nodes
+    nodes: Ints
     length: Ints
     cost: Floats
 
@@ -67,8 +66,8 @@ class Desk(NamedTuple):
 
     mark: Marks
     stamp: Ints
-    last: Nodes
-    draft: Nodes
+    last: Ints
+    draft: Ints
     spent: Ints
     limit: Ints
 
@@ -113,7 +112,7 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
     counted = 0
     begin = length
     while node != goal and counted <= threshold and length < len(draft) and exits[node]:
-        free = int(exits[node])
+        free = int(np.int64(exits[node]))  # wider, or numba compiles what follows once more
         if task.directed:
             code = 13 + 9 * _sign(x) + 3 * _sign(y) + _sign(z)
             viable = free & int(toward[code]) & not_back
@@ -200,6 +199,21 @@ def judge(task: Task, desk: Desk, length: int) -> float:
     """Return the draft's cost, equation 3.4."""
     desk.spent[EVALUATIONS] += 1
     return cost.total(task.grid, task.pricing, desk.draft[:length], task.goal)
+
+
+@kernel
+def begin_at(desk: Desk, node: int) -> int:
+    """Begin the draft with a node; return the draft's length."""
+    desk.draft[0] = node
+    return int(np.int64(1))  # of a literal, numba would make a type of its own, and compile all callers' callees for it
+
+
+@kernel
+def begin_with(desk: Desk, paths: Paths, i: int, end: int) -> int:
+    """Begin the draft with the nodes of path i up to an end; return the draft's length."""
+    for j in range(end):
+        desk.draft[j] = paths.nodes[i, j]
+    return end
 
 
 @kernel

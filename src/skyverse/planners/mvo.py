@@ -1,5 +1,6 @@
 """The Multi-Verse Optimizer (Mirjalili, Mirjalili, Hatamlou 2016) for lattice paths, the thesis's Algorithm 3."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +9,10 @@ from skyverse.kernel import kernel
 from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.moves import (
     Desk,
-    Nodes,
     Paths,
     Task,
+    begin_at,
+    begin_with,
     copy_in,
     cut_loops,
     detour,
@@ -19,10 +21,11 @@ from skyverse.planners.moves import (
     judge,
     put,
 )
-from skyverse.space.lattice import Grid
+from skyverse.result import Floats
+from skyverse.space.lattice import Grid, Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MVO(Metaheuristic):
     """The Multi-Verse Optimizer: universes are paths, their inflation rate is the cost.
 
@@ -114,20 +117,19 @@ def _described(
     retries: int,
 ) -> None:
     n = len(U.length)
-    order = np.argsort(U.cost)
-    norm = np.sqrt(np.sum(U.cost**2))
+    order, norm = _ranked(U.cost)
     for black_hole in range(1, n):
         if exhausted(desk):
             return
         i = order[black_hole]
         if rng.random() * norm < U.cost[i]:  # r1 < NI(U_i), (3.6); all costs may be 0
             k = order[_rank_wheel(n, rng)]
-            length = copy_in(desk, 0, U, k, 0, U.length[k])
+            length = begin_with(desk, U, k, U.length[k])
             put(U, i, desk, length, U.cost[k])
         if rng.random() < wep:  # r2 < WEP, (3.7)
             length = _wormhole(task, desk, U, i, best, rng, tdr, threshold)
         else:
-            length = copy_in(desk, 0, U, i, 0, 1 + int(rng.random() * U.length[i]))
+            length = begin_with(desk, U, i, 1 + int(rng.random() * U.length[i]))
             length = _travel(task, desk, rng, length, tdr, threshold, retries)
             length = generate(task, desk, rng, length, task.goal, threshold)
         length = cut_loops(desk, 0, length)
@@ -136,6 +138,21 @@ def _described(
             put(U, i, desk, length, price)
             if price < best.cost[0]:
                 put(best, 0, desk, length, price)
+
+
+@kernel
+def _ranked(costs: Floats) -> tuple[Ints, float]:
+    """Return the universes from the cheapest on, and the L2 norm of their costs."""
+    order = np.empty(len(costs), np.int64)
+    squares = 0.0
+    for i in range(len(costs)):
+        squares += costs[i] ** 2
+        j = i
+        while j > 0 and costs[order[j - 1]] > costs[i]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = i
+    return order, math.sqrt(squares)
 
 
 @kernel
@@ -170,7 +187,7 @@ def _wormhole(
     b = place[U.nodes[i, a]]
     size = best.length[0]
     p = b + int(rng.random() * (size - b))
-    length = copy_in(desk, 0, U, i, 0, a)
+    length = begin_with(desk, U, i, a)
     length = copy_in(desk, length, best, 0, b, p + 1)
     if best.nodes[0, size - 1] != task.goal:
         return generate(task, desk, rng, length, task.goal, threshold)
@@ -182,7 +199,7 @@ def _wormhole(
 
 
 @kernel
-def _places(place: Nodes, U: Paths, i: int, best: Paths) -> tuple[Nodes, int]:
+def _places(place: Ints, U: Paths, i: int, best: Paths) -> tuple[Ints, int]:
     """Write down where the best visits each node of universe i (-1: nowhere); return that and how many it shares."""
     for j in range(U.length[i]):
         place[U.nodes[i, j]] = -1
@@ -237,10 +254,9 @@ def _as_run(
         if exhausted(desk):
             return
         if rng.random() < wep:
-            desk.draft[0] = task.source
-            length = 1
+            length = begin_at(desk, task.source)
         else:
-            length = copy_in(desk, 0, U, i, 0, 1 + int(rng.random() * U.length[i]))
+            length = begin_with(desk, U, i, 1 + int(rng.random() * U.length[i]))
             length = detour(task, desk, rng, length, threshold, retries)
             length = cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
         price = judge(task, desk, length)

@@ -6,10 +6,10 @@ import numpy as np
 
 from skyverse.kernel import kernel
 from skyverse.planners.base import Metaheuristic, Run, require
-from skyverse.planners.moves import Desk, Paths, Task, cut_loops, detour, exhausted, generate, judge, put
+from skyverse.planners.moves import Desk, Paths, Task, begin_at, cut_loops, detour, exhausted, generate, judge, put
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RandomRestart(Metaheuristic):
     """Walk from the start through one random free point to the goal, again and again; keep the best.
 
@@ -42,8 +42,7 @@ def _sample(
     for _ in range(samples):
         if exhausted(desk):
             return
-        desk.draft[0] = task.source
-        length = detour(task, desk, rng, 1, threshold, retries)
+        length = detour(task, desk, rng, begin_at(desk, task.source), threshold, retries)
         length = cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
         price = judge(task, desk, length)
         if price < best.cost[0]:

@@ -11,7 +11,7 @@ import numpy as np
 from skyverse.referee.boxes import shut_boxes
 from skyverse.referee.flight import Curve, judge_separation, judge_trajectory
 from skyverse.referee.path import judge_result
-from skyverse.result import Fault, Mission, Result, Trajectory, Violation
+from skyverse.result import Fault, Mission, Result, Status, Trajectory, Violation
 from skyverse.scenario import Scenario
 
 __all__ = ["check"]
@@ -38,6 +38,9 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
 
     Notes
     -----
+    *Claims*, which only a search of one's own could refute: that there is no path, that none is cheaper (the bound,
+    and a status of optimal), that a start or target is unsafe or shut in; and the seconds and effort spent.
+
     *Exact*: assignment, statuses, costs, path segments against boxes, ends and continuity at the knots.
 
     *Proven*: clearance and bounds of trajectories. Each piece is cut into chords of at most 5 ms from which
@@ -58,6 +61,9 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
             target = _target(scenario, _at(mission.assignment, uav))
             result, trajectory = _at(mission.results, uav), _at(mission.trajectories, uav)
             if isinstance(result, Result):
+                if result.status is Status.NOT_PLANNED and not mission.interrupted:
+                    message = f"{scenario.uavs[uav].name} was not planned, but the mission was not interrupted."
+                    violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(scenario, boxes, uav, target, result, isinstance(trajectory, Trajectory))
             if isinstance(trajectory, Trajectory):
                 found, curves[uav] = judge_trajectory(scenario, boxes, uav, target, trajectory)
@@ -116,4 +122,10 @@ def _judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
         if given is None and trajectory is not None:
             complaints.append("has a trajectory but no target")
         found += [Violation(Fault.ASSIGNMENT, (uav,), f"{name} {complaint}.") for complaint in complaints]
+    wanted = min(count, len(scenario.targets))
+    if len(takers) < wanted and not found:
+        message = (
+            f"{len(takers)} UAVs have a target, but {count} UAVs and {len(scenario.targets)} targets make {wanted}."
+        )
+        found.append(Violation(Fault.ASSIGNMENT, (), message))
     return found

@@ -28,6 +28,14 @@ def judge_result(
         if path is None or path.size:
             message = f"{name} has a path although its status, {status.value}, says that none was begun."
             yield Violation(Fault.STATUS, (uav,), message)
+        claimed = {Status.START_OUT_OF_BOUNDS: scenario.uavs[uav].start}
+        if target is not None:
+            claimed[Status.TARGET_OUT_OF_BOUNDS] = scenario.targets[target].position
+        if status in claimed and beyond_bounds(scenario, np.array([claimed[status]]))[0] <= 0:
+            message = (
+                f"{name}'s status is {status.value}, but {place(np.array(claimed[status]))} lies within the bounds."
+            )
+            yield Violation(Fault.STATUS, (uav,), message)
         if _number(result.cost) != np.inf:
             message = f"{name} has no path ({status.value}), so its cost must be infinite, but it is {result.cost}."
             yield Violation(Fault.COST, (uav,), message)
