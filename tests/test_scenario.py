@@ -62,7 +62,7 @@ def test_the_valid_scenario_is_valid():
         (("obstacles",), 3, "obstacles"),
         (("lattice", "step", 2), 0, "greater than 0"),
         (("lattice", "step", 2), 2.5, "lattice.step is 2.5 m along z, longer than the bounds' 2 m"),
-        (("lattice", "step"), [0.001, 0.001, 0.001], "nodes, above"),
+        (("lattice", "step"), [0.001, 0.001, 0.001], "states to search, above"),
         (("lattice", "connectivity"), 18, "6 or 26"),
         (("objective",), "thesys", "no objective is called 'thesys'; there are thesis, turns"),
         (("objective",), {"fuel": 0}, "fuel must be above 0"),
