@@ -2,6 +2,7 @@
 
 import math
 import threading
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from numbers import Real
 from typing import ClassVar, Protocol, TypeGuard
@@ -29,16 +30,16 @@ class Progress:
     cost: float = math.inf
 
 
-class Stop:
+class Stop(ABC):
     """A rule that ends a run.
 
     Counted rules also tell how much of their budget is spent, which is what schedules (WEP, TDR) follow;
     a clock or an event may end a run but never steers it, so that a seed gives one answer on every machine.
     """
 
+    @abstractmethod
     def met(self, progress: Progress) -> str | None:
         """Return the name of the rule that ends the run here, or ``None``."""
-        raise NotImplementedError
 
     def spent(self, progress: Progress) -> float | None:
         """Return the share of the counted budget that is spent, or ``None`` where nothing is counted."""
