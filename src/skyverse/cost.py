@@ -1,18 +1,14 @@
 """The objective's terms, one kernel each (thesis, equations 3.2 to 3.4), over lattice paths given as nodes."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.scenario import Objective
-from skyverse.space.lattice import Grid, position
-
-Path = NDArray[np.signedinteger[Any]]
-"""Node numbers, (n,)."""
+from skyverse.space.lattice import Grid, Ints, position
 
 
 class Pricing(NamedTuple):
@@ -51,7 +47,7 @@ def _moved(grid: Grid, a: int, b: int) -> tuple[int, int, int]:
 
 
 @kernel
-def fuel(grid: Grid, pricing: Pricing, nodes: Path) -> float:
+def fuel(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
     """Return alpha_1 C_fuel, equation 3.2: the path's nodes, start included, or its length."""
     if pricing.steps[1] == pricing.steps[7] and pricing.first > 0.0:
         return pricing.first * len(nodes)
@@ -63,7 +59,7 @@ def fuel(grid: Grid, pricing: Pricing, nodes: Path) -> float:
 
 
 @kernel
-def divergence(grid: Grid, pricing: Pricing, nodes: Path) -> float:
+def divergence(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
     """Return alpha_2 C_divergence: the number of non-zero cross products of consecutive steps."""
     turns = 0
     if pricing.turn > 0.0 and len(nodes) > 2:
@@ -77,7 +73,7 @@ def divergence(grid: Grid, pricing: Pricing, nodes: Path) -> float:
 
 
 @kernel
-def end(grid: Grid, pricing: Pricing, nodes: Path, goal: int) -> float:
+def end(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
     """Return alpha_3 C_end, equation 3.3: the Euclidean metres from the path's end to the goal."""
     last = nodes[-1]
     if last == goal:
@@ -87,6 +83,6 @@ def end(grid: Grid, pricing: Pricing, nodes: Path, goal: int) -> float:
 
 
 @kernel
-def total(grid: Grid, pricing: Pricing, nodes: Path, goal: int) -> float:
+def total(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
     """Return C, equation 3.4."""
     return fuel(grid, pricing, nodes) + divergence(grid, pricing, nodes) + end(grid, pricing, nodes, goal)

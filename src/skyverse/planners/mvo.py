@@ -178,7 +178,8 @@ def _wormhole(
     threshold: int,
 ) -> int:
     """Case 1: draw up what universe i becomes through a wormhole to the best; return the draft's length."""
-    place, shared = _places(desk.last, U, i, best)
+    place = desk.last
+    shared = _places(place, U, i, best)
     skip = int(rng.random() * shared)
     a = -1
     while skip >= 0:
@@ -199,8 +200,8 @@ def _wormhole(
 
 
 @kernel
-def _places(place: Ints, U: Paths, i: int, best: Paths) -> tuple[Ints, int]:
-    """Write down where the best visits each node of universe i (-1: nowhere); return that and how many it shares."""
+def _places(place: Ints, U: Paths, i: int, best: Paths) -> int:
+    """Write down where the best visits each node of universe i (-1: nowhere); return how many it shares."""
     for j in range(U.length[i]):
         place[U.nodes[i, j]] = -1
     for j in range(best.length[0]):
@@ -208,7 +209,7 @@ def _places(place: Ints, U: Paths, i: int, best: Paths) -> tuple[Ints, int]:
     shared = 0
     for j in range(U.length[i]):
         shared += place[U.nodes[i, j]] >= 0
-    return place, shared
+    return shared
 
 
 @kernel
