@@ -9,13 +9,13 @@ A new metaheuristic is a frozen dataclass with one ``step``; counting, stopping,
 from dataclasses import dataclass
 
 import skyverse as sky
-from skyverse import Metaheuristic
+from skyverse import LatticeSearch
 from skyverse.kernel import kernel
 from skyverse.planners.moves import copy_in, cut_loops, detour, exhausted, generate, judge, put
 
 
 @dataclass(frozen=True)
-class HillClimb(Metaheuristic):
+class HillClimb(LatticeSearch):
     """Keep one path; redraw its rest from a random node on, through a random point; take what is cheaper."""
 
     tries: int = 25

@@ -6,18 +6,18 @@ import platform
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 
 from skyverse import cost
 from skyverse._version import __version__
 from skyverse.errors import InputError
-from skyverse.kernel import Stopwatch, kernel
-from skyverse.planners.moves import Desk, Paths, Task, begin_at, exhausted, generate, judge, put
+from skyverse.kernel import Stopwatch
+from skyverse.planners.moves import Desk, Paths, Task
 from skyverse.problem import Problem
 from skyverse.result import Effort, History, Provenance, Result, Status, no_history
-from skyverse.space.lattice import Ints
+from skyverse.space.lattice import Grid, Ints
 from skyverse.stop import MaxIterations, OnIteration, Progress, Stop
 
 Seed = int | np.random.Generator | None
@@ -142,6 +142,8 @@ class Run:
         The population.
     best
         One path, the archived best.
+    memory
+        What `Metaheuristic.begin` returned: whatever a method remembers from step to step besides.
     """
 
     task: Task
@@ -149,49 +151,37 @@ class Run:
     paths: Paths
     best: Paths
     rng: np.random.Generator
+    memory: Any = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Metaheuristic(Planner):
-    """A population of lattice paths, improved iteration by iteration until a stop rule is met.
+    """A search that improves iteration by iteration until a stop rule is met.
 
-    A method is a subclass with `population` and `step`, and `begin` if it does not start from generated paths.
-
-    Attributes
-    ----------
-    generator
-        ``"goal-directed"`` (the thesis's Algorithm 2) or ``"uniform"`` (Algorithm 1).
-    threshold
-        N: a walk gives up after so many non-viable steps; Algorithm 1 after so many nodes.
-    repair_threshold
-        The same for the walks that change a path.
-    retries
-        How often a walk to a drawn point is tried again, with another point, when it gives up.
+    The loop is here: it times, counts, remembers the best, keeps the history, reports progress and stops. A method
+    on lattice paths is a `LatticeSearch`, one on waypoints a `WaypointSearch`.
     """
-
-    generator: Literal["goal-directed", "uniform"] = "goal-directed"
-    threshold: int = 200
-    repair_threshold: int = 100
-    retries: int = 100
-
-    def __post_init__(self) -> None:
-        if self.generator not in ("goal-directed", "uniform"):
-            raise ValueError(f"generator is 'goal-directed' or 'uniform', not {self.generator!r}")
-        for name in ("threshold", "repair_threshold", "retries"):
-            require(self, name, 1)
 
     @property
     @abstractmethod
     def population(self) -> int:
-        """How many paths are kept."""
+        """How many candidates are kept."""
+
+    @abstractmethod
+    def begin(self, run: Run) -> object:
+        """Make the first population; what is returned is found again as ``run.memory``."""
 
     @abstractmethod
     def step(self, run: Run, spent: float) -> None:
         """Do one iteration; `spent` is the share of the budget that is spent when it ends, l/L."""
 
-    def begin(self, run: Run) -> None:
-        """Make the first population."""
-        _populate(run.task, run.desk, run.rng, run.paths, run.best)
+    @abstractmethod
+    def longest(self, grid: Grid) -> int:
+        """Return how many nodes a path under construction may have."""
+
+    def task(self, problem: Problem) -> Task:
+        """Return what is sought."""
+        return Task(problem.airspace.grid, problem.airspace.pricing, problem.source, problem.goal)
 
     def plan(
         self,
@@ -226,7 +216,7 @@ class Metaheuristic(Planner):
         clock = Stopwatch()
         rows = []
         iterations = 0
-        self.begin(run)
+        run = dataclasses.replace(run, memory=self.begin(run))
         while True:
             progress = _progress(run, iterations, clock.seconds)
             rows.append((progress.cost, *run.desk.spent))
@@ -245,8 +235,7 @@ class Metaheuristic(Planner):
 
     def _open(self, problem: Problem, stop: Stop, rng: np.random.Generator) -> Run:
         grid = problem.airspace.grid
-        walk = int(grid.shape.sum()) + 2 * max(self.threshold, self.repair_threshold) + 2
-        capacity = min(4 * walk, 2 * len(grid.exits) + 2)
+        capacity = self.longest(grid)
         limits = [min(stop.limit(name), 2.0**62) for name in ("generated_paths", "generated_nodes", "evaluations")]
         desk = Desk(
             mark=np.zeros(len(grid.exits), np.uint8),
@@ -256,15 +245,7 @@ class Metaheuristic(Planner):
             spent=np.zeros(3, np.int64),
             limit=np.array(limits).astype(np.int64),
         )
-        task = Task(
-            grid,
-            problem.airspace.pricing,
-            problem.source,
-            problem.goal,
-            self.generator == "goal-directed",
-            self.threshold,
-        )
-        return Run(task, desk, _no_paths(self.population, capacity), _no_paths(1, capacity), rng)
+        return Run(self.task(problem), desk, _no_paths(self.population, capacity), _no_paths(1, capacity), rng)
 
 
 def require(settings: object, name: str, least: float) -> None:
@@ -294,15 +275,3 @@ def _progress(run: Run, iterations: int, seconds: float) -> Progress:
 def _history(rows: Sequence[tuple[float, ...]]) -> History:
     cost_, paths, nodes, evaluations = (np.array(column) for column in zip(*rows, strict=True))
     return History(cost_, paths, nodes, evaluations)
-
-
-@kernel
-def _populate(task: Task, desk: Desk, rng: np.random.Generator, paths: Paths, best: Paths) -> None:
-    for i in range(len(paths.length)):
-        if i and exhausted(desk):
-            return  # the run ends before anybody looks at the paths that are missing
-        length = generate(task, desk, rng, begin_at(desk, task.source), task.goal, task.threshold)
-        price = judge(task, desk, length)
-        put(paths, i, desk, length, price)
-        if price < best.cost[0]:
-            put(best, 0, desk, length, price)

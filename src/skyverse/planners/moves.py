@@ -37,8 +37,8 @@ class Task(NamedTuple):
     pricing: Pricing
     source: int
     goal: int
-    directed: bool
-    threshold: int
+    directed: bool = True
+    threshold: int = 200
 
 
 class Paths(NamedTuple):

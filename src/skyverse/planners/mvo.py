@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse.kernel import kernel
-from skyverse.planners.base import Metaheuristic, Run, require, require_between
+from skyverse.planners.base import Run, require, require_between
+from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
     Desk,
     Paths,
@@ -26,7 +27,7 @@ from skyverse.space.lattice import Grid, Ints
 
 
 @dataclass(frozen=True, kw_only=True)
-class MVO(Metaheuristic):
+class MVO(LatticeSearch):
     """The Multi-Verse Optimizer: universes are paths, their inflation rate is the cost.
 
     The default is the algorithm *as described* in the thesis's sections 3.2 to 3.4. Where the text is silent:

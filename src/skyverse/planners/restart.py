@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse.kernel import kernel
-from skyverse.planners.base import Metaheuristic, Run, require
+from skyverse.planners.base import Run, require
+from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import Desk, Paths, Task, begin_at, cut_loops, detour, exhausted, generate, judge, put
 
 
 @dataclass(frozen=True, kw_only=True)
-class RandomRestart(Metaheuristic):
+class RandomRestart(LatticeSearch):
     """Walk from the start through one random free point to the goal, again and again; keep the best.
 
     Attributes
