@@ -1,0 +1,1 @@
+"""The laboratory: planners compared over scenarios, budgets and seeds, one row a run."""
