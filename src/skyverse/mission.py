@@ -70,7 +70,7 @@ def plan_mission(
     airspace = Airspace(scenario)
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
-    assigned = _assignment(airspace, assignment, criterion)
+    assigned = assign_targets(airspace, assignment, criterion)
     origin = provenance(f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}", stop, seed)
     results: list[Result | None] = []
     trajectories: list[Trajectory | None] = []
@@ -129,7 +129,10 @@ def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
     return matrix
 
 
-def _assignment(airspace: Airspace, assignment: Assignment, criterion: Criterion) -> tuple[int | None, ...]:
+def assign_targets(
+    airspace: Airspace, assignment: Assignment = "path-cost", criterion: Criterion = "min-sum"
+) -> tuple[int | None, ...]:
+    """Return for each UAV the index of its target, or ``None``; see `plan_mission`."""
     if assignment not in ("euclidean", "path-cost", "identity"):
         raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
     chosen = assign(cost_matrix(airspace, assignment), criterion)

@@ -14,7 +14,7 @@ from skyverse.referee.path import judge_result
 from skyverse.result import Fault, Mission, Result, Status, Trajectory, Violation
 from skyverse.scenario import Scenario
 
-__all__ = ["check"]
+__all__ = ["check", "check_result"]
 
 
 def check(scenario: Scenario, mission: Mission) -> list[Violation]:
@@ -71,6 +71,35 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
                 if curves[uav] is None:
                     unknown.add(uav)
         return violations + judge_separation(scenario, curves, unknown)
+
+
+def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> list[Violation]:
+    """Judge one UAV's result alone, without a trajectory or a mission.
+
+    Parameters
+    ----------
+    scenario
+        What was given.
+    uav, target
+        Indices of the UAV and of the target that it was sent to.
+    result
+        What is judged: status, path, cost and history; see `check`. However malformed it is, nothing is raised.
+
+    Returns
+    -------
+    list of Violation
+        Empty when nothing is wrong.
+
+    Raises
+    ------
+    ValueError
+        If the scenario has no such UAV or target.
+    """
+    for kind, index, things in (("uav", uav, scenario.uavs), ("target", target, scenario.targets)):
+        if not 0 <= index < len(things):
+            raise ValueError(f"scenario {scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}")
+    with np.errstate(all="ignore"):
+        return list(judge_result(scenario, shut_boxes(scenario), uav, target, result, None))
 
 
 def _at(values: Sequence[Any], index: int) -> Any:

@@ -10,15 +10,19 @@ from skyverse.scenario import Scenario
 
 
 def judge_result(
-    scenario: Scenario, boxes: Boxes, uav: int, target: int | None, result: Result, has_trajectory: bool
+    scenario: Scenario, boxes: Boxes, uav: int, target: int | None, result: Result, has_trajectory: bool | None
 ) -> Iterator[Violation]:
-    """Yield what is wrong with UAV number `uav`'s result; `target` is its target's index where it has one."""
+    """Yield what is wrong with UAV number `uav`'s result; `target` is its target's index where it has one.
+
+    Where a trajectory is neither here nor there, `has_trajectory` is ``None``.
+    """
     name = scenario.uavs[uav].name
     status = result.status
     if not isinstance(status, Status):
         yield Violation(Fault.STATUS, (uav,), f"{name}'s status is {status!r}, which is none.")
         return
-    if has_trajectory != status.reached and not (has_trajectory and target is None):
+    expected = has_trajectory in (None, status.reached) or (has_trajectory and target is None)
+    if not expected:
         has = "a trajectory" if has_trajectory else "no trajectory"
         yield Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s status is {status.value}, but it has {has}.")
     yield from _judge_history(uav, name, result)
