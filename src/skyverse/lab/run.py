@@ -1,0 +1,191 @@
+"""One run, planned, judged and summed up in one row."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numba
+import numpy as np
+
+from skyverse.lab.row import Row
+from skyverse.mission import Assignment, assign_targets
+from skyverse.planners.base import Planner
+from skyverse.problem import Airspace, Problem
+from skyverse.referee import check_result
+from skyverse.result import History, Result, Status, Violation, no_history
+from skyverse.scenario import Scenario
+from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
+
+_PILOT = 200
+"""Paths of the first pilot run, and of the shortest second one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A scenario under its label, and how its UAVs get their targets. Cases of equal content are equal."""
+
+    label: str
+    scenario: Scenario
+    assignment: Assignment = "path-cost"
+
+    @cached_property
+    def digest(self) -> str:
+        """A digest of the content, without the label."""
+        return _digest(self.scenario.model_dump_json(), self.assignment)
+
+    def __eq__(self, other: object) -> bool:
+        return self.digest == other.digest if isinstance(other, Case) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One run to be done.
+
+    Attributes
+    ----------
+    case
+        What is given; share one between jobs.
+    planner, label
+        Who plans, and what it is called in the study.
+    stop, budget
+        When each UAV's run ends, and what that is called. `MaxSeconds` alone measures a pilot run first.
+    seed
+        A scenario of one UAV is planned with ``rng=seed``; of several, each with a stream of its own, as by
+        `plan_mission`.
+    """
+
+    case: Case
+    planner: Planner
+    label: str
+    stop: Stop
+    budget: str
+    seed: int
+
+    @property
+    def run(self) -> tuple[str, str, str, int]:
+        """Which run this is: scenario, planner and budget by their labels, and the seed."""
+        return self.case.label, self.label, self.budget, self.seed
+
+    @cached_property
+    def key(self) -> str:
+        """A digest of what the run is called, and of all that determines its answer."""
+        return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop))
+
+    def __str__(self) -> str:
+        return "{}, {}, {}, seed {}".format(*self.run)
+
+
+def run_job(job: Job) -> Row:
+    """Assign, plan and judge; what a scenario compiles to is kept for the next job on it."""
+    problems = _compiled(job.case)
+    count = len(job.case.scenario.uavs)
+    streams = np.random.default_rng(job.seed).spawn(count) if count > 1 else [job.seed]
+    results = []
+    violations: list[Violation] = []
+    for problem in problems:
+        stop = job.stop if job.stop.spent(Progress()) is not None else _counted(job, problem)
+        result = job.planner.plan(problem, stop=stop, rng=streams[problem.uav])
+        violations += check_result(job.case.scenario, problem.uav, problem.target, result)
+        results.append(result)
+    return _row(job, results, violations)
+
+
+def warm_up(jobs: Sequence[Job]) -> None:
+    """Compile what the jobs' planners need, once, where numba keeps it for all processes of this machine."""
+    for job in jobs:
+        run_job(replace(job, stop=MaxIterations(1)))
+
+
+@lru_cache(maxsize=4)
+def _compiled(case: Case) -> tuple[Problem, ...]:
+    airspace = Airspace(case.scenario)
+    assigned = assign_targets(airspace, case.assignment)
+    return tuple(Problem(airspace, uav, target) for uav, target in enumerate(assigned) if target is not None)
+
+
+_rates: dict[tuple[str, str, int, str], float] = {}
+
+
+def _counted(job: Job, problem: Problem) -> Stop:
+    """Turn seconds into as many paths, as a pilot run of this planner on this problem has measured it here.
+
+    The pace changes along a schedule, so that the second pilot has about the length of the run itself, up to a second.
+    """
+    if not isinstance(job.stop, MaxSeconds):
+        return job.stop
+    seconds = job.stop.seconds
+    which = (job.case.digest, repr(job.planner), problem.uav, repr(job.stop))
+    if which not in _rates:
+        paths = _PILOT
+        for _ in range(2):
+            pilot = job.planner.plan(problem, stop=MaxPaths(paths) | MaxSeconds(max(1.0, seconds)), rng=0)
+            _rates[which] = max(pilot.effort.generated_paths, 1) / max(pilot.seconds, 1e-9)
+            paths = max(_PILOT, int(_rates[which] * min(1.0, seconds)))
+    return MaxPaths(max(1, round(_rates[which] * seconds))) | job.stop
+
+
+def _row(job: Job, results: Sequence[Result], violations: Sequence[Violation]) -> Row:
+    scenario, planner, budget, seed = job.run
+    status = max((r.status for r in results), key=list(Status).index, default=Status.NOT_PLANNED)
+    success = bool(results) and all(result.status.reached for result in results)
+    cost = sum(result.cost for result in results) if results else float("inf")
+    bounds = [result.bound for result in results if result.bound is not None]
+    bound = sum(bounds) if results and len(bounds) == len(results) else None
+    gap = None
+    if success and bound is not None:
+        gap = cost / bound - 1.0 if bound > 0 else 0.0
+    return Row(
+        scenario,
+        planner,
+        budget,
+        seed,
+        status=status.value,
+        success=success,
+        cost=float(cost),
+        fuel=sum((result.terms.get("fuel", 0.0) for result in results), 0.0),
+        divergence=sum((result.terms.get("divergence", 0.0) for result in results), 0.0),
+        end=sum((result.terms.get("end", 0.0) for result in results), 0.0),
+        bound=bound,
+        gap=gap,
+        generated_paths=sum(result.effort.generated_paths for result in results),
+        generated_nodes=sum(result.effort.generated_nodes for result in results),
+        evaluations=sum(result.effort.evaluations for result in results),
+        iterations=sum(max(len(result.history.cost) - 1, 0) for result in results),
+        seconds=sum((result.seconds for result in results), 0.0),
+        stopped_by=", ".join(dict.fromkeys(result.stopped_by for result in results)),
+        verdict=" ".join(violation.message for violation in violations),
+        settings=repr(job.planner),
+        versions=_versions(results),
+        history=_history(results),
+    )
+
+
+def _versions(results: Sequence[Result]) -> str:
+    origins = dict.fromkeys(f"skyverse {r.provenance.skyverse}, {r.provenance.platform}" for r in results)
+    return ", ".join([*origins, f"numba {numba.__version__}"])
+
+
+def _history(results: Sequence[Result]) -> History:
+    """Add histories up row by row; one that is over keeps its last row, one that never began costs what it does."""
+    length = max((len(result.history.cost) for result in results), default=0)
+    if length == 0:
+        return no_history()
+    cost = np.zeros(length)
+    effort = np.zeros((3, length), np.int64)
+    for result in results:
+        given = result.history
+        rows = len(given.cost)
+        cost += np.pad(given.cost, (0, length - rows), mode="edge") if rows else result.cost
+        for total, counted in zip(
+            effort, (given.generated_paths, given.generated_nodes, given.evaluations), strict=True
+        ):
+            total += np.pad(counted, (0, length - rows), mode="edge") if rows else 0
+    return History(cost, *effort)
+
+
+def _digest(*parts: object) -> str:
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
