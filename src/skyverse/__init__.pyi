@@ -16,6 +16,16 @@ from .planners.base import Planner as Planner
 from .planners.lattice import LatticeSearch as LatticeSearch
 from .planners.mvo import MVO as MVO
 from .planners.restart import RandomRestart as RandomRestart
+from .planners.waypoint_methods import CMAES as CMAES
+from .planners.waypoint_methods import DA as DA
+from .planners.waypoint_methods import DE as DE
+from .planners.waypoint_methods import GA as GA
+from .planners.waypoint_methods import GWO as GWO
+from .planners.waypoint_methods import LSHADE as LSHADE
+from .planners.waypoint_methods import MFO as MFO
+from .planners.waypoint_methods import PSO as PSO
+from .planners.waypoint_methods import WOA as WOA
+from .planners.waypoints import WaypointSearch as WaypointSearch
 from .problem import Airspace as Airspace
 from .problem import Problem as Problem
 from .referee import check as check

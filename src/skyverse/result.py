@@ -133,9 +133,10 @@ class Effort:
     Attributes
     ----------
     generated_paths
-        Calls of a path generator (one walk from one node towards another), or finished exact searches.
+        Calls of a path generator (one walk from one node towards another), paths decoded from waypoints, or finished
+        exact searches.
     generated_nodes
-        Nodes that those walks visited, or states that those searches expanded.
+        Nodes that those walks and paths visited, or states that those searches expanded.
     evaluations
         Objective values computed.
     """

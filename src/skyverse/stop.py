@@ -110,7 +110,10 @@ class MaxIterations(_Counted):
 
 
 class MaxPaths(_Counted):
-    """End after so many generated paths; the fairest budget between metaheuristics that share a generator."""
+    """End after so many generated paths; the fairest budget between metaheuristics.
+
+    A path decoded from waypoints is one generated path; a candidate on lattice paths may take several.
+    """
 
     _counter: ClassVar[str] = "generated_paths"
 

@@ -6,7 +6,20 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from skyverse.planners.base import Planner
 
-_HOMES = {"mvo": "mvo.MVO", "random-restart": "restart.RandomRestart", "astar": "astar.AStar"}
+_HOMES = {"mvo": "mvo.MVO", "random-restart": "restart.RandomRestart", "astar": "astar.AStar"} | {
+    name: f"waypoint_methods.{cls}"
+    for name, cls in {
+        "cma-es": "CMAES",
+        "pso": "PSO",
+        "ga": "GA",
+        "de": "DE",
+        "l-shade": "LSHADE",
+        "woa": "WOA",
+        "mfo": "MFO",
+        "gwo": "GWO",
+        "da": "DA",
+    }.items()
+}
 
 NAMES = tuple(_HOMES)
 """What planners are called on the command line and in files."""
