@@ -1,0 +1,266 @@
+"""What runs tell and what they cannot: summaries, tests, effect sizes and ranks of costs, where less is better.
+
+A cost may be infinite (no path at all); it is worse than any other, and equal to itself.
+"""
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+LEVEL = 0.05
+"""The level of all tests; intervals hold with 1 - LEVEL."""
+FEWEST_RESAMPLED = 5
+"""Fewer runs are not resampled."""
+FEWEST_PAIRS = 6
+"""With fewer pairs not even six wins out of six are significant: 2 / 2**5 > 0.05."""
+
+
+class Interval(NamedTuple):
+    """A confidence interval."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Some numbers, failures among them.
+
+    Attributes
+    ----------
+    runs, mean, median, quartiles
+        Infinite where so many runs are; nan without runs.
+    standard_error
+        Of the mean; ``None`` with fewer than two runs or an infinite one.
+    interval
+        Bootstrap confidence interval of the mean; ``None`` with fewer than `FEWEST_RESAMPLED` runs or an infinite one.
+    """
+
+    runs: int
+    mean: float
+    standard_error: float | None
+    interval: Interval | None
+    median: float
+    quartiles: tuple[float, float]
+
+
+def summary(values: ArrayLike) -> Summary:
+    """Summarise `values`, (n,)."""
+    numbers = np.asarray(values, dtype=np.float64)
+    n = len(numbers)
+    if n == 0:
+        return Summary(0, math.nan, None, None, math.nan, (math.nan, math.nan))
+    finite = bool(np.isfinite(numbers).all())
+    low, median, high = (float(quantile(numbers, q)) for q in (0.25, 0.5, 0.75))
+    error = float(np.std(numbers, ddof=1) / math.sqrt(n)) if n > 1 and finite else None
+    return Summary(n, float(np.mean(numbers)), error, bootstrap(numbers), median, (low, high))
+
+
+def quantile(values: Floats, q: float) -> Floats:
+    """Return the `q`-quantile over the first axis, interpolated linearly; some values may be infinite."""
+    ordered = np.sort(values, axis=0)
+    place = q * (len(values) - 1)
+    low, high = ordered[math.floor(place)], ordered[math.ceil(place)]
+    with np.errstate(invalid="ignore"):
+        between = low + (high - low) * (place - math.floor(place))
+    found: Floats = np.where(low == high, low, between)
+    return found
+
+
+def bootstrap(values: Floats, *, seed: int = 0) -> Interval | None:
+    """Return the BCa bootstrap interval of the mean from 2,000 resamples drawn with `seed`; see `Summary.interval`.
+
+    Where BCa is not defined, because the mean is an end of its resampled values, the percentiles are taken.
+    """
+    from scipy.stats import DegenerateDataWarning
+    from scipy.stats import bootstrap as resample
+
+    if len(values) < FEWEST_RESAMPLED or not np.isfinite(values).all():
+        return None
+    if np.ptp(values) == 0:
+        return Interval(float(values[0]), float(values[0]))
+    for method in ("BCa", "percentile"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DegenerateDataWarning)
+            found = resample(
+                (values,),
+                np.mean,
+                n_resamples=2000,
+                batch=max(1, 1_000_000 // len(values)),
+                confidence_level=1 - LEVEL,
+                method=method,
+                rng=np.random.default_rng(seed),
+            ).confidence_interval
+        if np.isfinite(found).all():
+            break
+    return Interval(float(found.low), float(found.high))
+
+
+def wilson(successes: int, runs: int) -> Interval:
+    """Return Wilson's interval of a success rate; `runs` is at least 1."""
+    from scipy.stats import binomtest
+
+    found = binomtest(successes, runs).proportion_ci(1 - LEVEL, method="wilson")
+    return Interval(float(found.low), float(found.high))
+
+
+def wilcoxon(a: ArrayLike, b: ArrayLike) -> float:
+    """Return the two-sided p of Wilcoxon's signed-rank test of the pairs (`a`, `b`), (n,) each.
+
+    Pairs of equals say nothing and are left out; where all are, p is 1. Exact up to 50 unequal pairs, ties or not.
+    """
+    from scipy import stats
+
+    differences = _differences(a, b)
+    n = len(differences)
+    if n == 0:
+        return 1.0
+    if n > 50:
+        return float(stats.wilcoxon(differences).pvalue)
+    doubled = np.rint(2 * stats.rankdata(np.abs(differences))).astype(np.int64)  # ranks of ties end in a half
+    chance = np.zeros(doubled.sum() + 1)
+    chance[0] = 0.5**n
+    for rank in doubled:
+        chance[rank:] += chance[:-rank].copy()
+    less = min(doubled[differences > 0].sum(), doubled[differences < 0].sum())
+    return min(1.0, 2 * float(chance[: less + 1].sum()))
+
+
+def mann_whitney(a: ArrayLike, b: ArrayLike) -> float:
+    """Return the two-sided p of the Mann-Whitney test of two samples, (n,) and (m,); 1 where all values are equal."""
+    from scipy import stats
+
+    first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    if np.all(first == first[0]) and np.all(second == first[0]):
+        return 1.0
+    return min(1.0, float(stats.mannwhitneyu(first, second).pvalue))
+
+
+def holm(p: ArrayLike) -> Floats:
+    """Return `p`, (m,), adjusted for m tests (Holm 1979)."""
+    raw = np.asarray(p, dtype=np.float64)
+    order = np.argsort(raw, kind="stable")
+    adjusted = np.empty_like(raw)
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(raw[order] * np.arange(len(raw), 0, -1)))
+    return adjusted
+
+
+def a12(a: ArrayLike, b: ArrayLike) -> float:
+    """Return the chance that a value of `a` exceeds one of `b`, ties counted half (Vargha & Delaney 2000)."""
+    from scipy.stats import rankdata
+
+    first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    n, m = len(first), len(second)
+    wins = rankdata(np.concatenate([first, second]))[:n].sum() - n * (n + 1) / 2
+    return float(wins / (n * m))
+
+
+def magnitude(chance: float) -> str:
+    """Return Vargha and Delaney's word for an A12."""
+    far = max(chance, 1.0 - chance) + 1e-12
+    return "large" if far >= 0.71 else "medium" if far >= 0.64 else "small" if far >= 0.56 else "negligible"
+
+
+def rank_biserial(a: ArrayLike, b: ArrayLike) -> float:
+    """Return the matched-pairs rank-biserial correlation, from -1 (`a` always less) to 1; 0 where all are equal.
+
+    The share of the ranks of the differences that are positive less the share of those that are negative (Kerby 2014).
+    """
+    from scipy.stats import rankdata
+
+    differences = _differences(a, b)
+    if len(differences) == 0:
+        return 0.0
+    ranks = rankdata(np.abs(differences))
+    return float(np.sum(ranks * np.sign(differences)) / ranks.sum())
+
+
+def _differences(a: ArrayLike, b: ArrayLike) -> Floats:
+    first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    unequal = first != second  # so that infinite costs, which cannot be subtracted, tie
+    found: Floats = first[unequal] - second[unequal]
+    return found
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Friedman's test of k planners over n blocks, and Nemenyi's.
+
+    Attributes
+    ----------
+    ranks
+        (k,) mean ranks; 1 is best, ties share.
+    blocks
+        n.
+    chi2, p
+        Friedman's, corrected for ties.
+    f, p_f
+        Iman and Davenport's correction, less conservative.
+    critical_difference
+        Mean ranks that differ by more differ significantly (Nemenyi).
+    groups
+        The largest sets of planners that do not, indices from best to worst; sets of one are left out.
+    """
+
+    ranks: Floats
+    blocks: int
+    chi2: float
+    p: float
+    f: float
+    p_f: float
+    critical_difference: float
+    groups: tuple[tuple[int, ...], ...]
+
+
+def ranking(costs: ArrayLike) -> Ranking:
+    """Rank planners by `costs`, (n blocks, k planners), n >= 2 and k >= 3 (Friedman; Demsar 2006).
+
+    Raises
+    ------
+    ValueError
+        With fewer blocks or planners.
+    """
+    from scipy import stats
+
+    table = np.asarray(costs, dtype=np.float64)
+    n, k = table.shape
+    if n < 2 or k < 3:
+        raise ValueError(f"expected at least 2 blocks and 3 planners, found {n} and {k}")
+    ranks: Floats = np.array([stats.rankdata(row) for row in table]).mean(axis=0)
+    tied = bool(np.all(table == table[:, :1]))
+    chi2, p = (0.0, 1.0) if tied else map(float, stats.friedmanchisquare(*table.T))
+    rest = n * (k - 1) - chi2
+    f = (n - 1) * chi2 / rest if rest > 1e-9 else math.inf
+    p_f = float(stats.f.sf(f, k - 1, (k - 1) * (n - 1)))
+    difference = critical_difference(k, n)
+    return Ranking(ranks, n, chi2, p, f, p_f, difference, groups(ranks, difference))
+
+
+def critical_difference(planners: int, blocks: int) -> float:
+    """Return Nemenyi's critical difference of mean ranks (Demsar 2006)."""
+    from scipy.stats import studentized_range
+
+    q = float(studentized_range.ppf(1 - LEVEL, planners, np.inf)) / math.sqrt(2)
+    return q * math.sqrt(planners * (planners + 1) / (6 * blocks))
+
+
+def groups(ranks: Sequence[float] | Floats, difference: float) -> tuple[tuple[int, ...], ...]:
+    """Return the largest sets of two or more whose `ranks` differ by at most `difference`; see `Ranking.groups`."""
+    order = [int(index) for index in np.argsort(ranks, kind="stable")]
+    found: list[tuple[int, ...]] = []
+    reached = 0
+    for first in range(len(order)):
+        last = first
+        while last + 1 < len(order) and ranks[order[last + 1]] - ranks[order[first]] <= difference:
+            last += 1
+        if last > first and last > reached:
+            found.append(tuple(order[first : last + 1]))
+            reached = last
+    return tuple(found)
