@@ -69,7 +69,7 @@ def explain(source: object, error: ValidationError, known: set[str]) -> InputErr
     if first["type"] == "missing":
         return InputError(f"{source}: {place}: is missing")
     said = first["msg"].removeprefix("Value error, ").rstrip(".")
-    said = said[:1].lower() + said[1:]
+    said = said[:1].lower() + said[1:] if said[1:2].islower() else said
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     shown = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {_short(found)}"
     return InputError(f"{source}: {place + ': ' if place else ''}{said}{shown}{more}")

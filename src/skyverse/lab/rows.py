@@ -20,20 +20,22 @@ KINDS: tuple[Kind, ...] = ("scenario", "planner", "budget")
 RUN = (*KINDS, "seed")
 """The columns that say which run a row is."""
 
-_TYPES: dict[Any, tuple[str, type]] = {  # of a field: in SQLite, in numpy
+_KINDS: dict[Any, tuple[str, type]] = {
     str: ("TEXT NOT NULL", np.str_),
     bool: ("INTEGER NOT NULL", np.bool_),
     int: ("INTEGER NOT NULL", np.int64),
     float: ("REAL NOT NULL", np.float64),
     float | None: ("REAL", np.float64),
 }
-_FIELDS = {f.name: _TYPES[f.type] for f in fields(Row) if f.name != "history"}
-COLUMNS = tuple(_FIELDS)
+TYPES = {f.name: _KINDS[f.type] for f in fields(Row) if f.name != "history"}
+"""The type of each field of a row but its history: in SQLite, and in numpy."""
+
+COLUMNS = tuple(TYPES)
 """What `Rows.select` knows: every field of a row but its history."""
 
 _APPLICATION = 0x736B7976  # "skyv"
 _TABLES = (
-    f"CREATE TABLE runs (key TEXT PRIMARY KEY, {', '.join(f'{n} {t}' for n, (t, _) in _FIELDS.items())}, "
+    f"CREATE TABLE runs (key TEXT PRIMARY KEY, {', '.join(f'{n} {t}' for n, (t, _) in TYPES.items())}, "
     f"history BLOB NOT NULL, UNIQUE ({', '.join(RUN)}))",
     "CREATE TABLE labels (place INTEGER PRIMARY KEY, kind TEXT NOT NULL, label TEXT NOT NULL, UNIQUE (kind, label))",
     f"PRAGMA application_id = {_APPLICATION}",
@@ -164,7 +166,7 @@ class Rows:
         with closing(self._find(columns, where)) as found:
             rows = list(found)
         table = zip(*rows, strict=True) if rows else ([] for _ in columns)
-        return {name: np.array(list(v), dtype=_FIELDS[name][1]) for name, v in zip(columns, table, strict=True)}
+        return {name: np.array(list(v), dtype=TYPES[name][1]) for name, v in zip(columns, table, strict=True)}
 
     def histories(self, **where: object) -> Iterator[History]:
         """Yield the histories of the rows that `select` would find, one at a time, in the same order."""
@@ -172,8 +174,14 @@ class Rows:
             for (history,) in found:
                 yield _unpack(history)
 
+    def export(self, path: str | Path) -> list[Path]:
+        """Write the rows as ``.csv`` or ``.parquet`` and their histories beside; see `skyverse.lab.export`."""
+        from skyverse.lab.export import export_rows
+
+        return export_rows(self, path)
+
     def _find(self, columns: Sequence[str], where: dict[str, object]) -> sqlite3.Cursor:
-        unknown = [name for name in (*columns, *where) if name not in _FIELDS and name != "history"]
+        unknown = [name for name in (*columns, *where) if name not in TYPES and name != "history"]
         if unknown or not columns:
             raise ValueError(f"expected columns among {', '.join(COLUMNS)}, found {', '.join(unknown) or 'none'}")
         names = ", ".join(f"runs.{name}" for name in columns)

@@ -124,6 +124,8 @@ def _counted(job: Job, problem: Problem) -> Stop:
         for _ in range(2):
             pilot = job.planner.plan(problem, stop=MaxPaths(paths) | MaxSeconds(max(1.0, seconds)), rng=0)
             _rates[which] = max(pilot.effort.generated_paths, 1) / max(pilot.seconds, 1e-9)
+            if pilot.stopped_by == "finished":  # an exact planner ends by itself
+                break
             paths = max(_PILOT, int(_rates[which] * min(1.0, seconds)))
     return MaxPaths(max(1, round(_rates[which] * seconds))) | job.stop
 

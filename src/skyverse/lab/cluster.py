@@ -1,0 +1,54 @@
+"""Runs on a Dask cluster: one machine or many."""
+
+import itertools
+from collections.abc import Generator, Sequence
+from typing import Any
+
+from skyverse.errors import InputError
+from skyverse.lab.row import Row
+from skyverse.lab.run import Job, run_job, warm_up
+from skyverse.lab.workers import WorkerError
+
+
+def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
+    """Run jobs on the cluster of the scheduler at `address`, and yield them as they finish.
+
+    At most three jobs a thread are with the cluster at a time. Dask runs a job again whose worker dies.
+
+    Raises
+    ------
+    InputError
+        If distributed is not installed, or no scheduler answers.
+    WorkerError
+        If a job has ended one worker after another, or the cluster is gone.
+    """
+    try:
+        from distributed import CancelledError, Client, KilledWorker, as_completed
+    except ImportError:
+        raise InputError('--dask needs Dask: pip install "skyverse[dask]"') from None
+    try:
+        client = Client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError(f"--dask: {address}: expected a scheduler's address, but none answers: {error}") from None
+    with client:
+        waiting = iter(jobs)
+        given: dict[Any, Job] = {}
+        client.submit(warm_up, list({job.label: job for job in jobs}.values()), pure=False).result()
+        running = as_completed(with_results=True, raise_errors=True)
+
+        def hand_out(count: int) -> None:
+            for job in itertools.islice(waiting, count):
+                future = client.submit(run_job, job, pure=False, retries=0)
+                given[future.key] = job
+                running.add(future)
+
+        hand_out(3 * max(1, sum(client.nthreads().values())))
+        try:
+            for future, row in running:
+                job = given.pop(future.key)
+                hand_out(1)
+                yield job, row
+        except KilledWorker as error:
+            raise WorkerError(f"the run {given.get(error.task, error.task)} ended one worker after another") from None
+        except CancelledError:
+            raise WorkerError(f"the cluster at {address} is gone") from None

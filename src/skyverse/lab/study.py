@@ -1,0 +1,248 @@
+"""What is compared: scenarios x planners x budgets x seeds, as a short file says it."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, ValidationError, model_validator
+
+from skyverse.atomic import write_text
+from skyverse.errors import InputError
+from skyverse.files import NAMES, read_scenario
+from skyverse.files.document import explain, parse, read_text, yaml_text
+from skyverse.lab.run import Case, Job
+from skyverse.mission import Assignment
+from skyverse.planners import make_planner
+from skyverse.planners.base import Planner
+from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
+
+_RULES = {
+    "paths": MaxPaths,
+    "nodes": MaxNodes,
+    "evaluations": MaxEvaluations,
+    "iterations": MaxIterations,
+    "seconds": MaxSeconds,
+}
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Given(_Model):
+    """A scenario by built-in name or file, and its label: the name, or the file's stem."""
+
+    label: str = ""
+    file: str
+
+    @model_validator(mode="after")
+    def _labelled(self) -> Self:
+        return self if self.label else self.model_copy(update={"label": Path(self.file).stem})
+
+
+class Contender(BaseModel):
+    """A planner by name, its settings, and its label: the name and what was set."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
+
+    planner: str
+    label: str = ""
+
+    @model_validator(mode="after")
+    def _made(self) -> Self:
+        try:
+            self.make()
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+        settings = " ".join(f"{name}={value}" for name, value in (self.model_extra or {}).items())
+        return self if self.label else self.model_copy(update={"label": f"{self.planner} {settings}".strip()})
+
+    def make(self) -> Planner:
+        """Return the planner."""
+        return make_planner(self.planner, **(self.model_extra or {}))
+
+
+Count = Annotated[int, Field(ge=1)]
+
+
+class Budget(_Model):
+    """One of these, per UAV."""
+
+    paths: Count | None = None
+    nodes: Count | None = None
+    evaluations: Count | None = None
+    iterations: Count | None = None
+    seconds: Annotated[float, Field(gt=0, strict=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if len(self.model_fields_set) != 1 or self._amount is None:
+            raise ValueError(f"expected one of {', '.join(_RULES)} in each budget")
+        return self
+
+    @property
+    def _unit(self) -> str:
+        return next(iter(self.model_fields_set))
+
+    @property
+    def _amount(self) -> Any:
+        return getattr(self, self._unit)
+
+    @property
+    def label(self) -> str:
+        """How rows call it: ``"1000 paths"``, ``"0.1 seconds"``."""
+        return f"{self._amount} {self._unit}"
+
+    @property
+    def stop(self) -> Stop:
+        """The rule that ends a run."""
+        rule: Stop = _RULES[self._unit](self._amount)
+        return rule
+
+
+def _listed(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
+def _seeds(value: Any) -> Any:
+    if isinstance(value, int) and not isinstance(value, bool):
+        if value < 1:
+            raise ValueError("expected how many, from 1 on, or a list of seeds")
+        return tuple(range(value))
+    if not isinstance(value, list | tuple):
+        raise ValueError("expected how many, or a list of seeds")
+    return tuple(value)
+
+
+def _named(key: str) -> BeforeValidator:
+    return BeforeValidator(lambda value: {key: value} if isinstance(value, str) else value)
+
+
+def _one_or_list(budgets: tuple[Budget, ...]) -> Any:
+    said = [budget.model_dump(exclude_unset=True) for budget in budgets]
+    return said[0] if len(said) == 1 else said
+
+
+def _count_or_list(seeds: tuple[int, ...]) -> int | list[int]:
+    return len(seeds) if seeds == tuple(range(len(seeds))) else list(seeds)
+
+
+class Study(_Model):
+    """Scenarios x planners x budgets x seeds.
+
+    Attributes
+    ----------
+    name
+        The study's title.
+    scenarios
+        Built-in names or files, or ``{"label": ..., "file": ...}``.
+    planners
+        Names, or ``{"planner": ..., "label": ..., settings ...}``. Exact planners, which follow neither budget nor
+        seed, are run for each all the same, so that every planner has equally many rows.
+    seeds
+        How many, from 0 on, or a list.
+    budget
+        One of ``paths``, ``nodes``, ``evaluations``, ``iterations`` or ``seconds``, or a list of such: what each UAV's
+        run may spend. Seconds are turned into paths by a pilot run.
+    assignment
+        How UAVs get their targets; see `plan_mission`.
+    """
+
+    format: Literal["skyverse/study/1"] = "skyverse/study/1"
+    name: Annotated[str, Field(min_length=1)] = "study"
+    scenarios: Annotated[tuple[Annotated[Given, _named("file")], ...], BeforeValidator(_listed), Field(min_length=1)]
+    planners: Annotated[
+        tuple[Annotated[Contender, _named("planner")], ...], BeforeValidator(_listed), Field(min_length=1)
+    ]
+    seeds: Annotated[
+        tuple[Annotated[int, Field(ge=0)], ...],
+        BeforeValidator(_seeds),
+        PlainSerializer(_count_or_list),
+        Field(min_length=1),
+    ] = tuple(range(30))
+    budget: Annotated[
+        tuple[Budget, ...], BeforeValidator(_listed), PlainSerializer(_one_or_list), Field(min_length=1)
+    ] = (Budget(paths=1000),)
+    assignment: Assignment = "path-cost"
+
+    @model_validator(mode="after")
+    def _unlike(self) -> Self:
+        for field, names in (
+            ("scenarios", [given.label for given in self.scenarios]),
+            ("planners", [contender.label for contender in self.planners]),
+            ("budget", [budget.label for budget in self.budget]),
+            ("seeds", list(self.seeds)),
+        ):
+            for name in names:
+                if names.count(name) > 1:  # type: ignore[arg-type]
+                    noun = field if field in ("seeds", "budget") else f"labels of {field}"
+                    raise ValueError(f"{noun} must differ, but {name!r} stands {names.count(name)} times")  # type: ignore[arg-type]
+        return self
+
+    def jobs(self) -> Iterator[Job]:
+        """Read the scenarios, and yield one job a run.
+
+        Raises
+        ------
+        InputError
+            If a scenario cannot be read, or has no UAV or no target.
+        """
+        cases = [_case(given, self.assignment) for given in self.scenarios]
+        for case in cases:
+            for contender in self.planners:
+                planner = contender.make()
+                for budget in self.budget:
+                    for seed in self.seeds:
+                        yield Job(case, planner, contender.label, budget.stop, budget.label, seed)
+
+    def seen_from(self, folder: Path) -> "Study":
+        """Return the study with its scenarios' files as seen from a folder."""
+        given = tuple(
+            scenario
+            if scenario.file in NAMES
+            else scenario.model_copy(update={"file": Path(os.path.relpath(scenario.file, folder)).as_posix()})
+            for scenario in self.scenarios
+        )
+        return self.model_copy(update={"scenarios": given})
+
+
+def read_study(path: str | Path) -> Study:
+    """Read a study file, YAML or JSON; its scenarios' files are found relative to it."""
+    path = Path(path)
+    return study_from_data(path, parse(path, read_text(path)), path.parent)
+
+
+def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
+    """Validate a study's data, or raise `InputError` naming file and field; files are relative to the folder."""
+    if not isinstance(data, dict):
+        raise InputError(
+            f"{source}: expected a study, a mapping with the key 'scenarios' and others, found {data!r:.40}"
+        )
+    try:
+        study = Study.model_validate(data)
+    except ValidationError as error:
+        known = {*Study.model_fields, *Given.model_fields, *Contender.model_fields, *Budget.model_fields}
+        raise explain(source, error, known) from None
+    given = tuple(
+        scenario if scenario.file in NAMES else scenario.model_copy(update={"file": str(folder / scenario.file)})
+        for scenario in study.scenarios
+    )
+    return study.model_copy(update={"scenarios": given})
+
+
+def write_study(study: Study, path: Path) -> None:
+    """Write a study file, from which `read_study` reads an equal study."""
+    data = study.seen_from(path.parent).model_dump(mode="json")
+    for given in data["scenarios"]:
+        if given["label"] == Path(given["file"]).stem:
+            del given["label"]
+    write_text(path, yaml_text(data))
+
+
+def _case(given: Given, assignment: Assignment) -> Case:
+    scenario = read_scenario(given.file)
+    for kind, things in (("uavs", scenario.uavs), ("targets", scenario.targets)):
+        if not things:
+            raise InputError(f"{given.file}: {kind}: there are none")
+    return Case(given.label, scenario, assignment)
