@@ -1,0 +1,328 @@
+"""Waypoint vectors: what they decode to, what is reported of them, and the optimisers that move them."""
+
+import itertools
+import logging
+import math
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.mission import fly_along
+from skyverse.planners import waypoints
+from skyverse.planners.base import provenance
+from skyverse.planners.optimisers import by_niapy, by_pymoo, cma_es, da, mfo, woa
+from worlds import ROOM, exits_of, neighbours, price_of, scenarios, shape_of
+
+STOP = sky.MaxIterations(4)
+PACKAGES = {
+    sky.CMAES: "cma",
+    sky.PSO: "pymoo",
+    sky.GA: "pymoo",
+    sky.DE: "pymoo",
+    sky.LSHADE: "niapy",
+    sky.GWO: "niapy",
+    sky.WOA: None,
+    sky.MFO: None,
+    sky.DA: None,
+}
+OPTIMISERS = {
+    cma_es.cma_es: "cma",
+    by_pymoo.pso: "pymoo",
+    by_pymoo.ga: "pymoo",
+    by_pymoo.de: "pymoo",
+    by_niapy.l_shade: "niapy",
+    by_niapy.gwo: "niapy",
+    woa.woa: None,
+    mfo.mfo: None,
+    da.da: None,
+}
+every_method = pytest.mark.parametrize("kind", PACKAGES, ids=lambda kind: kind.__name__)
+every_optimiser = pytest.mark.parametrize("optimiser", OPTIMISERS, ids=lambda optimiser: optimiser.__name__)
+
+shares = st.integers(0, 64).map(lambda n: n / 64)  # exact numbers, so that halves between two nodes are met exactly
+candidates = st.lists(st.lists(shares, min_size=9, max_size=9), min_size=1, max_size=4).map(np.array)
+
+
+def need(package):
+    if package is not None:
+        pytest.importorskip(package)
+
+
+def plain(kernel):
+    return getattr(kernel, "py_func", kernel)
+
+
+def opened(problem, stop=STOP, k=3, **settings):
+    return sky.WOA(waypoints=k, **settings)._open(problem, stop, np.random.default_rng(0))
+
+
+def digital_line(a, b, connectivity):
+    """The nodes after a up to b, (3,) indices, on the digital straight line, in exact numbers."""
+    size, sign = np.abs(b - a), np.sign(b - a)
+    if connectivity == 6:
+        crossings = sorted(
+            (Fraction(2 * j + 1, int(2 * size[axis])), axis) for axis in range(3) for j in range(size[axis])
+        )
+        steps = np.array([sign * (np.arange(3) == axis) for _, axis in crossings]).reshape(-1, 3)
+        return list(a + np.cumsum(steps, axis=0))
+    count = int(size.max())
+    shares_ = (Fraction(t, count) for t in range(1, count + 1))
+    return [a + sign * [math.floor(int(n) * share + Fraction(1, 2)) for n in size] for share in shares_]
+
+
+def walked(problem, x):
+    """Decode a candidate by brute force: its nodes (n, 3), how many are free, and the metres that are not."""
+    scenario, shape = problem.scenario, np.array(shape_of(problem.scenario))
+    connectivity = scenario.lattice.connectivity
+    stops = [np.array(np.unravel_index(problem.source, shape))]
+    for triple in x.reshape(-1, 3):
+        nearest = [Fraction(share) * (int(n) - 1) + Fraction(1, 2) for share, n in zip(triple, shape, strict=True)]
+        stops.append(np.array([math.floor(index) for index in nearest]))
+    stops.append(np.array(np.unravel_index(problem.goal, shape)))
+    nodes = [stops[0]]
+    for a, b in itertools.pairwise(stops):
+        nodes += digital_line(a, b, connectivity)
+    moves = neighbours(connectivity)
+    open_ = exits_of(scenario, moves)
+    free, metres = len(nodes), 0.0
+    for i, (a, b) in enumerate(itertools.pairwise(nodes)):
+        (m,) = np.flatnonzero((moves == b - a).all(axis=1))
+        if not open_[np.ravel_multi_index(a, shape), m]:
+            free = min(free, i + 1)
+            metres += float(np.linalg.norm((b - a) * np.array(scenario.lattice.step)))
+    return np.array(nodes), free, metres
+
+
+def without_loops(nodes):
+    kept = []
+    for node in map(tuple, nodes):
+        kept = kept[: kept.index(node)] if node in kept else kept
+        kept.append(node)
+    return np.array(kept)
+
+
+def places(scenario, nodes):
+    return np.array(scenario.bounds.min) + nodes * np.array(scenario.lattice.step)
+
+
+@given(scenarios(most_nodes=6), candidates, st.sampled_from([0.0, 1.0, 100.0]))
+def test_candidates_decode_to_digital_lines_and_cost_what_brute_force_says(scenario, X, collision):
+    problem = sky.Problem(scenario)
+    if problem.refusal is not None:
+        return
+    for kernel, decode in (
+        (waypoints.draw_up, waypoints.decode),
+        (plain(waypoints.draw_up), plain(waypoints.decode)),
+    ):
+        run = opened(problem)
+        cheapest = math.inf
+        for x in X:
+            nodes, free, metres = walked(problem, x)
+            length, drawn_free, drawn_metres = kernel(run.task, run.desk, x)
+            shape = tuple(shape_of(scenario))
+            np.testing.assert_array_equal(np.transpose(np.unravel_index(run.desk.draft[:length], shape)), nodes)
+            assert drawn_free == free
+            assert drawn_metres == pytest.approx(metres)
+            fuel, divergence, _ = price_of(scenario, places(scenario, nodes))
+            (fitness,) = decode(run.task, run.desk, run.best, x[None], collision)
+            assert fitness == pytest.approx(fuel + divergence + collision * metres)
+            best = places(scenario, without_loops(nodes[:free]))
+            price = sum(price_of(scenario, best, problem.places([problem.goal])[0]))
+            cheapest = min(cheapest, price)
+            assert run.best.cost[0] == pytest.approx(cheapest)
+        np.testing.assert_array_equal(run.desk.spent[[0, 2]], len(X))
+        assert run.desk.spent[1] == sum(len(walked(problem, x)[0]) - 1 for x in X)
+
+
+@given(scenarios(most_nodes=6), candidates)
+def test_a_free_candidate_costs_its_fitness_if_it_has_no_loop_and_never_less_than_the_optimum(scenario, X):
+    problem = sky.Problem(scenario)
+    if problem.refusal is not None or problem.route is None:
+        return
+    for x in X:
+        nodes, free, metres = walked(problem, x)
+        run = opened(problem)
+        (fitness,) = waypoints.decode(run.task, run.desk, run.best, x[None], 100.0)
+        last = run.best.nodes[0, run.best.length[0] - 1]
+        if metres == 0.0:
+            assert last == problem.goal
+            assert fitness >= run.best.cost[0] - 1e-9
+            assert run.best.cost[0] >= problem.route.price - 1e-9
+            if len(np.unique(nodes, axis=0)) == len(nodes):
+                assert fitness == pytest.approx(run.best.cost[0])
+        else:
+            assert (last == problem.goal) == (tuple(nodes[free - 1]) == tuple(nodes[-1]))
+
+
+@settings(max_examples=25)
+@given(scenarios(most_nodes=7), st.sampled_from([sky.WOA, sky.MFO, sky.DA]), st.integers(0, 99))
+def test_the_referee_passes_whatever_is_reported(scenario, kind, seed):
+    problem = sky.Problem(scenario)
+    result = kind(waypoints=2, candidates=6).plan(problem, stop=STOP, rng=seed)
+    if not len(result.path):
+        return
+    mission = sky.Mission(
+        scenario, (0,), (result,), (fly_along(problem, result),), (), provenance(repr(kind()), STOP, seed)
+    )
+    assert sky.check(scenario, mission) == []
+
+
+def test_a_draft_has_room_for_the_longest_path():
+    problem = sky.Problem(ROOM)
+    far = np.array([[0.0, 0, 0, 1, 1, 1] * 3])
+    run = opened(problem, k=6)
+    length, _, _ = waypoints.draw_up(run.task, run.desk, far[0])
+    assert length == len(walked(problem, far[0])[0])
+    assert length > 0.7 * len(run.desk.draft)
+
+
+def test_candidates_beyond_the_budget_are_not_looked_at():
+    run = opened(sky.Problem(ROOM), stop=sky.MaxPaths(3))
+    fitness = waypoints.decode(run.task, run.desk, run.best, np.random.default_rng(0).random((5, 9)), 100.0)
+    np.testing.assert_array_equal(np.isfinite(fitness), [True, True, True, False, False])
+    assert run.desk.spent[0] == 3
+
+
+@pytest.mark.parametrize("name", ["map1", "map3"])
+def test_a_candidate_through_the_optimum_s_corners_costs_the_optimum(name):
+    problem = sky.Problem(sky.read(name))
+    best = sky.AStar().plan(problem).path
+    turns = [i for i in range(1, len(best) - 1) if np.any(np.cross(best[i + 1] - best[i], best[i] - best[i - 1]))]
+    grid = problem.airspace.grid
+    x = ((best[turns] - grid.origin) / grid.step / (grid.shape - 1)).reshape(1, -1)
+    run = opened(problem, k=len(turns))
+    (fitness,) = waypoints.decode(run.task, run.desk, run.best, x, 100.0)
+    assert fitness == run.best.cost[0] == problem.route.price
+
+
+@every_method
+def test_methods_with_one_seed_begin_with_the_same_candidates(kind):
+    need(PACKAGES[kind])
+    problem = sky.Problem(ROOM)
+    begun = {m(candidates=7).plan(problem, stop=sky.MaxPaths(7), rng=3).cost for m in (sky.WOA, kind)}
+    assert len(begun) == 1
+
+
+@every_method
+def test_a_method_finds_its_way_round_a_wall(kind):
+    need(PACKAGES[kind])
+    problem = sky.Problem(sky.Scenario.model_validate({**dict(ROOM), "obstacles": ROOM.obstacles[:1]}))
+    for seed in range(3):
+        result = kind(waypoints=3).plan(problem, stop=sky.MaxPaths(600), rng=seed)
+        assert result.status.reached
+        assert result.gap < 0.3
+        assert result.effort.generated_paths == result.effort.evaluations == 600
+
+
+@every_method
+def test_a_missing_package_is_named_with_the_line_that_installs_it(kind, monkeypatch):
+    monkeypatch.setattr(waypoints.importlib.util, "find_spec", lambda name: None)
+    if PACKAGES[kind] is None:
+        kind()
+    else:
+        with pytest.raises(sky.InputError, match=r'pip install "skyverse\[optimisers\]"') as refused:
+            kind()
+        assert PACKAGES[kind] in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [
+        ("waypoints", 0),
+        ("waypoints", 2.5),
+        ("candidates", 5),
+        ("candidates", True),
+        ("collision", -1.0),
+        ("collision", "dear"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_refused_by_name(setting, value):
+    with pytest.raises(ValueError, match=f"WOA's {setting}"):
+        sky.WOA(**{setting: value})
+
+
+def minimise(optimiser, seed, iterations=80, n=25, d=12):
+    """Run an optimiser on a sphere round a point that is neither the middle nor a corner; return all values."""
+    seen = []
+
+    def sphere(X):
+        X = np.asarray(X)
+        assert X.shape[1] == d
+        assert X.min() >= 0.0
+        assert X.max() <= 1.0
+        seen.append(((X - np.linspace(0.2, 0.7, d)) ** 2).sum(axis=1))
+        return seen[-1]
+
+    rng = np.random.default_rng(seed)
+    search = optimiser(sphere, rng.random((n, d)), rng)
+    next(search)
+    assert sum(map(len, seen)) == n
+    for i in range(iterations):
+        search.send((i + 1) / iterations)
+    return np.concatenate(seen)
+
+
+@every_optimiser
+def test_an_optimiser_beats_random_search_on_a_sphere(optimiser):
+    need(OPTIMISERS[optimiser])
+    for seed in range(2):
+        seen = minimise(optimiser, seed)
+        drawn = np.random.default_rng(seed).random((2025, 12))
+        blind = ((drawn - np.linspace(0.2, 0.7, 12)) ** 2).sum(axis=1).min()
+        assert seen.min() < 0.5 * blind
+
+
+@every_optimiser
+def test_an_optimiser_draws_from_its_generator_alone_and_leaves_no_trace(optimiser):
+    need(OPTIMISERS[optimiser])
+    minimise(optimiser, 0, iterations=1)
+    state, other, handlers = np.random.get_state(), random.getstate(), logging.root.handlers[:]  # noqa: NPY002
+    first = minimise(optimiser, 5, iterations=6)
+    np.testing.assert_array_equal(np.random.get_state()[1], state[1])  # noqa: NPY002
+    assert np.random.get_state()[2:] == state[2:]  # noqa: NPY002
+    assert random.getstate() == other
+    assert logging.root.handlers == handlers
+    np.random.seed(1)  # noqa: NPY002
+    random.seed(1)
+    np.testing.assert_array_equal(minimise(optimiser, 5, iterations=6), first)
+    assert not np.array_equal(minimise(optimiser, 6, iterations=6), first)
+
+
+@every_optimiser
+def test_an_optimiser_says_nothing(optimiser, capfd):
+    need(OPTIMISERS[optimiser])
+    minimise(optimiser, 0, iterations=6)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_l_shade_shrinks_its_population_to_four():
+    need("niapy")
+    assert len(minimise(by_niapy.l_shade, 0, iterations=3, n=10)) == 10 + 10 + 8 + 6
+
+
+def test_moths_fly_to_fewer_flames_and_whales_to_the_best_in_the_end():
+    """At the end of the budget whales that encircle land on the best, and moths circle round the best flame."""
+    rng = np.random.default_rng(0)
+    first = rng.random((40, 3))
+    calls = []
+
+    def slope(X):
+        calls.append(X.copy())
+        return X.sum(axis=1)
+
+    search = woa.woa(slope, first, rng)
+    next(search)
+    search.send(1.0)
+    best = first[first.sum(axis=1).argmin()]
+    landed = (calls[1] == best).all(axis=1)
+    assert 0.25 < landed.mean() < 0.75
+    calls.clear()
+    search = mfo.mfo(slope, np.repeat([[0.5, 0.5, 0.5], [0.2, 0.2, 0.2]], 20, axis=0), rng)
+    next(search)
+    search.send(1.0)
+    np.testing.assert_array_equal(calls[1][20:], 0.2)
