@@ -45,7 +45,7 @@ every_method = pytest.mark.parametrize("kind", PACKAGES, ids=lambda kind: kind._
 every_optimiser = pytest.mark.parametrize("optimiser", OPTIMISERS, ids=lambda optimiser: optimiser.__name__)
 
 shares = st.integers(0, 64).map(lambda n: n / 64)  # exact numbers, so that halves between two nodes are met exactly
-candidates = st.lists(st.lists(shares, min_size=9, max_size=9), min_size=1, max_size=4).map(np.array)
+vectors = st.lists(st.lists(shares, min_size=9, max_size=9), min_size=1, max_size=4).map(np.array)
 
 
 def need(package):
@@ -110,7 +110,7 @@ def places(scenario, nodes):
     return np.array(scenario.bounds.min) + nodes * np.array(scenario.lattice.step)
 
 
-@given(scenarios(most_nodes=6), candidates, st.sampled_from([0.0, 1.0, 100.0]))
+@given(scenarios(most_nodes=6), vectors, st.sampled_from([0.0, 1.0, 100.0]))
 def test_candidates_decode_to_digital_lines_and_cost_what_brute_force_says(scenario, X, collision):
     problem = sky.Problem(scenario)
     if problem.refusal is not None:
@@ -139,7 +139,7 @@ def test_candidates_decode_to_digital_lines_and_cost_what_brute_force_says(scena
         assert run.desk.spent[1] == sum(len(walked(problem, x)[0]) - 1 for x in X)
 
 
-@given(scenarios(most_nodes=6), candidates)
+@given(scenarios(most_nodes=6), vectors)
 def test_a_free_candidate_costs_its_fitness_if_it_has_no_loop_and_never_less_than_the_optimum(scenario, X):
     problem = sky.Problem(scenario)
     if problem.refusal is not None or problem.route is None:
@@ -206,6 +206,14 @@ def test_methods_with_one_seed_begin_with_the_same_candidates(kind):
     problem = sky.Problem(ROOM)
     begun = {m(candidates=7).plan(problem, stop=sky.MaxPaths(7), rng=3).cost for m in (sky.WOA, kind)}
     assert len(begun) == 1
+
+
+@every_method
+def test_an_iteration_evaluates_every_candidate_once(kind):
+    need(PACKAGES[kind])
+    history = kind(candidates=7).plan(sky.Problem(ROOM), stop=sky.MaxIterations(3), rng=3).history
+    left = [7, 7, 6, 5] if kind is sky.LSHADE else [7] * 4
+    np.testing.assert_array_equal(history.evaluations, np.cumsum(left))
 
 
 @every_method
