@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Group, Parameter
 
 from skyverse._version import __version__
+from skyverse.cli.compare import compare
 from skyverse.cli.report import json_text, report, table, violation_data
 from skyverse.cli.watch import progress_bar, stop_rule
 from skyverse.cli.words import file_name, make_folder, planner_of, refuse_output, refuse_unsafe, whole_number, with_more
@@ -287,6 +288,9 @@ def export(mission: str, output: Path, /, *, rate: float = 20.0) -> None:
 
     sky.write(sky.read_mission(mission), output, rate=rate)
     print(output)
+
+
+app.command(compare)
 
 
 def _fail(sentence: str) -> None:

@@ -4,12 +4,14 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from skyverse.cli.words import given
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
+    from skyverse.lab.execute import OnRun
     from skyverse.mission import OnProgress
     from skyverse.scenario import Scenario
     from skyverse.stop import Progress, Stop
@@ -80,3 +82,40 @@ def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | N
                 bar.update(task, completed=done, description=scenario.uavs[uav].name, best=best)
 
         yield on_progress
+
+
+class StudyWatch:
+    """Tells how far a study is: a bar when a person watches; and what is kept when it ends too early."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._bar: Any = None
+        self._done = self._total = 0
+        self._began = False
+
+    def __enter__(self) -> "OnRun":
+        if sys.stderr.isatty():
+            from rich.console import Console
+            from rich.progress import Progress
+
+            self._bar = Progress(console=Console(stderr=True), transient=True)
+            self._bar.add_task("preparing", total=None)
+            self._bar.start()
+        return self._on_run
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _on_run(self, done: int, total: int) -> None:
+        if not self._began and done:
+            print(f"skyverse: {done} of {total} runs were done before", file=sys.stderr)
+        if self._began and self._bar is not None:
+            self._bar.update(self._bar.task_ids[0], description=f"{done} of {total} runs", completed=done, total=total)
+        self._began = True
+        self._done, self._total = done, total
+
+    @property
+    def kept(self) -> str:
+        """What an early end leaves behind."""
+        return f"{self._done} of {self._total} runs are kept in {self._folder}, and the same command goes on"

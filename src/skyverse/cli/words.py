@@ -11,8 +11,11 @@ from cyclopts import Token
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
+    from skyverse.lab.study import Study
     from skyverse.planners.base import Planner
     from skyverse.scenario import Scenario
+
+_BUDGETS = ("paths", "nodes", "evaluations", "iterations", "seconds")
 
 
 def given(function: Any, *args: Any, **kwargs: Any) -> Any:
@@ -77,9 +80,15 @@ def refuse_unsafe(source: str, scenario: "Scenario") -> None:
 
 def planner_of(name: str, settings: list[str]) -> "Planner":
     """Make the planner of that name with settings given as ``name=value``."""
-    import ast
-
     from skyverse.planners import make_planner
+
+    made: Planner = given(make_planner, name, **values_of(settings))
+    return made
+
+
+def values_of(settings: list[str]) -> dict[str, object]:
+    """Read settings given as ``name=value``."""
+    import ast
 
     values: dict[str, object] = {}
     for setting in settings:
@@ -90,8 +99,52 @@ def planner_of(name: str, settings: list[str]) -> "Planner":
             values[key.strip()] = ast.literal_eval(text.capitalize() if text in ("true", "false") else text)
         except (ValueError, SyntaxError):
             values[key.strip()] = text
-    made: Planner = given(make_planner, name, **values)
-    return made
+    return values
+
+
+def study_of(sources: list[str], flags: dict[str, Any]) -> "Study":
+    """Return the study of a file, or of scenarios and flags."""
+    from skyverse.files.document import parse, read_text
+    from skyverse.lab.study import study_from_data
+
+    for source in map(Path, sources):
+        if source.suffix.lower() not in (".yaml", ".yml", ".json") or not source.is_file():
+            continue
+        data = parse(source, read_text(source))
+        if not isinstance(data, dict) or not {"scenarios", "planners"} & data.keys():
+            continue
+        if len(sources) > 1:
+            raise InputError(f"{source}: expected one study file or scenarios, found both in {' '.join(sources)}")
+        given = [f"--{name}" for name, value in flags.items() if value is not None]
+        if given:
+            raise InputError(f"{given[0]}: expected a study file or flags, found both; {source} says all of the study")
+        return study_from_data(source, data if "name" in data else {**data, "name": source.stem}, source.parent)
+    budget = {name: flags[name] for name in _BUDGETS if flags[name] is not None}
+    if len(budget) > 1:
+        raise InputError(f"{' '.join('--' + name for name in budget)}: expected one budget; a study file can list more")
+    first = flags["seed"] or 0
+    data = {
+        "name": "compare",
+        "scenarios": sources,
+        "planners": _planners(flags["planner"] or ["mvo", "random-restart"], flags["set"] or []),
+        "seeds": list(range(first, first + (flags["runs"] or 30))),
+        "budget": budget or {"paths": 1000},
+        "assignment": flags["assignment"] or "path-cost",
+    }
+    return study_from_data("compare", data)
+
+
+def _planners(names: list[str], settings: list[str]) -> list[dict[str, Any]]:
+    """Give settings to all planners, or, where one is named before a dot, to that one."""
+    planners: list[dict[str, Any]] = [{"planner": name} for name in names]
+    for setting, value in values_of(settings).items():
+        owner, dot, name = setting.rpartition(".")
+        if dot and owner not in names:
+            raise InputError(f"--set: {setting}: expected a planner that is compared, found {owner!r}")
+        for planner in planners:
+            if owner in ("", planner["planner"]):
+                planner[name] = value
+    return planners
 
 
 def make_folder(folder: Path) -> None:

@@ -1,6 +1,7 @@
 """Rows for other programs: CSV or Parquet, one row a run, and the histories beside it in long form."""
 
 import csv
+import importlib.util
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -33,10 +34,9 @@ def export_rows(rows: Rows, path: str | Path) -> list[Path]:
         If the suffix is another one, the files cannot be written, or pyarrow is not installed.
     """
     path = Path(path)
+    refuse_export(path)
     beside = path.with_name(f"{path.stem}-history{path.suffix}")
     suffix = path.suffix.lower()
-    if suffix not in (".csv", ".parquet"):
-        raise InputError(f"{path}: rows are exported as .csv or .parquet, not as {suffix or 'no suffix'!r}")
     kinds = {name: kind for name, (_, kind) in TYPES.items()}
     histories = {name: kinds.get(name, np.int64) for name in HISTORY}
     with ExitStack() as stack:
@@ -49,6 +49,15 @@ def export_rows(rows: Rows, path: str | Path) -> list[Path]:
             sheets[0].write([tuple(getattr(row, name) for name in COLUMNS)])
             sheets[1].write(_lines(row))
     return [path, beside]
+
+
+def refuse_export(path: Path) -> None:
+    """Find out before a long study, not after it, that its rows cannot be exported so."""
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", ".parquet"):
+        raise InputError(f"{path}: rows are exported as .csv or .parquet, not as {suffix or 'no suffix'!r}")
+    if suffix == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise InputError(f'{path}: Parquet needs pyarrow: pip install "skyverse[parquet]"')
 
 
 def _lines(row: Row) -> Lines:
@@ -80,11 +89,9 @@ class _Csv:
 
 class _Parquet:
     def __init__(self, path: Path, columns: dict[str, type]) -> None:
-        try:
-            import pyarrow
-            from pyarrow.parquet import ParquetWriter
-        except ImportError:
-            raise InputError('Parquet needs pyarrow: pip install "skyverse[parquet]"') from None
+        import pyarrow
+        from pyarrow.parquet import ParquetWriter
+
         kinds = {
             np.str_: pyarrow.string(),
             np.bool_: pyarrow.bool_(),

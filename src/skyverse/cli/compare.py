@@ -1,0 +1,202 @@
+"""The verb ``compare``: planners over scenarios, budgets and seeds."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Group, Parameter
+
+from skyverse.cli.report import json_text, table
+from skyverse.cli.watch import StudyWatch
+from skyverse.cli.words import file_name, refuse_output, study_of, whole_number
+from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.lab.rows import Rows
+    from skyverse.lab.study import Study
+
+FOUND_WRONG, INTERRUPTED = 1, 130
+RUN = ("scenario", "planner", "budget", "seed", "verdict")
+
+Whole = Annotated[int | None, Parameter(converter=whole_number)]
+asked = Group("Study (instead of a study file)")
+
+
+def compare(
+    sources: Annotated[list[str], Parameter(name="scenarios", consume_multiple=True)],
+    /,
+    *,
+    planner: Annotated[list[str] | None, Parameter(group=asked)] = None,
+    settings: Annotated[list[str] | None, Parameter(name="--set", group=asked)] = None,
+    runs: Annotated[Whole, Parameter(group=asked)] = None,
+    seed: Annotated[Whole, Parameter(group=asked)] = None,
+    paths: Annotated[Whole, Parameter(group=asked)] = None,
+    nodes: Annotated[Whole, Parameter(group=asked)] = None,
+    evaluations: Annotated[Whole, Parameter(group=asked)] = None,
+    iterations: Annotated[Whole, Parameter(group=asked)] = None,
+    seconds: Annotated[float | None, Parameter(group=asked)] = None,
+    assignment: Annotated[Literal["path-cost", "euclidean", "identity"] | None, Parameter(group=asked)] = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    workers: Whole = None,
+    dask: str | None = None,
+    export: Path | None = None,
+    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
+) -> int:
+    """Compare planners over scenarios and seeds; go on where an earlier run of the same command was cut short.
+
+    Examples: `skyverse compare study.yaml`, `skyverse compare map1 map2 --planner mvo --planner random-restart`,
+    `skyverse compare map1 --planner mvo --set universes=50 --runs 100 --iterations 40 --export rows.csv`
+
+    Exit code: 0 when the study is finished, 1 when the referee found anything wrong in a row or a run could not be
+    done, 2 for bad input, 130 when interrupted: finished runs are kept, and the same command goes on.
+
+    Parameters
+    ----------
+    sources
+        One study file, or scenarios by name or file.
+    planner
+        A planner to compare; repeat for more. By default mvo and random-restart.
+    settings
+        A setting of all planners, as in `--set universes=50`, or of one, `--set mvo.universes=50`; repeat for more.
+    runs
+        Seeds for each scenario and planner; 30 by default.
+    seed
+        The first seed; 0 by default.
+    paths
+        End each UAV's run after so many generated paths; 1000 by default.
+    nodes
+        End it after so many generated nodes instead.
+    evaluations
+        End it after so many objective values instead.
+    iterations
+        End it after so many iterations instead.
+    seconds
+        End it after about so many seconds instead.
+    assignment
+        What a UAV's way to a target costs when they are assigned; path-cost by default.
+    output
+        The folder for study, rows and report. By default out/NAME.
+    workers
+        Processes that share the runs; as many as there are cores by default.
+    dask
+        The address of a Dask scheduler whose workers share the runs instead.
+    export
+        Write the rows to this file, too, .csv or .parquet, and the histories beside it.
+    as_json
+        Print the summary as JSON.
+    """
+    from skyverse.lab.execute import run_study
+    from skyverse.lab.export import refuse_export
+    from skyverse.lab.workers import WorkerError
+
+    study = study_of(
+        sources,
+        {
+            "planner": planner,
+            "set": settings,
+            "runs": runs,
+            "seed": seed,
+            "paths": paths,
+            "nodes": nodes,
+            "evaluations": evaluations,
+            "iterations": iterations,
+            "seconds": seconds,
+            "assignment": assignment,
+        },
+    )
+    folder = output if output is not None else Path("out") / file_name(study.name)
+    _claim(folder, study)
+    if export is not None:
+        refuse_export(export)
+        refuse_output(export)
+    watch = StudyWatch(folder)
+    try:
+        with watch as on_run:
+            rows = run_study(study, folder / "rows.sqlite", workers=workers or _cores(), dask=dask, on_run=on_run)
+        with rows:
+            summary = summarise(rows)
+            written = [folder / "rows.sqlite"]
+            if export is not None:
+                written += rows.export(export)
+            judged = rows.select(RUN)
+            wrong = [run for run in zip(*(judged[name].tolist() for name in RUN), strict=True) if run[-1]]
+    except KeyboardInterrupt:
+        print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
+        return INTERRUPTED
+    except WorkerError as error:
+        print(f"skyverse: {error}; {watch.kept}", file=sys.stderr)
+        return FOUND_WRONG
+    _tell(summary, wrong, written, as_json)
+    return FOUND_WRONG if wrong else 0
+
+
+def _claim(folder: Path, study: "Study") -> None:
+    """Keep the study in its folder, and refuse a folder that holds another one."""
+    from skyverse.lab.study import read_study, write_study
+
+    file = folder / "study.yaml"
+    refuse_output(file)
+    if not file.is_file():
+        write_study(study, file)
+    elif read_study(file).seen_from(folder) != study.seen_from(folder):
+        raise InputError(f"{folder}: expected the same study as before or a new folder, found another study in {file}")
+
+
+def _cores() -> int:
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def summarise(rows: "Rows") -> list[dict[str, Any]]:
+    """Sum up each planner on each scenario under each budget: success first; costs are those of all runs."""
+    import numpy as np
+
+    columns = ("success", "cost", "gap", "generated_paths", "seconds")
+    lines = []
+    for scenario in rows.labels("scenario"):
+        for budget in rows.labels("budget"):
+            for planner in rows.labels("planner"):
+                found = rows.select(columns, scenario=scenario, planner=planner, budget=budget)
+                cost, gap, runs = found["cost"], found["gap"], len(found["cost"])
+                if not runs:
+                    continue
+                known, finite = gap[np.isfinite(gap)], bool(np.isfinite(cost).all())
+                lines.append(
+                    {
+                        "scenario": scenario,
+                        "budget": budget,
+                        "planner": planner,
+                        "runs": runs,
+                        "success": float(found["success"].mean()),
+                        "median": float(np.median(cost)) if finite else None,
+                        "mean": float(cost.mean()) if finite else None,
+                        "standard error": float(cost.std(ddof=1) / runs**0.5) if finite and runs > 1 else None,
+                        "gap": float(known.mean()) if len(known) else None,
+                        "generated paths": float(found["generated_paths"].mean()),
+                        "seconds": float(found["seconds"].mean()),
+                    }
+                )
+    return lines
+
+
+def _tell(summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], written: list[Path], as_json: bool) -> None:
+    if as_json:
+        verdicts = [dict(zip(RUN, row, strict=True)) for row in wrong]
+        print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
+        return
+    table(list(summary[0]), [[_cell(name, value) for name, value in line.items()] for line in summary])
+    for row in wrong:
+        print(", ".join(map(str, row)))
+    if not wrong:
+        print("The referee found nothing wrong.")
+    for path in written:
+        print(path)
+
+
+def _cell(name: str, value: Any) -> str:
+    if value is None:
+        return "-"
+    if name in ("success", "gap"):
+        return f"{value:.1%}"
+    return f"{value:.4g}" if name == "seconds" else f"{value:.1f}" if isinstance(value, float) else str(value)
