@@ -13,6 +13,8 @@ from .mission import plan_mission as plan_mission
 from .planners.astar import AStar as AStar
 from .planners.base import Metaheuristic as Metaheuristic
 from .planners.base import Planner as Planner
+from .planners.bbo import BBO as BBO
+from .planners.gso import GSO as GSO
 from .planners.lattice import LatticeSearch as LatticeSearch
 from .planners.mvo import MVO as MVO
 from .planners.restart import RandomRestart as RandomRestart

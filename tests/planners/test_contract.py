@@ -18,6 +18,10 @@ METAHEURISTICS = [
     sky.MVO(universes=8),
     sky.MVO(universes=8, as_run=True),
     sky.MVO(universes=8, generator="uniform"),
+    sky.GSO(glowworms=8),
+    sky.GSO(glowworms=8, as_run=True),
+    sky.BBO(habitats=8),
+    sky.BBO(habitats=8, as_run=True),
     sky.RandomRestart(samples=8),
     *(
         method(waypoints=3, candidates=8)
@@ -119,8 +123,8 @@ def test_the_history_has_a_row_for_the_start_and_one_an_iteration(planner):
 
 
 def rerouted(planner):
-    """The most walks that one candidate can take: a detour and its retries, and the way to the goal."""
-    return 1 if isinstance(planner, sky.WaypointSearch) else planner.retries + 2
+    """The most walks that one candidate can take: a graft, a detour and its retries, and the way to the goal."""
+    return 1 if isinstance(planner, sky.WaypointSearch) else planner.retries + 5
 
 
 @every_metaheuristic

@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from skyverse.planners.base import Planner
 
-_HOMES = {"mvo": "mvo.MVO", "random-restart": "restart.RandomRestart", "astar": "astar.AStar"} | {
+_HOMES = {
+    "mvo": "mvo.MVO",
+    "gso": "gso.GSO",
+    "bbo": "bbo.BBO",
+    "random-restart": "restart.RandomRestart",
+    "astar": "astar.AStar",
+} | {
     name: f"waypoint_methods.{cls}"
     for name, cls in {
         "cma-es": "CMAES",

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse.kernel import kernel
 from skyverse.planners.base import Metaheuristic, Run, require
-from skyverse.planners.moves import Desk, Paths, Task, begin_at, exhausted, generate, judge, put
+from skyverse.planners.moves import Desk, Paths, Task, adopt, begin_at, exhausted, generate
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid
 
@@ -63,7 +63,4 @@ def _populate(task: Task, desk: Desk, rng: np.random.Generator, paths: Paths, be
         if i and exhausted(desk):
             return  # the run ends before anybody looks at the paths that are missing
         length = generate(task, desk, rng, begin_at(desk, task.source), task.goal, task.threshold)
-        price = judge(task, desk, length)
-        put(paths, i, desk, length, price)
-        if price < best.cost[0]:
-            put(best, 0, desk, length, price)
+        adopt(task, desk, paths, i, best, length)

@@ -18,8 +18,8 @@ Marks = NDArray[np.uint8]
 PATHS, NODES, EVALUATIONS = 0, 1, 2
 
 # of six moves given as bits: how many they are, and which is the first, the second ...
-_CHOICES = np.array([bits.bit_count() for bits in range(64)])
-_CHOSEN = np.array([([m for m in range(6) if bits >> m & 1] + [0] * 6)[:6] for bits in range(64)])
+_CHOICES = np.array([bits.bit_count() for bits in range(64)], np.uint8)
+_CHOSEN = np.array([([m for m in range(6) if bits >> m & 1] + [0] * 6)[:6] for bits in range(64)], np.uint8)
 
 
 class Task(NamedTuple):
@@ -87,6 +87,13 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
     """Walk on from the draft's last node towards a goal (Algorithms 1 and 2); return the draft's new length.
 
     The goal was reached if the draft now ends there. Loops of the walk are cut out.
+    """
+    return cut_loops(desk, length - 1, _walk(task, desk, rng, length, goal, threshold))
+
+
+@kernel
+def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: int, threshold: int) -> int:
+    """Generate without cutting loops.
 
     Algorithm 2 takes at random one of the unvisited viable neighbours (those nearer to the goal on the axes that the
     move changes, but never the node just left); failing those any unvisited free neighbour, then a visited viable
@@ -116,10 +123,11 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
         if task.directed:
             code = 13 + 9 * _sign(x) + 3 * _sign(y) + _sign(z)
             viable = free & int(toward[code]) & not_back
-            choice = _unvisited(offsets, mark, stamp, node, viable)
+            fresh = _unvisited(offsets, mark, stamp, node, free)
+            choice = viable & fresh
             if choice == 0:
                 counted += 1
-                choice = _unvisited(offsets, mark, stamp, node, free)
+                choice = fresh
                 if choice == 0 and viable:
                     counted -= 1
                     choice = viable
@@ -138,7 +146,7 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
         draft[length] = node
         length += 1
     desk.spent[NODES] += length - begin
-    return cut_loops(desk, begin - 1, length)
+    return length
 
 
 @kernel
@@ -150,14 +158,11 @@ def _sign(v: int) -> int:
 def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) -> int:
     """Keep of some moves, given as bits, those that lead to a node that the walk has not visited."""
     kept = 0
-    if len(offsets) == 6:  # without branches: which moves are left is a coin toss that no processor can predict
-        for m in range(6):
-            bit = (moves >> m) & 1
-            kept |= (bit & (mark[node + offsets[m] * bit] != stamp)) << m
-    else:
-        for m in range(26):
-            if (moves >> m) & 1 and mark[node + offsets[m]] != stamp:
-                kept |= 1 << m
+    seen = np.uint8(stamp)
+    for m in range(len(offsets)):
+        if moves & (1 << m):
+            place = np.uint64(node + offsets[m])  # unsigned, so that numba need not look for an index from the end
+            kept |= int(np.int64(mark[place] != seen)) << m
     return kept
 
 
@@ -165,7 +170,8 @@ def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) ->
 def _draw(offsets: Ints, moves: int, rng: np.random.Generator) -> int:
     """Draw one of some moves, given as bits."""
     if len(offsets) == 6:
-        return _CHOSEN[moves, int(rng.random() * _CHOICES[moves])]
+        row = np.uint64(moves)
+        return int(_CHOSEN[row, np.uint64(rng.random() * _CHOICES[row])])
     count = 0
     rest = moves
     while rest:
@@ -249,10 +255,66 @@ def random_node(grid: Grid, rng: np.random.Generator) -> int:
 @kernel
 def detour(task: Task, desk: Desk, rng: np.random.Generator, length: int, threshold: int, retries: int) -> int:
     """Walk from the draft's end to a free point drawn anywhere; the last try stands even if it gives up."""
-    for left in range(retries, -1, -1):
+    reached = length
+    for _ in range(retries + 1):
         node = random_node(task.grid, rng)
-        reached = generate(task, desk, rng, length, node, threshold)
-        if desk.draft[reached - 1] == node or left == 0:
-            length = reached
+        reached = _walk(task, desk, rng, length, node, threshold)
+        if desk.draft[reached - 1] == node:
             break
-    return length
+    return cut_loops(desk, length - 1, reached)
+
+
+@kernel
+def reroute(task: Task, desk: Desk, rng: np.random.Generator, U: Paths, i: int, threshold: int, retries: int) -> int:
+    """Case 2: follow path i to a random node of it, walk through a free point drawn anywhere, then to the goal."""
+    length = begin_with(desk, U, i, 1 + int(rng.random() * U.length[i]))
+    length = detour(task, desk, rng, length, threshold, retries)
+    return cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
+
+
+@kernel
+def graft(task: Task, desk: Desk, rng: np.random.Generator, U: Paths, i: int, j: int, threshold: int) -> int:
+    """Draw up path i with a stretch of path j in it; return the draft's length.
+
+    Path i is followed to a random node; a walk leads to path j, where as large a share of it lies behind; after the
+    stretch another walk leads back to path i. Where a walk gives up, a last one makes for the goal; where the
+    stretch ends with path j, so does the draft.
+    """
+    ni, nj = U.length[i], U.length[j]
+    a = int(rng.random() * ni)
+    p = min(nj - 1, a * nj // ni + 1)
+    q = min(nj, p + 1 + int(rng.random() * nj))
+    length = begin_with(desk, U, i, a + 1)
+    length = generate(task, desk, rng, length, U.nodes[j, p], threshold)
+    if desk.draft[length - 1] == U.nodes[j, p]:
+        length = copy_in(desk, length, U, j, p + 1, q)
+        b = max(a, q * ni // nj)
+        if q < nj and b < ni:
+            length = generate(task, desk, rng, length, U.nodes[i, b], threshold)
+            if desk.draft[length - 1] == U.nodes[i, b]:
+                length = copy_in(desk, length, U, i, b + 1, ni)
+    if desk.draft[length - 1] != task.goal:
+        length = generate(task, desk, rng, length, task.goal, threshold)
+    return cut_loops(desk, 0, length)
+
+
+@kernel
+def ranked(costs: Floats) -> Ints:
+    """Return the candidates from the cheapest on; equal ones in their old order."""
+    order = np.empty(len(costs), np.int64)
+    for i in range(len(costs)):
+        j = i
+        while j > 0 and costs[order[j - 1]] > costs[i]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = i
+    return order
+
+
+@kernel
+def adopt(task: Task, desk: Desk, U: Paths, i: int, best: Paths, length: int) -> None:
+    """Judge the draft and let it be path i, and the archived best if it is better."""
+    price = judge(task, desk, length)
+    put(U, i, desk, length, price)
+    if price < best.cost[0]:
+        put(best, 0, desk, length, price)

@@ -12,17 +12,18 @@ from skyverse.planners.moves import (
     Desk,
     Paths,
     Task,
+    adopt,
     begin_at,
     begin_with,
     copy_in,
     cut_loops,
-    detour,
     exhausted,
     generate,
     judge,
     put,
+    ranked,
+    reroute,
 )
-from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints
 
 
@@ -118,7 +119,11 @@ def _described(
     retries: int,
 ) -> None:
     n = len(U.length)
-    order, norm = _ranked(U.cost)
+    order = ranked(U.cost)
+    squares = 0.0
+    for cost in U.cost:
+        squares += cost**2
+    norm = math.sqrt(squares)
     for black_hole in range(1, n):
         if exhausted(desk):
             return
@@ -139,21 +144,6 @@ def _described(
             put(U, i, desk, length, price)
             if price < best.cost[0]:
                 put(best, 0, desk, length, price)
-
-
-@kernel
-def _ranked(costs: Floats) -> tuple[Ints, float]:
-    """Return the universes from the cheapest on, and the L2 norm of their costs."""
-    order = np.empty(len(costs), np.int64)
-    squares = 0.0
-    for i in range(len(costs)):
-        squares += costs[i] ** 2
-        j = i
-        while j > 0 and costs[order[j - 1]] > costs[i]:
-            order[j] = order[j - 1]
-            j -= 1
-        order[j] = i
-    return order, math.sqrt(squares)
 
 
 @kernel
@@ -258,10 +248,5 @@ def _as_run(
         if rng.random() < wep:
             length = begin_at(desk, task.source)
         else:
-            length = begin_with(desk, U, i, 1 + int(rng.random() * U.length[i]))
-            length = detour(task, desk, rng, length, threshold, retries)
-            length = cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
-        price = judge(task, desk, length)
-        put(U, i, desk, length, price)
-        if price < best.cost[0]:
-            put(best, 0, desk, length, price)
+            length = reroute(task, desk, rng, U, i, threshold, retries)
+        adopt(task, desk, U, i, best, length)
