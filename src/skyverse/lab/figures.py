@@ -1,33 +1,48 @@
 """Figures of a study from plain data: one palette, one size of type, the same bytes from the same data."""
 
-from collections.abc import Iterator
+import math
+import warnings
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skyverse.draw.stage import DASHES, GRID, INK, SOFT, blank, plain
+from skyverse.lab.curves import Band, Floats
+from skyverse.lab.statistics import Ranking, quantile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DOTS_PER_INCH = 160
+WIDTH = 8.0
+"""Inches of every figure."""
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+"""Okabe and Ito's, without the yellow that white paper swallows; planners from the eighth on are dashed."""
 
 _STYLE: Any = {
     "axes.axisbelow": True,
-    "axes.edgecolor": "#5b6776",
+    "axes.edgecolor": SOFT,
     "axes.grid": True,
-    "axes.labelcolor": "#17202b",
-    "axes.labelsize": 10,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9.5,
     "axes.spines.right": False,
     "axes.spines.top": False,
     "axes.titlelocation": "left",
     "axes.titlesize": 10.5,
+    "figure.constrained_layout.h_pad": 0.08,
     "font.size": 9.5,
-    "grid.color": "#e3e8ee",
+    "grid.color": GRID,
     "legend.frameon": False,
     "legend.fontsize": 9.5,
     "svg.hashsalt": "skyverse",
-    "text.color": "#17202b",
-    "xtick.color": "#5b6776",
-    "ytick.color": "#5b6776",
+    "text.color": INK,
+    "xtick.color": SOFT,
+    "xtick.labelcolor": INK,
+    "ytick.color": SOFT,
+    "ytick.labelcolor": INK,
 }
 _UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "png": {"Software": None}, "pdf": {"CreationDate": None}}
 
@@ -37,7 +52,8 @@ def style() -> Iterator[None]:
     """Draw as all figures of the laboratory are drawn, whatever the user's matplotlibrc says."""
     import matplotlib
 
-    with matplotlib.rc_context():
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # in labels of a script that no font here has
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_STYLE)
         yield
@@ -46,5 +62,254 @@ def style() -> Iterator[None]:
 def image(figure: "Figure", suffix: str) -> bytes:
     """Return `figure` as the bytes of an ``"svg"``, ``"png"`` or ``"pdf"`` file without a date."""
     file = BytesIO()
-    figure.savefig(file, format=suffix, dpi=DOTS_PER_INCH, facecolor="white", metadata=_UNDATED[suffix])
+    figure.savefig(file, format=suffix, dpi=160, facecolor="white", metadata=_UNDATED[suffix])
     return file.getvalue()
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One scenario's part of a figure: its name, its exact optimum where known, and something of each planner."""
+
+    title: str
+    bound: float | None
+    bands: Sequence[Band] = ()
+    costs: Sequence[Floats] = ()
+
+
+def convergence(labels: Sequence[str], panels: Sequence[Panel], effort: str, *, log: bool = False) -> "Figure":
+    """Draw median and quartiles of the best cost so far against `effort`, one panel a scenario.
+
+    The cost axis shows what happens after the first tenth of the effort; what costs more is cut off.
+    """
+    columns = min(2, len(panels))
+    height = (2.9 if columns > 1 else 3.8) * math.ceil(len(panels) / columns) + _legend_height(labels)
+    figure, grid = _panels(len(panels), columns, height=height)
+    for axes, panel in zip(grid, panels, strict=True):
+        late: list[float] = []
+        for index, band in enumerate(panel.bands):
+            median, low, high = (np.where(np.isfinite(v), v, np.nan) for v in (band.median, band.low, band.high))
+            axes.fill_between(band.effort, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
+            axes.step(band.effort, median, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
+            shown = np.concatenate([low, high])[np.tile(band.effort >= 0.1 * band.effort[-1], 2)]
+            late += shown[np.isfinite(shown)].tolist()
+        if panel.bound is not None:
+            axes.axhline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
+            late.append(panel.bound)
+        if late:
+            margin = 0.04 * (max(late) - min(late)) or 0.01 * abs(max(late)) or 1.0
+            axes.set_ylim(min(late) - margin, max(late) + margin)
+        if log:
+            axes.set_xscale("log")
+        else:
+            axes.set_xlim(left=0)
+        axes.set_title(plain(_short(panel.title)))
+        axes.set_xlabel(effort)
+        axes.set_ylabel("best cost so far")
+    _legend(figure, labels, bound=any(panel.bound is not None for panel in panels))
+    return figure
+
+
+def boxes(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
+    """Draw the costs as boxes: quartiles and median, whiskers to 1.5 times their distance, dots beyond; mean as rhomb.
+
+    Five costs or fewer are dots; infinite ones are counted in words.
+    """
+    columns = min(2, len(panels))
+    height = (0.26 * len(labels) + 1.1) * math.ceil(len(panels) / columns)
+    figure, grid = _panels(len(panels), columns, height=height, sharey=True)
+    for axes, panel in zip(grid, panels, strict=True):
+        for index, costs in enumerate(panel.costs):
+            _box(axes, index, costs)
+        finite = np.concatenate([costs[np.isfinite(costs)] for costs in panel.costs])
+        if len(finite) and finite.max() > 4 * finite.min() > 0:
+            _decades(axes)
+        if panel.bound is not None:
+            axes.axvline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
+        axes.set_title(plain(_short(panel.title)))
+        axes.set_xlabel("cost" if panel.bound is None else f"cost (dashed: exact optimum, {panel.bound:,.6g})")
+        _named(axes, labels)
+    return figure
+
+
+def bars(labels: Sequence[str], efforts: dict[str, Sequence[float]]) -> "Figure":
+    """Draw one panel of bars for each of `efforts`, the panels' titles with their units."""
+    figure, grid = _panels(len(efforts), len(efforts), height=0.26 * len(labels) + 0.9, sharey=True)
+    for axes, (title, values) in zip(grid, efforts.items(), strict=True):
+        largest = max(values)
+        for index, value in enumerate(values):
+            axes.barh(index, value, height=0.62, color=_colour(index), hatch="///" if _lap(index) else None, alpha=0.85)
+            axes.annotate(_amount(value), (value, index), (3, 0), textcoords="offset points", va="center", fontsize=8.5)
+        axes.set_xlim(0, 1.45 * largest or 1.0)
+        axes.set_xticks([])
+        axes.grid(visible=False)
+        axes.spines["bottom"].set_visible(False)
+        axes.set_title(title)
+        _named(axes, labels)
+    return figure
+
+
+def profiles(labels: Sequence[str], curves: Sequence[tuple[Floats, Floats]], against: str) -> "Figure":
+    """Draw performance profiles: the share of runs whose cost is within a ratio of `against`.
+
+    The axis ends at twice the distance from 1 at which 95 % of the ratios lie, or at the largest.
+    """
+    figure, (axes,) = _panels(1, 1, height=3.8 + _legend_height(labels))
+    found = np.concatenate([[1.0], *(ratio for ratio, _ in curves)])
+    end = max(1.01, min(float(found.max()), 2 * float(np.quantile(found, 0.95)) - 1))  # a few far ones squeeze the rest
+    for index, (ratio, share) in enumerate(curves):
+        x = np.concatenate([[1.0], ratio, [max(end, float(found.max()))]])
+        y = np.concatenate([[0.0], share, share[-1:] if len(share) else [0.0]])
+        axes.step(x, y, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
+    if end > 4:
+        _decades(axes)
+    axes.set_xlim(1.0, end)
+    axes.set_ylim(0.0, 1.02)
+    axes.set_xlabel(f"cost / {against}")
+    axes.set_ylabel("share of runs")
+    _legend(figure, labels, bound=False)
+    return figure
+
+
+def critical_difference(labels: Sequence[str], found: Ranking) -> "Figure":
+    """Draw mean ranks on a line, best at the left; bars join planners that do not differ (Demsar 2006)."""
+    count = len(labels)
+    left = (count + 1) // 2
+    levels = _levels(found)
+    first = 0.42 + 0.14 * (max(levels, default=-1) + 1)  # inches from the axis to the first name
+    depth = first + 0.24 * (left - 1) + 0.2
+    above = 0.75
+    figure = blank(WIDTH, above + depth)
+    axes: Any = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_axis_off()
+    axes.set_xlim(0, WIDTH)
+    axes.set_ylim(-depth, above)
+    names = [_short(label, 30) for label in labels]
+    side = 0.3 + 0.077 * (max(map(len, names)) + 6)
+
+    def x(rank: float) -> float:
+        return side + (rank - 1) / (count - 1) * (WIDTH - 2 * side)
+
+    line: Any = {"color": INK, "linewidth": 1.1, "solid_capstyle": "butt"}
+    axes.plot([x(1), x(count)], [0, 0], **line)
+    for rank in range(1, count + 1):
+        axes.plot([x(rank)] * 2, [0, 0.09], **line)
+        if count < 9 or rank % 2:
+            axes.text(x(rank), 0.13, str(rank), ha="center", va="bottom", fontsize=9)
+    axes.text(x(1) - 0.15, 0.13, "mean rank", ha="right", va="bottom", fontsize=9, color=SOFT)
+    reach = min(found.critical_difference, count - 1.0)
+    axes.plot([x(1), x(1 + reach)], [0.5, 0.5], **line | {"linewidth": 2.2})
+    at_least = "" if reach == found.critical_difference else " (longer than the axis)"
+    axes.text(x(1), 0.56, f"critical difference {found.critical_difference:.2f}{at_least}", va="bottom", fontsize=9)
+    for group, level in zip(found.groups, levels, strict=True):
+        ends = [x(found.ranks[group[0]]) - 0.05, x(found.ranks[group[-1]]) + 0.05]
+        axes.plot(ends, [-0.16 - 0.14 * level] * 2, **line | {"linewidth": 3.6})
+    for place, index in enumerate(np.argsort(found.ranks, kind="stable")):
+        at_left = place < left
+        y = -first - 0.24 * (place if at_left else count - 1 - place)
+        edge, end = (side - 0.12, "right") if at_left else (WIDTH - side + 0.12, "left")
+        mean, label = f"{found.ranks[index]:.2f}", plain(names[index])
+        axes.plot([x(found.ranks[index])] * 2 + [edge], [0, y, y], color=_colour(int(index)), linewidth=1.1)
+        text = f"{label}  {mean} " if at_left else f" {mean}  {label}"
+        axes.text(edge, y, text, ha=end, va="center", fontsize=9.5)
+    return figure
+
+
+def _levels(found: Ranking) -> list[int]:
+    """Return how far below the axis each group's bar lies, so that none touches another."""
+    ends: list[float] = []
+    levels = []
+    for group in found.groups:
+        low, high = found.ranks[group[0]], found.ranks[group[-1]]
+        level = next((k for k, end in enumerate(ends) if end + 0.3 < low), len(ends))
+        ends[level : level + 1] = [high]
+        levels.append(level)
+    return levels
+
+
+def _panels(panels: int, columns: int, *, height: float, sharey: bool = False) -> tuple["Figure", list[Any]]:
+    rows = math.ceil(panels / columns)
+    figure = blank(WIDTH, height)
+    figure.set_layout_engine("constrained")
+    grid = figure.subplots(rows, columns, sharey=sharey, squeeze=False).ravel().tolist()
+    for axes in grid[panels:]:
+        axes.remove()
+    return figure, grid[:panels]
+
+
+def _box(axes: Any, index: int, costs: Floats) -> None:
+    colour = _colour(index)
+    finite = np.sort(costs[np.isfinite(costs)])
+    dots = finite
+    if len(finite) > 5:
+        low, median, high = (float(quantile(finite, q)) for q in (0.25, 0.5, 0.75))
+        inside = finite[(finite >= low - 1.5 * (high - low)) & (finite <= high + 1.5 * (high - low))]
+        dots = finite[(finite < inside[0]) | (finite > inside[-1])]
+        axes.hlines(index, inside[0], low, color=colour, linewidth=1.1)
+        axes.hlines(index, high, inside[-1], color=colour, linewidth=1.1)
+        axes.barh(index, high - low, left=low, height=0.56, facecolor=colour + "33", edgecolor=colour, linewidth=1.1)
+        axes.vlines(median, index - 0.28, index + 0.28, color=colour, linewidth=2.2)
+        axes.plot(finite.mean(), index, "D", color="white", markeredgecolor=colour, markersize=4.5)
+    axes.plot(dots, np.full(len(dots), index), "o", color=colour, markersize=3.2, alpha=0.6, markeredgewidth=0)
+    lost = len(costs) - len(finite)
+    if lost or not len(costs):
+        told = f"{lost} without any path " if lost else "no runs "
+        under: Any = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+        where: Any = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "center"}
+        axes.annotate(told, (1, index), **where, fontsize=8.5, bbox=under)
+
+
+def _named(axes: Any, labels: Sequence[str]) -> None:
+    axes.set_yticks(range(len(labels)), [plain(_short(label)) for label in labels])
+    axes.set_ylim(len(labels) - 0.4, -0.6)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(visible=False, axis="y")
+
+
+def _legend(figure: "Figure", labels: Sequence[str], *, bound: bool) -> None:
+    from matplotlib.lines import Line2D
+
+    lines = [Line2D([], [], color=_colour(k), linestyle=_dash(k), linewidth=1.9) for k in range(len(labels))]
+    names = [plain(_short(label)) for label in labels]
+    if bound:
+        lines.append(Line2D([], [], color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1))
+        names.append("exact optimum")
+    figure.legend(lines, names, loc="outside lower center", ncols=_columns(labels), handlelength=2.4)
+
+
+def _columns(labels: Sequence[str]) -> int:
+    widest = max([len(_short(label)) for label in labels] + [13])
+    return max(1, min(len(labels) + 1, 105 // (widest + 8)))
+
+
+def _legend_height(labels: Sequence[str]) -> float:
+    return 0.25 + 0.2 * math.ceil((len(labels) + 1) / _columns(labels))
+
+
+def _decades(axes: Any) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _amount(value: float) -> str:
+    return f"{value:,.0f}" if value >= 100 or value == int(value) else f"{value:.3g}"
+
+
+def _short(label: str, most: int = 36) -> str:
+    line = " ".join(label.split())
+    return line if len(line) <= most else line[: most - 1] + "…"
+
+
+def _lap(index: int) -> int:
+    return index // len(PALETTE)
+
+
+def _colour(index: int) -> str:
+    return PALETTE[index % len(PALETTE)]
+
+
+def _dash(index: int) -> Any:
+    return DASHES[_lap(index) % len(DASHES)]
