@@ -9,6 +9,11 @@ from .files import read_mission as read_mission
 from .files import read_scenario as read_scenario
 from .files import scenario_schema as scenario_schema
 from .files import write as write
+from .lab.execute import run_study as run_study
+from .lab.row import Row as Row
+from .lab.rows import Rows as Rows
+from .lab.study import Study as Study
+from .lab.study import read_study as read_study
 from .mission import plan_mission as plan_mission
 from .planners.astar import AStar as AStar
 from .planners.base import Metaheuristic as Metaheuristic
@@ -31,6 +36,7 @@ from .planners.waypoints import WaypointSearch as WaypointSearch
 from .problem import Airspace as Airspace
 from .problem import Problem as Problem
 from .referee import check as check
+from .referee import check_result as check_result
 from .result import Effort as Effort
 from .result import Fault as Fault
 from .result import History as History

@@ -8,7 +8,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.report import json_text, table
 from skyverse.cli.watch import StudyWatch
-from skyverse.cli.words import file_name, refuse_output, study_of, whole_number
+from skyverse.cli.words import file_name, refuse_output, refuse_unsafe, study_of, whole_number
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -85,8 +85,9 @@ def compare(
     as_json
         Print the summary as JSON.
     """
-    from skyverse.lab.execute import run_study
+    from skyverse.lab.execute import run_jobs
     from skyverse.lab.export import refuse_export
+    from skyverse.lab.rows import Rows
     from skyverse.lab.workers import WorkerError
 
     study = study_of(
@@ -104,6 +105,9 @@ def compare(
             "assignment": assignment,
         },
     )
+    jobs = list(study.jobs())
+    for case in {job.case: None for job in jobs}:
+        refuse_unsafe(case.label, case.scenario)
     folder = output if output is not None else Path("out") / file_name(study.name)
     _claim(folder, study)
     if export is not None:
@@ -111,11 +115,11 @@ def compare(
         refuse_output(export)
     watch = StudyWatch(folder)
     try:
-        with watch as on_run:
-            rows = run_study(study, folder / "rows.sqlite", workers=workers or _cores(), dask=dask, on_run=on_run)
-        with rows:
+        with Rows(folder / "rows.sqlite") as rows:
+            with watch as on_run:
+                run_jobs(jobs, rows, workers=workers or _cores(), dask=dask, on_run=on_run)
             summary = summarise(rows)
-            written = [folder / "rows.sqlite"]
+            written = [rows.path]
             if export is not None:
                 written += rows.export(export)
             judged = rows.select(RUN)

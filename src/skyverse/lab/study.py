@@ -234,9 +234,10 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
 def write_study(study: Study, path: Path) -> None:
     """Write a study file, from which `read_study` reads an equal study."""
     data = study.seen_from(path.parent).model_dump(mode="json")
-    for given in data["scenarios"]:
-        if given["label"] == Path(given["file"]).stem:
-            del given["label"]
+    for things, key in ((data["scenarios"], "file"), (data["planners"], "planner")):
+        for k, thing in enumerate(things):
+            if thing["label"] == Path(thing[key]).stem and len(thing) == 2:
+                things[k] = thing[key]
     write_text(path, yaml_text(data))
 
 
