@@ -5,6 +5,7 @@ import logging
 import math
 import random
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -334,3 +335,14 @@ def test_moths_fly_to_fewer_flames_and_whales_to_the_best_in_the_end():
     next(search)
     search.send(1.0)
     np.testing.assert_array_equal(calls[1][20:], 0.2)
+
+
+def test_the_example_of_an_optimiser_of_one_s_own_plans_and_minimises():
+    example = Path(__file__).parents[2] / "examples" / "5_own_optimiser.py"
+    if not example.exists():
+        pytest.skip("the examples are in the repository only")
+    names = {"__name__": "example"}
+    exec(example.read_text().split("# [end]")[0], names)
+    assert sky.plan_mission(ROOM, names["Shake"](), stop=STOP, rng=1).results[0].effort.generated_paths == 125
+    draw = names["Shake"]().optimise
+    assert minimise(draw, 0).min() < 0.16  # half of what as many random vectors give

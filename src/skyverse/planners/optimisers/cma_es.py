@@ -7,11 +7,11 @@ from skyverse.result import Floats
 
 
 def cma_es(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Start from the best of the first population, with a standard deviation of 0.2 on every axis."""
+    """Start from the mean of the first population, with a standard deviation of 0.2 on every axis."""
     import cma
 
     candidates = len(first)
-    start = first[np.argmin(evaluate(first))]
+    evaluate(first)
     settings = {
         "bounds": [0.0, 1.0],
         "popsize": candidates,
@@ -19,7 +19,7 @@ def cma_es(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Itera
         "seed": np.nan,  # any other seeds numpy's global generator
         "verbose": -9,
     }
-    strategy = cma.CMAEvolutionStrategy(start, 0.2, settings)
+    strategy = cma.CMAEvolutionStrategy(first.mean(axis=0), 0.2, settings)
     while True:
         yield
         asked = strategy.ask()
