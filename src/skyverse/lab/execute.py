@@ -80,9 +80,9 @@ def run_jobs(
         raise InputError(f"workers: expected a whole number from 1 on, found {workers!r}")
     wanted = list(jobs)
     pending = _pending(wanted, rows)
-    rows.expect("scenario", [job.case.label for job in wanted])
-    rows.expect("planner", [job.label for job in wanted])
-    rows.expect("budget", [job.budget for job in wanted])
+    rows.expect("scenario", dict.fromkeys(job.case.label for job in wanted))
+    rows.expect("planner", dict.fromkeys(job.label for job in wanted))
+    rows.expect("budget", dict.fromkeys(job.budget for job in wanted))
     done, total = len(wanted) - len(pending), len(wanted)
     if on_run is not None:
         on_run(done, total)

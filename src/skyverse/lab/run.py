@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -97,7 +98,8 @@ def run_job(job: Job) -> Row:
 def warm_up(jobs: Sequence[Job]) -> None:
     """Compile what the jobs' planners need, once, where numba keeps it for all processes of this machine."""
     for job in jobs:
-        run_job(replace(job, stop=MaxIterations(1)))
+        with suppress(Exception):  # what is wrong with a run, the run itself will tell
+            run_job(replace(job, stop=MaxIterations(1)))
 
 
 @lru_cache(maxsize=4)
