@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
@@ -79,7 +79,7 @@ class Panel:
 def convergence(labels: Sequence[str], panels: Sequence[Panel], effort: str, *, log: bool = False) -> "Figure":
     """Draw median and quartiles of the best cost so far against `effort`, one panel a scenario.
 
-    The cost axis shows what happens after the first tenth of the effort; what costs more is cut off.
+    The cost axis shows what happens after the first quarter of the effort; what costs more is cut off.
     """
     columns = min(2, len(panels))
     height = (2.9 if columns > 1 else 3.8) * math.ceil(len(panels) / columns) + _legend_height(labels)
@@ -90,7 +90,7 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel], effort: str, *, 
             median, low, high = (np.where(np.isfinite(v), v, np.nan) for v in (band.median, band.low, band.high))
             axes.fill_between(band.effort, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
             axes.step(band.effort, median, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
-            shown = np.concatenate([low, high])[np.tile(band.effort >= 0.1 * band.effort[-1], 2)]
+            shown = np.concatenate([low, high])[np.tile(band.effort >= 0.25 * band.effort[-1], 2)]
             late += shown[np.isfinite(shown)].tolist()
         if panel.bound is not None:
             axes.axhline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
@@ -131,7 +131,7 @@ def boxes(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
     return figure
 
 
-def bars(labels: Sequence[str], efforts: dict[str, Sequence[float]]) -> "Figure":
+def bars(labels: Sequence[str], efforts: Mapping[str, Sequence[float]]) -> "Figure":
     """Draw one panel of bars for each of `efforts`, the panels' titles with their units."""
     figure, grid = _panels(len(efforts), len(efforts), height=0.26 * len(labels) + 0.9, sharey=True)
     for axes, (title, values) in zip(grid, efforts.items(), strict=True):

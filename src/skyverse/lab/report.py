@@ -185,25 +185,25 @@ def cells(table: Table) -> list[list[str]]:
 
 def _printed(column: list[Cell]) -> list[str]:
     numbers = [abs(value) for value in column if isinstance(value, float) and math.isfinite(value)]
-    decimals = _decimals(numbers)
+    places = decimals(numbers)
     printed = []
     for value in column:
         if value is None or (isinstance(value, float) and math.isnan(value)):
             printed.append(_NOTHING)
         elif isinstance(value, float):
-            text = f"{value:,.{decimals}f}" if math.isfinite(value) else "∞" if value > 0 else "-∞"
+            text = f"{value:,.{places}f}" if math.isfinite(value) else "∞" if value > 0 else "-∞"
             printed.append(text.replace("-", _MINUS))
         else:
             printed.append(f"{value:,}".replace("-", _MINUS) if isinstance(value, int) else _one_line(value))
     return printed
 
 
-def _decimals(numbers: list[float]) -> int:
-    """Return how many decimals tell the largest of `numbers` to four digits, none where all are whole."""
+def decimals(numbers: list[float]) -> int:
+    """Return how many decimals tell the largest of `numbers` to four digits or more, none where all are whole."""
     largest = max(numbers, default=0.0)
     if largest == 0.0 or all(number == int(number) for number in numbers):
         return 0
-    return min(6, max(1, 3 - math.floor(math.log10(largest))))
+    return min(6, max(1 if largest < 1e4 else 0, 3 - math.floor(math.log10(largest))))
 
 
 def _to_the_right(column: list[str]) -> bool:

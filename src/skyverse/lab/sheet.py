@@ -1,0 +1,88 @@
+"""All runs with one budget: a cell for each scenario and planner."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.lab.contrast import Costs
+from skyverse.lab.curves import Floats, ratios
+from skyverse.lab.rows import Rows
+
+Cell = Mapping[str, NDArray[Any]]
+
+_COLUMNS = ("seed", "cost", "success", "gap", "bound", "seconds", "stopped_by")
+_EFFORTS = ("generated_paths", "generated_nodes", "evaluations", "iterations")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """All runs with one budget.
+
+    Attributes
+    ----------
+    budget, scenarios, planners
+        Labels, in the study's order.
+    cells
+        Columns of `Rows` by scenario and planner; empty where there are no runs.
+    """
+
+    budget: str
+    scenarios: tuple[str, ...]
+    planners: tuple[str, ...]
+    cells: Mapping[tuple[str, str], Cell]
+
+    def all(self, planner: str, column: str) -> NDArray[Any]:
+        """Return a column of all runs of a planner."""
+        return np.concatenate([self.cells[scenario, planner][column] for scenario in self.scenarios])
+
+    def exact(self, scenario: str) -> float | None:
+        """Return the exact optimum, where it is known."""
+        known = np.concatenate([self.cells[scenario, planner]["bound"] for planner in self.planners])
+        known = known[np.isfinite(known)]
+        return float(known.min()) if len(known) else None
+
+    def reference(self, scenario: str) -> float:
+        """Return the exact optimum, or else the least cost of any run that reached its target, or else of any run."""
+        exact = self.exact(scenario)
+        if exact is not None:
+            return exact
+        cells = [self.cells[scenario, planner] for planner in self.planners]
+        reached = np.concatenate([cell["cost"][cell["success"]] for cell in cells])
+        return float(np.min(reached if len(reached) else np.concatenate([cell["cost"] for cell in cells])))
+
+    def costs(self, planner: str, scenarios: Sequence[str]) -> Costs:
+        """Return the costs of a planner by scenario and seed; of several scenarios, over their references."""
+        found = {}
+        for scenario in scenarios:
+            cell = self.cells[scenario, planner]
+            costs = cell["cost"]
+            if len(scenarios) > 1:
+                costs = ratios(costs, np.full(len(costs), True), self.reference(scenario))
+            found[scenario] = dict(zip(cell["seed"].tolist(), costs.tolist(), strict=True))
+        return found
+
+    def ratios(self, planner: str) -> Floats:
+        """Return the costs of all runs of a planner over their references, infinite where a run failed."""
+        return np.concatenate(
+            [
+                ratios(cell["cost"], cell["success"], self.reference(scenario))
+                for scenario in self.scenarios
+                for cell in (self.cells[scenario, planner],)
+            ]
+        )
+
+
+def sheet(rows: Rows, budget: str) -> Sheet:
+    """Read all runs with one budget."""
+    found = rows.select(("scenario", "planner"), budget=budget)
+    scenarios = tuple(label for label in rows.labels("scenario") if label in set(found["scenario"].tolist()))
+    planners = tuple(label for label in rows.labels("planner") if label in set(found["planner"].tolist()))
+    cells = {
+        (scenario, planner): rows.select(_COLUMNS + _EFFORTS, scenario=scenario, planner=planner, budget=budget)
+        for scenario in scenarios
+        for planner in planners
+    }
+    return Sheet(budget, scenarios, planners, cells)
