@@ -13,8 +13,8 @@ steps = st.lists(st.tuples(st.integers(0, 30), st.one_of(st.just(INF), st.intege
 
 def history(rows):
     rows = sorted(rows, key=lambda row: row[0])
-    effort = [row[0] for row in rows]
-    return History([row[1] for row in rows], effort, [7 * e for e in effort], [2 * e for e in effort])
+    effort = np.array([row[0] for row in rows], np.int64)
+    return History(np.array([row[1] for row in rows], np.float64), effort, 7 * effort, 2 * effort)
 
 
 @settings(deadline=None)
