@@ -34,7 +34,7 @@ def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
         waiting = iter(jobs)
         given: dict[Any, Job] = {}
         client.submit(warm_up, list({job.label: job for job in jobs}.values()), pure=False).result()
-        running = as_completed(with_results=True, raise_errors=True)
+        running = as_completed(loop=client.loop, with_results=True, raise_errors=True)
 
         def hand_out(count: int) -> None:
             for job in itertools.islice(waiting, count):

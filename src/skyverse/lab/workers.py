@@ -2,10 +2,11 @@
 
 import multiprocessing
 import signal
+import threading
 import traceback
 from collections import deque
-from collections.abc import Generator, Sequence
-from contextlib import suppress
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
@@ -19,9 +20,31 @@ class WorkerError(RuntimeError):
 
 
 def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
-    """Run one job after another in this process."""
-    for job in jobs:
-        yield job, run_job(job)
+    """Run one job after another in this process; Ctrl-C takes effect after a run, a second one ends the program."""
+    with _interrupts() as interrupts:
+        for job in jobs:
+            yield job, run_job(job)
+            if interrupts:
+                raise KeyboardInterrupt
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Yield a list of the signals of Ctrl-C: an exception raised inside a kernel may crash the process."""
+    caught: list[int] = []
+
+    def catch(number: int, _: object) -> None:
+        caught.append(number)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield caught
+        return
+    before = signal.signal(signal.SIGINT, catch)
+    try:
+        yield caught
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def on_workers(jobs: Sequence[Job], workers: int) -> Generator[tuple[Job, Row]]:

@@ -1,0 +1,62 @@
+"""Runs on a Dask cluster."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import skyverse as sky
+from skyverse.lab.execute import run_jobs
+from skyverse.lab.rows import Rows
+from studies import job, timeless
+
+# In a process of its own: a cluster leaves sockets, threads and warnings behind that are no business of the tests.
+SCRIPT = """
+import os, signal, sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+
+if __name__ == "__main__":
+    from distributed import LocalCluster
+    from studies import Deadly, job
+    import skyverse as sky
+    from skyverse.lab.execute import run_jobs
+    from skyverse.lab.rows import Rows
+    from skyverse.lab.workers import WorkerError
+
+    folder = Path({folder!r})
+    options = dict(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=folder)
+    with LocalCluster(**options) as cluster, Rows(folder / "rows.sqlite") as rows:
+        killed = []
+
+        def kill(done, total):
+            if done == 10:
+                worker = next(iter(cluster.workers.values()))
+                os.kill(worker.pid, signal.SIGKILL)
+                killed.append(worker.pid)
+
+        wanted = [job(planner, seed, name, scenario=sky.read("map1"), stop=sky.MaxPaths(500))
+                  for name, planner in (("mvo", sky.MVO()), ("restart", sky.RandomRestart())) for seed in range(30)]
+        run_jobs(wanted, rows, dask=cluster.scheduler_address, on_run=kill)
+        assert killed, "no worker was killed"
+        print(len(rows))
+"""
+
+
+def test_a_cluster_whose_worker_is_killed_gives_the_rows_of_this_machine(tmp_path):
+    pytest.importorskip("distributed", reason="needs skyverse[dask]")
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.format(tests=str(Path(__file__).parents[1]), folder=str(tmp_path)))
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.splitlines()[-1] == "60"
+    wanted = [
+        job(planner, seed, name, scenario=sky.read("map1"), stop=sky.MaxPaths(500))
+        for name, planner in (("mvo", sky.MVO()), ("restart", sky.RandomRestart()))
+        for seed in range(30)
+    ]
+    with Rows(tmp_path / "rows.sqlite") as theirs, Rows(tmp_path / "here.sqlite") as here:
+        run_jobs(wanted, here)
+        assert timeless(theirs) == timeless(here)
+        assert theirs.done() == here.done()
