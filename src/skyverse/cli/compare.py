@@ -85,6 +85,7 @@ def compare(
     as_json
         Print the summary as JSON.
     """
+    from skyverse.lab.comparison import write_report
     from skyverse.lab.execute import run_jobs
     from skyverse.lab.export import refuse_export
     from skyverse.lab.rows import Rows
@@ -109,17 +110,17 @@ def compare(
     for case in {job.case: None for job in jobs}:
         refuse_unsafe(case.label, case.scenario)
     folder = output if output is not None else Path("out") / file_name(study.name)
-    _claim(folder, study)
     if export is not None:
         refuse_export(export)
         refuse_output(export)
+    _claim(folder, study)
     watch = StudyWatch(folder)
     try:
         with Rows(folder / "rows.sqlite") as rows:
             with watch as on_run:
                 run_jobs(jobs, rows, workers=workers or _cores(), dask=dask, on_run=on_run)
             summary = summarise(rows)
-            written = [rows.path]
+            written = [rows.path, *write_report(rows, folder, title=study.name)]
             if export is not None:
                 written += rows.export(export)
             judged = rows.select(RUN)
@@ -190,8 +191,8 @@ def _tell(summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], written: 
         print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
         return
     table(list(summary[0]), [[_cell(name, value) for name, value in line.items()] for line in summary])
-    for row in wrong:
-        print(", ".join(map(str, row)))
+    for scenario, planner, budget, seed, verdict in wrong:
+        print(f"{scenario}, {planner}, {budget}, seed {seed}: {verdict}")
     if not wrong:
         print("The referee found nothing wrong.")
     for path in written:

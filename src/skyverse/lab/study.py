@@ -38,7 +38,7 @@ class Given(_Model):
 
     @model_validator(mode="after")
     def _labelled(self) -> Self:
-        return self if self.label else self.model_copy(update={"label": Path(self.file).stem})
+        return self if self.label else self.model_copy(update={"label": _label(self.file)})
 
 
 class Contender(BaseModel):
@@ -99,6 +99,10 @@ class Budget(_Model):
         """The rule that ends a run."""
         rule: Stop = _RULES[self._unit](self._amount)
         return rule
+
+
+def _label(name: str) -> str:
+    return name if name in NAMES else Path(name).stem
 
 
 def _listed(value: Any) -> Any:
@@ -236,7 +240,7 @@ def write_study(study: Study, path: Path) -> None:
     data = study.seen_from(path.parent).model_dump(mode="json")
     for things, key in ((data["scenarios"], "file"), (data["planners"], "planner")):
         for k, thing in enumerate(things):
-            if thing["label"] == Path(thing[key]).stem and len(thing) == 2:
+            if thing["label"] == _label(thing[key]) and len(thing) == 2:
                 things[k] = thing[key]
     write_text(path, yaml_text(data))
 

@@ -1,0 +1,151 @@
+"""``skyverse compare`` as a user meets it."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+import skyverse as sky
+from skyverse import cli
+from skyverse.lab.rows import Rows
+from skyverse.lab.workers import WorkerError
+from studies import Liar
+
+
+@pytest.fixture
+def compare(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        with pytest.raises(SystemExit) as stopped:
+            cli.main(["compare", *(str(word) for word in words), "--workers", "1"])
+        said = capsys.readouterr()
+        return stopped.value.code or 0, said.out, said.err
+
+    return run
+
+
+@pytest.fixture
+def study():
+    def write(name="study.yaml", **changes):
+        data = {"scenarios": ["map1"], "planners": ["mvo", "astar"], "seeds": 2, "budget": {"paths": 50}} | changes
+        Path(name).write_text(json.dumps(data))
+        return name
+
+    return write
+
+
+def complaint(said):
+    code, out, err = said
+    assert code == 2, said
+    assert out == ""
+    assert err.startswith("skyverse: ")
+    assert err.count("\n") == 1
+    return err.removeprefix("skyverse: ").strip()
+
+
+def test_flags_make_a_study_and_the_summary_puts_success_first(compare):
+    words = ("map1", "table-4.9-2", "--planner", "mvo", "--planner", "astar", "--runs", 3, "--seed", 5, "--paths", 40)
+    code, out, err = compare(*words, "--set", "mvo.universes=5")
+    assert code == 0, err
+    head = out.splitlines()[0].split()
+    assert head.index("success") < head.index("median") < head.index("mean") < head.index("gap")
+    assert "The referee found nothing wrong." in out
+    with Rows("out/compare/rows.sqlite") as rows:
+        assert len(rows) == 12
+        assert rows.labels("scenario") == ["map1", "table-4.9-2"]
+        assert rows.labels("planner") == ["mvo universes=5", "astar"]
+        assert sorted(set(rows.select(("seed",))["seed"])) == [5, 6, 7]
+        assert rows.select(("cost",), planner="astar")["cost"].tolist() == [265] * 3 + [238] * 3
+    code, out, err = compare(*words, "--set", "mvo.universes=5")
+    assert code == 0
+    assert "12 of 12 runs were done before" in err
+
+
+def test_a_study_file_and_its_copy_in_the_folder_are_the_same_study(compare, study):
+    assert compare(study("peers.yaml"))[0] == 0
+    code, _, err = compare("out/peers/study.yaml", "-o", "out/peers")
+    assert (code, "4 of 4 runs were done before" in err) == (0, True)
+
+
+def test_the_summary_as_json_is_that_of_the_rows(compare, study):
+    code, out, _ = compare(study(), "--json")
+    said = json.loads(out)
+    assert code == 0
+    mvo, astar = said["summary"]
+    assert (astar["planner"], astar["success"], astar["mean"], astar["gap"]) == ("astar", 1, 265, 0)
+    assert astar["standard error"] == 0
+    with Rows("out/study/rows.sqlite") as rows:
+        assert mvo["mean"] == pytest.approx(rows.select(("cost",), planner="mvo")["cost"].mean())
+    assert said["violations"] == []
+
+
+def test_rows_are_exported(compare, study):
+    code, out, _ = compare(study(), "--export", "rows.csv")
+    assert code == 0
+    assert out.splitlines()[-2:] == ["rows.csv", "rows-history.csv"]
+    assert len(Path("rows.csv").read_text().splitlines()) == 5
+
+
+def test_a_folder_holds_one_study(compare, study):
+    assert compare(study(), "-o", "here")[0] == 0
+    said = complaint(compare(study(seeds=3), "-o", "here"))
+    assert said.startswith("here: expected the same study as before or a new folder")
+    sky.write(sky.read("map1"), "mine.yaml")
+    assert compare(study(scenarios=["mine.yaml"]), "-o", "there")[0] == 0
+    sky.write(sky.read("map1").model_copy(update={"clearance": 0.2}), "mine.yaml")
+    said = complaint(compare(study(scenarios=["mine.yaml"]), "-o", "there"))
+    assert "holds the run mine, mvo, 50 paths, seed 0, but of another scenario" in said
+    shutil.rmtree("there")
+    assert compare(study(scenarios=["mine.yaml"]), "-o", "there")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("map1", "study.yaml"), "study.yaml: expected one study file or scenarios, found both"),
+        (("study.yaml", "--paths", 5), "--paths: expected a study file or flags, found both"),
+        (("study.yaml", "--seed", 0), "--seed: expected a study file or flags, found both"),
+        (("map1", "--paths", 5, "--iterations", 5), "--paths --iterations: expected one budget"),
+        (("map1", "--set", "gso.x=5"), "--set: gso.x: expected a planner that is compared, found 'gso'"),
+        (("map1", "--set", "univers=5"), "compare: planners[0]: MVO has no setting 'univers'"),
+        (("map1", "--planner", "mvoo"), "compare: planners[0]: there is no planner 'mvoo'"),
+        (("map9",), "map9: no such file, nor a built-in scenario"),
+        (("map1", "--runs", 0), "--runs: expected a whole number from 1 on"),
+        (("map1", "--seconds", -1), "compare: budget[0].seconds"),
+        (("map1", "--export", "rows.xlsx"), "rows.xlsx: rows are exported as .csv or .parquet"),
+        (("map1", "-o", "study.yaml"), "study.yaml: cannot be made"),
+        (("wall.yaml",), "wall: targets[0].position (target-1): expected a safe point"),
+    ],
+)
+def test_bad_input_ends_in_one_sentence_and_claims_no_folder(compare, study, words, sentence):
+    study()
+    walled = sky.read("map1").model_copy(update={"targets": (sky.Target(name="target-1", position=(5, 2.2, 1)),)})
+    sky.write(walled, "wall.yaml")
+    assert sentence in complaint(compare(*words))
+    assert not Path("out").exists()
+
+
+def test_what_the_referee_finds_wrong_ends_with_1(compare, study, monkeypatch):
+    monkeypatch.setattr("skyverse.lab.study.make_planner", lambda name: Liar())
+    code, out, _ = compare(study(planners=["liar"]))
+    assert code == 1
+    assert "map1, liar, 50 paths, seed 0: uav-1's history of costs" in out
+    assert "nothing wrong" not in out
+
+
+def test_a_run_that_cannot_be_done_ends_with_1_and_keeps_the_others(compare, study, monkeypatch):
+    def die(jobs, *_, **__):
+        raise WorkerError("the run x ended its process twice")
+
+    monkeypatch.setattr("skyverse.lab.execute.run_jobs", die)
+    code, out, err = compare(study())
+    assert (code, out) == (1, "")
+    assert err.startswith("skyverse: the run x ended its process twice; 0 of 0 runs are kept in out")
+
+
+def test_without_dask_and_without_a_scheduler_one_sentence_says_so(compare, study, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert 'pip install "skyverse[dask]"' in complaint(compare(study(), "--dask", "tcp://127.0.0.1:1"))
