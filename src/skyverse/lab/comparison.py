@@ -156,7 +156,7 @@ def _costs(runs: Sheet, mark: str) -> Iterator[Block]:
     for name, some in _split(f"costs{mark}", panels):
         caption = (
             "Costs of all runs: box from first to third quartile with the median, whiskers to the last run within 1.5 "
-            "times its length, dots beyond; the rhomb is the mean."
+            "times its length, dots beyond; the rhomb is the mean. Costs far beyond all whiskers are told in words."
         )
         yield Figure(name, caption, partial(figures.boxes, runs.planners, some))
 

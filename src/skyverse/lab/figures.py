@@ -112,17 +112,21 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel], effort: str, *, 
 def boxes(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
     """Draw the costs as boxes: quartiles and median, whiskers to 1.5 times their distance, dots beyond; mean as rhomb.
 
-    Five costs or fewer are dots; infinite ones are counted in words.
+    Five costs or fewer are dots. Costs far beyond all whiskers are told in words, as are infinite ones.
     """
     columns = min(2, len(panels))
     height = (0.26 * len(labels) + 1.1) * math.ceil(len(panels) / columns)
     figure, grid = _panels(len(panels), columns, height=height, sharey=True)
     for axes, panel in zip(grid, panels, strict=True):
+        ends = [_whiskers(costs) for costs in panel.costs if np.isfinite(costs).any()]
+        ends += [] if panel.bound is None else [(panel.bound, panel.bound)]
+        low, high = min((low for low, _ in ends), default=0.0), max((high for _, high in ends), default=1.0)
+        margin = 0.05 * (high - low) or 0.01 * abs(high) or 1.0
+        end = high + 8 * margin
+        largest = max([float(costs[np.isfinite(costs)].max(initial=low)) for costs in panel.costs], default=high)
+        axes.set_xlim(low - margin, min(end, max(high, largest) + margin))
         for index, costs in enumerate(panel.costs):
-            _box(axes, index, costs)
-        finite = np.concatenate([costs[np.isfinite(costs)] for costs in panel.costs])
-        if len(finite) and finite.max() > 4 * finite.min() > 0:
-            _decades(axes)
+            _box(axes, index, costs, end)
         if panel.bound is not None:
             axes.axvline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
         axes.set_title(plain(_short(panel.title)))
@@ -184,7 +188,7 @@ def critical_difference(labels: Sequence[str], found: Ranking) -> "Figure":
     axes.set_xlim(0, WIDTH)
     axes.set_ylim(-depth, above)
     names = [_short(label, 30) for label in labels]
-    side = 0.3 + 0.077 * (max(map(len, names)) + 6)
+    side = 0.3 + 0.069 * (max(map(len, names)) + 6)
 
     def x(rank: float) -> float:
         return side + (rank - 1) / (count - 1) * (WIDTH - 2 * side)
@@ -236,26 +240,36 @@ def _panels(panels: int, columns: int, *, height: float, sharey: bool = False) -
     return figure, grid[:panels]
 
 
-def _box(axes: Any, index: int, costs: Floats) -> None:
+def _whiskers(costs: Floats) -> tuple[float, float]:
+    """Return the least and the largest cost within 1.5 box lengths of the box; of five or fewer, of all."""
+    finite = costs[np.isfinite(costs)]
+    if len(finite) > 5:
+        low, high = (float(quantile(finite, q)) for q in (0.25, 0.75))
+        reach = 1.5 * (high - low)
+        finite = finite[(finite >= low - reach) & (finite <= high + reach)]
+    return float(finite.min()), float(finite.max())
+
+
+def _box(axes: Any, index: int, costs: Floats, end: float) -> None:
     colour = _colour(index)
-    finite = np.sort(costs[np.isfinite(costs)])
+    finite = costs[np.isfinite(costs)]
     dots = finite
     if len(finite) > 5:
         low, median, high = (float(quantile(finite, q)) for q in (0.25, 0.5, 0.75))
-        inside = finite[(finite >= low - 1.5 * (high - low)) & (finite <= high + 1.5 * (high - low))]
-        dots = finite[(finite < inside[0]) | (finite > inside[-1])]
-        axes.hlines(index, inside[0], low, color=colour, linewidth=1.1)
-        axes.hlines(index, high, inside[-1], color=colour, linewidth=1.1)
+        least, most = _whiskers(costs)
+        dots = finite[(finite < least) | (finite > most)]
+        axes.hlines([index, index], [least, high], [low, most], color=colour, linewidth=1.1)
         axes.barh(index, high - low, left=low, height=0.56, facecolor=colour + "33", edgecolor=colour, linewidth=1.1)
         axes.vlines(median, index - 0.28, index + 0.28, color=colour, linewidth=2.2)
         axes.plot(finite.mean(), index, "D", color="white", markeredgecolor=colour, markersize=4.5)
-    axes.plot(dots, np.full(len(dots), index), "o", color=colour, markersize=3.2, alpha=0.6, markeredgewidth=0)
-    lost = len(costs) - len(finite)
-    if lost or not len(costs):
-        told = f"{lost} without any path " if lost else "no runs "
-        under: Any = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
-        where: Any = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "center"}
-        axes.annotate(told, (1, index), **where, fontsize=8.5, bbox=under)
+    near = dots[dots <= end]
+    axes.plot(near, np.full(len(near), index), "o", color=colour, markersize=3.2, alpha=0.6, markeredgewidth=0)
+    far, lost = dots[dots > end], len(costs) - len(finite)
+    told = [f"{len(far)} beyond, up to {far.max():,.4g}"] if len(far) else []
+    told += [f"{lost} without any path"] if lost else [] if len(costs) else ["no runs"]
+    under: Any = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+    where: Any = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "center"}
+    axes.annotate(", ".join(told), (1, index), **where, fontsize=8.5, color=INK, bbox=under if told else None)
 
 
 def _named(axes: Any, labels: Sequence[str]) -> None:
@@ -300,7 +314,8 @@ def _amount(value: float) -> str:
 
 def _short(label: str, most: int = 36) -> str:
     line = " ".join(label.split())
-    return line if len(line) <= most else line[: most - 1] + "…"
+    tail = most // 2  # settings, which tell planners apart, stand last
+    return line if len(line) <= most else f"{line[: most - tail - 1]}…{line[-tail:]}"
 
 
 def _lap(index: int) -> int:
