@@ -15,7 +15,7 @@ import pytest
 import skyverse as sky
 from skyverse import cli
 
-VERBS = ("scenarios", "plan", "check", "show", "export")
+VERBS = ("scenarios", "plan", "check", "show", "export", "compare")
 
 
 def run(capsys, *words):

@@ -1,8 +1,11 @@
 """Studies, from files and flags."""
 
+from pathlib import Path
+
 import pytest
 
 import skyverse as sky
+from skyverse.lab.rows import COLUMNS
 from skyverse.lab.study import Study, read_study, study_from_data, write_study
 
 FILE = """\
@@ -121,3 +124,14 @@ def test_a_key_tells_apart_whatever_changes_the_answer(study_file):
     kept = [job for job in jobs if job.key in same]
     assert {(job.case.label, job.label) for job in kept} == {("map1", "mvo"), ("map1", "astar")}
     assert len(kept) == 2 * 2 * 3
+
+
+def test_the_documentations_study_file_is_one(tmp_path):
+    page = (Path(__file__).parents[2] / "docs/studies.md").read_text(encoding="utf-8")
+    (tmp_path / "study.yaml").write_text(page.split("```yaml\n")[1].split("```")[0])
+    study = read_study(tmp_path / "study.yaml")
+    assert (study.name, len(study.seeds), len(study.planners)) == ("Two maps", 30, 4)
+    for field in set(Study.model_fields) - {"format"}:
+        assert f"| `{field}` |" in page
+    for column in COLUMNS:
+        assert f"`{column}`" in page.split("## Columns")[1]
