@@ -173,13 +173,12 @@ def test_the_referee_passes_whatever_is_reported(scenario, kind, seed):
     assert sky.check(scenario, mission) == []
 
 
-def test_a_draft_has_room_for_the_longest_path():
-    problem = sky.Problem(ROOM)
-    far = np.array([[0.0, 0, 0, 1, 1, 1] * 3])
+def test_a_draft_has_room_for_the_longest_path_and_no_more():
+    corners = {"uavs": (sky.UAV(start=(0, 0, 0)),), "targets": (sky.Target(position=(6, 5, 4)),)}
+    problem = sky.Problem(sky.Scenario.model_validate({**dict(ROOM), **corners}))
     run = opened(problem, k=6)
-    length, _, _ = waypoints.draw_up(run.task, run.desk, far[0])
-    assert length == len(walked(problem, far[0])[0])
-    assert length > 0.7 * len(run.desk.draft)
+    length, _, _ = waypoints.draw_up(run.task, run.desk, np.array([1.0, 1, 1, 0, 0, 0] * 3))
+    assert length == len(run.desk.draft)
 
 
 def test_candidates_beyond_the_budget_are_not_looked_at():
