@@ -110,7 +110,7 @@ def test_equal_rows_give_equal_bytes(tmp_path):
     written = []
     for name in "ab":
         (tmp_path / name).mkdir()
-        with study(tmp_path / name, random_runs(scenarios=2)) as rows:
+        with study(tmp_path / name, random_runs(scenarios=1)) as rows:
             written.append(write_report(rows, tmp_path / name / "out", figures=("svg", "png")))
     assert [path.name for path in written[0]][-2:] == ["report.md", "report.html"]
     for one, other in zip(*written, strict=True):
@@ -144,7 +144,7 @@ def test_runs_that_all_failed_are_reported_and_drawn(tmp_path):
         draw_all(report)
     assert "0 of 8" in text(report)
     assert "nan" not in text(report)
-    assert "∞" in text(report)
+    assert "No planner has a finite mean." in text(report)
 
 
 def test_equal_costs_are_not_told_apart(tmp_path):
@@ -192,7 +192,7 @@ def test_exact_planners_are_left_out_of_the_equality_of_effort(tmp_path):
     ]
     with study(tmp_path, [*exact, *random_runs(scenarios=1)]) as rows:
         report = comparison_report(rows)
-    assert "The effort was equal in generated paths, within 0.0 %" in text(report)
+    assert "The effort was equal in generated paths." in text(report)
     assert "left out of this: astar" in text(report)
 
 

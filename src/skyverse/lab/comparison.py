@@ -73,7 +73,7 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
         blocks += [Heading(f"Effort{suffix}"), *_effort(runs, mark)]
         blocks += [Heading(f"Costs{suffix}"), *_costs(runs, mark)]
         blocks += [Heading(f"Convergence{suffix}"), *_convergence(rows, runs, mark)]
-        blocks += [Heading(f"All scenarios together{suffix}"), *_together(runs, mark)]
+        blocks += [Heading(f"Differences{suffix}"), *_together(runs, mark)]
     return Report(title, [*blocks, Heading("How to read this"), Text(_READ)])
 
 
@@ -133,7 +133,8 @@ def _equality(runs: Sheet, means: dict[str, list[float]], searching: list[int]) 
             factor = spread(found)
             least, most = (literal(runs.planners[searching[k]]) for k in (int(found.argmin()), int(found.argmax())))
             if factor <= EQUAL:
-                yield f"The effort was equal in {_EFFORTS[name]}, within {100 * (factor - 1):.1f} %."
+                within = f", within {100 * (factor - 1):.1f} %" if factor > 1 else ""
+                yield f"The effort was equal in {_EFFORTS[name]}{within}."
             else:
                 quote, times = ("> " if name == "generated_paths" else ""), f"{factor:.3g}" if factor < np.inf else "∞"
                 yield f"{quote}**Not equal in {_EFFORTS[name]}**: {most} had {times} times as many as {least}."
@@ -206,6 +207,9 @@ def _verdict(planners: Sequence[str], means: list[float], found: dict[tuple[int,
     if not found:
         return
     best = int(np.nanargmin(means))
+    if means[best] == np.inf:
+        yield "No planner has a finite mean."
+        return
     others = {i if j == best else j: contrast for (i, j), contrast in found.items() if best in (i, j)}
     yield f"Lowest mean: {literal(planners[best])}."
     worse = [k for k, contrast in others.items() if contrast.p is not None and contrast.p < LEVEL]

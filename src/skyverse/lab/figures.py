@@ -159,9 +159,10 @@ def profiles(labels: Sequence[str], curves: Sequence[tuple[Floats, Floats]], aga
     """
     figure, (axes,) = _panels(1, 1, height=3.8 + _legend_height(labels))
     found = np.concatenate([[1.0], *(ratio for ratio, _ in curves)])
-    end = max(1.01, min(float(found.max()), 2 * float(np.quantile(found, 0.95)) - 1))  # a few far ones squeeze the rest
+    far = float(found.max())
+    end = max(1.01, min(1.03 * far - 0.03, 2 * float(np.quantile(found, 0.95)) - 1))  # a few far ones squeeze the rest
     for index, (ratio, share) in enumerate(curves):
-        x = np.concatenate([[1.0], ratio, [max(end, float(found.max()))]])
+        x = np.concatenate([[1.0], ratio, [max(end, far)]])
         y = np.concatenate([[0.0], share, share[-1:] if len(share) else [0.0]])
         axes.step(x, y, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
     if end > 4:
@@ -188,7 +189,7 @@ def critical_difference(labels: Sequence[str], found: Ranking) -> "Figure":
     axes.set_xlim(0, WIDTH)
     axes.set_ylim(-depth, above)
     names = [_short(label, 30) for label in labels]
-    side = 0.3 + 0.069 * (max(map(len, names)) + 6)
+    side = max(1.1, 0.3 + 0.069 * (max(map(len, names)) + 6))
 
     def x(rank: float) -> float:
         return side + (rank - 1) / (count - 1) * (WIDTH - 2 * side)

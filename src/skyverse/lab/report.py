@@ -209,7 +209,7 @@ def decimals(numbers: list[float]) -> int:
 def _to_the_right(column: list[str]) -> bool:
     """Whether a printed column reads as numbers."""
     told = [text for text in column if text not in ("", _NOTHING)]
-    return bool(told) and all(re.match(r"[<>≈±+\u2212-]?\s*[\d∞]", text) for text in told)
+    return bool(column) and all(re.match(r"[<>≈±+\u2212-]?\s*[\d∞]", text) for text in told)
 
 
 def _aligned(table: Table) -> tuple[list[list[str]], list[bool]]:
