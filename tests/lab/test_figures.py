@@ -143,12 +143,17 @@ def test_groups_that_overlap_have_bars_on_lines_of_their_own():
                 assert one.get_xdata()[1] < other.get_xdata()[0] or other.get_xdata()[1] < one.get_xdata()[0]
 
 
-@pytest.mark.parametrize("label", ["$x", "$x$", "_hidden", "a" * 90, "名前", "<b>&"])
+@pytest.mark.parametrize("label", ["$x", "$x$", "_hidden", "a" * 90, "名前", "<b>&", "a--b"])
 def test_labels_are_shown_as_they_are(label):
     figure, svg = drawn(figures.boxes, [label], [Panel(label, None, costs=[np.array([1.0, 2.0])])])
     ElementTree.fromstring(svg)
     shown = figure.axes[0].get_title(loc="left").replace("\\$", "$").replace("\u200b", "")
     assert shown == label or (len(shown) == 36 and "…" in shown)
+
+
+def test_control_characters_in_labels_leave_readable_pictures():
+    _, svg = drawn(figures.boxes, ["a\x00\x07b"], [Panel("map1", None, costs=[np.array([1.0, 2.0])])])
+    ElementTree.fromstring(svg)
 
 
 def test_no_two_of_fourteen_planners_look_alike():

@@ -9,7 +9,17 @@ from markdown_it import MarkdownIt
 from skyverse.errors import InputError
 from skyverse.lab.report import Figure, Heading, Report, Table, Text, cells, html, literal, markdown, write
 
-NAMES = ("<script>alert(1)</script>", "a|b", "*x* _y_ `z`", "[l](http://h)", "$5 & co.", "## no", "![i](j)", "a\\|b")
+NAMES = (
+    "<script>alert(1)</script>",
+    "a|b",
+    "*x* _y_ `z`",
+    "[l](http://h)",
+    "$5 & co.",
+    "## no",
+    "![i](j)",
+    "a\\|b",
+    "a\ufffdb",
+)
 
 
 class Reader(HTMLParser):

@@ -12,6 +12,7 @@ import numpy as np
 
 from skyverse.draw.stage import DASHES, GRID, INK, SOFT, blank, plain
 from skyverse.lab.curves import Band, Floats
+from skyverse.lab.report import one_line
 from skyverse.lab.statistics import Ranking, quantile
 
 if TYPE_CHECKING:
@@ -314,7 +315,7 @@ def _amount(value: float) -> str:
 
 
 def _short(label: str, most: int = 36) -> str:
-    line = " ".join(label.split())
+    line = one_line(label)
     tail = most // 2  # settings, which tell planners apart, stand last
     return line if len(line) <= most else f"{line[: most - tail - 1]}…{line[-tail:]}"
 

@@ -106,8 +106,8 @@ def write(
     shown = next((suffix for suffix in figures if suffix in _TYPES), "svg")
     try:
         (folder / "figures" if figures and _figures(report) else folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{str(folder)!r}: cannot be made: {getattr(error, 'strerror', None) or error}") from None
     written, images = [], {}
     for block in _figures(report):
         for suffix, image in _drawn(block, {*figures, shown}):
@@ -136,10 +136,10 @@ def markdown(report: Report, *, suffix: str | None = "svg") -> str:
             case Text(text):
                 parts.append(text.strip())
             case Table():
-                parts += [_one_line(block.caption), _markdown_table(block), *map(_one_line, block.notes)]
+                parts += [one_line(block.caption), _markdown_table(block), *map(one_line, block.notes)]
             case Figure(name, caption):
                 parts += [f"![{name}](figures/{name}.{suffix})"] if suffix else []
-                parts.append(_one_line(caption))
+                parts.append(one_line(caption))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -174,7 +174,12 @@ def html(report: Report, images: dict[str, str]) -> str:
 
 def literal(text: str) -> str:
     """Return Markdown that shows `text` as it is, on one line."""
-    return re.sub(r"([\\`*_\[\]<>|~&#!$])", r"\\\1", _one_line(text))
+    return re.sub(r"([\\`*_\[\]<>|~&#!$])", r"\\\1", one_line(text))
+
+
+def one_line(text: str) -> str:
+    """Return `text` on one line, control characters replaced, for they break pages and pictures."""
+    return re.sub(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]", "\ufffd", " ".join(text.split()))
 
 
 def cells(table: Table) -> list[list[str]]:
@@ -194,7 +199,7 @@ def _printed(column: list[Cell]) -> list[str]:
             text = f"{value:,.{places}f}" if math.isfinite(value) else "∞" if value > 0 else "-∞"
             printed.append(text.replace("-", _MINUS))
         else:
-            printed.append(f"{value:,}".replace("-", _MINUS) if isinstance(value, int) else _one_line(value))
+            printed.append(f"{value:,}".replace("-", _MINUS) if isinstance(value, int) else one_line(value))
     return printed
 
 
@@ -255,11 +260,7 @@ def _rendered(text: str) -> str:
 
 
 def _text(text: str) -> str:
-    return escape(_one_line(text))
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
+    return escape(one_line(text))
 
 
 def _figures(report: Report) -> list[Figure]:
