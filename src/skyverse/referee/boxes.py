@@ -106,9 +106,8 @@ def shut_boxes(scenario: Scenario) -> Boxes:
 def deepest(boxes: Boxes, starts: Floats, ends: Floats) -> Closest | None:
     """Return where segments between (n, 3) starts and ends are deepest in a grown obstacle, if they are."""
     low, high, shut_low, shut_high = boxes
-    lowest, highest = np.minimum(starts, ends).min(axis=0), np.maximum(starts, ends).max(axis=0)
     met = None
-    for k in np.flatnonzero(((shut_low < highest) & (shut_high > lowest)).all(axis=1)):
+    for k in _beside(boxes, starts, ends):
         enter, leave = stay_inside(starts, ends, shut_low[k], shut_high[k])
         hits = np.flatnonzero(enter < leave)
         if not len(hits):
@@ -123,6 +122,19 @@ def deepest(boxes: Boxes, starts: Floats, ends: Floats) -> Closest | None:
         if met is None or gaps[i] < met.gap:
             met = Closest(float(gaps[i]), int(k), int(s), float(along[i]), points[i])
     return met
+
+
+def _beside(boxes: Boxes, starts: Floats, ends: Floats) -> NDArray[np.intp]:
+    """Return the indices of the boxes that meet the bounding box of any segment: no segment can enter another."""
+    lowest, highest = np.minimum(starts, ends), np.maximum(starts, ends)
+    some = np.flatnonzero(((boxes.shut_low < highest.max(axis=0)) & (boxes.shut_high > lowest.min(axis=0))).all(axis=1))
+    meets = np.zeros(len(some), dtype=bool)
+    at_once = max(1, 1_000_000 // len(starts))
+    for first in range(0, len(some), at_once):
+        these = slice(first, first + at_once)
+        low, high = boxes.shut_low[some[these], None], boxes.shut_high[some[these], None]
+        meets[these] = np.any(np.all((low < highest) & (high > lowest), axis=2), axis=1)
+    return some[meets]
 
 
 def _gap(points: Floats, low: Floats, high: Floats) -> Floats:
