@@ -38,6 +38,8 @@ def write_report(
 
     Parameters
     ----------
+    title
+        The report's title, in plain text.
     formats, figures
         ``"html"``, ``"md"``; ``"svg"``, ``"png"``, ``"pdf"``.
 
@@ -253,13 +255,15 @@ def _convergence(rows: Rows, runs: Sheet, mark: str) -> Iterator[Block]:
             if np.isfinite(bands[-1].low).any():
                 curves.add(planner)
         panels.append(figures.Panel(scenario, runs.exact(scenario), bands=bands))
+    reached = np.concatenate([runs.all(planner, "success") for planner in runs.planners])
     bare = [planner for planner in runs.planners if planner not in curves]
     if not curves:
         yield Text("No run kept a history with a finite cost, so there is nothing to draw.")
         return
     for name, some in _split(f"convergence{mark}", panels):
         caption = (
-            "Best cost so far of all runs, failures included: median (line) and quartiles (band). "
+            f"Best cost so far of all runs, of which {np.count_nonzero(reached):,} of {len(reached):,} reached their "
+            "targets: median (line) and quartiles (band). "
             "What costs more than any band after a quarter of the effort is cut off."
         )
         if bare:
