@@ -1,0 +1,142 @@
+"""Which planners differ: contrasts, ranks and profiles as parts of a report."""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from skyverse.lab import figures
+from skyverse.lab.contrast import Contrast, contrasts
+from skyverse.lab.curves import Floats, profile
+from skyverse.lab.report import Block, Cell, Figure, Table, Text, literal
+from skyverse.lab.sheet import Sheet
+from skyverse.lab.statistics import LEVEL, magnitude, ranking
+from skyverse.lab.words import counted, named, p_value
+
+
+def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int, int], Contrast]) -> Iterator[str]:
+    """Say who has the lowest mean, and from whom it can be told apart."""
+    if not found:
+        return
+    best = int(np.nanargmin(means))
+    if means[best] == np.inf:
+        yield "No planner has a finite mean."
+        return
+    others = {i if j == best else j: contrast for (i, j), contrast in found.items() if best in (i, j)}
+    yield f"Lowest mean: {literal(planners[best])}."
+    worse = [k for k, contrast in others.items() if contrast.p is not None and contrast.p < LEVEL]
+    alike = [k for k, contrast in others.items() if contrast.p is not None and contrast.p >= LEVEL]
+    few = [k for k, contrast in others.items() if contrast.p is None]
+    if worse:
+        yield f"Significantly different from it: {named(planners, worse)}."
+    if alike:
+        yield f"Not told apart from it: {named(planners, alike)}."
+    if few:
+        runs = counted(max(others[k].runs for k in few), "run")
+        yield f"Whether they differ from it cannot be told with {runs}: {named(planners, few)}."
+
+
+def matrix(planners: Sequence[str], found: dict[tuple[int, int], Contrast]) -> Table:
+    """Return who is cheaper than whom how often."""
+
+    def cell(row: int, column: int) -> str:
+        if row == column:
+            return ""
+        contrast = found.get((min(row, column), max(row, column)))
+        if contrast is None:
+            return "no runs"
+        return f"{contrast.chance if row < column else 1 - contrast.chance:.2f} ({p_value(contrast.p)})"
+
+    everyone = range(len(planners))
+    return Table(
+        ("cheaper than", *planners),
+        [(planners[row], *(cell(row, column) for column in everyone)) for row in everyone],
+        caption="How often a run of the row's planner is cheaper than one of the column's (A12), and Holm-adjusted p.",
+    )
+
+
+def differences(runs: Sheet, mark: str) -> Iterator[Block]:
+    """Compare the planners over all scenarios: pair by pair, by ranks, by performance profile."""
+    exact = all(runs.exact(scenario) is not None for scenario in runs.scenarios)
+    against = "exact optimum" if exact else "exact optimum or best cost known"
+    found = contrasts([runs.costs(planner, runs.scenarios) for planner in runs.planners])
+    if found:
+        yield _pairs(runs, found, against)
+    yield from _ranks(runs, mark)
+    curves = [profile(runs.ratios(planner)) for planner in runs.planners]
+    yield Figure(
+        f"profile{mark}",
+        f"Performance profile: the share of all runs whose cost is within a ratio of the {against}. A run that did not "
+        "reach its target never is. The axis ends where few runs are left.",
+        partial(figures.profiles, runs.planners, curves, against),
+    )
+
+
+def _pairs(runs: Sheet, found: dict[tuple[int, int], Contrast], against: str) -> Table:
+    rows: list[list[Cell]] = []
+    for (i, j), c in found.items():
+        first, second, chance, correlation = i, j, c.chance, c.correlation
+        if chance < 0.5:  # name the better one first
+            first, second, chance = j, i, 1 - chance
+            correlation = None if correlation is None else -correlation
+        test = f"Wilcoxon, {c.runs} pairs" if c.paired else f"Mann-Whitney, {c.runs} runs"
+        told = f"cannot be told with {counted(c.runs, 'run')}" if c.p is None else p_value(c.p).removeprefix("p ")
+        r = None if correlation is None else f"{correlation:.2f}".replace("-", "\u2212")
+        pair = [runs.planners[first], runs.planners[second]]
+        rows.append([*pair, f"{chance:.2f}", magnitude(chance), r, told.removeprefix("= "), test])
+    caption = "The planner that is cheaper more often stands first."
+    if len(runs.scenarios) > 1:
+        caption = f"Costs over the {against}, run by run. {caption}"
+    return Table(
+        ("planner", "against", "A12", "effect", "rank-biserial", "p (Holm)", "test"),
+        rows,
+        caption=caption,
+    )
+
+
+def _ranks(runs: Sheet, mark: str) -> Iterator[Block]:
+    if len(runs.planners) < 3:
+        few = "One planner is" if len(runs.planners) == 1 else "Two planners are"
+        yield Text(f"{few} not ranked; that takes three.")
+        return
+    costs, what = _blocks(runs)
+    if len(costs) < 2:
+        yield Text(f"Ranks cannot be told with {counted(len(costs), what)} that all planners have run.")
+        return
+    told = ranking(costs)
+    k = len(runs.planners)
+    lines = [
+        f"Friedman's test of mean ranks over {told.blocks} {what}s: chi-squared = {told.chi2:.2f}, {p_value(told.p)}; "
+        f"by Iman and Davenport's F, which is less conservative, {p_value(told.p_f)}."
+    ]
+    if _least_p(told.blocks, k) > LEVEL:
+        lines.append(f"Whether the planners differ cannot be told with {told.blocks} {what}s, whatever the ranks.")
+    elif told.p >= LEVEL:
+        lines.append("No difference between the planners can be told from the ranks.")
+    elif told.critical_difference >= k - 1:
+        lines.append(f"The planners differ, but {told.blocks} {what}s are too few to tell which.")
+    else:
+        lines.append("The planners differ; those that a bar joins are not told apart.")
+    yield Text(" ".join(lines))
+    draw = partial(figures.critical_difference, runs.planners, told)
+    yield Figure(
+        f"ranks{mark}", "Mean ranks, 1 is best; bars join planners that Nemenyi's test cannot tell apart.", draw
+    )
+
+
+def _blocks(runs: Sheet) -> tuple[Floats, str]:
+    """Return the costs to rank, a row each scenario (mean cost) or, if there is one only, each seed that all have."""
+    cells = [[runs.cells[scenario, planner] for planner in runs.planners] for scenario in runs.scenarios]
+    if len(cells) > 1:
+        full = [row for row in cells if all(len(cell["cost"]) for cell in row)]
+        return np.array([[cell["cost"].mean() for cell in row] for row in full]), "scenario"
+    by_seed = [dict(zip(cell["seed"].tolist(), cell["cost"].tolist(), strict=True)) for cell in cells[0]]
+    common = sorted(set.intersection(*(set(costs) for costs in by_seed)))
+    return np.array([[costs[seed] for costs in by_seed] for seed in common]), "seed"
+
+
+def _least_p(blocks: int, planners: int) -> float:
+    """Return the p of Friedman's test where all blocks rank the planners alike."""
+    from scipy.stats import chi2
+
+    return float(chi2.sf(blocks * (planners - 1), planners - 1))
