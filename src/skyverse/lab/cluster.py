@@ -33,22 +33,22 @@ def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
     with client:
         waiting = iter(jobs)
         given: dict[Any, Job] = {}
-        client.submit(warm_up, list({job.label: job for job in jobs}.values()), pure=False).result()
-        running = as_completed(loop=client.loop, with_results=True, raise_errors=True)
+        running = as_completed(loop=client.loop, with_results=True)
 
         def hand_out(count: int) -> None:
             for job in itertools.islice(waiting, count):
-                future = client.submit(run_job, job, pure=False, retries=0)
+                future = client.submit(run_job, job, pure=False)
                 given[future.key] = job
                 running.add(future)
 
-        hand_out(3 * max(1, sum(client.nthreads().values())))
         try:
+            client.submit(warm_up, list({job.label: job for job in jobs}.values()), pure=False).result()
+            hand_out(3 * max(1, sum(client.nthreads().values())))
             for future, row in running:
                 job = given.pop(future.key)
                 hand_out(1)
                 yield job, row
         except KilledWorker as error:
-            raise WorkerError(f"the run {given.get(error.task, error.task)} ended one worker after another") from None
+            raise WorkerError(f"the run {given.get(error.task, 'before all')} ended one worker after another") from None
         except CancelledError:
             raise WorkerError(f"the cluster at {address} is gone") from None

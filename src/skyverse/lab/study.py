@@ -163,11 +163,14 @@ class Study(_Model):
         tuple[Annotated[int, Field(ge=0)], ...],
         BeforeValidator(_seeds),
         PlainSerializer(_count_or_list),
-        Field(min_length=1),
-    ] = tuple(range(30))
+        Field(min_length=1, validate_default=True),
+    ] = 30  # type: ignore[assignment]
     budget: Annotated[
-        tuple[Budget, ...], BeforeValidator(_listed), PlainSerializer(_one_or_list), Field(min_length=1)
-    ] = (Budget(paths=1000),)
+        tuple[Budget, ...],
+        BeforeValidator(_listed),
+        PlainSerializer(_one_or_list),
+        Field(min_length=1, validate_default=True),
+    ] = {"paths": 1000}  # type: ignore[assignment]
     assignment: Assignment = "path-cost"
 
     @model_validator(mode="after")
