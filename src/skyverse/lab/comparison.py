@@ -86,8 +86,9 @@ def _made(rows: Rows) -> Iterator[Block]:
     told = rows.select(("scenario", "planner", "budget", "seed", "settings", "versions", "verdict"))
     counts = [counted(len(rows), "run")]
     counts += [counted(len(rows.labels(kind)), kind) for kind in ("scenario", "planner")]
+    budgets = [literal(budget) for budget in rows.labels("budget")]
     lines = [
-        f"{', '.join(counts)}. Budget of each UAV's search: {listed([literal(label) for label in rows.labels('budget')])}. Seeds: "
+        f"{', '.join(counts)}. Budget of each UAV's search: {listed(budgets)}. Seeds: "
         f"{whole_numbers(told['seed'].tolist())}. A run is one scenario planned once, with all its UAVs; its cost is "
         "their sum."
     ]
@@ -161,7 +162,8 @@ def _costs(runs: Sheet, mark: str) -> Iterator[Block]:
     for name, some in _split(f"costs{mark}", panels):
         caption = (
             "Costs of all runs: box from first to third quartile with the median, whiskers to the last run within 1.5 "
-            "times its length, dots beyond; the rhomb is the mean. Costs far beyond all whiskers are told in words."
+            "times its length, dots beyond; the rhomb is the mean. Costs far beyond all whiskers are told in words; "
+            "a mean as far out is not drawn."
         )
         yield Figure(name, caption, partial(figures.boxes, runs.planners, some))
 
