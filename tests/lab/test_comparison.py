@@ -221,7 +221,7 @@ def test_fourteen_planners_with_names_that_bite_are_written(tmp_path):
         "名前",
         *(f"{k} a very long label " * 4 for k in range(9)),
     ]
-    runs = [replace(row, planner=names[int(row.planner.split()[1])]) for row in random_runs(8, 14, 2)]
+    runs = [replace(row, planner=names[int(row.planner.split()[1])]) for row in random_runs(7, 14, 1)]
     with study(tmp_path, runs) as rows:
         page = write_report(rows, tmp_path / "out")[-1].read_text("utf-8")
     assert "<script" not in page
