@@ -151,23 +151,27 @@ def _move(
 ) -> None:
     n = len(x.length)
     luciferin = swarm.luciferin
+    brighter = np.empty(n)
     for i in range(n):
         if exhausted(desk):
             return
         seen = 0
-        brighter = 0.0
+        total = 0.0
         worthwhile = best.nodes[0, best.length[0] - 1] == task.goal
         for j in range(n):
-            if worthwhile and luciferin[j] > luciferin[i] and _distance(swarm, i, j) < swarm.reach[i]:
+            brighter[j] = max(0.0, luciferin[j] - luciferin[i])
+            if not worthwhile or brighter[j] == 0.0 or _distance(swarm, i, j) >= swarm.reach[i]:
+                brighter[j] = 0.0
+            else:
                 seen += 1
-                brighter += luciferin[j] - luciferin[i]
+                total += brighter[j]
         if seen:
-            spin = rng.random() * brighter  # p_ij = (l_j - l_i) / sum over N_i
+            spin = rng.random() * total  # p_ij = (l_j - l_i) / sum over N_i
             chosen = i
             for j in range(n):
-                if spin >= 0.0 and luciferin[j] > luciferin[i] and _distance(swarm, i, j) < swarm.reach[i]:
+                if spin >= 0.0 and brighter[j] > 0.0:
                     chosen = j
-                    spin -= luciferin[j] - luciferin[i]
+                    spin -= brighter[j]
             adopt(task, desk, x, i, best, graft(task, desk, rng, x, i, chosen, threshold))
         elif x.cost[i] > best.cost[0]:
             adopt(task, desk, x, i, best, reroute(task, desk, rng, x, i, threshold, retries))

@@ -19,7 +19,7 @@ PATHS, NODES, EVALUATIONS = 0, 1, 2
 
 # of six moves given as bits: how many they are, and which is the first, the second ...
 _CHOICES = np.array([bits.bit_count() for bits in range(64)], np.uint8)
-_CHOSEN = np.array([([m for m in range(6) if bits >> m & 1] + [0] * 6)[:6] for bits in range(64)], np.uint8)
+_CHOSEN = np.array([([m for m in range(6) if bits >> m & 1] + [0] * 8)[:8] for bits in range(64)], np.uint8)
 
 
 class Task(NamedTuple):
@@ -88,12 +88,18 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
 
     The goal was reached if the draft now ends there. Loops of the walk are cut out.
     """
-    return cut_loops(desk, length - 1, _walk(task, desk, rng, length, goal, threshold))
+    return _cut(desk, length, _walk(task, desk, rng, length, goal, threshold))
+
+
+@kernel
+def _cut(desk: Desk, length: int, walked: int) -> int:
+    """Cut the loops of a walk that began at a length of the draft; a walk that never went back has none."""
+    return cut_loops(desk, length - 1, -walked) if walked < 0 else walked
 
 
 @kernel
 def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: int, threshold: int) -> int:
-    """Generate without cutting loops.
+    """Generate without cutting loops; return the draft's new length, negative if there may be any.
 
     Algorithm 2 takes at random one of the unvisited viable neighbours (those nearer to the goal on the axes that the
     move changes, but never the node just left); failing those any unvisited free neighbour, then a visited viable
@@ -117,6 +123,7 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
     )
     not_back = -1
     counted = 0
+    looped = 0
     begin = length
     while node != goal and counted <= threshold and length < len(draft) and exits[node]:
         free = int(np.int64(exits[node]))  # wider, or numba compiles what follows once more
@@ -128,13 +135,15 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
             if choice == 0:
                 counted += 1
                 choice = fresh
-                if choice == 0 and viable:
-                    counted -= 1
-                    choice = viable
-                elif choice == 0:
+                if choice == 0:
+                    looped = 1
                     choice = free
+                    if viable:
+                        counted -= 1
+                        choice = viable
         else:
             counted += 1
+            looped = 1
             choice = free
         move = _draw(offsets, choice, rng)
         not_back = ~(1 << (move ^ 1))
@@ -146,7 +155,7 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
         draft[length] = node
         length += 1
     desk.spent[NODES] += length - begin
-    return length
+    return -length if looped else length
 
 
 @kernel
@@ -170,8 +179,9 @@ def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) ->
 def _draw(offsets: Ints, moves: int, rng: np.random.Generator) -> int:
     """Draw one of some moves, given as bits."""
     if len(offsets) == 6:
+        share = np.uint64(rng.random() * 2**32)  # nobody waits for it: only what follows depends on the moves
         row = np.uint64(moves)
-        return int(_CHOSEN[row, np.uint64(rng.random() * _CHOICES[row])])
+        return int(_CHOSEN[row, (share * np.uint64(_CHOICES[row])) >> np.uint64(32)])
     count = 0
     rest = moves
     while rest:
@@ -255,13 +265,13 @@ def random_node(grid: Grid, rng: np.random.Generator) -> int:
 @kernel
 def detour(task: Task, desk: Desk, rng: np.random.Generator, length: int, threshold: int, retries: int) -> int:
     """Walk from the draft's end to a free point drawn anywhere; the last try stands even if it gives up."""
-    reached = length
+    walked = length
     for _ in range(retries + 1):
         node = random_node(task.grid, rng)
-        reached = _walk(task, desk, rng, length, node, threshold)
-        if desk.draft[reached - 1] == node:
+        walked = _walk(task, desk, rng, length, node, threshold)
+        if desk.draft[abs(walked) - 1] == node:
             break
-    return cut_loops(desk, length - 1, reached)
+    return _cut(desk, length, walked)
 
 
 @kernel

@@ -1,0 +1,60 @@
+"""The verb ``reproduce``: the thesis's tables, figures and claims."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from skyverse.cli.watch import StudyWatch
+from skyverse.cli.words import whole_number
+
+Whole = Annotated[int, Parameter(converter=whole_number)]
+INTERRUPTED = 130
+
+
+def reproduce(
+    *parts: str,
+    runs: Whole = 50,
+    seed: Whole = 0,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out/reproduction"),
+    workers: Annotated[int | None, Parameter(converter=whole_number)] = None,
+) -> int:
+    """Run the thesis's experiments again: all of its tables and figures and the verdict on its claims, or some.
+
+    Examples: `skyverse reproduce`, `skyverse reproduce table-4.2 fig-4.17`, `skyverse reproduce claims --runs 5`
+
+    The output folder gets `report`, `claims` and `times` as .html and .md, `figures/`, and the rows behind them. The
+    same seed gives the same report and claims, byte by byte; times are measured and differ. Runs that are there already
+    are not done again.
+
+    Parameters
+    ----------
+    parts
+        table-4.2 to table-4.7, table-4.10, cells, fig-4.1 to fig-4.31, claims; all when left out.
+    runs
+        Runs of each cell, 2 or more.
+    seed
+        The first seed of each cell.
+    output
+        The folder.
+    workers
+        Processes that share the runs; as many as there are cores by default.
+    """
+    from skyverse.lab.thesis.reproduce import reproduce as run_again
+
+    watch = StudyWatch(output)
+    try:
+        with watch as on_run:
+            pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or _cores(), on_run=on_run)
+    except KeyboardInterrupt:
+        print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
+        return INTERRUPTED
+    for page in pages:
+        print(page)
+    return 0
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,79 @@
+"""The charts of the reproduction: lines against something counted, and bars side by side."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skyverse.draw.stage import SOFT, blank
+from skyverse.lab.figures import PALETTE, WIDTH
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLOURS = {"MVO": PALETTE[0], "GSO": PALETTE[1], "BBO": PALETTE[2], "random restart": PALETTE[3]}
+DASHES: dict[str, Any] = {"thesis": ":", "as run": "-", "as described": "--", "": "-"}
+MARKS = {"thesis": "x", "as run": "o", "as described": "s", "": "D"}
+
+
+@dataclass(frozen=True)
+class Series:
+    """Points of one method in one form (``"thesis"``, ``"as run"``, ``"as described"`` or none); errors up and down."""
+
+    method: str
+    form: str
+    x: Sequence[float]
+    y: Sequence[float]
+    error: Sequence[float] | None = None
+
+
+def lines(series: Sequence[Series], x: str, y: str, *, bound: float | None = None, log: bool = False) -> "Figure":
+    """Draw lines: the method's colour, the form's dash."""
+    figure = blank(WIDTH, 4.6)
+    figure.set_layout_engine("constrained")
+    axes = figure.subplots()
+    for one in series:
+        colour, name = COLOURS[one.method], f"{one.method} {one.form}".strip()
+        style: Any = {"color": colour, "linestyle": DASHES[one.form], "marker": MARKS[one.form], "markersize": 4.5}
+        axes.plot(one.x, one.y, **style, linewidth=1.6, label=name)
+        if one.error is not None:
+            low, high = np.subtract(one.y, one.error), np.add(one.y, one.error)
+            axes.fill_between(one.x, low, high, color=colour, alpha=0.13, linewidth=0)
+    if bound is not None:
+        axes.axhline(bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1, label="exact optimum")
+    if log:
+        from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    figure.legend(loc="outside lower center", ncols=4, handlelength=3)
+    return figure
+
+
+def bars(groups: Sequence[str], series: Sequence[Series], y: str, *, bounds: Sequence[float] = ()) -> "Figure":
+    """Draw bars side by side, a group of them at each name; the thesis's hollow, ours filled, as described hatched."""
+    figure = blank(WIDTH, 4.4)
+    figure.set_layout_engine("constrained")
+    axes = figure.subplots()
+    width = 0.84 / len(series)
+    for k, one in enumerate(series):
+        colour, at = COLOURS[one.method], np.arange(len(groups)) - 0.42 + (k + 0.5) * width
+        style: Any = {"edgecolor": colour, "linewidth": 1.1, "label": f"{one.method} {one.form}".strip()}
+        style |= {"facecolor": "white"} if one.form == "thesis" else {"facecolor": colour}
+        if one.form == "as described":
+            style |= {"facecolor": colour + "55", "hatch": "////"}
+        axes.bar(at, one.y, 0.92 * width, yerr=one.error, error_kw={"ecolor": "#17202b", "elinewidth": 0.9}, **style)
+    if bounds:
+        middle = np.arange(float(len(groups)))
+        dash: Any = {"color": SOFT, "linestyle": (0, (4, 3)), "linewidth": 1.3}
+        axes.hlines(bounds, middle - 0.45, middle + 0.45, label="exact optimum", **dash)
+    axes.set_xticks(range(len(groups)), groups)
+    axes.grid(visible=False, axis="x")
+    axes.set_ylabel(y)
+    figure.legend(loc="outside lower center", ncols=4)
+    return figure
