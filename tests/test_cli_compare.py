@@ -18,9 +18,11 @@ from studies import Liar
 def compare(monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
 
-    def run(*words):
+    def run(*words, report=False):
         with pytest.raises(SystemExit) as stopped:
-            cli.main(["compare", *(str(word) for word in words), "--workers", "1"])
+            cli.main(
+                ["compare", *(str(word) for word in words), "--workers", "1", *([] if report else ["--no-report"])]
+            )
         said = capsys.readouterr()
         return stopped.value.code or 0, said.out, said.err
 
@@ -80,6 +82,15 @@ def test_the_summary_as_json_is_that_of_the_rows(compare, study):
     with Rows("out/study/rows.sqlite") as rows:
         assert mvo["mean"] == pytest.approx(rows.select(("cost",), planner="mvo")["cost"].mean())
     assert said["violations"] == []
+
+
+def test_a_report_is_written_unless_told_not_to(compare, study):
+    code, out, _ = compare(study(), report=True)
+    assert code == 0
+    assert str(Path("out/study/report.html")) in out.splitlines()
+    assert "<html" in Path("out/study/report.html").read_text(encoding="utf-8")
+    assert compare(study(name="other.yaml"))[0] == 0
+    assert sorted(path.name for path in Path("out/other").iterdir()) == ["rows.sqlite", "study.yaml"]
 
 
 def test_rows_are_exported(compare, study):

@@ -18,7 +18,7 @@ WORDS = ("map1", "map2", "--planner", "mvo", "--planner", "random-restart", "--r
 
 
 def compare(folder, *words):
-    command = [sys.executable, "-m", "skyverse", "compare", *WORDS, "-o", str(folder), *words]
+    command = [sys.executable, "-m", "skyverse", "compare", *WORDS, "--no-report", "-o", str(folder), *words]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 

@@ -7,13 +7,12 @@ import threading
 import time
 import tracemalloc
 
-import numpy as np
 import pytest
 
 import skyverse as sky
 from skyverse.lab.execute import run_jobs, run_study
 from skyverse.lab.rows import Rows
-from skyverse.lab.workers import WorkerError, on_workers
+from skyverse.lab.workers import WorkerError
 from studies import ROOM, Deadly, Instant, job, timeless
 
 
@@ -120,15 +119,7 @@ def test_memory_stays_flat_however_many_runs_there_are(tmp_path):
 
     tracemalloc.start()
     try:
-        few, many = peak(50), peak(350)
+        few, many = peak(50), peak(250)
     finally:
         tracemalloc.stop()
-    assert (many - few) / 300 < 2000  # bytes a run: its key and its job, not its row
-
-
-def test_rows_are_yielded_as_they_finish_not_at_the_end():
-    finished = on_workers(jobs(1000), 2)
-    job_, row = next(finished)
-    assert row.seed == job_.seed
-    assert np.isfinite(row.cost)
-    finished.close()
+    assert (many - few) / 200 < 2000  # bytes a run: its key and its job, not its row

@@ -40,6 +40,7 @@ def compare(
     workers: Whole = None,
     dask: str | None = None,
     export: Path | None = None,
+    report: bool = True,
     as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
 ) -> int:
     """Compare planners over scenarios and seeds; go on where an earlier run of the same command was cut short.
@@ -82,10 +83,11 @@ def compare(
         The address of a Dask scheduler whose workers share the runs instead.
     export
         Write the rows to this file, too, .csv or .parquet, and the histories beside it.
+    report
+        Write the report, too.
     as_json
         Print the summary as JSON.
     """
-    from skyverse.lab.comparison import write_report
     from skyverse.lab.execute import run_jobs
     from skyverse.lab.export import refuse_export
     from skyverse.lab.rows import Rows
@@ -120,7 +122,11 @@ def compare(
             with watch as on_run:
                 run_jobs(jobs, rows, workers=workers or _cores(), dask=dask, on_run=on_run)
             summary = summarise(rows)
-            written = [rows.path, *write_report(rows, folder, title=study.name)]
+            written = [rows.path]
+            if report:
+                from skyverse.lab.comparison import write_report
+
+                written += write_report(rows, folder, title=study.name)
             if export is not None:
                 written += rows.export(export)
             judged = rows.select(RUN)
