@@ -135,10 +135,10 @@ class Rows:
                 label = getattr(row, kind)
                 self._file.execute("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", (kind, label))
             self._file.execute(f"INSERT INTO runs VALUES ({', '.join('?' * len(values))})", values)
-        except sqlite3.IntegrityError as error:
+        except sqlite3.IntegrityError:
             self._file.execute("ROLLBACK")
             run = f"{row.scenario}, {row.planner}, {row.budget}, seed {row.seed}"
-            raise InputError(f"{self.path}: the run {run} cannot be added: {error}") from None
+            raise InputError(f"{self.path}: holds the run {run} already; does another process write here?") from None
         except BaseException:
             self._file.execute("ROLLBACK")
             raise
