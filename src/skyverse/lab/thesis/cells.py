@@ -18,7 +18,7 @@ from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.mvo import MVO
 from skyverse.planners.restart import RandomRestart
 from skyverse.problem import Airspace, Problem
-from skyverse.stop import MaxIterations, MaxPaths
+from skyverse.stop import MaxIterations, MaxNodes, MaxPaths, Stop
 
 Floats = NDArray[np.float64]
 
@@ -27,6 +27,8 @@ FORMS = ("as run", "as described")
 
 LONGEST = 50
 """GSO and BBO follow no schedule: a shorter run is the beginning of one of so many iterations."""
+EQUAL: dict[str, Stop] = {"1000 paths": MaxPaths(1000), "100000 nodes": MaxNodes(100_000)}
+"""The equal efforts at which claims are judged."""
 RESTART = "random restart"
 RESTART_PATHS = 3500
 
@@ -56,11 +58,12 @@ def cell(given: Case, method: str, form: str, population: int, iterations: int, 
         yield Job(given, made, label(method, form, population), stop, budget, seed)
 
 
-def equal(given: Case, method: str, form: str, population: int, paths: int, seeds: Iterable[int]) -> Iterator[Job]:
-    """Yield the runs of a comparison at so many generated paths."""
+def equal(given: Case, method: str, form: str, population: int, seeds: Iterable[int]) -> Iterator[Job]:
+    """Yield the runs of a comparison at each of the equal efforts."""
     made = planner(method, form, population)
-    for seed in seeds:
-        yield Job(given, made, label(method, form, population), MaxPaths(paths), f"{paths} paths", seed)
+    for budget, stop in EQUAL.items():
+        for seed in seeds:
+            yield Job(given, made, label(method, form, population), stop, budget, seed)
 
 
 def restarts(given: Case, seeds: Iterable[int]) -> Iterator[Job]:
@@ -120,9 +123,9 @@ class Cells:
         histories = self._histories(given.label, named, f"{LONGEST} iterations")
         return np.array([history[iterations] for history in histories[column]], dtype=np.float64)
 
-    def equal(self, column: str, given: Case, method: str, form: str, population: int, paths: int) -> Floats:
-        """Return a column of the runs at so many generated paths, (n,)."""
-        return self._select(column, given.label, label(method, form, population), f"{paths} paths")
+    def equal(self, column: str, given: Case, method: str, form: str, population: int, effort: str) -> Floats:
+        """Return a column of the runs at an equal effort, one of `EQUAL`, (n,)."""
+        return self._select(column, given.label, label(method, form, population), effort)
 
     def restart(self, given: Case, paths: float) -> Floats:
         """Return the baseline's costs after at most so many generated paths, (n,)."""

@@ -49,6 +49,8 @@ def lines(series: Sequence[Series], x: str, y: str, *, bound: float | None = Non
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
         axes.yaxis.set_minor_formatter(NullFormatter())
+    else:
+        _counted(axes)
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     figure.legend(loc="outside lower center", ncols=4, handlelength=3)
@@ -74,6 +76,14 @@ def bars(groups: Sequence[str], series: Sequence[Series], y: str, *, bounds: Seq
         axes.hlines(bounds, middle - 0.45, middle + 0.45, label="exact optimum", **dash)
     axes.set_xticks(range(len(groups)), groups)
     axes.grid(visible=False, axis="x")
+    _counted(axes)
     axes.set_ylabel(y)
     figure.legend(loc="outside lower center", ncols=4)
     return figure
+
+
+def _counted(axes: Any) -> None:
+    from matplotlib.ticker import FuncFormatter
+
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.6g}"))
+    axes.set_ylim(bottom=0)
