@@ -52,7 +52,8 @@ def test_flags_make_a_study_and_the_summary_puts_success_first(compare):
     words = ("map1", "table-4.9-2", "--planner", "mvo", "--planner", "astar", "--runs", 3, "--seed", 5, "--paths", 40)
     code, out, err = compare(*words, "--set", "mvo.universes=5")
     assert code == 0, err
-    head = out.splitlines()[0].split()
+    assert out.splitlines()[0] == "40 paths for each UAV"
+    head = out.splitlines()[1].split()
     assert head.index("success") < head.index("median") < head.index("mean") < head.index("gap")
     assert "The referee found nothing wrong." in out
     with Rows("out/compare/rows.sqlite") as rows:

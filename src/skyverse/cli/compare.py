@@ -196,7 +196,12 @@ def _tell(summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], written: 
         verdicts = [dict(zip(RUN, row, strict=True)) for row in wrong]
         print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
         return
-    table(list(summary[0]), [[_cell(name, value) for name, value in line.items()] for line in summary])
+    lines = [_line(line) for line in summary]
+    if len({line["budget"] for line in lines}) == 1:
+        print(f"{lines[0]['budget']} for each UAV")
+        for line in lines:
+            del line["budget"]
+    table(list(lines[0]), [list(line.values()) for line in lines])
     for scenario, planner, budget, seed, verdict in wrong:
         print(f"{scenario}, {planner}, {budget}, seed {seed}: {verdict}")
     if not wrong:
@@ -205,9 +210,16 @@ def _tell(summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], written: 
         print(path)
 
 
-def _cell(name: str, value: Any) -> str:
-    if value is None:
-        return "-"
-    if name in ("success", "gap"):
-        return f"{value:.1%}"
-    return f"{value:.4g}" if name == "seconds" else f"{value:.1f}" if isinstance(value, float) else str(value)
+def _line(line: dict[str, Any]) -> dict[str, str]:
+    mean, error, gap = line["mean"], line["standard error"], line["gap"]
+    return {
+        "scenario": line["scenario"],
+        "budget": line["budget"],
+        "planner": line["planner"],
+        "success": f"{round(line['success'] * line['runs'])}/{line['runs']}",
+        "median": "-" if line["median"] is None else f"{line['median']:.1f}",
+        "mean": "-" if mean is None else f"{mean:.1f}" if error is None else f"{mean:.1f} ± {error:.1f}",
+        "gap": "-" if gap is None else f"{gap:.1%}",
+        "paths": f"{line['generated paths']:.0f}",
+        "seconds": f"{line['seconds']:.3g}",
+    }
