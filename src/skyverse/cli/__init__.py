@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from skyverse._version import __version__
 from skyverse.cli.compare import compare
 from skyverse.cli.report import json_text, report, table, violation_data
+from skyverse.cli.reproduce import reproduce
 from skyverse.cli.watch import progress_bar, stop_rule
 from skyverse.cli.words import file_name, make_folder, planner_of, refuse_output, refuse_unsafe, whole_number, with_more
 from skyverse.errors import InputError
@@ -291,6 +292,7 @@ def export(mission: str, output: Path, /, *, rate: float = 20.0) -> None:
 
 
 app.command(compare)
+app.command(reproduce)
 
 
 def _fail(sentence: str) -> None:
