@@ -144,6 +144,23 @@ def test_a_budget_of_evaluations_is_kept_to_the_last_one(planner, most):
 
 
 @every_metaheuristic
+@pytest.mark.parametrize("stop", [sky.MaxPaths(300), sky.MaxNodes(900), sky.MaxEvaluations(300)], ids=repr)
+def test_a_counted_run_ends_although_every_candidate_is_as_good_as_the_best(planner, stop):
+    next_door = sky.Scenario.model_validate({**dict(ROOM), "targets": (sky.Target(position=(1.0, 0.5, 1.0)),)})
+    result = plan(planner, next_door, stop=stop)
+    assert result.stopped_by == type(stop).__name__
+
+
+@every_metaheuristic
+def test_a_target_at_the_start_is_reached_without_a_search(planner):
+    there = sky.Scenario.model_validate({**dict(ROOM), "targets": (sky.Target(position=(0.5, 0.5, 1.0)),)})
+    result = plan(planner, there, stop=sky.MaxNodes(100))
+    assert result.status is sky.Status.OPTIMAL
+    assert result.stopped_by == "finished"
+    assert result.path.tolist() == [[0.5, 0.5, 1.0]]
+
+
+@every_metaheuristic
 @pytest.mark.parametrize("most", [1, 1000, 5000])
 def test_a_budget_of_nodes_is_kept_but_for_the_candidate_under_way(planner, most):
     result = plan(planner, stop=sky.MaxNodes(most))

@@ -212,6 +212,8 @@ class Metaheuristic(Planner):
             return unplanned(problem, problem.refusal, origin)
         if problem.route is None:
             return unplanned(problem, Status.NO_PATH, origin)
+        if problem.source == problem.goal:  # nothing to search: a budget of nodes would never be spent
+            return planned(problem, problem.route.nodes, Effort(), 0.0, no_history(), "finished", origin)
         run = self._open(problem, stop, generator)
         clock = Stopwatch()
         rows = []

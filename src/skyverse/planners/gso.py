@@ -9,7 +9,7 @@ import numpy as np
 from skyverse.kernel import kernel
 from skyverse.planners.base import Run, require, require_between
 from skyverse.planners.lattice import LatticeSearch
-from skyverse.planners.moves import Desk, Paths, Task, adopt, exhausted, graft, reroute
+from skyverse.planners.moves import Desk, Paths, Task, adopt, exhausted, graft, ranked, reroute
 from skyverse.result import Floats
 from skyverse.space.lattice import position
 
@@ -37,7 +37,7 @@ class GSO(LatticeSearch):
       nodes, in metres;
     - **moving** towards a brighter glowworm takes over a stretch of its path, reached and left by the generator;
     - **alone**: a glowworm that sees no brighter one explores, by the thesis's Case 2 (from a random point of its path
-      through a random free point to the goal), and so do all while none has reached the goal; only the best so far
+      through a random free point to the goal), and so do all while none has reached the goal; only the brightest
       stays, as in the paper;
     - **acceptance**: a glowworm moves whether that makes it brighter or not, as in the paper.
 
@@ -152,6 +152,7 @@ def _move(
     n = len(x.length)
     luciferin = swarm.luciferin
     brighter = np.empty(n)
+    leader = ranked(x.cost)[0]
     for i in range(n):
         if exhausted(desk):
             return
@@ -173,7 +174,7 @@ def _move(
                     chosen = j
                     spin -= brighter[j]
             adopt(task, desk, x, i, best, graft(task, desk, rng, x, i, chosen, threshold))
-        elif x.cost[i] > best.cost[0]:
+        elif i != leader:
             adopt(task, desk, x, i, best, reroute(task, desk, rng, x, i, threshold, retries))
         swarm.reach[i] = min(r_s, max(0.0, swarm.reach[i] + beta * (n_t - seen)))
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,8 @@ FORMS = ("as run", "as described")
 """What was run in the published experiments, and what the text and the original papers describe."""
 
 LONGEST = 50
-"""GSO and BBO follow no schedule: a shorter run is the beginning of one of so many iterations."""
+SCHEDULED = ("MVO",)
+"""The others follow no schedule: a shorter run of theirs is the beginning of a longer one."""
 EQUAL: dict[str, Stop] = {"1000 paths": MaxPaths(1000), "100000 nodes": MaxNodes(100_000)}
 """The equal efforts at which claims are judged."""
 RESTART = "random restart"
@@ -93,6 +95,21 @@ def optimum(given: Case) -> float:
     return total
 
 
+class Mean(NamedTuple):
+    """A mean and its standard error."""
+
+    value: float
+    error: float
+
+    def __str__(self) -> str:
+        return f"{self.value:.1f} ± {self.error:.1f}"
+
+
+def mean(values: Floats) -> Mean:
+    """Return the mean of two or more values and its standard error."""
+    return Mean(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
+
+
 class Cells:
     """What came of the runs.
 
@@ -107,7 +124,9 @@ class Cells:
     def __init__(self, rows: Rows, seeds: Sequence[int]) -> None:
         self.rows = rows
         self.seeds = list(seeds)
-        self._kept: dict[tuple[str, str], dict[str, list[NDArray[np.float64]]]] = {}
+        budgets = [budget.split() for budget in rows.labels("budget")]
+        self._lengths = sorted(int(count) for count, unit in budgets if unit == "iterations")
+        self._kept: dict[tuple[str, str, str], dict[str, list[NDArray[np.float64]]]] = {}
 
     @property
     def runs(self) -> int:
@@ -118,10 +137,15 @@ class Cells:
         """Return a column, one of `History`'s, ``seconds`` or ``success``, of a cell's runs, (n,)."""
         named = label(method, form, population)
         found = self._select(column, given.label, named, f"{iterations} iterations")
-        if len(found) or method == "MVO" or iterations > LONGEST:
+        if len(found) or method in SCHEDULED:
             return found
-        histories = self._histories(given.label, named, f"{LONGEST} iterations")
-        return np.array([history[iterations] for history in histories[column]], dtype=np.float64)
+        for longer in self._lengths:
+            histories = (
+                self._histories(given.label, named, f"{longer} iterations")[column] if longer > iterations else []
+            )
+            if histories:
+                return np.array([history[iterations] for history in histories], dtype=np.float64)
+        return found
 
     def equal(self, column: str, given: Case, method: str, form: str, population: int, effort: str) -> Floats:
         """Return a column of the runs at an equal effort, one of `EQUAL`, (n,)."""
@@ -140,7 +164,7 @@ class Cells:
         return found[column][np.isin(found["seed"], self.seeds)].astype(np.float64)
 
     def _histories(self, scenario: str, planner: str, budget: str) -> dict[str, list[NDArray[np.float64]]]:
-        which = (scenario, planner)
+        which = (scenario, planner, budget)
         if which not in self._kept:
             where = {"scenario": scenario, "planner": planner, "budget": budget}
             seeds = self.rows.select(("seed",), **where)["seed"].tolist()

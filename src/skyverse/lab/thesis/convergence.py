@@ -6,10 +6,9 @@ from functools import partial
 from skyverse.lab.figures import Panel, boxes
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run import Case, Job
-from skyverse.lab.statistics import summary
-from skyverse.lab.thesis.cells import FORMS, LONGEST, Cells, Part, case, cell, optimum, restarts
+from skyverse.lab.thesis.cells import FORMS, LONGEST, SCHEDULED, Cells, Part, case, cell, mean, optimum, restarts
 from skyverse.lab.thesis.charts import Series, lines
-from skyverse.lab.thesis.costs import TITLES, mean_error
+from skyverse.lab.thesis.costs import TITLES
 from skyverse.lab.thesis.published import (
     CONVERGENCE,
     CONVERGENCE_ITERATIONS,
@@ -39,8 +38,7 @@ def up_to(given: Case, iterations: Sequence[int], seeds: Sequence[int]) -> Itera
     """Yield runs of all methods and forms from which the best cost after each of these iterations can be told."""
     for method in METHODS:
         for form in FORMS:
-            # MVO's schedules stretch over the run; of the others a short run is the beginning of a long one
-            for t in iterations if method == "MVO" else (LONGEST,):
+            for t in iterations if method in SCHEDULED else (max(iterations),):
                 yield from cell(given, method, form, CONVERGENCE_POPULATION, t, seeds)
 
 
@@ -85,9 +83,8 @@ def _lines(name: str, k: int, cells: Cells) -> list[Block]:
     for method in METHODS:
         series.append(Series(method, "thesis", x, CONVERGENCE[name, method]))
         for form in FORMS:
-            found = [summary(cells.values("cost", case(name), method, form, CONVERGENCE_POPULATION, t)) for t in x]
-            errors = [one.standard_error or 0.0 for one in found]
-            series.append(Series(method, form, x, [one.mean for one in found], errors))
+            found = [mean(cells.values("cost", case(name), method, form, CONVERGENCE_POPULATION, t)) for t in x]
+            series.append(Series(method, form, x, *zip(*found, strict=True)))
     text = f"**Figure 4.{14 + k}**: mean best cost against iterations on {TITLES[name]}; bands are standard errors."
     bound = optimum(case(name))
     return [
@@ -109,7 +106,7 @@ def _boxes(name: str, k: int, cells: Cells) -> list[Block]:
     text = (
         f"**Figure 4.{17 + k}**: distribution of the best cost on {TITLES[name]} after {LONGEST} iterations, "
         "population "
-        f"{CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean_error(costs[-1])}) after as many "
+        f"{CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean(costs[-1])}) after as many "
         "generated "
         "paths as MVO as described."
     )

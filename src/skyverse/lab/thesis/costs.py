@@ -7,8 +7,8 @@ import numpy as np
 
 from skyverse.lab.report import Block, Figure, Table, Text
 from skyverse.lab.run import Job
-from skyverse.lab.statistics import LEVEL, holm, summary
-from skyverse.lab.thesis.cells import FORMS, Cells, Floats, Part, case, cell, optimum, restarts
+from skyverse.lab.statistics import LEVEL, holm
+from skyverse.lab.thesis.cells import FORMS, Cells, Part, case, cell, mean, optimum, restarts
 from skyverse.lab.thesis.charts import Series, bars
 from skyverse.lab.thesis.published import CASES, CELL_RUNS, COSTS, MAPS, METHODS
 
@@ -76,12 +76,6 @@ def difference(cells: Cells, name: str, method: str, population: int, iterations
     return float((ours.mean() - published.mean) / error)
 
 
-def mean_error(values: Floats) -> str:
-    """Return mean and standard error as text."""
-    found = summary(values)
-    return f"{found.mean:.1f} ± {found.standard_error or 0.0:.1f}"
-
-
 def _jobs(maps: Sequence[str], cases: Sequence[tuple[int, int]], seeds: Sequence[int]) -> Iterable[Job]:
     for name in maps:
         for population, iterations in cases:
@@ -106,11 +100,11 @@ def _table(name: str, k: int, cells: Cells) -> list[Block]:
                 [
                     which,
                     f"{published.mean:g} ± {published.deviation / np.sqrt(CELL_RUNS):.1f}",
-                    mean_error(run),
+                    str(mean(run)),
                     f"{difference(cells, name, method, population, iterations):+.1f}",
-                    mean_error(cells.restart(given, float(paths[0].mean()))),
-                    mean_error(told),
-                    mean_error(cells.restart(given, float(paths[1].mean()))),
+                    str(mean(cells.restart(given, float(paths[0].mean())))),
+                    str(mean(told)),
+                    str(mean(cells.restart(given, float(paths[1].mean())))),
                     f"{optimum(given):g}",
                 ]
             )
@@ -188,9 +182,8 @@ def _cost_bars(k: int, which: tuple[int, int], cells: Cells) -> list[Block]:
         errors = [p.deviation / float(np.sqrt(CELL_RUNS)) for p in published]
         series.append(Series(method, "thesis", [], [p.mean for p in published], errors))
         for form in FORMS:
-            found = [summary(cells.values("cost", case(name), method, form, *which)) for name in MAPS]
-            ours = [one.standard_error or 0.0 for one in found]
-            series.append(Series(method, form, [], [one.mean for one in found], ours))
+            found = [mean(cells.values("cost", case(name), method, form, *which)) for name in MAPS]
+            series.append(Series(method, form, [], *zip(*found, strict=True)))
     bounds = [optimum(case(name)) for name in MAPS]
     text = f"**Figure 4.{10 + k}**: mean best cost, {which[0]} x {which[1]}, with its standard error."
     names = list(TITLES.values())
