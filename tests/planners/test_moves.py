@@ -19,7 +19,7 @@ def task_and_desk(scenario, directed=True, threshold=20, capacity=400, goal=0):
     desk = Desk(
         mark=np.zeros(len(grid.exits), np.uint8),
         stamp=np.zeros(1, np.int64),
-        last=np.zeros(len(grid.exits), np.int32),
+        place=np.zeros(len(grid.exits), np.int32),
         draft=np.empty(capacity, np.int32),
         spent=np.zeros(3, np.int64),
         limit=np.full(3, 2**62),

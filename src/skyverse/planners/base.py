@@ -220,20 +220,22 @@ class Metaheuristic(Planner):
         iterations = 0
         run = dataclasses.replace(run, memory=self.begin(run))
         while True:
-            progress = _progress(run, iterations, clock.seconds)
-            rows.append((progress.cost, *run.desk.spent))
+            found = float(run.best.cost[0])
+            paths, nodes, evaluations = run.desk.spent.tolist()
+            rows.append((found, paths, nodes, evaluations))
+            progress = Progress(iterations, paths, nodes, evaluations, clock.seconds, found)
             if on_iteration is not None and iterations:
                 on_iteration(progress)
             ended = stop.met(progress)
             if ended is not None:
                 break
-            share = stop.spent(dataclasses.replace(progress, iterations=iterations + 1))
-            self.step(run, share if share is not None else 0.0)
             iterations += 1
+            share = stop.spent(Progress(iterations, paths, nodes, evaluations, progress.seconds, found))
+            self.step(run, share if share is not None else 0.0)
         seconds = clock.seconds
-        nodes = run.best.nodes[0, : run.best.length[0]].copy()
+        path = run.best.nodes[0, : run.best.length[0]].copy()
         effort = Effort(*(int(n) for n in run.desk.spent))
-        return planned(problem, nodes, effort, seconds, _history(rows), ended, origin)
+        return planned(problem, path, effort, seconds, _history(rows), ended, origin)
 
     def _open(self, problem: Problem, stop: Stop, rng: np.random.Generator) -> Run:
         grid = problem.airspace.grid
@@ -242,7 +244,7 @@ class Metaheuristic(Planner):
         desk = Desk(
             mark=np.zeros(len(grid.exits), np.uint8),
             stamp=np.zeros(1, np.int64),
-            last=np.zeros(len(grid.exits), np.int64),
+            place=np.zeros(len(grid.exits), np.int64),
             draft=np.empty(capacity, np.int64),
             spent=np.zeros(3, np.int64),
             limit=np.array(limits).astype(np.int64),
@@ -267,11 +269,6 @@ def require_between(settings: object, name: str, least: float, most: float) -> N
 
 def _no_paths(count: int, capacity: int) -> Paths:
     return Paths(np.empty((count, capacity), np.int64), np.zeros(count, np.int64), np.full(count, math.inf))
-
-
-def _progress(run: Run, iterations: int, seconds: float) -> Progress:
-    paths, nodes, evaluations = (int(n) for n in run.desk.spent)
-    return Progress(iterations, paths, nodes, evaluations, seconds, float(run.best.cost[0]))
 
 
 def _history(rows: Sequence[tuple[float, ...]]) -> History:

@@ -56,8 +56,8 @@ class Desk(NamedTuple):
     ----------
     mark, stamp
         (nodes,) a node belongs to the walk under way if its mark is the stamp, (1,).
-    last
-        (nodes,) where a path visits a node for the last time.
+    place
+        (nodes,) where in a path a node is; true only of nodes that are there.
     draft
         (capacity,) the path being drawn up.
     spent, limit
@@ -66,7 +66,7 @@ class Desk(NamedTuple):
 
     mark: Marks
     stamp: Ints
-    last: Ints
+    place: Ints
     draft: Ints
     spent: Ints
     limit: Ints
@@ -198,15 +198,17 @@ def _draw(offsets: Ints, moves: int, rng: np.random.Generator) -> int:
 @kernel
 def cut_loops(desk: Desk, first: int, length: int) -> int:
     """Remove from the draft, from a place on, what lies between two visits of a node; return its new length."""
-    draft, last = desk.draft, desk.last
-    for i in range(first, length):
-        last[draft[i]] = i
+    draft, place = desk.draft, desk.place
     kept = first
-    i = first
-    while i < length:
-        draft[kept] = draft[i]
-        i = last[draft[i]] + 1
-        kept += 1
+    for i in range(first, length):
+        node = np.uint64(draft[i])
+        before = place[node]
+        if first <= before < kept and draft[before] == draft[i]:
+            kept = before + 1
+        else:
+            place[node] = kept
+            draft[kept] = draft[i]
+            kept += 1
     return kept
 
 

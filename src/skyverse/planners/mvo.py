@@ -169,7 +169,7 @@ def _wormhole(
     threshold: int,
 ) -> int:
     """Case 1: draw up what universe i becomes through a wormhole to the best; return the draft's length."""
-    place = desk.last
+    place = desk.place
     shared = _places(place, U, i, best)
     skip = int(rng.random() * shared)
     a = -1
