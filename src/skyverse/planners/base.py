@@ -244,7 +244,7 @@ class Metaheuristic(Planner):
         desk = Desk(
             mark=np.zeros(len(grid.exits), np.uint8),
             stamp=np.zeros(1, np.int64),
-            place=np.zeros(len(grid.exits), np.int64),
+            place=np.zeros(len(grid.exits), np.int32),
             draft=np.empty(capacity, np.int64),
             spent=np.zeros(3, np.int64),
             limit=np.array(limits).astype(np.int64),

@@ -15,6 +15,7 @@ from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints
 
 Marks = NDArray[np.uint8]
+Places = NDArray[np.int32]
 PATHS, NODES, EVALUATIONS = 0, 1, 2
 
 # of six moves given as bits: how many they are, and which is the first, the second ...
@@ -66,7 +67,7 @@ class Desk(NamedTuple):
 
     mark: Marks
     stamp: Ints
-    place: Ints
+    place: Places
     draft: Ints
     spent: Ints
     limit: Ints
@@ -121,6 +122,7 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
         (goal // nz) % ny - (node // nz) % ny,
         goal % nz - node % nz,
     )
+    bits = np.uint64(rng.random() * 2**53) | np.uint64(1)  # a call at every step would cost a quarter of the walk
     not_back = -1
     counted = 0
     looped = 0
@@ -145,7 +147,10 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
             counted += 1
             looped = 1
             choice = free
-        move = _draw(offsets, choice, rng)
+        bits ^= bits << np.uint64(13)  # Marsaglia's xorshift
+        bits ^= bits >> np.uint64(7)
+        bits ^= bits << np.uint64(17)
+        move = _draw(offsets, choice, int(bits >> np.uint64(32)))
         not_back = ~(1 << (move ^ 1))
         node += int(offsets[move])
         x -= int(moves[move, 0])
@@ -176,18 +181,17 @@ def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) ->
 
 
 @kernel
-def _draw(offsets: Ints, moves: int, rng: np.random.Generator) -> int:
-    """Draw one of some moves, given as bits."""
+def _draw(offsets: Ints, moves: int, share: int) -> int:
+    """Draw one of some moves, given as bits, by a random number of 32 bits."""
     if len(offsets) == 6:
-        share = np.uint64(rng.random() * 2**32)  # nobody waits for it: only what follows depends on the moves
         row = np.uint64(moves)
-        return int(_CHOSEN[row, (share * np.uint64(_CHOICES[row])) >> np.uint64(32)])
+        return int(_CHOSEN[row, np.uint64(share * int(_CHOICES[row]) >> 32)])
     count = 0
     rest = moves
     while rest:
         rest &= rest - 1
         count += 1
-    skip = int(rng.random() * count)
+    skip = share * count >> 32
     m = 0
     while skip or not (moves >> m) & 1:
         skip -= (moves >> m) & 1

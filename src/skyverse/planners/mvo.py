@@ -11,6 +11,7 @@ from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
     Desk,
     Paths,
+    Places,
     Task,
     adopt,
     begin_at,
@@ -24,7 +25,7 @@ from skyverse.planners.moves import (
     ranked,
     reroute,
 )
-from skyverse.space.lattice import Grid, Ints
+from skyverse.space.lattice import Grid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,7 +192,7 @@ def _wormhole(
 
 
 @kernel
-def _places(place: Ints, U: Paths, i: int, best: Paths) -> int:
+def _places(place: Places, U: Paths, i: int, best: Paths) -> int:
     """Write down where the best visits each node of universe i (-1: nowhere); return how many it shares."""
     for j in range(U.length[i]):
         place[U.nodes[i, j]] = -1
