@@ -12,7 +12,7 @@ from skyverse.lab.thesis.charts import Series, bars, lines
 from skyverse.lab.thesis.convergence import up_to
 from skyverse.lab.thesis.costs import TITLES
 from skyverse.lab.thesis.flights import fleet_trajectories
-from skyverse.lab.thesis.published import CASES, CONVERGENCE_POPULATION, FLEET_TIMES, FLEETS, METHODS
+from skyverse.lab.thesis.published import CASES, CONVERGENCE_POPULATION, FLEET_RUNS, FLEET_TIMES, FLEETS, METHODS
 from skyverse.mission import Assignment
 
 SCENARIOS = dict(zip(FLEETS, ("table-4.9-2", "table-4.9-3", "table-4.9-4", "table-4.12"), strict=True))
@@ -52,7 +52,7 @@ def _table_jobs(seeds: Sequence[int]) -> Iterable[Job]:
         for population, iterations in CASES:
             for method in METHODS:
                 for form in FORMS:
-                    yield from cell(case(name, "euclidean"), method, form, population, iterations, seeds)
+                    yield from cell(case(name, "euclidean"), method, form, population, iterations, seeds[:FLEET_RUNS])
 
 
 def _table(column: str, cells: Cells) -> list[Block]:
@@ -75,14 +75,17 @@ def _table(column: str, cells: Cells) -> list[Block]:
         if column == "generated_nodes"
         else "**Table 4.10**: median time of a fleet's runs on Map 2 with Munkres; thesis in s, ours in ms."
     )
-    note = "The thesis does not give the coordinates of its five UAVs; those of Table 4.12 are taken."
+    note = (
+        "The thesis does not give the coordinates of its five UAVs; those of Table 4.12 are taken. "
+        f"{min(cells.runs, FLEET_RUNS)} runs a cell."
+    )
     return [Table(["population x iterations", "UAVs", *head], rows, caption, [note])]
 
 
 def _total_jobs(seeds: Sequence[int]) -> Iterable[Job]:
     for how in COORDINATION:
         for form in FORMS:
-            yield from cell(coordinated(how), "MVO", form, *CASES[1], seeds)
+            yield from cell(coordinated(how), "MVO", form, *CASES[1], seeds[:FLEET_RUNS])
 
 
 def _totals(cells: Cells) -> list[Block]:
@@ -97,7 +100,7 @@ def _totals(cells: Cells) -> list[Block]:
     names = [_WITH[how] for how in COORDINATION]
     text = (
         f"**Figure 4.28**: mean total best cost of five UAVs on Map 3 (Table 4.8), MVO, {population} x {iterations}, "
-        f"{cells.runs} runs."
+        f"{min(cells.runs, FLEET_RUNS)} runs, as in the thesis."
     )
     caption = "**Figure 4.28** in numbers: mean total best cost with its standard error."
     return [
@@ -107,7 +110,7 @@ def _totals(cells: Cells) -> list[Block]:
 
 
 def _line_jobs(name: str, seeds: Sequence[int]) -> Iterable[Job]:
-    yield from up_to(case(name, "euclidean"), TOTAL_ITERATIONS, seeds)
+    yield from up_to(case(name, "euclidean"), TOTAL_ITERATIONS, seeds[:FLEET_RUNS])
 
 
 def _lines(name: str, k: int, cells: Cells) -> list[Block]:
@@ -122,7 +125,8 @@ def _lines(name: str, k: int, cells: Cells) -> list[Block]:
     title = list(TITLES.values())[k]
     text = (
         f"**Figure 4.{29 + k}**: mean total best cost of five UAVs against iterations, {title} "
-        f"({name.replace('table-', 'Table ')}), with Munkres; bands are standard errors."
+        f"({name.replace('table-', 'Table ')}), with Munkres; bands are standard errors of "
+        f"{min(cells.runs, FLEET_RUNS)} runs."
     )
     bound = optimum(given)
     return [

@@ -76,6 +76,8 @@ TIMES = {  # Tables 4.6 and 4.7, by map, method and iterations: seconds with so 
 }
 
 FLEETS = (2, 3, 4, 5)
+FLEET_RUNS = 20
+"""Simulations behind the figures on fleets; as many are made here."""
 FLEET_TIMES = {  # Table 4.10, by method, population and iterations: seconds with so many UAVs on Map 2
     ("BBO", 20, 25): (20.88, 25.81, 30.24, 34.06),
     ("BBO", 25, 40): (27.88, 34.73, 40.06, 44.8),
