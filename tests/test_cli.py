@@ -15,7 +15,7 @@ import pytest
 import skyverse as sky
 from skyverse import cli
 
-VERBS = ("scenarios", "plan", "check", "show", "export", "compare")
+VERBS = ("scenarios", "plan", "check", "show", "export", "compare", "reproduce")
 
 
 def run(capsys, *words):
@@ -176,7 +176,7 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plann"], "Did you mean"),
         (["plan"], "requires an argument"),
         (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
-        (["plan", "map1", "--planner", "mvp"], "there is no planner 'mvp'; there are mvo, random-restart, astar"),
+        (["plan", "map1", "--planner", "mvp"], "there is no planner 'mvp'; there are mvo, gso, bbo, random-restart, astar"),
         (["plan", "map1", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
         (["plan", "map1", "--set", "universes"], "--set: expected name=value"),
         (["plan", "map1", "--set", "universes=few"], "universes is a whole number from 2 on, not 'few'"),

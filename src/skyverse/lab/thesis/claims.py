@@ -126,7 +126,7 @@ def _blocks(cells: Cells) -> list[Block]:
         Table(["", "claim", "section", "as run", "as described"], rows),
     ]
     for number, (claim, findings) in enumerate(judged, 1):
-        blocks.append(Heading(f"{number}. {claim.text}", 3))
+        blocks += [Heading(f"Claim {number}"), Text(f"{claim.text} ({claim.where})")]
         for form, finding in zip(FORMS, findings, strict=True):
             blocks.append(Text(f"*{form.capitalize()}*: **{finding.verdict.value}**. {finding.evidence}"))
     return blocks
