@@ -193,3 +193,19 @@ def test_the_page_of_claims_judges_each_in_both_forms():
     texts = [claim.text for claim in claims.CLAIMS]
     assert len(set(texts)) == len(texts) >= 20
     assert {re.sub(r"[ ,].*", "", claim.where) for claim in claims.CLAIMS} >= {"abstract", "4.1.1.1", "4.1.3", "4.2"}
+
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "reproduction" / "report.md"
+
+
+@pytest.mark.skipif(not DOCS.exists(), reason="the documentation is not here")
+def test_the_report_in_the_documentation_is_what_the_code_makes(tmp_path):
+    reproduce(["table-4.2", "fig-4.1", "fig-4.10"], tmp_path, runs=50, seed=0, workers=2)
+    checked_in = DOCS.read_text(encoding="utf-8")
+    made = (tmp_path / "report.md").read_text(encoding="utf-8")
+    tables = [block for block in made.split("\n\n") if block.startswith("|")]
+    assert len(tables) == 2
+    for table in tables:
+        assert table in checked_in
+    drawing = "figures/fig-4.1.svg"
+    assert (tmp_path / drawing).stat().st_size == pytest.approx((DOCS.parent / drawing).stat().st_size, rel=0.2)
