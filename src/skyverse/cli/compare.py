@@ -8,7 +8,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.report import json_text, table
 from skyverse.cli.watch import StudyWatch
-from skyverse.cli.words import file_name, refuse_output, refuse_unsafe, study_of, whole_number
+from skyverse.cli.words import cores, file_name, refuse_output, refuse_unsafe, study_of, whole_number
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def compare(
     try:
         with Rows(folder / "rows.sqlite") as rows:
             with watch as on_run:
-                run_jobs(jobs, rows, workers=workers or _cores(), dask=dask, on_run=on_run)
+                run_jobs(jobs, rows, workers=workers or cores(), dask=dask, on_run=on_run)
             summary = summarise(rows)
             written = [rows.path]
             if report:
@@ -151,12 +151,6 @@ def _claim(folder: Path, study: "Study") -> None:
         write_study(study, file)
     elif read_study(file).seen_from(folder) != study.seen_from(folder):
         raise InputError(f"{folder}: expected the same study as before or a new folder, found another study in {file}")
-
-
-def _cores() -> int:
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def summarise(rows: "Rows") -> list[dict[str, Any]]:

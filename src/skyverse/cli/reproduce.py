@@ -1,6 +1,5 @@
 """The verb ``reproduce``: the thesis's tables, figures and claims."""
 
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -8,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from skyverse.cli.watch import StudyWatch
-from skyverse.cli.words import whole_number
+from skyverse.cli.words import cores, whole_number
 
 Whole = Annotated[int, Parameter(converter=whole_number)]
 INTERRUPTED = 130
@@ -47,14 +46,10 @@ def reproduce(
     watch = StudyWatch(output)
     try:
         with watch as on_run:
-            pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or _cores(), on_run=on_run)
+            pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or cores(), on_run=on_run)
     except KeyboardInterrupt:
         print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
         return INTERRUPTED
     for page in pages:
         print(page)
     return 0
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -164,3 +164,10 @@ def refuse_output(path: Path) -> None:
         raise InputError(f"{path}: expected a file, found a folder")
     if not os.access(path.parent, os.W_OK):
         raise InputError(f"{path}: cannot be written: the folder is read-only")
+
+
+def cores() -> int:
+    """Return how many processes this one may run side by side."""
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
