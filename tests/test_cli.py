@@ -176,7 +176,10 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plann"], "Did you mean"),
         (["plan"], "requires an argument"),
         (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
-        (["plan", "map1", "--planner", "mvp"], "there is no planner 'mvp'; there are mvo, gso, bbo, random-restart, astar"),
+        (
+            ["plan", "map1", "--planner", "mvp"],
+            "there is no planner 'mvp'; there are mvo, gso, bbo, random-restart, astar",
+        ),
         (["plan", "map1", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
         (["plan", "map1", "--set", "universes"], "--set: expected name=value"),
         (["plan", "map1", "--set", "universes=few"], "universes is a whole number from 2 on, not 'few'"),

@@ -109,7 +109,7 @@ def test_a_folder_holds_one_study(compare, study):
     assert compare(study(scenarios=["mine.yaml"]), "-o", "there")[0] == 0
     sky.write(sky.read("map1").model_copy(update={"clearance": 0.2}), "mine.yaml")
     said = complaint(compare(study(scenarios=["mine.yaml"]), "-o", "there"))
-    assert "holds the run mine, mvo, 50 paths, seed 0, but of another scenario" in said
+    assert said.startswith("there/rows.sqlite: expected rows of this study only, found 4 of others")
     shutil.rmtree("there")
     assert compare(study(scenarios=["mine.yaml"]), "-o", "there")[0] == 0
 
@@ -161,3 +161,30 @@ def test_a_run_that_cannot_be_done_ends_with_1_and_keeps_the_others(compare, stu
 def test_without_dask_and_without_a_scheduler_one_sentence_says_so(compare, study, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert 'pip install "skyverse[dask]"' in complaint(compare(study(), "--dask", "tcp://127.0.0.1:1"))
+
+
+def test_rows_of_another_study_do_not_enter_the_report(compare, study):
+    assert compare(study(), "-o", "one")[0] == 0
+    Path("two").mkdir()
+    shutil.copy("one/rows.sqlite", "two/rows.sqlite")
+    said = complaint(compare(study(scenarios=["map2"]), "-o", "two"))
+    assert said.startswith("two/rows.sqlite: expected rows of this study only")
+
+
+def test_a_damaged_database_is_told_in_one_sentence(compare, study):
+    assert compare(study(), "-o", "one")[0] == 0
+    with Path("one/rows.sqlite").open("r+b") as file:
+        file.seek(4096)
+        file.write(b"\xff" * 8192)
+    said = complaint(compare(study(), "-o", "one"))
+    assert said.startswith("one/rows.sqlite: expected a database of rows")
+
+
+@pytest.mark.parametrize("address", ["banana", "tcp://", "host:port"])
+def test_an_address_that_is_none_is_refused_at_once(compare, study, address):
+    pytest.importorskip("distributed")
+    assert "expected a scheduler's address" in complaint(compare(study(), "--dask", address))
+
+
+def test_so_many_runs_are_refused(compare):
+    assert "--runs: expected at most 1,000,000" in complaint(compare("map1", "--runs", "1000000000"))

@@ -30,7 +30,7 @@ def test_a_part_that_does_not_exist_is_refused_with_the_list_of_those_that_do():
 
 
 def test_one_run_a_cell_is_too_few(tmp_path):
-    with pytest.raises(InputError, match="from 2 on, found 1"):
+    with pytest.raises(InputError, match="from 2 to 10,000, found 1"):
         reproduce(["table-4.2"], tmp_path, runs=1)
 
 
@@ -72,6 +72,19 @@ def test_a_shorter_run_of_a_method_without_schedule_is_read_off_a_longer_one(tmp
         found = Cells(rows, range(3)).values("cost", given, method, form, 25, 7)
     made = planner(method, form, 25)
     assert found.tolist() == [made.plan(problem, stop=sky.MaxIterations(7), rng=seed).cost for seed in range(3)]
+
+
+def test_what_another_part_has_left_half_done_is_not_taken_for_a_cell(tmp_path):
+    given = case("map1")
+    with Rows(tmp_path / "rows.sqlite") as rows:
+        for iterations, seeds in ((40, range(1)), (cells_module.LONGEST, range(3))):
+            for job in cell(given, "GSO", "as run", 25, iterations, seeds):
+                rows.add(sky_row(job), job.key)
+        found = Cells(rows, range(3))
+        assert len(found.values("cost", given, "GSO", "as run", 25, 40)) == 3
+        assert len(found.first(2).values("cost", given, "GSO", "as run", 25, 40)) == 2
+        with pytest.raises(ValueError, match="expected 3 runs of GSO as run, 25, found 1"):
+            found.values("seconds", given, "GSO", "as run", 25, 40)
 
 
 def sky_row(job):

@@ -141,7 +141,7 @@ def plan(
     output
         The mission file, .json; the page is put beside it. By default out/NAME.json.
     planner
-        mvo, random-restart or astar.
+        mvo, gso, bbo, random-restart, astar, cma-es, pso, ga, de, l-shade, woa, mfo, gwo or da.
     settings
         A planner's setting, as in `--set universes=50`; repeat for more.
     seed

@@ -56,7 +56,8 @@ def compare(
     sources
         One study file, or scenarios by name or file.
     planner
-        A planner to compare; repeat for more. By default mvo and random-restart.
+        A planner to compare; repeat for more. By default mvo and random-restart; there are gso, bbo, astar, cma-es,
+        pso, ga, de, l-shade, woa, mfo, gwo and da, too.
     settings
         A setting of all planners, as in `--set universes=50`, or of one, `--set mvo.universes=50`; repeat for more.
     runs
@@ -119,6 +120,11 @@ def compare(
     watch = StudyWatch(folder)
     try:
         with Rows(folder / "rows.sqlite") as rows:
+            others = len(rows.done() - {job.key for job in jobs})
+            if others:
+                raise InputError(
+                    f"{rows.path}: expected rows of this study only, found {others} of others; give another folder"
+                )
             with watch as on_run:
                 run_jobs(jobs, rows, workers=workers or cores(), dask=dask, on_run=on_run)
             summary = summarise(rows)
@@ -130,6 +136,7 @@ def compare(
             if export is not None:
                 written += rows.export(export)
             judged = rows.select(RUN)
+            shut = list(dict.fromkeys(rows.select(("scenario",), status="no path")["scenario"].tolist()))
             wrong = [run for run in zip(*(judged[name].tolist() for name in RUN), strict=True) if run[-1]]
     except KeyboardInterrupt:
         print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
@@ -137,7 +144,7 @@ def compare(
     except WorkerError as error:
         print(f"skyverse: {error}; {watch.kept}", file=sys.stderr)
         return FOUND_WRONG
-    _tell(summary, wrong, written, as_json)
+    _tell(summary, wrong, shut, written, as_json)
     return FOUND_WRONG if wrong else 0
 
 
@@ -185,7 +192,9 @@ def summarise(rows: "Rows") -> list[dict[str, Any]]:
     return lines
 
 
-def _tell(summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], written: list[Path], as_json: bool) -> None:
+def _tell(
+    summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], shut: list[str], written: list[Path], as_json: bool
+) -> None:
     if as_json:
         verdicts = [dict(zip(RUN, row, strict=True)) for row in wrong]
         print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")

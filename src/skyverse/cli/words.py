@@ -127,7 +127,7 @@ def study_of(sources: list[str], flags: dict[str, Any]) -> "Study":
         "name": "compare",
         "scenarios": sources,
         "planners": _planners(flags["planner"] or ["mvo", "random-restart"], flags["set"] or []),
-        "seeds": list(range(first, first + (flags["runs"] or 30))),
+        "seeds": list(range(first, first + _few(flags["runs"] or 30))),
         "budget": budget or {"paths": 1000},
         "assignment": flags["assignment"] or "path-cost",
     }
@@ -164,6 +164,14 @@ def refuse_output(path: Path) -> None:
         raise InputError(f"{path}: expected a file, found a folder")
     if not os.access(path.parent, os.W_OK):
         raise InputError(f"{path}: cannot be written: the folder is read-only")
+
+
+def _few(runs: int) -> int:
+    from skyverse.lab.study import MOST_SEEDS
+
+    if runs > MOST_SEEDS:
+        raise InputError(f"--runs: expected at most {MOST_SEEDS:,}, found {runs:,}")
+    return runs
 
 
 def cores() -> int:

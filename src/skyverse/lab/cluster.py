@@ -1,6 +1,7 @@
 """Runs on a Dask cluster: one machine or many."""
 
 import itertools
+import re
 from collections.abc import Generator, Sequence
 from typing import Any
 
@@ -26,6 +27,8 @@ def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
         from distributed import CancelledError, Client, KilledWorker, as_completed
     except ImportError:
         raise InputError('--dask needs Dask: pip install "skyverse[dask]"') from None
+    if not re.fullmatch(r"(\w+://)?[^\s/]+:\d+", address):
+        raise InputError(f"--dask: expected a scheduler's address, as in tcp://192.0.2.7:8786, found {address!r}")
     try:
         client = Client(address, timeout=10, set_as_default=False)
     except (OSError, ValueError) as error:

@@ -116,8 +116,8 @@ def _pending(wanted: Sequence[Job], rows: Rows) -> list[Job]:
             continue
         if done and rows.key(*job.run) is not None:
             raise InputError(
-                f"{rows.path}: holds the run {job}, but of another scenario, planner, budget or assignment of these "
-                "names; give another file or folder"
+                f"{rows.path}: holds the run {job}, but of another scenario, planner, budget, assignment or "
+                "version of skyverse; give another file or folder"
             )
         pending.append(job)
     return pending

@@ -95,8 +95,10 @@ class Rows:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, _: object, error: object, __: object) -> None:
         self.close()
+        if isinstance(error, sqlite3.DatabaseError | zlib.error):
+            raise InputError(f"{self.path}: expected a database of rows, but it is damaged: {error}") from None
 
     def close(self) -> None:
         """Close the file."""

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 import numba
 import numpy as np
 
+from skyverse._version import __version__
 from skyverse.lab.row import Row
 from skyverse.mission import Assignment, assign_targets
 from skyverse.planners.base import Planner
@@ -73,8 +74,8 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """A digest of what the run is called, and of all that determines its answer."""
-        return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop))
+        """A digest of what the run is called, and of all that determines its answer, skyverse's version included."""
+        return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop), __version__)
 
     def __str__(self) -> str:
         return "{}, {}, {}, seed {}".format(*self.run)

@@ -109,10 +109,15 @@ def _listed(value: Any) -> Any:
     return tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
+MOST_SEEDS = 1_000_000
+
+
 def _seeds(value: Any) -> Any:
     if isinstance(value, int) and not isinstance(value, bool):
         if value < 1:
             raise ValueError("expected how many, from 1 on, or a list of seeds")
+        if value > MOST_SEEDS:
+            raise ValueError(f"expected at most {MOST_SEEDS:,}")
         return tuple(range(value))
     if not isinstance(value, list | tuple):
         raise ValueError("expected how many, or a list of seeds")

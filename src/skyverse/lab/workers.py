@@ -95,7 +95,8 @@ class _Worker:
     def __init__(self, context: Any) -> None:
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        self.process.start()
+        with _deaf():
+            self.process.start()
         theirs.close()
         self.job: Job | None = None
         self.attempt = 0
@@ -125,6 +126,19 @@ class _Worker:
         self.process.kill()
         self.process.join()
         return died
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Let a process that is started here ignore Ctrl-C from its first instant: the parent decides what it means."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _prepare(worker: _Worker, jobs: list[Job]) -> None:

@@ -22,8 +22,12 @@ class BBO(LatticeSearch):
     - **mutates** with probability `mutation`: from a random point of the path through a random free point to the goal
       (Case 2 of the thesis).
 
-    Whatever becomes of it is kept. With ``as_run=True`` it is what was run in the published experiments: habitats were
-    never ranked, immigration (by index) collapsed the path to its start, and nothing but the archived best was kept.
+    Whatever becomes of it is kept. The paper has migration variable by variable out of an unchanged population, and a
+    mutation rate that depends on how likely a habitat's number of species is; here a habitat takes over one stretch,
+    the worst habitats come first, so that the best emigrate as they were, and the mutation rate is the thesis's.
+
+    With ``as_run=True`` it is what was run in the published experiments: habitats were never ranked, immigration (by
+    index) collapsed the path to its start, and nothing but the archived best was kept.
 
     Attributes
     ----------

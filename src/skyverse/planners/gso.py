@@ -9,7 +9,7 @@ import numpy as np
 from skyverse.kernel import kernel
 from skyverse.planners.base import Run, require, require_between
 from skyverse.planners.lattice import LatticeSearch
-from skyverse.planners.moves import Desk, Paths, Task, adopt, exhausted, graft, ranked, reroute
+from skyverse.planners.moves import Desk, Paths, Task, adopt, exhausted, graft, reroute
 from skyverse.result import Floats
 from skyverse.space.lattice import position
 
@@ -29,17 +29,17 @@ class Swarm(NamedTuple):
 class GSO(LatticeSearch):
     """Glowworm Swarm Optimization: glowworms are paths, which move towards brighter ones in their decision range.
 
-    The default is the algorithm *as described* in the original paper, on paths. Where that leaves open what a path
-    does, this is the answer:
+    The default is the algorithm *as described* in the original paper, on paths, which leave open what moving is:
 
     - **brightness** J is the cost, negated: cheaper is brighter;
     - **distance** between two paths is the mean distance of the places that they reach after equal shares of their
       nodes, in metres;
-    - **moving** towards a brighter glowworm takes over a stretch of its path, reached and left by the generator;
-    - **alone**: a glowworm that sees no brighter one explores, by the thesis's Case 2 (from a random point of its path
-      through a random free point to the goal), and so do all while none has reached the goal; only the brightest
-      stays, as in the paper;
-    - **acceptance**: a glowworm moves whether that makes it brighter or not, as in the paper.
+    - **moving** towards a brighter glowworm takes over a stretch of its path, reached and left by the generator,
+      whether that makes the glowworm brighter or not; glowworms move one after another.
+
+    It departs from the paper in what a glowworm does that sees no brighter one: only the brightest of all stays; the
+    others explore, by the thesis's Case 2 (from a random point of the path through a random free point to the goal),
+    and so do all while none has reached the goal.
 
     With ``as_run=True`` it is what was run in the published experiments: brightness was the cost itself, and the
     distance that between the paths' ends, which is 0 between complete paths; so nobody had neighbours, and every
@@ -152,7 +152,7 @@ def _move(
     n = len(x.length)
     luciferin = swarm.luciferin
     brighter = np.empty(n)
-    leader = ranked(x.cost)[0]
+    leader = int(np.argmax(luciferin))
     for i in range(n):
         if exhausted(desk):
             return

@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 FORMS = ("as run", "as described")
 """What was run in the published experiments, and what the text and the original papers describe."""
 
+HISTORY = ("cost", "generated_paths", "generated_nodes", "evaluations")
 LONGEST = 50
 SCHEDULED = ("MVO",)
 """The others follow no schedule: a shorter run of theirs is the beginning of a longer one."""
@@ -123,7 +124,7 @@ class Cells:
 
     def __init__(self, rows: Rows, seeds: Sequence[int]) -> None:
         self.rows = rows
-        self.seeds = list(seeds)
+        self.seeds = sorted(seeds)
         budgets = [budget.split() for budget in rows.labels("budget")]
         self._lengths = sorted(int(count) for count, unit in budgets if unit == "iterations")
         self._kept: dict[tuple[str, str, str], dict[str, list[NDArray[np.float64]]]] = {}
@@ -137,19 +138,28 @@ class Cells:
         """Return a column, one of `History`'s, ``seconds`` or ``success``, of a cell's runs, (n,)."""
         named = label(method, form, population)
         found = self._select(column, given.label, named, f"{iterations} iterations")
-        if len(found) or method in SCHEDULED:
-            return found
-        for longer in self._lengths:
-            histories = (
-                self._histories(given.label, named, f"{longer} iterations")[column] if longer > iterations else []
-            )
-            if histories:
-                return np.array([history[iterations] for history in histories], dtype=np.float64)
+        if len(found) == self.runs or method in SCHEDULED:
+            return self._whole(found, named)
+        for longer in self._lengths:  # a cell that another part has left half done does not count
+            if longer > iterations and column in HISTORY:
+                histories = self._histories(given.label, named, f"{longer} iterations")[column]
+                if len(histories) == self.runs:
+                    return np.array([history[iterations] for history in histories], dtype=np.float64)
+        return self._whole(found, named)
+
+    def first(self, runs: int) -> "Cells":
+        """Return the same with so many seeds at most."""
+        return Cells(self.rows, self.seeds[:runs])
+
+    def _whole(self, found: Floats, named: str) -> Floats:
+        if len(found) != self.runs:
+            raise ValueError(f"expected {self.runs} runs of {named}, found {len(found)}")
         return found
 
     def equal(self, column: str, given: Case, method: str, form: str, population: int, effort: str) -> Floats:
         """Return a column of the runs at an equal effort, one of `EQUAL`, (n,)."""
-        return self._select(column, given.label, label(method, form, population), effort)
+        named = label(method, form, population)
+        return self._whole(self._select(column, given.label, named, effort), named)
 
     def restart(self, given: Case, paths: float) -> Floats:
         """Return the baseline's costs after at most so many generated paths, (n,)."""
@@ -168,9 +178,7 @@ class Cells:
         if which not in self._kept:
             where = {"scenario": scenario, "planner": planner, "budget": budget}
             seeds = self.rows.select(("seed",), **where)["seed"].tolist()
-            kept: dict[str, list[NDArray[np.float64]]] = {
-                name: [] for name in ("cost", "generated_paths", "generated_nodes", "evaluations")
-            }
+            kept: dict[str, list[NDArray[np.float64]]] = {name: [] for name in HISTORY}
             for seed, history in zip(seeds, self.rows.histories(**where), strict=True):
                 if seed in self.seeds:
                     for name, values in kept.items():

@@ -65,12 +65,11 @@ def _table(cells: Cells) -> list[Block]:
             Table(
                 [*head, "random restart"],
                 rows,
-                f"**Table 4.5**, {TITLES[name]}: mean best cost, population {CONVERGENCE_POPULATION}. "
-                f"The exact optimum is {optimum(given):g}.",
+                f"**Table 4.5**, {TITLES[name]}: mean best cost, population {CONVERGENCE_POPULATION}. The exact "
+                f"optimum is {optimum(given):g}.",
                 [
                     f"Thesis: {CONVERGENCE_RUNS} runs; ours: {cells.runs}. Random restart after as many generated "
-                    "paths as "
-                    "MVO as described."
+                    "paths as MVO as described."
                 ],
             )
         )
@@ -105,9 +104,7 @@ def _boxes(name: str, k: int, cells: Cells) -> list[Block]:
     panel = Panel(TITLES[name], optimum(given), costs=costs)
     text = (
         f"**Figure 4.{17 + k}**: distribution of the best cost on {TITLES[name]} after {LONGEST} iterations, "
-        "population "
-        f"{CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean(costs[-1])}) after as many "
-        "generated "
-        "paths as MVO as described."
+        f"population {CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean(costs[-1])}) after as many "
+        "generated paths as MVO as described."
     )
     return [Figure(f"fig-4.{17 + k}", text, lambda: boxes(labels, [panel]))]

@@ -56,6 +56,7 @@ def _table_jobs(seeds: Sequence[int]) -> Iterable[Job]:
 
 
 def _table(column: str, cells: Cells) -> list[Block]:
+    cells = cells.first(FLEET_RUNS)
     rows = []
     scale, form_of = (0.001, "{:,.0f}") if column == "generated_nodes" else (1000, "{:.1f}")
     for population, iterations in CASES:
@@ -70,14 +71,13 @@ def _table(column: str, cells: Cells) -> list[Block]:
     head = [f"{m} {form}" for m in METHODS for form in ("thesis", "as run", "as described")]
     caption = (
         "**Table 4.10**, counted: thousands of generated nodes of a fleet's runs on Map 2 with Munkres, beside the "
-        "thesis's "
-        "seconds."
+        "thesis's seconds."
         if column == "generated_nodes"
         else "**Table 4.10**: median time of a fleet's runs on Map 2 with Munkres; thesis in s, ours in ms."
     )
     note = (
-        "The thesis does not give the coordinates of its five UAVs; those of Table 4.12 are taken. "
-        f"{min(cells.runs, FLEET_RUNS)} runs a cell."
+        f"The thesis does not give the coordinates of its five UAVs; those of Table 4.12 are taken. {cells.runs} runs "
+        "a cell."
     )
     return [Table(["population x iterations", "UAVs", *head], rows, caption, [note])]
 
@@ -89,6 +89,7 @@ def _total_jobs(seeds: Sequence[int]) -> Iterable[Job]:
 
 
 def _totals(cells: Cells) -> list[Block]:
+    cells = cells.first(FLEET_RUNS)
     population, iterations = CASES[1]
     rows, series = [], []
     for form in FORMS:
@@ -100,7 +101,7 @@ def _totals(cells: Cells) -> list[Block]:
     names = [_WITH[how] for how in COORDINATION]
     text = (
         f"**Figure 4.28**: mean total best cost of five UAVs on Map 3 (Table 4.8), MVO, {population} x {iterations}, "
-        f"{min(cells.runs, FLEET_RUNS)} runs, as in the thesis."
+        f"{cells.runs} runs, as in the thesis."
     )
     caption = "**Figure 4.28** in numbers: mean total best cost with its standard error."
     return [
@@ -114,6 +115,7 @@ def _line_jobs(name: str, seeds: Sequence[int]) -> Iterable[Job]:
 
 
 def _lines(name: str, k: int, cells: Cells) -> list[Block]:
+    cells = cells.first(FLEET_RUNS)
     given = case(name, "euclidean")
     series = []
     for method in METHODS:
@@ -125,8 +127,7 @@ def _lines(name: str, k: int, cells: Cells) -> list[Block]:
     title = list(TITLES.values())[k]
     text = (
         f"**Figure 4.{29 + k}**: mean total best cost of five UAVs against iterations, {title} "
-        f"({name.replace('table-', 'Table ')}), with Munkres; bands are standard errors of "
-        f"{min(cells.runs, FLEET_RUNS)} runs."
+        f"({name.replace('table-', 'Table ')}), with Munkres; bands are standard errors of {cells.runs} runs."
     )
     bound = optimum(given)
     return [

@@ -61,8 +61,7 @@ def _blocks(
     assert result is not None
     text = (
         f"**Figure {name.removeprefix('fig-')}**: {what}: MVO as described, {POPULATION} x {ITERATIONS}, seed {SEED}; "
-        "cost "
-        f"{result.cost:g}, optimum {result.bound:g}."
+        f"cost {result.cost:g}, optimum {result.bound:g}."
     )
     return [Figure(name, text, lambda: draw(scene(_planned(scenario))))]
 

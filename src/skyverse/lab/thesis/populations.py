@@ -95,8 +95,7 @@ def _lines(number: str, name: str, iterations: int, column: str, cells: Cells) -
     if iterations == ITERATIONS[1]:
         text += (
             " The caption in the thesis repeats that of Figures 4.14 to 4.16; the section is on time against "
-            "population, "
-            "in two cases, of which this is the second."
+            "population, in two cases, of which this is the second."
         )
     stem = f"fig-{number}" if counted else f"fig-{number}-seconds"
     return [Figure(stem, text, lambda: lines(series, "population", y))]

@@ -15,6 +15,8 @@ from skyverse.lab.run import Job
 from skyverse.lab.thesis import claims, convergence, costs, fleets, flights, populations
 from skyverse.lab.thesis.cells import Cells, Part
 
+MOST_RUNS = 10_000
+
 PARTS = {
     part.name: part
     for part in (
@@ -40,10 +42,9 @@ _SECTIONS = (
 )
 _FORMS = (
     "*As run* is what the published experiments did, *as described* what the thesis's text and the original papers "
-    "say. "
-    "*Random restart* is a baseline without memory, given as many generated paths; *exact* is the true optimum of the "
-    "same lattice. Costs are in the thesis's unit: nodes on the path, and 100 for each metre that it ends short of the "
-    "goal."
+    "say. *Random restart* is a baseline without memory, given as many generated paths; *exact* is the true optimum "
+    "of the same lattice. Costs are in the thesis's unit: nodes on the path, and 100 for each metre that it ends "
+    "short of the goal."
 )
 
 
@@ -106,8 +107,8 @@ def reproduce(
         If there is no such part, there are too few runs, or something cannot be written.
     """
     parts = named(names)
-    if runs < 2:
-        raise InputError(f"runs: expected a whole number from 2 on, found {runs!r}")
+    if not 2 <= runs <= MOST_RUNS:
+        raise InputError(f"runs: expected a whole number from 2 to {MOST_RUNS:,}, found {runs!r}")
     seeds = range(seed, seed + runs)
     folder = Path(folder)
     try:

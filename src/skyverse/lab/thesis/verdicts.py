@@ -10,7 +10,7 @@ from skyverse.lab.statistics import LEVEL, holm, mann_whitney
 from skyverse.lab.thesis import fleets
 from skyverse.lab.thesis.cells import EQUAL, LONGEST, Cells, Floats, case, optimum
 from skyverse.lab.thesis.costs import TITLES
-from skyverse.lab.thesis.published import CASES, CONVERGENCE_POPULATION, MAPS, METHODS
+from skyverse.lab.thesis.published import CASES, CONVERGENCE_POPULATION, FLEET_RUNS, MAPS, METHODS
 
 ALIKE = 0.02
 """Means that differ by no larger share are called alike."""
@@ -76,6 +76,7 @@ def order_after(pairs: Pairs, iterations: Sequence[int], maps: Sequence[str], ce
 def munkres_lowers(cells: Cells, form: str) -> Finding:
     """Judge whether coordination lowers MVO's total cost; the effort is that of as many iterations either way."""
     population, iterations = CASES[1]
+    cells = cells.first(FLEET_RUNS)
     without, straight = (fleets.coordinated(how) for how in ("identity", "euclidean"))
     totals = [cells.values("cost", given, "MVO", form, population, iterations) for given in (straight, without)]
     found = _judged([_Contest("five UAVs", ("with Munkres", "without"), totals[0], totals[1])], [])
@@ -84,22 +85,31 @@ def munkres_lowers(cells: Cells, form: str) -> Finding:
 
 
 def mvo_catches_up(cells: Cells, form: str) -> Finding:
-    """Judge whether MVO is worse than GSO after one and two iterations, and not worse after fifty."""
-    pair = ("GSO", "MVO")
-    early = [_contest(cells, form, pair, name, CONVERGENCE_POPULATION, t) for name in MAPS for t in (1, 2)]
-    late = [_contest(cells, form, pair, name, CONVERGENCE_POPULATION, LONGEST) for name in MAPS]
-    equal = _at_equal_effort(cells, form, (pair,), MAPS)
-    p = _adjusted([*early, *late, *equal])
-    starts = _outcomes(early, p[: len(early)])
-    ends = _outcomes(late, p[len(early) : len(early) + len(late)])
-    at_equal = _outcomes(equal, p[len(early) + len(late) :])
-    if 1 in ends or -1 in starts:
+    """Judge whether MVO is worse than GSO after one and two iterations, and at most `ALIKE` worse after fifty."""
+    early = [_contest(cells, form, ("GSO", "MVO"), name, CONVERGENCE_POPULATION, t) for name in MAPS for t in (1, 2)]
+    p = _adjusted(early)
+    starts = _outcomes(early, p)
+    verdicts, told = [], []
+    for effort in (None, *EQUAL):
+        ends = [_relative(*_pair(cells, form, name, effort)) for name in MAPS]
+        caught, behind = all(high <= ALIKE for _, high in ends), any(low > 0 for low, _ in ends)
+        verdicts.append(Verdict.HOLDS if caught else Verdict.FAILS if behind else Verdict.OPEN)
+        said = ", ".join(
+            f"{TITLES[name]} {low:+.1%} to {high:+.1%}" for name, (low, high) in zip(MAPS, ends, strict=True)
+        )
+        told.append(f"{_after(effort)}: {said}")
+    verdict = verdicts[0]
+    if -1 in starts:
         verdict = Verdict.FAILS
-    elif 0 in starts:
+    elif 0 in starts and verdict is not Verdict.FAILS:
         verdict = Verdict.OPEN
-    else:
-        verdict = Verdict.UNEQUAL if 1 in at_equal else Verdict.HOLDS
-    return Finding(verdict, _said([*early, *late], p) + _said_equal(equal, p[len(early) + len(late) :]))
+    elif verdict is Verdict.HOLDS and any(one is not Verdict.HOLDS for one in verdicts[1:]):
+        verdict = Verdict.UNEQUAL
+    return Finding(
+        verdict,
+        f"{_said(early, p)} MVO's mean against GSO's, 95 % intervals (asked: at most {ALIKE:.0%} above), "
+        f"{'; '.join(told)}.",
+    )
 
 
 def alike_in_the_end(cells: Cells, form: str) -> Finding:
@@ -108,19 +118,12 @@ def alike_in_the_end(cells: Cells, form: str) -> Finding:
     for effort in (None, *EQUAL):
         inside, outside, said = True, False, []
         for name in MAPS:
-            mvo, gso = (
-                cells.values("cost", case(name), method, form, CONVERGENCE_POPULATION, LONGEST)
-                if effort is None
-                else cells.equal("cost", case(name), method, form, CONVERGENCE_POPULATION, effort)
-                for method in ("MVO", "GSO")
-            )
-            error = float(np.hypot(mvo.std(ddof=1) / np.sqrt(len(mvo)), gso.std(ddof=1) / np.sqrt(len(gso))))
-            low, high = ((mvo.mean() - gso.mean() + side * error) / gso.mean() for side in (-1.96, 1.96))
+            low, high = _relative(*_pair(cells, form, name, effort))
             inside &= -ALIKE <= low <= high <= ALIKE
             outside |= bool(low > ALIKE or high < -ALIKE)
             said.append(f"{TITLES[name]} {low:+.1%} to {high:+.1%}")
         verdicts.append(Verdict.HOLDS if inside else Verdict.FAILS if outside else Verdict.OPEN)
-        told.append(f"{f'after {LONGEST} iterations' if effort is None else f'after {effort}'}: {', '.join(said)}")
+        told.append(f"{_after(effort)}: {', '.join(said)}")
     verdict = verdicts[0]
     if verdict is Verdict.HOLDS and any(one is not Verdict.HOLDS for one in verdicts[1:]):
         verdict = Verdict.UNEQUAL
@@ -145,9 +148,8 @@ def flattens(cells: Cells, form: str) -> Finding:
     return Finding(
         Verdict.HOLDS if holds else Verdict.FAILS,
         f"Of the fall of the mean best cost from 1 to 50 iterations, {min(early):.0%} to {max(early):.0%} is made by "
-        "the "
-        f"tenth, and {min(late):.0%} to {max(late):.0%} after the fortieth (three methods on three maps; asked: above "
-        "50 % and below 10 %).",
+        f"the tenth, and {min(late):.0%} to {max(late):.0%} after the fortieth (three methods on three maps; asked: "
+        "above 50 % and below 10 %).",
     )
 
 
@@ -162,6 +164,31 @@ def optimal(cells: Cells, form: str) -> Finding:
         told.append(f"{TITLES[name]} {shares[-1]:.0%} of the runs, mean gap {costs.mean() / bound - 1:.1%}")
     verdict = Verdict.HOLDS if min(shares) >= 0.95 else Verdict.FAILS if min(shares) <= 0.5 else Verdict.OPEN
     return Finding(verdict, f"Optimal, {population} x {iterations}: {'; '.join(told)}.")
+
+
+def _pair(cells: Cells, form: str, name: str, effort: str | None) -> tuple[Floats, Floats]:
+    """Return the costs of MVO and GSO after fifty iterations, or at an equal effort."""
+    found = [
+        cells.values("cost", case(name), method, form, CONVERGENCE_POPULATION, LONGEST)
+        if effort is None
+        else cells.equal("cost", case(name), method, form, CONVERGENCE_POPULATION, effort)
+        for method in ("MVO", "GSO")
+    ]
+    return found[0], found[1]
+
+
+def _after(effort: str | None) -> str:
+    return f"after {LONGEST} iterations" if effort is None else f"after {effort}"
+
+
+def _relative(a: Floats, b: Floats) -> tuple[float, float]:
+    """Return the 95 % interval of how far the mean of `a` lies above that of `b`, as a share of it (Welch)."""
+    from scipy.stats import ttest_ind
+
+    if not np.ptp(a) and not np.ptp(b):
+        return (float(a[0] / b[0] - 1),) * 2
+    low, high = ttest_ind(a, b, equal_var=False).confidence_interval(1 - LEVEL)
+    return float(low / b.mean()), float(high / b.mean())
 
 
 def _contest(cells: Cells, form: str, pair: tuple[str, str], name: str, population: int, iterations: int) -> _Contest:
