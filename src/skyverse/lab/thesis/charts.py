@@ -30,6 +30,8 @@ class Series:
 
 def lines(series: Sequence[Series], x: str, y: str, *, bound: float | None = None, log: bool = False) -> "Figure":
     """Draw lines: the method's colour, the form's dash."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+
     figure, axes = _chart(4.6)
     for one in series:
         colour, name = COLOURS[one.method], f"{one.method} {one.form}".strip()
@@ -41,14 +43,13 @@ def lines(series: Sequence[Series], x: str, y: str, *, bound: float | None = Non
     if bound is not None:
         axes.axhline(bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1, label="exact optimum")
     if log:
-        from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
         axes.yaxis.set_minor_formatter(NullFormatter())
     else:
         _counted(axes)
+    axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10], integer=True))
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     figure.legend(loc="lower center", ncols=4, handlelength=3)
@@ -88,4 +89,4 @@ def _counted(axes: Any) -> None:
 def _chart(height: float) -> tuple["Figure", Any]:
     """Return a figure with room for labels and for three rows of a legend; asking for a layout takes longer."""
     figure = blank(WIDTH, height)
-    return figure, figure.add_axes((0.09, 1.2 / height, 0.89, 1 - 1.35 / height))
+    return figure, figure.add_axes((0.125, 1.2 / height, 0.855, 1 - 1.35 / height))
