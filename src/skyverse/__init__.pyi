@@ -48,6 +48,7 @@ from .result import Result as Result
 from .result import Status as Status
 from .result import Trajectory as Trajectory
 from .result import Violation as Violation
+from .samples.city import random_city as random_city
 from .scenario import UAV as UAV
 from .scenario import Bounds as Bounds
 from .scenario import Box as Box

@@ -86,3 +86,34 @@ def end(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
 def total(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
     """Return C, equation 3.4."""
     return fuel(grid, pricing, nodes) + divergence(grid, pricing, nodes) + end(grid, pricing, nodes, goal)
+
+
+def any_angle_terms(objective: Objective, path: Floats, goal: Floats) -> dict[str, float]:
+    """Return the terms of a path (n, 3) of straight legs, metres: its fuel is its length, whatever the unit."""
+    length, turns = _length_and_turns(path)
+    return {
+        "fuel": objective.fuel * length,
+        "divergence": objective.divergence * turns,
+        "end": objective.end * math.dist(path[-1], goal),
+    }
+
+
+@kernel
+def _length_and_turns(path: Floats) -> tuple[float, int]:
+    """Measure a path (n, 3), and count the joints at which it does not go straight on."""
+    length = 0.0
+    turns = 0
+    before = np.zeros(3)
+    size_before = 0.0
+    for i in range(1, len(path)):
+        step = path[i] - path[i - 1]
+        size = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
+        length += size
+        if i > 1:
+            cx = before[1] * step[2] - before[2] * step[1]
+            cy = before[2] * step[0] - before[0] * step[2]
+            cz = before[0] * step[1] - before[1] * step[0]
+            turns += math.sqrt(cx**2 + cy**2 + cz**2) > 1e-9 * size_before * size
+        before = step
+        size_before = size
+    return length, turns

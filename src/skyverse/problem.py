@@ -3,17 +3,18 @@
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from skyverse.cost import make_pricing
+from skyverse.cost import Pricing, make_pricing
 from skyverse.exact import Route, shortest_route
 from skyverse.result import Floats, Status
 from skyverse.scenario import Scenario
-from skyverse.space.lattice import Ints, make_grid, positions, snap
-from skyverse.space.world import World
+from skyverse.space.lattice import Grid, Ints, make_grid, positions, snap
+from skyverse.space.world import World, point_free
 
 
 class Airspace:
-    """A scenario's world, lattice and prices, compiled once and shared by all of its problems.
+    """A scenario's world, lattice and prices, compiled once, when asked for, and shared by all of its problems.
 
     Parameters
     ----------
@@ -26,8 +27,16 @@ class Airspace:
             raise TypeError(f"expected a Scenario, got {scenario!r:.60}; read(...) makes one of a name or a file")
         self.scenario = scenario
         self.world = World(scenario)
-        self.grid = make_grid(self.world, scenario.lattice)
-        self.pricing = make_pricing(scenario.objective, self.grid.step)
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The lattice over the world."""
+        return make_grid(self.world, self.scenario.lattice)
+
+    @cached_property
+    def pricing(self) -> Pricing:
+        """The objective's prices on the lattice."""
+        return make_pricing(self.scenario.objective, self.grid.step)
 
 
 class Problem:
@@ -42,10 +51,8 @@ class Problem:
 
     Attributes
     ----------
-    source, goal
-        The lattice nodes that stand for start and target, -1 where none can.
-    refusal
-        The status that says why there is nothing to plan, or ``None``.
+    start, end
+        (3,) metres: where the UAV and its target are.
 
     Raises
     ------
@@ -66,9 +73,41 @@ class Problem:
                 )
         self.uav = uav
         self.target = target
-        self.source, source_refusal = stand(self.airspace, self.scenario.uavs[uav].start, start=True)
-        self.goal, goal_refusal = stand(self.airspace, self.scenario.targets[target].position, start=False)
-        self.refusal = source_refusal or goal_refusal
+        self.start = np.array(self.scenario.uavs[uav].start)
+        self.end = np.array(self.scenario.targets[target].position)
+
+    @cached_property
+    def _stands(self) -> tuple[tuple[int, Status | None], tuple[int, Status | None]]:
+        return stand(self.airspace, self.start, start=True), stand(self.airspace, self.end, start=False)
+
+    @property
+    def source(self) -> int:
+        """The lattice node that stands for the start, -1 where none can."""
+        return self._stands[0][0]
+
+    @property
+    def goal(self) -> int:
+        """The lattice node that stands for the target, -1 where none can."""
+        return self._stands[1][0]
+
+    @property
+    def refusal(self) -> Status | None:
+        """The status that says why there is nothing to plan on the lattice, or ``None``."""
+        return self._stands[0][1] or self._stands[1][1]
+
+    @property
+    def any_angle_refusal(self) -> Status | None:
+        """The status that says why there is nothing to plan for a path that leaves the lattice, or ``None``."""
+        space = self.airspace.world.space
+        for point, outside, unsafe in (
+            (self.start, Status.START_OUT_OF_BOUNDS, Status.START_UNSAFE),
+            (self.end, Status.TARGET_OUT_OF_BOUNDS, Status.TARGET_UNSAFE),
+        ):
+            if np.any(point < space.low) or np.any(point > space.high):
+                return outside
+            if not point_free(space, point):
+                return unsafe
+        return None
 
     @cached_property
     def route(self) -> Route | None:
@@ -82,9 +121,9 @@ class Problem:
         return positions(self.airspace.grid, nodes)
 
 
-def stand(airspace: Airspace, point: tuple[float, float, float], start: bool) -> tuple[int, Status | None]:
+def stand(airspace: Airspace, point: ArrayLike, start: bool) -> tuple[int, Status | None]:
     """Find the node that stands for a UAV's start or a target, -1 for none, and the status that refuses it."""
-    p = np.array(point)
+    p = np.array(point, dtype=np.float64)
     space, grid = airspace.world.space, airspace.grid
     if np.any(p < space.low) or np.any(p > space.high):
         return -1, Status.START_OUT_OF_BOUNDS if start else Status.TARGET_OUT_OF_BOUNDS

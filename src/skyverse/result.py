@@ -113,10 +113,10 @@ class Status(Enum):
 
 
 _SENTENCES = {
-    Status.OPTIMAL: "The path reaches the target, and no cheaper one exists on this lattice.",
+    Status.OPTIMAL: "The path reaches the target, and none is cheaper.",
     Status.COMPLETE: "The path reaches the target.",
     Status.INCOMPLETE: "The best path found ends short of the target; give a larger budget, or try AStar.",
-    Status.NO_PATH: "No path joins start and target on this lattice; try a finer step or a smaller clearance.",
+    Status.NO_PATH: "No path joins start and target; try a smaller clearance, or a finer step of the lattice.",
     Status.START_SHUT_IN: "No move leads away from the start; try a finer step, a smaller clearance or another start.",
     Status.START_UNSAFE: "The start, or the way from it to the lattice, is too close to an obstacle; move it.",
     Status.START_OUT_OF_BOUNDS: "The start lies outside the bounds; move it or widen them.",
@@ -188,13 +188,18 @@ class Result(_Record):
     terms
         ``fuel``, ``divergence`` and ``end``: their weighted shares, which add up to `cost`.
     bound
-        What every complete path on the same lattice costs at least (the exact optimum), ``None`` where unknown.
+        What every complete path on the same lattice costs at least (the exact optimum), or, of an any-angle path, what
+        every path at all does (a proven lower bound); ``None`` where unknown.
     start, goal
-        (3,) metres: the lattice nodes that the path was to join; the UAV's start and its target where there is no path.
+        (3,) metres: the lattice nodes that the path was to join; the UAV's start and its target where the path leaves
+        the lattice, or there is none.
     effort, seconds, history
         What it took; `seconds` are wall-clock seconds of the search alone, without any compilation.
     stopped_by
         What ended the run: a stop rule's name, or ``"finished"``.
+    any_angle
+        Whether the path leaves the lattice: straight legs from the UAV's start to its target. It has no nodes to
+        count, so its fuel is in metres whatever the objective's unit.
     """
 
     status: Status
@@ -209,6 +214,7 @@ class Result(_Record):
     history: History
     stopped_by: str
     provenance: Provenance
+    any_angle: bool = False
 
     @property
     def gap(self) -> float | None:

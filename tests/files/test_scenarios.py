@@ -66,6 +66,13 @@ def test_every_scenario_survives_a_round_trip(tmp_path, scenario, name, descript
         assert sky.read(tmp_path / f"s{suffix}") == scenario
 
 
+@pytest.mark.parametrize("break_", ["\x85", "\u2028", "\u2029"])
+def test_line_breaks_of_yaml_alone_survive_a_round_trip(tmp_path, break_):
+    scenario = sky.read("map1").model_copy(update={"description": f"a{break_}é", "name": break_})
+    sky.write(scenario, tmp_path / "s.yaml")
+    assert sky.read(tmp_path / "s.yaml") == scenario
+
+
 def test_a_file_by_hand_reads_as_it_says(tmp_path):
     path = tmp_path / "yard.yaml"
     path.write_text(GOOD + "objective: turns\n")

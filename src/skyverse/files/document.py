@@ -41,12 +41,19 @@ def parse(path: Path, text: str) -> Any:
 
 def yaml_text(data: Any) -> str:
     """Return data as YAML, points on one line."""
+    text = _dump(data, allow_unicode=True)
+    # YAML takes these for line breaks, and they would come back as blanks
+    return _dump(data, allow_unicode=False) if set(text) & set("\x85\u2028\u2029") else text
+
+
+def _dump(data: Any, allow_unicode: bool) -> str:
     import io
 
     yaml = YAML(typ="safe", pure=True)
     yaml.default_flow_style = None
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     yaml.width = 110
+    yaml.allow_unicode = allow_unicode
     out = io.StringIO()
     yaml.dump(data, out)
     return out.getvalue()

@@ -16,7 +16,7 @@ from skyverse.errors import InputError
 from skyverse.kernel import Stopwatch
 from skyverse.planners.moves import Desk, Paths, Task
 from skyverse.problem import Problem
-from skyverse.result import Effort, History, Provenance, Result, Status, no_history
+from skyverse.result import Effort, Floats, History, Provenance, Result, Status, no_history
 from skyverse.space.lattice import Grid, Ints
 from skyverse.stop import MaxIterations, OnIteration, Progress, Stop
 
@@ -85,8 +85,8 @@ def unplanned(problem: Problem, status: Status, origin: Provenance) -> Result:
         cost=math.inf,
         terms={},
         bound=None,
-        start=np.array(problem.scenario.uavs[problem.uav].start),
-        goal=np.array(problem.scenario.targets[problem.target].position),
+        start=problem.start,
+        goal=problem.end,
         effort=Effort(),
         seconds=0.0,
         history=no_history(),
@@ -129,6 +129,39 @@ def planned(
         history=history,
         stopped_by=stopped_by,
         provenance=origin,
+    )
+
+
+def planned_any_angle(
+    problem: Problem,
+    path: Floats,
+    bound: float | None,
+    effort: Effort,
+    seconds: float,
+    history: History,
+    stopped_by: str,
+    origin: Provenance,
+) -> Result:
+    """Return the result of a path (n, 3) of straight legs from the UAV's start, held against a proven lower bound."""
+    terms = cost.any_angle_terms(problem.scenario.objective, path, problem.end)
+    price = sum(terms.values())
+    status = Status.COMPLETE if np.array_equal(path[-1], problem.end) else Status.INCOMPLETE
+    if status is Status.COMPLETE and bound is not None and price <= bound * (1 + 1e-9):
+        status = Status.OPTIMAL
+    return Result(
+        status=status,
+        path=path,
+        cost=price,
+        terms=terms,
+        bound=bound,
+        start=problem.start,
+        goal=problem.end,
+        effort=effort,
+        seconds=seconds,
+        history=history,
+        stopped_by=stopped_by,
+        provenance=origin,
+        any_angle=True,
     )
 
 

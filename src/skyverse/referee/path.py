@@ -50,7 +50,11 @@ def judge_result(
         yield Violation(Fault.PATH_SHAPE, (uav,), message)
         return
     yield from _judge_safety(scenario, boxes, uav, path)
-    if scenario.objective.unit == "nodes" or status is Status.OPTIMAL:
+    if not isinstance(result.any_angle, bool):
+        message = f"{name}'s any_angle must be true or false, but is {result.any_angle!r}."
+        yield Violation(Fault.PATH_SHAPE, (uav,), message)
+        return
+    if not result.any_angle and (scenario.objective.unit == "nodes" or status is Status.OPTIMAL):
         yield from _judge_steps(scenario, uav, path)
     yield from _judge_ends(scenario, uav, target, path, result)
     goal = array(result.goal)
@@ -111,7 +115,9 @@ def _judge_ends(scenario: Scenario, uav: int, target: int | None, path: Floats, 
         complaint = None
         if node is None or node.shape != (3,) or not np.isfinite(node).all():
             complaint = f"must be x, y, z, but is {given!r}"
-        elif not off_lattice(scenario, node[None])[0] <= TOLERANCE:
+        elif result.any_angle and not _same(node, true):
+            complaint = f"{place(node)} is not {place(true)}, where an any-angle path has it"
+        elif not result.any_angle and not off_lattice(scenario, node[None])[0] <= TOLERANCE:
             complaint = f"{place(node)} is no lattice node"
         elif not beyond_bounds(scenario, node[None])[0] <= TOLERANCE:
             complaint = f"{place(node)} is out of bounds"
@@ -141,8 +147,9 @@ def _judge_cost(scenario: Scenario, uav: int, path: Floats, goal: Floats, result
     lengths = np.linalg.norm(steps, axis=1)
     crossed = np.linalg.norm(np.cross(steps[:-1], steps[1:]), axis=1) if len(steps) > 1 else np.zeros(0)
     turns = np.count_nonzero(crossed > 1e-9 * lengths[:-1] * lengths[1:])
+    by_nodes = objective.unit == "nodes" and not result.any_angle
     true = {
-        "fuel": objective.fuel * (len(path) if objective.unit == "nodes" else float(lengths.sum())),
+        "fuel": objective.fuel * (len(path) if by_nodes else float(lengths.sum())),
         "divergence": objective.divergence * turns,
         "end": objective.end * float(np.linalg.norm(path[-1] - goal)),
     }

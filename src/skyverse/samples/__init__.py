@@ -1,0 +1,1 @@
+"""Seeded random scenarios to try planners on."""

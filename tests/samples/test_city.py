@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+
+import skyverse as sky
+
+
+def test_the_same_seed_makes_the_same_city_and_another_one_another():
+    assert sky.random_city(50, seed=3, uavs=2) == sky.random_city(50, seed=3, uavs=2)
+    assert sky.random_city(50, seed=3) != sky.random_city(50, seed=4)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_everybody_starts_and_ends_in_the_open_and_on_opposite_sides(seed):
+    city = sky.random_city(300, seed=seed, uavs=9)
+    world, side = sky.World(city), city.bounds.max[0]
+    starts = np.array([uav.start for uav in city.uavs])
+    ends = np.array([target.position for target in city.targets])
+    assert world.free(starts).all()
+    assert world.free(ends).all()
+    assert np.all(np.abs(starts - ends)[:, :2].max(axis=1) > 0.8 * side)
+
+
+def test_heights_are_log_normal_and_density_is_kept():
+    city = sky.random_city(20_000, seed=1)
+    heights = np.array([box.max[2] for box in city.obstacles])
+    assert np.median(heights) == pytest.approx(25, rel=0.03)
+    assert np.log(heights).std() == pytest.approx(0.6, rel=0.03)
+    assert city.bounds.max[0] == pytest.approx(2000 * 10**0.5, abs=1)
+
+
+def test_what_cannot_be_is_refused_in_one_sentence():
+    with pytest.raises(sky.InputError, match="buildings is a whole number from 0 on, not -1"):
+        sky.random_city(-1)
+    with pytest.raises(sky.InputError, match="leave no room"):
+        sky.random_city(3000, side=100.0)
