@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.space import box, world
+from skyverse.space import tree, world
 from worlds import ROOM, scenarios
 
 FRACTIONS = np.linspace(0, 1, 401)
@@ -169,11 +169,11 @@ def test_starts_and_ends_must_be_as_many():
 def test_the_kernels_say_what_their_plain_python_says(scenario, seed):
     space = sky.World(scenario).space
     points = some_points(scenario, seed, 40)
-    boxes, growth = space.boxes, space.clearance
+    index, boxes, growth = space.tree, space.boxes, space.clearance
     for p, q in itertools.pairwise(points):
-        assert box.contains(boxes, growth, *p) == plain(box.contains)(boxes, growth, *p)
-        assert box.crosses(boxes, growth, p, q) == plain(box.crosses)(boxes, growth, p, q)
-        assert box.distance(boxes, *p) == pytest.approx(plain(box.distance)(boxes, *p), abs=1e-15)
+        assert tree.containing(index, boxes, growth, *p) == plain(tree.containing)(index, boxes, growth, *p)
+        assert tree.crossed(index, boxes, growth, p, q) == plain(tree.crossed)(index, boxes, growth, p, q)
+        assert tree.distance(index, boxes, *p) == pytest.approx(plain(tree.distance)(index, boxes, *p), abs=1e-15)
         assert world.point_free(space, p) == plain(world.point_free)(space, p)
         assert world.segment_free(space, p, q) == plain(world.segment_free)(space, p, q)
 

@@ -8,16 +8,18 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.scenario import Scenario
-from skyverse.space import box
+from skyverse.space import box, tree
+from skyverse.space.tree import Tree
 
 
 class Space(NamedTuple):
-    """What the kernels see: bounds (3,) each, one array per kind of shape, and the growth in metres."""
+    """What the kernels see: bounds (3,) each, the obstacles in the index's order, and the growth in metres."""
 
     low: Floats
     high: Floats
     boxes: Floats
     clearance: float
+    tree: Tree
 
 
 @kernel
@@ -32,13 +34,15 @@ def in_bounds(space: Space, p: Floats) -> bool:
 @kernel
 def point_free(space: Space, p: Floats) -> bool:
     """Tell whether a point is in bounds and outside every grown obstacle."""
-    return in_bounds(space, p) and box.contains(space.boxes, space.clearance, p[0], p[1], p[2]) < 0
+    return in_bounds(space, p) and tree.containing(space.tree, space.boxes, space.clearance, p[0], p[1], p[2]) < 0
 
 
 @kernel
 def segment_free(space: Space, a: Floats, b: Floats) -> bool:
     """Tell whether a whole segment is in bounds and outside every grown obstacle."""
-    return in_bounds(space, a) and in_bounds(space, b) and box.crosses(space.boxes, space.clearance, a, b) < 0
+    return (
+        in_bounds(space, a) and in_bounds(space, b) and tree.crossed(space.tree, space.boxes, space.clearance, a, b) < 0
+    )
 
 
 @kernel
@@ -61,7 +65,7 @@ def _segments_free(space: Space, starts: Floats, ends: Floats) -> NDArray[np.boo
 def _distances(space: Space, points: Floats) -> Floats:
     distances = np.empty(len(points))
     for i in range(len(points)):
-        distances[i] = box.distance(space.boxes, points[i, 0], points[i, 1], points[i, 2])
+        distances[i] = tree.distance(space.tree, space.boxes, points[i, 0], points[i, 1], points[i, 2])
     return distances
 
 
@@ -77,11 +81,14 @@ class World:
     """
 
     def __init__(self, scenario: Scenario) -> None:
+        boxes = np.array([[*b.min, *b.max] for b in scenario.obstacles], dtype=np.float64).reshape(-1, 6)
+        index, self._order = tree.build(boxes)
         self.space = Space(
             low=np.array(scenario.bounds.min),
             high=np.array(scenario.bounds.max),
-            boxes=np.array([[*b.min, *b.max] for b in scenario.obstacles], dtype=np.float64).reshape(-1, 6),
+            boxes=boxes[self._order],
             clearance=scenario.clearance,
+            tree=index,
         )
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
@@ -105,9 +112,9 @@ class World:
         if not in_bounds(self.space, p):
             low, high = (", ".join(f"{v:g}" for v in side) for side in (self.space.low, self.space.high))
             return f"lies outside the bounds ({low}) to ({high})"
-        obstacle = box.contains(self.space.boxes, self.space.clearance, p[0], p[1], p[2])
-        if obstacle >= 0:
-            return f"lies inside obstacles[{obstacle}] grown by the clearance of {self.space.clearance:g} m"
+        found = tree.containing(self.space.tree, self.space.boxes, self.space.clearance, p[0], p[1], p[2])
+        if found >= 0:
+            return f"lies inside obstacles[{self._order[found]}] grown by the clearance of {self.space.clearance:g} m"
         return None
 
 

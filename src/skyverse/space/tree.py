@@ -1,0 +1,124 @@
+"""The spatial index: a hierarchy of bounding boxes over the shapes, built once a world and walked without a stack.
+
+Nodes stand in preorder. A query that misses a node jumps to the node's `skip`, past its whole subtree; otherwise it
+goes on to the next one. So a walk is a loop over one rising number, and nothing is allocated.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space import box
+from skyverse.space.box import Ints
+
+LEAF = 4
+"""Shapes in a leaf at most."""
+
+
+class Tree(NamedTuple):
+    """An index over boxes that stand in the tree's order.
+
+    Attributes
+    ----------
+    bounds
+        (nodes, 6) metres: min and max corner of what is below.
+    skip
+        (nodes,) where a walk goes on that misses the node.
+    first, stop
+        (nodes,) a leaf's boxes; none (0, 0) in other nodes.
+    """
+
+    bounds: Floats
+    skip: Ints
+    first: Ints
+    stop: Ints
+
+
+@kernel
+def build(boxes: Floats) -> tuple[Tree, Ints]:
+    """Index (n, 6) boxes; return the tree, and (n,) the order in which it wants them."""
+    n = len(boxes)
+    order = np.arange(n)
+    sizes = np.ones(n + 1, np.int64)  # how many nodes a tree over so many boxes has
+    for count in range(LEAF + 1, n + 1):
+        sizes[count] = 1 + sizes[count // 2] + sizes[count - count // 2]
+    nodes = sizes[n] if n else 0
+    bounds = np.empty((nodes, 6))
+    skip = np.empty(nodes, np.int64)
+    first = np.zeros(nodes, np.int64)
+    stop = np.zeros(nodes, np.int64)
+    waiting = np.empty((64, 2), np.int64)  # ranges of `order`, halved at every level
+    waiting[0, 0], waiting[0, 1] = 0, n
+    depth = 1 if n else 0
+    node = 0
+    while depth:
+        depth -= 1
+        a, z = waiting[depth, 0], waiting[depth, 1]
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        least, most = np.full(3, np.inf), np.full(3, -np.inf)
+        for i in range(a, z):
+            for axis in range(3):
+                b, c = boxes[order[i], axis], boxes[order[i], axis + 3]
+                low[axis], high[axis] = min(low[axis], b), max(high[axis], c)
+                least[axis], most[axis] = min(least[axis], b + c), max(most[axis], b + c)
+        bounds[node, :3], bounds[node, 3:] = low, high
+        skip[node] = node + sizes[z - a]
+        if z - a <= LEAF:
+            first[node], stop[node] = a, z
+        else:
+            axis = int(np.argmax(most - least))
+            some = order[a:z].copy()
+            order[a:z] = some[np.argsort(boxes[some, axis] + boxes[some, axis + 3])]
+            middle = a + (z - a) // 2
+            waiting[depth, 0], waiting[depth, 1] = middle, z
+            waiting[depth + 1, 0], waiting[depth + 1, 1] = a, middle
+            depth += 2
+        node += 1
+    return Tree(bounds, skip, first, stop), order
+
+
+@kernel
+def containing(tree: Tree, boxes: Floats, growth: float, x: float, y: float, z: float) -> int:
+    """Return a box whose interior, grown by `growth`, holds the point, or -1."""
+    node = 0
+    while node < len(tree.skip):
+        if not box.holds(tree.bounds, node, growth, x, y, z):
+            node = tree.skip[node]
+            continue
+        for i in range(tree.first[node], tree.stop[node]):
+            if box.holds(boxes, i, growth, x, y, z):
+                return i
+        node += 1
+    return -1
+
+
+@kernel
+def crossed(tree: Tree, boxes: Floats, growth: float, a: Floats, b: Floats) -> int:
+    """Return a box whose interior, grown by `growth`, the segment a-b meets, or -1."""
+    node = 0
+    while node < len(tree.skip):
+        if not box.meets(tree.bounds, node, growth, a, b):
+            node = tree.skip[node]
+            continue
+        for i in range(tree.first[node], tree.stop[node]):
+            if box.meets(boxes, i, growth, a, b):
+                return i
+        node += 1
+    return -1
+
+
+@kernel
+def distance(tree: Tree, boxes: Floats, x: float, y: float, z: float) -> float:
+    """Return the Euclidean distance to the nearest box as given, negative inside; infinite without boxes."""
+    nearest = np.inf
+    node = 0
+    while node < len(tree.skip):
+        if box.gap(tree.bounds, node, x, y, z) >= nearest:
+            node = tree.skip[node]
+            continue
+        for i in range(tree.first[node], tree.stop[node]):
+            nearest = min(nearest, box.gap(boxes, i, x, y, z))
+        node += 1
+    return nearest
