@@ -24,6 +24,13 @@ VALID = {
 }
 
 
+CYLINDER = {"shape": "cylinder", "centre": [1, 1], "radius": 1, "low": 0, "high": 1, "risk": 0.5}
+
+
+def prism(*vertices):
+    return {"shape": "prism", "vertices": vertices, "low": 0, "high": 1, "risk": 0.5}
+
+
 def changed(place, value):
     """The valid scenario with one thing put elsewhere; `place` is a path of keys."""
     data = json.loads(json.dumps(VALID))
@@ -39,6 +46,19 @@ def test_the_valid_scenario_is_valid():
     assert scenario.obstacles == (sky.Box(min=(1, 1, 0), max=(2, 2, 1)),)
     assert scenario.objective == PRESETS["thesis"]
     assert scenario.lattice.connectivity == 6
+
+
+def test_zones_and_soft_terms_are_off_unless_given():
+    assert sky.Scenario.model_validate(VALID).zones == ()
+    objective = sky.Scenario.model_validate(VALID).objective
+    assert (objective.altitude, objective.climb) == (None, None)
+
+
+@pytest.mark.parametrize("corners", [[(0, 0), (2, 0), (2, 2)], [(0, 0), (1, 0), (2, 0), (2, 2), (1, 1), (0, 2)]])
+def test_an_outline_may_turn_either_way_and_have_straight_and_inward_corners(corners):
+    for vertices in (corners, corners[::-1]):
+        zone = sky.Scenario.model_validate(changed(("zones",), [prism(*vertices)])).zones[0]
+        assert zone == sky.Prism(vertices=np.array(vertices, float), low=0, high=1, risk=0.5)
 
 
 @pytest.mark.parametrize(
@@ -68,6 +88,20 @@ def test_the_valid_scenario_is_valid():
         (("objective",), {"fuel": 0}, "fuel must be above 0"),
         (("objective",), {"fuel": -1}, "greater than or equal"),
         (("objective",), {"unit": "feet"}, "nodes"),
+        (("objective",), {"altitude": {"low": 3, "high": 2, "weight": 1}}, "low must not be above high"),
+        (("objective",), {"altitude": {"low": 1, "high": 2, "weight": 0}}, "greater than 0"),
+        (("objective",), {"climb": {"angle": 90, "weight": 1}}, "less than 90"),
+        (("objective",), {"risk": -1}, "greater than or equal"),
+        (("zones",), [CYLINDER | {"radius": 0}], "greater than 0"),
+        (("zones",), [CYLINDER | {"high": 0}], "low must be below high, but they are 0 and 0"),
+        (("zones",), [CYLINDER | {"risk": 0}], "greater than 0"),
+        (("zones",), [CYLINDER | {"shape": "box"}], "'cylinder', 'prism'"),
+        (("zones",), [prism((0, 0), (1, 0))], "at least 3"),
+        (("zones",), [prism((0, 0), (1, 0), (0, 1), (1, 1))], "edges 1 and 3 meet"),
+        (("zones",), [prism((0, 0), (1, 0), (1, 0), (0, 1))], "edges 0 and 1 meet"),
+        (("zones",), [prism((0, 0), (2, 0), (1, 0), (1, 1))], "edges 0 and 1 meet"),
+        (("zones",), [prism((0, 0), (4, 0), (4, 4), (2, 0), (0, 4))], "touch or cross itself"),
+        (("zones",), [prism((0, 0), (1, 0), (2, 0))], "touch or cross itself"),
         (("uavs", 0, "max_speed"), 0, "greater than 0"),
         (("uavs", 0, "max_acceleration"), -1, "greater than 0"),
         (("uavs", 0, "separation"), -1, "greater than or equal"),

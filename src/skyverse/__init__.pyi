@@ -24,6 +24,7 @@ from .planners.gso import GSO as GSO
 from .planners.lattice import LatticeSearch as LatticeSearch
 from .planners.mvo import MVO as MVO
 from .planners.restart import RandomRestart as RandomRestart
+from .planners.theta_star import ThetaStar as ThetaStar
 from .planners.waypoint_methods import CMAES as CMAES
 from .planners.waypoint_methods import DA as DA
 from .planners.waypoint_methods import DE as DE
@@ -50,12 +51,16 @@ from .result import Trajectory as Trajectory
 from .result import Violation as Violation
 from .samples.city import random_city as random_city
 from .scenario import UAV as UAV
+from .scenario import AltitudeBand as AltitudeBand
 from .scenario import Bounds as Bounds
 from .scenario import Box as Box
+from .scenario import ClimbLimit as ClimbLimit
+from .scenario import Cylinder as Cylinder
 from .scenario import Frame as Frame
 from .scenario import Lattice as Lattice
 from .scenario import Objective as Objective
 from .scenario import Origin as Origin
+from .scenario import Prism as Prism
 from .scenario import Scenario as Scenario
 from .scenario import Target as Target
 from .space.world import World as World

@@ -1,14 +1,94 @@
-"""The objective's terms, one kernel each (thesis, equations 3.2 to 3.4), over lattice paths given as nodes."""
+"""The objective's terms over lattice paths given as nodes (thesis, equations 3.2 to 3.4), and over straight legs."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats
-from skyverse.scenario import Objective
+from skyverse.scenario import Cylinder, Objective, Prism, Scenario
+from skyverse.space import cylinder, prism
 from skyverse.space.lattice import Grid, Ints, position
+
+
+class Rates(NamedTuple):
+    """An objective compiled for straight legs; every number is weighted.
+
+    Attributes
+    ----------
+    metre, turn, end
+        The price of a metre flown, of a joint that does not go straight on, of a metre between path's end and goal.
+    soft
+        Whether any of what follows has a price.
+    altitude, low, high
+        The price of a metre flown a metre outside the band, and the band.
+    climb, steepest
+        The price of a metre flown a radian too steep, and the angle, radians, above which it is.
+    cylinders
+        (n, 6) x, y, radius, low, high, and the price of a metre inside.
+    prisms, corners, first
+        (m, 3) low, high, and the price of a metre inside; (k, 2) corners of all polygons; (m + 1,) where each begins.
+    """
+
+    metre: float
+    turn: float
+    end: float
+    soft: bool
+    altitude: float
+    low: float
+    high: float
+    climb: float
+    steepest: float
+    cylinders: Floats
+    prisms: Floats
+    corners: Floats
+    first: Ints
+
+
+def make_rates(scenario: Scenario) -> Rates:
+    """Compile a scenario's objective and zones for straight legs."""
+    objective = scenario.objective
+    band, limit = objective.altitude, objective.climb
+    zones = scenario.zones if objective.risk > 0 else ()
+    round_, straight = (
+        [zone for zone in zones if isinstance(zone, Cylinder)],
+        [zone for zone in zones if isinstance(zone, Prism)],
+    )
+    counts = [len(zone.vertices) for zone in straight]
+    return Rates(
+        metre=objective.fuel,
+        turn=objective.divergence,
+        end=objective.end,
+        soft=bool(soft_terms(scenario)),
+        altitude=0.0 if band is None else band.weight,
+        low=0.0 if band is None else band.low,
+        high=0.0 if band is None else band.high,
+        climb=0.0 if limit is None else limit.weight,
+        steepest=0.0 if limit is None else math.radians(limit.angle),
+        cylinders=_table([[*z.centre, z.radius, z.low, z.high, objective.risk * z.risk] for z in round_], 6),
+        prisms=_table([[z.low, z.high, objective.risk * z.risk] for z in straight], 3),
+        corners=_table([corner for z in straight for corner in z.vertices], 2),
+        first=np.cumsum([0, *counts], dtype=np.int64),
+    )
+
+
+_UNPRICED = Rates(
+    *(0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0),
+    *(np.zeros((0, 6)), np.zeros((0, 3)), np.zeros((0, 2)), np.zeros(1, np.int64)),
+)
+
+
+def _table(rows: Sequence[Sequence[float]], columns: int) -> Floats:
+    return np.array(rows, dtype=np.float64).reshape(-1, columns)
+
+
+def soft_terms(scenario: Scenario) -> tuple[str, ...]:
+    """Return which of ``altitude``, ``risk`` and ``climb`` a scenario prices."""
+    objective = scenario.objective
+    priced = (objective.altitude is not None, objective.risk > 0 and bool(scenario.zones), objective.climb is not None)
+    return tuple(name for name, on in zip(("altitude", "risk", "climb"), priced, strict=True) if on)
 
 
 class Pricing(NamedTuple):
@@ -22,22 +102,25 @@ class Pricing(NamedTuple):
         The price of the path's first node.
     turn, end
         The price of a turn, and of a metre between path's end and goal.
+    rates
+        The prices of straight legs, for the soft terms of moves.
     """
 
     steps: Floats
     first: float
     turn: float
     end: float
+    rates: Rates
 
 
-def make_pricing(objective: Objective, step: Floats) -> Pricing:
-    """Compile an objective's weights for a lattice with these metres per step, (3,)."""
+def make_pricing(objective: Objective, step: Floats, rates: Rates | None = None) -> Pricing:
+    """Compile an objective's weights for a lattice with these metres per step, (3,); without rates, none is soft."""
     axes = [(e & 1, (e >> 1) & 1, e >> 2) for e in range(8)]
     lengths = [math.hypot(*(a * s for a, s in zip(used, step, strict=True))) for used in axes]
     by_nodes = objective.unit == "nodes"
     steps = np.array([objective.fuel * (1.0 if by_nodes else length) for length in lengths])
     steps[0] = 0.0
-    return Pricing(steps, objective.fuel if by_nodes else 0.0, objective.divergence, objective.end)
+    return Pricing(steps, objective.fuel if by_nodes else 0.0, objective.divergence, objective.end, rates or _UNPRICED)
 
 
 @kernel
@@ -83,37 +166,102 @@ def end(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
 
 
 @kernel
-def total(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
-    """Return C, equation 3.4."""
-    return fuel(grid, pricing, nodes) + divergence(grid, pricing, nodes) + end(grid, pricing, nodes, goal)
-
-
-def any_angle_terms(objective: Objective, path: Floats, goal: Floats) -> dict[str, float]:
-    """Return the terms of a path (n, 3) of straight legs, metres: its fuel is its length, whatever the unit."""
-    length, turns = _length_and_turns(path)
-    return {
-        "fuel": objective.fuel * length,
-        "divergence": objective.divergence * turns,
-        "end": objective.end * math.dist(path[-1], goal),
-    }
+def soft(grid: Grid, pricing: Pricing, nodes: Ints) -> Floats:
+    """Return the weighted shares of altitude, risk and climb, (3,), move by move."""
+    shares = np.zeros(3)
+    if pricing.rates.soft and len(nodes):
+        a = position(grid, nodes[0])
+        for i in range(1, len(nodes)):
+            b = position(grid, nodes[i])
+            _add_soft(pricing.rates, a, b, shares)
+            a = b
+    return shares
 
 
 @kernel
-def _length_and_turns(path: Floats) -> tuple[float, int]:
-    """Measure a path (n, 3), and count the joints at which it does not go straight on."""
-    length = 0.0
-    turns = 0
-    before = np.zeros(3)
+def total(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
+    """Return C, equation 3.4, and the soft terms."""
+    price = fuel(grid, pricing, nodes) + divergence(grid, pricing, nodes) + end(grid, pricing, nodes, goal)
+    if pricing.rates.soft:
+        price += soft(grid, pricing, nodes).sum()
+    return price
+
+
+@kernel
+def _add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
+    """Add the weighted shares of altitude, risk and climb, (3,), of a straight leg a-b."""
+    across = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2)
+    rise = abs(b[2] - a[2])
+    size = math.sqrt(across * across + rise * rise)
+    if size == 0.0:
+        return
+    if rates.altitude > 0.0:
+        bottom, top = min(a[2], b[2]), max(a[2], b[2])
+        shares[0] += rates.altitude * size * (_mean_above(rates.low - top, rates.low - bottom))
+        shares[0] += rates.altitude * size * (_mean_above(bottom - rates.high, top - rates.high))
+    for i in range(len(rates.cylinders)):
+        z = rates.cylinders[i]
+        shares[1] += z[5] * size * cylinder.chord(z[0], z[1], z[2], z[3], z[4], a, b)
+    for i in range(len(rates.prisms)):
+        z = rates.prisms[i]
+        corners = rates.corners[rates.first[i] : rates.first[i + 1]]
+        shares[1] += z[2] * size * prism.chord(corners, z[0], z[1], a, b)
+    if rates.climb > 0.0:
+        shares[2] += rates.climb * size * max(0.0, math.atan2(rise, across) - rates.steepest)
+
+
+@kernel
+def _mean_above(least: float, most: float) -> float:
+    """Return the mean of max(0, v) for v spread evenly from the least to the most."""
+    if least >= 0.0:
+        return (least + most) / 2
+    if most <= 0.0:
+        return 0.0
+    return most / (most - least) * most / 2
+
+
+@kernel
+def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
+    """Return the weighted shares of a path (n, 3) of straight legs, metres: (6,) in the order of `terms_of_legs`.
+
+    Its fuel is its length, whatever the objective's unit.
+    """
+    shares = np.zeros(6)
+    soft_shares = shares[3:]
+    before = path[0]
     size_before = 0.0
     for i in range(1, len(path)):
-        step = path[i] - path[i - 1]
-        size = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
-        length += size
+        a, b = path[i - 1], path[i]
+        dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        size = math.sqrt(dx**2 + dy**2 + dz**2)
+        shares[0] += rates.metre * size
         if i > 1:
-            cx = before[1] * step[2] - before[2] * step[1]
-            cy = before[2] * step[0] - before[0] * step[2]
-            cz = before[0] * step[1] - before[1] * step[0]
-            turns += math.sqrt(cx**2 + cy**2 + cz**2) > 1e-9 * size_before * size
-        before = step
+            ex, ey, ez = a[0] - before[0], a[1] - before[1], a[2] - before[2]
+            cx, cy, cz = ey * dz - ez * dy, ez * dx - ex * dz, ex * dy - ey * dx
+            if math.sqrt(cx**2 + cy**2 + cz**2) > 1e-9 * size_before * size:
+                shares[1] += rates.turn
+        if rates.soft:
+            _add_soft(rates, a, b, soft_shares)
+        before = a
         size_before = size
-    return length, turns
+    last = path[-1]
+    gap = math.sqrt((last[0] - goal[0]) ** 2 + (last[1] - goal[1]) ** 2 + (last[2] - goal[2]) ** 2)
+    shares[2] = rates.end * gap
+    return shares
+
+
+def terms_of_nodes(scenario: Scenario, grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> dict[str, float]:
+    """Return the terms of a lattice path by name; they add up to `total`."""
+    shares = [fuel(grid, pricing, nodes), divergence(grid, pricing, nodes), end(grid, pricing, nodes, goal)]
+    return _named(scenario, [*shares, *soft(grid, pricing, nodes).tolist()])
+
+
+def terms_of_legs(scenario: Scenario, rates: Rates, path: Floats, goal: Floats) -> dict[str, float]:
+    """Return the terms of a path (n, 3) of straight legs by name; they add up to its cost."""
+    return _named(scenario, legs(rates, np.ascontiguousarray(path, dtype=np.float64), goal).tolist())
+
+
+def _named(scenario: Scenario, shares: Sequence[float]) -> dict[str, float]:
+    names = ("fuel", "divergence", "end", "altitude", "risk", "climb")
+    priced = {*names[:3], *soft_terms(scenario)}
+    return {name: share for name, share in zip(names, shares, strict=True) if name in priced}

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skyverse.cost import Pricing, make_pricing
+from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.exact import Route, shortest_route
 from skyverse.result import Floats, Status
 from skyverse.scenario import Scenario
@@ -34,9 +34,14 @@ class Airspace:
         return make_grid(self.world, self.scenario.lattice)
 
     @cached_property
+    def rates(self) -> Rates:
+        """The objective's prices of straight legs."""
+        return make_rates(self.scenario)
+
+    @cached_property
     def pricing(self) -> Pricing:
         """The objective's prices on the lattice."""
-        return make_pricing(self.scenario.objective, self.grid.step)
+        return make_pricing(self.scenario.objective, self.grid.step, self.rates)
 
 
 class Problem:

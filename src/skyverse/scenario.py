@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -20,6 +21,8 @@ def _listed(value: object) -> object:
 
 Point = Annotated[tuple[Number, Number, Number], BeforeValidator(_listed)]
 """x, y, z in metres; a numpy array of three is accepted."""
+Place = Annotated[tuple[Number, Number], BeforeValidator(_listed)]
+"""x, y in metres."""
 Steps = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_listed)]
 
 
@@ -52,6 +55,90 @@ class Box(_Extent):
 Obstacle = Box  # cylinder, polygon prism, terrain, voxels: further members of this union, told apart by `shape`
 
 
+class Cylinder(_Model):
+    """A vertical cylinder that may be flown through, at a risk.
+
+    Attributes
+    ----------
+    centre
+        x, y, metres.
+    radius
+        Metres.
+    low, high
+        Where it begins and ends, z in metres.
+    risk
+        What a metre flown inside adds to the path's risk.
+    """
+
+    shape: Literal["cylinder"] = "cylinder"
+    centre: Place
+    radius: Positive
+    low: Number
+    high: Number
+    risk: Positive
+
+    @model_validator(mode="after")
+    def _upright(self) -> Self:
+        _require_rise(self.low, self.high)
+        return self
+
+
+class Prism(_Model):
+    """A vertical prism on a polygon, convex or not, that may be flown through, at a risk.
+
+    Attributes
+    ----------
+    vertices
+        x, y of three corners or more, metres, in either sense of rotation, the first not repeated. The outline must
+        not touch or cross itself.
+    low, high
+        Where it begins and ends, z in metres.
+    risk
+        What a metre flown inside adds to the path's risk.
+    """
+
+    shape: Literal["prism"] = "prism"
+    vertices: Annotated[tuple[Place, ...], BeforeValidator(_listed), Field(min_length=3)]
+    low: Number
+    high: Number
+    risk: Positive
+
+    @model_validator(mode="after")
+    def _upright(self) -> Self:
+        _require_rise(self.low, self.high)
+        met = _edges_that_meet(np.array(self.vertices))
+        if met is not None:
+            raise ValueError(f"the outline must not touch or cross itself, but its edges {met[0]} and {met[1]} meet")
+        return self
+
+
+def _require_rise(low: float, high: float) -> None:
+    if not low < high:
+        raise ValueError(f"low must be below high, but they are {low:g} and {high:g}")
+
+
+def _edges_that_meet(corners: NDArray[np.float64]) -> tuple[int, int] | None:
+    """Return two edges of an outline (n, 2) that meet, or ``None``; neighbours do where one folds back."""
+    n = len(corners)
+    following = np.roll(np.arange(n), -1)
+    ahead = corners[following] - corners
+    to = corners[None] - corners[:, None]
+    side = np.sign(ahead[:, None, 0] * to[..., 1] - ahead[:, None, 1] * to[..., 0])  # (edge, corner)
+    apart = side * side[:, following] > 0
+    low, high = np.minimum(corners, corners[following]), np.maximum(corners, corners[following])
+    meet = ~(apart | apart.T | np.any((low[:, None] > high[None]) | (high[:, None] < low[None]), axis=2))
+    onward = np.sum(ahead * ahead[following], axis=1)
+    each = np.arange(n)
+    folds = (side[each, following[following]] == 0) & (onward <= 0)
+    meet[each, each] = False
+    meet[each, following] = meet[following, each] = folds
+    first = np.argwhere(meet)
+    return (int(first[0, 0]), int(first[0, 1])) if len(first) else None
+
+
+Zone = Annotated[Cylinder | Prism, Field(discriminator="shape")]
+
+
 class Lattice(_Model):
     """The nodes that lattice planners walk on: ``bounds.min + i * step``, both ends included.
 
@@ -67,8 +154,47 @@ class Lattice(_Model):
     connectivity: Literal[6, 26] = 6
 
 
+class AltitudeBand(_Model):
+    """The altitudes to keep to, if it pays.
+
+    Attributes
+    ----------
+    low, high
+        z, metres.
+    weight
+        The price of a metre flown a metre outside the band.
+    """
+
+    low: Number
+    high: Number
+    weight: Positive
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low <= self.high:
+            raise ValueError(f"low must not be above high, but they are {self.low:g} and {self.high:g}")
+        return self
+
+
+class ClimbLimit(_Model):
+    """The steepness to keep to, if it pays.
+
+    Attributes
+    ----------
+    angle
+        Degrees above or below the horizontal.
+    weight
+        The price of a metre flown one radian steeper than that.
+    """
+
+    angle: Annotated[Number, Field(ge=0, lt=90)]
+    weight: Positive
+
+
 class Objective(_Model):
-    """C = fuel * C_fuel + divergence * C_divergence + end * C_end (thesis, equation 3.4).
+    """C = fuel * C_fuel + divergence * C_divergence + end * C_end (thesis, equation 3.4), and three soft terms.
+
+    The soft terms are paid by every path; the exact searches on the lattice do not seek to lower them.
 
     Attributes
     ----------
@@ -80,12 +206,21 @@ class Objective(_Model):
         Weight alpha_3 of a metre between the path's end and the goal (equation 3.3).
     unit
         ``"nodes"`` counts the path's nodes, start included, as the thesis does; ``"metres"`` its length.
+    altitude
+        Adds, for every metre flown, the metres outside a band of altitudes.
+    risk
+        Weight of the zones: of each zone's risk times the metres flown inside.
+    climb
+        Adds, for every metre flown, the radians above a climb angle.
     """
 
     fuel: NonNegative = 1.0
     divergence: NonNegative = 0.0
     end: NonNegative = 100.0
     unit: Literal["nodes", "metres"] = "nodes"
+    altitude: AltitudeBand | None = None
+    risk: NonNegative = 1.0
+    climb: ClimbLimit | None = None
 
     @model_validator(mode="after")
     def _priced(self) -> Self:
@@ -172,6 +307,8 @@ class Scenario(_Model):
     ----------
     clearance
         Every obstacle is grown by this many metres on every side; what is inside a grown obstacle is unsafe.
+    zones
+        May be flown through, at a risk.
     objective
         The weights, or the name of a preset: ``"thesis"`` or ``"turns"``.
     """
@@ -181,6 +318,7 @@ class Scenario(_Model):
     description: str = ""
     bounds: Bounds
     obstacles: tuple[Obstacle, ...] = ()
+    zones: tuple[Zone, ...] = ()
     clearance: NonNegative
     lattice: Lattice
     objective: Annotated[

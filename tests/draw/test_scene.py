@@ -1,14 +1,18 @@
 import dataclasses
 import math
+from collections import Counter
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from skyverse.draw.scene import scene
+from skyverse.draw.table import table
 from skyverse.draw.traces import in_space, of_search
 from skyverse.draw.track import PALETTE, sample
+from skyverse.draw.zones import surface
 from skyverse.result import Status, Trajectory
+from skyverse.scenario import Cylinder, Prism
 
 
 def test_a_track_carries_names_places_and_arrival(mission):
@@ -153,3 +157,39 @@ def test_the_optimum_is_a_dashed_line(mission):
     assert optimum["y"] == [40.0, 40.0]
     assert best["meta"]["paths"] == [25, 50, 75, 100]
     assert best["y"] == [90.0, 60.0, 50.0, 44.0]
+
+
+def test_zones_are_closed_surfaces_of_the_area_that_they_have(mission):
+    comb = ((0, 0), (10, 0), (10, 8), (8, 8), (8, 2), (6, 2), (6, 8), (0, 8))
+    zones = (
+        Cylinder(centre=(1, 2), radius=2, low=1, high=4, risk=1),
+        Prism(vertices=comb, low=0, high=2, risk=1),
+        Prism(vertices=comb[::-1], low=0, high=2, risk=1),
+    )
+    for zone, area in zip(zones, (math.pi * 4, 68.0, 68.0), strict=True):
+        points, faces = surface(zone)
+        edges = Counter(frozenset(pair) for a, b, c in faces for pair in ((a, b), (b, c), (c, a)))
+        assert set(edges.values()) == {2}
+        floor = [points[face][:, :2] for face in faces if np.all(points[face, 2] == zone.low)]
+        areas = [np.linalg.det([b - a, c - a]) / 2 for a, b, c in floor]
+        assert min(areas) > 0
+        assert sum(areas) == pytest.approx(area, rel=0.01)
+    drawn = scene(dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"zones": zones})))
+    (mesh,) = (trace for trace in in_space(drawn) if trace["meta"]["role"] == "zone")
+    assert max(mesh["i"]) < len(mesh["x"])
+    assert not any(trace["meta"]["role"] == "zone" for trace in in_space(scene(mission)))
+
+
+def test_a_bound_is_called_an_optimum_only_where_it_is_one(mission):
+    first, *others = mission.results
+    assert scene(mission).bound == "exact optimum"
+    for inexact in (
+        dataclasses.replace(first, any_angle=True),
+        dataclasses.replace(first, terms=first.terms | {"risk": 2.0}),
+    ):
+        drawn = scene(dataclasses.replace(mission, results=(inexact, *others)))
+        assert drawn.bound == "lower bound"
+        assert of_search(drawn)[0]["name"].endswith("lower bound")
+    assert drawn.rows[0].risk == 2.0
+    assert '<th scope="col" title="weighted share">Risk</th>' in table(drawn)
+    assert "Risk" not in table(scene(mission))

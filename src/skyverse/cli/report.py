@@ -22,6 +22,9 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 
 def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     """Print what became of each UAV, the verdict, and where the files are."""
+    results = [result for result in mission.results if result is not None]
+    terms = max((list(result.terms) for result in results if len(result.terms) > 3), key=len, default=[])
+    exact = not terms and not any(result.any_angle for result in results)
     rows = []
     for uav, target, result, trajectory in zip(
         mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, strict=True
@@ -33,10 +36,11 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
                     "target": mission.scenario.targets[target].name,
                     "status": result.status.value,
                     "cost": result.cost if result.path.size else None,
-                    "optimum": result.bound,
+                    "optimum" if exact else "bound": result.bound,
                     "gap": result.gap,
                     "seconds of flight": None if trajectory is None else trajectory.end - trajectory.start,
                     "generated paths": result.effort.generated_paths,
+                    **{term: result.terms.get(term) for term in terms},
                 }
             )
     if as_json:

@@ -40,6 +40,7 @@ def page(scene: Scene) -> str:
         "tiles": table.tiles(scene),
         "banner": banner(scene),
         "table": table.table(scene),
+        "bound": f"the {scene.bound}",
         "footer": footer(scene),
         "data": embedded(_data(scene)),
         "css": here.joinpath("page.css").read_text("utf-8"),

@@ -5,7 +5,7 @@
   const { tracks, extent, makespan } = data;
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
   const shown = tracks.map(() => true);
-  const layers = { obstacles: true, paths: true, trajectories: true, trail: true, names: tracks.length <= 12 };
+  const layers = { obstacles: true, zones: true, paths: true, trajectories: true, trail: true, names: tracks.length <= 12 };
   const config = {
     responsive: true, displaylogo: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
@@ -57,6 +57,7 @@
     if (role === "obstacle") Object.assign(trace, {
       color: colour("box"), opacity: 0.17, lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.02, roughness: 1 },
     });
+    if (role === "zone") Object.assign(trace, { color: colour("zone"), opacity: 0.2, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
     if (role === "edge") Object.assign(trace, { line: { color: colour("edge"), width: crowded ? 1 : 1.5 }, opacity: crowded ? 0.3 : 0.75 });
     if (role === "bounds") Object.assign(trace, { line: { color: colour("soft"), width: 1 }, opacity: 0.5 });
     if (role === "fleet") {
@@ -68,6 +69,7 @@
   const visibility = (trace) => {
     const { role, uav } = trace.meta;
     if (role === "obstacle" || role === "edge") return layers.obstacles;
+    if (role === "zone") return layers.zones;
     if (role === "path") return layers.paths && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
     if (role === "ends") return shown[uav];
@@ -195,8 +197,9 @@
     });
     $("uavs").append(chip);
   });
-  const LAYERS = { obstacles: "Obstacles", paths: "Paths", trajectories: "Trajectories", trail: "Trail", names: "Names" };
+  const LAYERS = { obstacles: "Obstacles", zones: "Zones", paths: "Paths", trajectories: "Trajectories", trail: "Trail", names: "Names" };
   for (const [layer, title] of Object.entries(LAYERS)) {
+    if (layer === "zones" && index("zone") < 0) continue;
     if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
     const label = document.createElement("label"), box = document.createElement("input");
     box.type = "checkbox";

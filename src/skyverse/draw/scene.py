@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from skyverse.draw.track import Floats, Point, Track, track
 from skyverse.result import Fault, Mission, Provenance, Result, Status, Violation
-from skyverse.scenario import Bounds, Box, Objective, Scenario, Target
+from skyverse.scenario import Bounds, Box, Objective, Scenario, Target, Zone
 
 Thing = TypeVar("Thing")
 
@@ -18,7 +18,7 @@ Thing = TypeVar("Thing")
 class Curve:
     """The best cost of one UAV's search so far, against iterations and against generated paths: (k,) each.
 
-    `bound` is the exact optimum, ``None`` where unknown.
+    `bound` is what no path can beat, ``None`` where unknown.
     """
 
     name: str
@@ -47,6 +47,9 @@ class Row:
     fuel: float | None = None
     divergence: float | None = None
     end: float | None = None
+    altitude: float | None = None
+    risk: float | None = None
+    climb: float | None = None
     length: float | None = None
     duration: float | None = None
     generated_paths: int | None = None
@@ -86,14 +89,17 @@ class Scene:
 
     `spare_targets` are the names and positions of targets that no UAV flies to; `notes` say what is missing,
     although the referee may have found nothing wrong with what there is. The mission is `complete` when every
-    UAV that has a target has a path to it, and, where any UAV flies, a trajectory along it.
+    UAV that has a target has a path to it, and, where any UAV flies, a trajectory along it. `bound` says what the
+    optimum is: exact on the lattice; a lower bound where a path leaves it, or pays for more than fuel and turns.
     """
 
     title: str
     description: str
     bounds: Bounds
     obstacles: tuple[Box, ...]
+    zones: tuple[Zone, ...]
     objective: Objective
+    bound: Literal["exact optimum", "lower bound"]
     tracks: tuple[Track, ...]
     spare_targets: tuple[tuple[str, Point], ...]
     curves: tuple[Curve, ...]
@@ -127,7 +133,9 @@ def scene(mission: Mission) -> Scene:
         description=scenario.description,
         bounds=scenario.bounds,
         obstacles=scenario.obstacles,
+        zones=scenario.zones,
         objective=scenario.objective,
+        bound="exact optimum" if all(r is None or _exactly_bounded(r) for r in results) else "lower bound",
         tracks=tuple(tracks),
         spare_targets=tuple((spare.name, spare.position) for spare in scenario.targets if spare not in targets),
         curves=tuple(
@@ -145,6 +153,10 @@ def scene(mission: Mission) -> Scene:
 
 def _nth(things: Sequence[Thing | None], number: int) -> Thing | None:
     return things[number] if 0 <= number < len(things) else None
+
+
+def _exactly_bounded(result: Result) -> bool:
+    return not result.any_angle and result.terms.keys() <= {"fuel", "divergence", "end"}
 
 
 def _curve(track: Track, result: Result) -> Curve:
@@ -175,6 +187,9 @@ def _row(track: Track, result: Result | None) -> Row:
         fuel=result.terms.get("fuel"),
         divergence=result.terms.get("divergence"),
         end=result.terms.get("end"),
+        altitude=result.terms.get("altitude"),
+        risk=result.terms.get("risk"),
+        climb=result.terms.get("climb"),
         length=float(steps.sum()) if len(result.path) else None,
         duration=None if track.arrival is None else float(track.arrival - track.times[0]),
         generated_paths=result.effort.generated_paths,

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse.draw.scene import Finding, Scene
 from skyverse.draw.track import Floats, Point, Track
+from skyverse.draw.zones import surface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 DASHES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (8, 2)))
 SYMBOLS = ("o", "s", "D", "^", "P")
 BOX, EDGE, GRID, INK, SOFT = "#8795a8", "#66758a", "#e3e8ee", "#17202b", "#5b6776"
+ZONE = "#d9822b"
 FOUND = {"warning": "#d97706", "error": "#dc2626"}
 WIDEST, TALLEST = 9.4, 7.5
 """Inches that the map may take in a figure."""
@@ -40,6 +42,7 @@ def stage(drawn: Scene, heading: str) -> tuple["Figure", Any]:
     _dress(axes, low, high)
     rows = math.ceil((len(drawn.tracks) + 2) / _columns(drawn))
     _fit(figure, axes, np.array(_corners(low, high)), legend=0.23 * rows)
+    _zones(axes, drawn)
     _obstacles(axes, drawn)
     for _, place in drawn.spare_targets:
         _dot(axes, place, "D", 7, "#9aa5b4", "white", zorder=6)
@@ -148,6 +151,16 @@ def _obstacles(axes: Any, drawn: Scene) -> None:
     boxes.set_rasterized(crowded)
     boxes.set_clip_on(False)
     axes.add_collection3d(boxes)
+
+
+def _zones(axes: Any, drawn: Scene) -> None:
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    faces = [points[face] for zone in drawn.zones for points, triangles in [surface(zone)] for face in triangles]
+    if faces:
+        zones = Poly3DCollection(faces, facecolors=ZONE, edgecolors="none", alpha=0.14, zorder=0.5)
+        zones.set_clip_on(False)
+        axes.add_collection3d(zones)
 
 
 def _corners(low: Sequence[float] | Floats, high: Sequence[float] | Floats) -> list[tuple[float, ...]]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from skyverse.draw.scene import Curve, Scene
 from skyverse.draw.track import Floats, Track
+from skyverse.draw.zones import surface
 
 Trace = dict[str, Any]
 
@@ -65,6 +66,25 @@ def obstacles(scene: Scene) -> list[Trace]:
     }
     edges = {**_edges(corners), "name": "Edges of obstacles", "meta": {"role": "edge"}}
     return [mesh, edges]
+
+
+def zones(scene: Scene) -> list[Trace]:
+    """Return all zones as one mesh, or nothing."""
+    if not scene.zones:
+        return []
+    points, faces = zip(*map(surface, scene.zones), strict=True)
+    firsts = np.cumsum([0, *map(len, points[:-1])])
+    triangles = np.vstack([face + first for face, first in zip(faces, firsts, strict=True)])
+    mesh = {
+        "type": "mesh3d",
+        "name": "Zones",
+        **_xyz(np.vstack(points)),
+        **{axis: triangles[:, column].tolist() for column, axis in enumerate("ijk")},
+        "flatshading": True,
+        "hoverinfo": "skip",
+        "meta": {"role": "zone"},
+    }
+    return [mesh]
 
 
 def bounds(scene: Scene) -> Trace:
@@ -177,11 +197,11 @@ def in_space(scene: Scene) -> list[Trace]:
         "spare",
     )
     tracks = [trace for number, track in enumerate(scene.tracks) for trace in of_track(track, number)]
-    return [*obstacles(scene), bounds(scene), *tracks, spare, findings(scene), *fleet(scene)]
+    return [*obstacles(scene), *zones(scene), bounds(scene), *tracks, spare, findings(scene), *fleet(scene)]
 
 
-def of_curve(curve: Curve, number: int) -> list[Trace]:
-    """Return one search's best cost so far, and its exact optimum as a dashed line."""
+def of_curve(curve: Curve, number: int, bound: str) -> list[Trace]:
+    """Return one search's best cost so far, and its bound, by that name, as a dashed line."""
     name = plain(curve.name)
     axes = {"iterations": curve.iterations.tolist(), "paths": curve.generated_paths.tolist()}
     best = {
@@ -200,7 +220,7 @@ def of_curve(curve: Curve, number: int) -> list[Trace]:
     optimum = {
         "type": "scatter",
         "mode": "lines",
-        "name": f"{name}: exact optimum",
+        "name": f"{name}: {bound}",
         "x": ends["iterations"],
         "y": flat([curve.bound, curve.bound]),
         "line": {"color": curve.colour, "width": 1.5, "dash": "dash"},
@@ -212,4 +232,4 @@ def of_curve(curve: Curve, number: int) -> list[Trace]:
 
 def of_search(scene: Scene) -> list[Trace]:
     """Return all traces of the convergence chart."""
-    return [trace for number, curve in enumerate(scene.curves) for trace in of_curve(curve, number)]
+    return [trace for number, curve in enumerate(scene.curves) for trace in of_curve(curve, number, scene.bound)]

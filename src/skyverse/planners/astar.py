@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse import cost
 from skyverse.exact import shortest_route
 from skyverse.planners.base import Planner, Seed, planned, provenance, unplanned
 from skyverse.problem import Problem
@@ -14,8 +15,9 @@ from skyverse.stop import OnIteration, Stop
 
 @dataclass(frozen=True, kw_only=True)
 class AStar(Planner):
-    """A*: the cheapest path on the scenario's lattice under its whole objective, turns included.
+    """A*: the cheapest path on the scenario's lattice under fuel and turns.
 
+    Where the objective prices altitude, risk or climb, the path pays for them too, but is not chosen by them.
     It ends by itself; `stop`, `rng` and `on_iteration` are taken for the sake of one call for all planners.
 
     References
@@ -42,5 +44,6 @@ class AStar(Planner):
         seconds = time.perf_counter() - began
         assert route is not None
         effort = Effort(generated_paths=1, generated_nodes=route.expanded, evaluations=1)
-        history = History(np.array([route.price]), *(np.array([n]) for n in (1, route.expanded, 1)))
+        price = cost.total(problem.airspace.grid, problem.airspace.pricing, route.nodes, problem.goal)
+        history = History(np.array([price]), *(np.array([n]) for n in (1, route.expanded, 1)))
         return planned(problem, route.nodes, effort, seconds, history, "finished", origin)

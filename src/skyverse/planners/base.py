@@ -106,11 +106,7 @@ def planned(
 ) -> Result:
     """Return the result of a path, its terms added up and held against the exact optimum."""
     grid, pricing = problem.airspace.grid, problem.airspace.pricing
-    terms = {
-        "fuel": cost.fuel(grid, pricing, nodes),
-        "divergence": cost.divergence(grid, pricing, nodes),
-        "end": cost.end(grid, pricing, nodes, problem.goal),
-    }
+    terms = cost.terms_of_nodes(problem.scenario, grid, pricing, nodes, problem.goal)
     price = sum(terms.values())
     bound = None if problem.route is None else problem.route.price
     status = Status.COMPLETE if nodes[-1] == problem.goal else Status.INCOMPLETE
@@ -143,7 +139,7 @@ def planned_any_angle(
     origin: Provenance,
 ) -> Result:
     """Return the result of a path (n, 3) of straight legs from the UAV's start, held against a proven lower bound."""
-    terms = cost.any_angle_terms(problem.scenario.objective, path, problem.end)
+    terms = cost.terms_of_legs(problem.scenario, problem.airspace.rates, path, problem.end)
     price = sum(terms.values())
     status = Status.COMPLETE if np.array_equal(path[-1], problem.end) else Status.INCOMPLETE
     if status is Status.COMPLETE and bound is not None and price <= bound * (1 + 1e-9):

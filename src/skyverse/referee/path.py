@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from skyverse.referee.boxes import TOLERANCE, Boxes, Floats, array, beyond_bounds, deepest, place, triple
+from skyverse.referee.soft import altitude, climb, risk
 from skyverse.result import Fault, Result, Status, Violation
 from skyverse.scenario import Scenario
 
@@ -153,9 +154,10 @@ def _judge_cost(scenario: Scenario, uav: int, path: Floats, goal: Floats, result
         "divergence": objective.divergence * turns,
         "end": objective.end * float(np.linalg.norm(path[-1] - goal)),
     }
-    cost = sum(true.values())
     terms = result.terms if isinstance(result.terms, dict) else {}
     claimed = {str(term): _number(share) for term, share in terms.items()}
+    true |= _soft_terms(scenario, path, claimed)
+    cost = sum(true.values())
     agree = claimed.keys() == true.keys() and all(_close(claimed[term], true[term]) for term in true)
     if not agree or not _close(_number(result.cost), cost):
         message = f"{name} claims {_bill(claimed, result.cost)}, but its path makes {_bill(true, cost)}."
@@ -168,6 +170,29 @@ def _judge_cost(scenario: Scenario, uav: int, path: Floats, goal: Floats, result
     elif result.status.reached and bound is not None and not cost >= bound * (1 - 1e-9):
         message = f"{name}'s path costs {cost:.9g}, less than the bound {bound:.9g} that no path can beat."
         yield Violation(Fault.BOUND, (uav,), message)
+
+
+def _soft_terms(scenario: Scenario, path: Floats, claimed: dict[str, float]) -> dict[str, float]:
+    """Return the soft terms that the objective prices; of the risks that can stand, the one nearest to the claim."""
+    objective = scenario.objective
+    true: dict[str, float] = {}
+    corners = _without_straight_nodes(path)
+    if objective.altitude is not None:
+        true["altitude"] = objective.altitude.weight * altitude(objective.altitude, corners)
+    if objective.risk > 0 and scenario.zones:
+        stands, least, most = (objective.risk * metres for metres in risk(scenario, corners))
+        says = claimed.get("risk", np.nan)
+        true["risk"] = min(max(says, least), most) if np.isfinite(says) else stands
+    if objective.climb is not None:
+        true["climb"] = objective.climb.weight * climb(objective.climb, corners)
+    return true
+
+
+def _without_straight_nodes(path: Floats) -> Floats:
+    steps = np.diff(path, axis=0)
+    straight = (steps[1:] == steps[:-1]).all(axis=1)
+    corners: Floats = path[np.r_[True, ~straight, True][: len(path)]]
+    return corners
 
 
 def _judge_history(uav: int, name: str, result: Result) -> Iterator[Violation]:

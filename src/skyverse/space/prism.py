@@ -6,7 +6,7 @@ from skyverse.result import Floats
 
 @kernel
 def between(low: float, high: float, a: Floats, b: Floats) -> tuple[float, float]:
-    """Return the shares of the segment a-b at which it enters and leaves a slab of altitudes; leave <= enter outside."""
+    """Return the shares of a segment at which it enters and leaves a slab of altitudes; it misses it if they swap."""
     rise = b[2] - a[2]
     if rise == 0.0:
         return 0.0, 1.0 if low <= a[2] <= high else 0.0

@@ -1,0 +1,203 @@
+"""Altitude, risk and climb: the kernels against dense sampling, and the referee against the kernels."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.path import Path as Outline
+
+import skyverse as sky
+from skyverse import cost
+from skyverse.planners.base import planned_any_angle, provenance
+from skyverse.referee import soft
+from skyverse.result import Effort, no_history
+
+STAR = ((1, 1), (9, 2), (5, 4), (8, 9), (2, 8))
+COMB = ((0, 0), (10, 0), (10, 8), (8, 8), (8, 2), (6, 2), (6, 8), (4, 8), (4, 2), (2, 2), (2, 8), (0, 8))
+
+
+def field(*zones, connectivity=26, **weights):
+    return sky.Scenario(
+        name="field",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 10)),
+        zones=zones,
+        clearance=0,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=connectivity),
+        objective=sky.Objective(unit="metres", **weights),
+        uavs=(sky.UAV(start=(0, 0, 0)),),
+        targets=(sky.Target(position=(10, 10, 10)),),
+    )
+
+
+def terms(scenario, *points):
+    path = np.array(points, float)
+    return cost.terms_of_legs(scenario, cost.make_rates(scenario), path, path[-1])
+
+
+whole = st.integers(0, 20).map(lambda n: n / 2)
+places = st.tuples(whole, whole, whole)
+anywhere = st.tuples(*[st.floats(0, 10)] * 3)
+heights = st.tuples(st.integers(0, 8), st.integers(1, 9)).map(lambda pair: (pair[0], pair[0] + pair[1]))
+
+
+@st.composite
+def zones(draw):
+    low, high = draw(heights)
+    risk = draw(st.sampled_from([0.5, 1.0, 3.0]))
+    if draw(st.booleans()):
+        centre, radius = (draw(st.integers(0, 10)), draw(st.integers(0, 10))), draw(st.integers(1, 5))
+        return sky.Cylinder(centre=centre, radius=radius, low=low, high=high, risk=risk)
+    if draw(st.booleans()):
+        corners = draw(st.sampled_from([STAR, COMB, COMB[::-1], ((0, 0), (4, 0), (4, 4), (0, 4))]))
+    else:  # star-shaped about the middle: never crosses itself
+        angles = sorted(draw(st.sets(st.integers(0, 23), min_size=3, max_size=9)))
+        spokes = [(math.radians(15 * a), draw(st.integers(1, 5))) for a in angles]
+        corners = tuple((5 + r * math.cos(a), 5 + r * math.sin(a)) for a, r in spokes)
+        if max(np.diff([*angles, angles[0] + 24])) >= 12:
+            corners = STAR
+    return sky.Prism(vertices=corners, low=low, high=high, risk=risk)
+
+
+@settings(max_examples=60)
+@given(st.lists(zones(), max_size=3), st.lists(anywhere, min_size=2, max_size=4), st.floats(0, 10), st.floats(0, 80))
+def test_the_terms_are_what_dense_sampling_says(given_zones, points, low, angle):
+    band, limit = sky.AltitudeBand(low=low, high=low + 2, weight=0.5), sky.ClimbLimit(angle=angle, weight=2)
+    scenario = field(*given_zones, altitude=band, risk=3, climb=limit)
+    found = terms(scenario, *points)
+    altitude = risk = climb = length = 0.0
+    for a, b in itertools.pairwise(np.array(points)):
+        size = np.linalg.norm(b - a)
+        at = a + ((np.arange(20_000) + 0.5) / 20_000)[:, None] * (b - a)
+        altitude += 0.5 * size * np.maximum(0, np.maximum(low - at[:, 2], at[:, 2] - low - 2)).mean()
+        for zone in given_zones:
+            inside = (at[:, 2] > zone.low) & (at[:, 2] < zone.high)
+            if isinstance(zone, sky.Cylinder):
+                inside &= np.hypot(*(at[:, :2] - zone.centre).T) < zone.radius
+            else:
+                inside &= Outline(zone.vertices).contains_points(at[:, :2])
+            risk += 3 * zone.risk * size * inside.mean()
+        steep = math.degrees(math.atan2(abs(b[2] - a[2]), math.hypot(*(b - a)[:2])))
+        climb += 2 * size * math.radians(max(0, steep - angle))
+        length += size
+    assert found["fuel"] == pytest.approx(length)
+    assert found["altitude"] == pytest.approx(altitude, rel=1e-4, abs=1e-4)
+    assert found["climb"] == pytest.approx(climb, rel=1e-9, abs=1e-9)
+    if given_zones:
+        assert found["risk"] == pytest.approx(risk, abs=0.03 * (1 + length))
+
+
+@given(st.lists(zones(), min_size=1, max_size=3), st.lists(st.one_of(places, anywhere), min_size=2, max_size=5))
+def test_the_referee_agrees_also_along_surfaces(given_zones, points):
+    """Points on half metres lie on faces, edges and corners of the zones all the time."""
+    scenario = field(*given_zones)
+    stands, least, most = soft.risk(scenario, np.array(points, float))
+    found = terms(scenario, *points)["risk"]
+    assert least <= most
+    assert least - 1e-9 <= stands <= most + 1e-9
+    assert least - 1e-6 <= found <= most + 1e-6
+
+
+@given(places, places, whole)
+def test_the_referee_s_altitude_and_climb_are_those_of_the_kernels(a, b, low):
+    band, limit = sky.AltitudeBand(low=low, high=low, weight=1), sky.ClimbLimit(angle=20, weight=1)
+    found = terms(field(altitude=band, climb=limit), a, b)
+    path = np.array([a, b])
+    assert found["altitude"] == pytest.approx(soft.altitude(band, path), abs=1e-9)
+    assert found["climb"] == pytest.approx(soft.climb(limit, path), abs=1e-6)
+
+
+def test_chords_known_in_closed_form():
+    ball = sky.Cylinder(centre=(5, 5), radius=3, low=2, high=8, risk=1)
+    comb = sky.Prism(vertices=COMB, low=0, high=10, risk=1)
+    through = [
+        (ball, (0, 5, 5), (10, 5, 5), 6),
+        (ball, (0, 5 + 1.8, 5), (10, 5 + 1.8, 5), 4.8),
+        (ball, (0, 8, 5), (10, 8, 5), 0),
+        (ball, (5, 5, 0), (5, 5, 10), 6),
+        (ball, (5, 9, 0), (5, 9, 10), 0),
+        (ball, (4, 5, 5), (6, 5, 5), 2),
+        (ball, (5, 5, 9), (6, 5, 9), 0),
+        (ball, (2, 5, 0), (8, 5, 10), 0.6 * math.hypot(6, 10)),
+        (comb, (0, 5, 5), (10, 5, 5), 6),
+        (comb, (10, 5, 5), (0, 5, 5), 6),
+        (comb, (-1, 1, 5), (11, 1, 5), 10),
+        (comb, (3, 5, 0), (3, 5, 9), 0),
+        (comb, (1, 5, 1), (1, 5, 9), 8),
+    ]
+    for zone, a, b, metres in through:
+        scenario = field(zone)
+        assert terms(scenario, a, b)["risk"] == pytest.approx(metres), (zone.shape, a, b)
+        assert soft.risk(scenario, np.array([a, b], float))[0] == pytest.approx(metres), (zone.shape, a, b)
+
+
+@given(zones(), st.lists(anywhere, min_size=2, max_size=2), st.floats(0.01, 0.99))
+def test_a_leg_cut_in_two_costs_the_same_but_for_rounding(zone, ends, share):
+    band, limit = sky.AltitudeBand(low=4, high=5, weight=1), sky.ClimbLimit(angle=10, weight=1)
+    scenario = field(zone, altitude=band, climb=limit)
+    a, b = np.array(ends)
+    whole_leg, cut = terms(scenario, a, b), terms(scenario, a, a + share * (b - a), b)
+    for name in ("fuel", "altitude", "climb"):
+        assert cut[name] == pytest.approx(whole_leg[name], rel=1e-6, abs=1e-6)
+    _, least, most = soft.risk(scenario, np.array(ends))
+    assert least - 1e-6 <= cut["risk"] <= most + 1e-6
+
+
+ALL = {
+    "divergence": 0.5,
+    "altitude": sky.AltitudeBand(low=3, high=5, weight=0.2),
+    "climb": sky.ClimbLimit(angle=10, weight=2),
+}
+ZONES = (
+    sky.Cylinder(centre=(5, 5), radius=3, low=2, high=7, risk=0.7),
+    sky.Prism(vertices=STAR, low=1, high=6, risk=1.3),
+)
+
+
+@pytest.mark.parametrize("connectivity", [6, 26])
+def test_lattice_paths_pay_move_by_move_what_their_legs_cost(connectivity):
+    scenario = field(*ZONES, connectivity=connectivity, **ALL)
+    problem = sky.Problem(scenario)
+    for planner in (sky.MVO(universes=6), sky.AStar(), sky.RandomRestart(samples=3)):
+        result = planner.plan(problem, stop=sky.MaxIterations(4), rng=1)
+        assert sky.check_result(scenario, 0, 0, result) == []
+        assert result.history.cost[-1] == pytest.approx(result.cost)
+        assert list(result.terms) == ["fuel", "divergence", "end", "altitude", "risk", "climb"]
+        legs = terms(scenario, *result.path)
+        for name in ("altitude", "risk", "climb"):
+            assert result.terms[name] == pytest.approx(legs[name])
+        assert result.cost == pytest.approx(sum(result.terms.values()))
+        assert result.bound == problem.route.price < result.cost
+        assert result.status is sky.Status.COMPLETE
+
+
+def test_terms_that_are_not_priced_are_not_there():
+    assert list(terms(field(), (0, 0, 0), (1, 1, 1))) == ["fuel", "divergence", "end"]
+    assert list(terms(field(*ZONES, risk=0), (0, 0, 0), (1, 1, 1))) == ["fuel", "divergence", "end"]
+    assert list(terms(field(altitude=ALL["altitude"]), (0, 0, 0), (1, 1, 1)))[3:] == ["altitude"]
+
+
+@pytest.mark.parametrize("name", ["altitude", "risk", "climb"])
+def test_the_referee_names_a_term_that_is_not_what_the_path_costs(name):
+    scenario = field(*ZONES, **ALL)
+    path = np.array([(0, 0, 0), (4, 6, 5), (10, 10, 10)], float)
+    origin = provenance("by hand", None, None)
+    right = planned_any_angle(sky.Problem(scenario), path, None, Effort(), 0.0, no_history(), "finished", origin)
+    assert sky.check_result(scenario, 0, 0, right) == []
+    told = right.terms | {name: right.terms[name] - 0.01}
+    wrong = dataclasses.replace(right, terms=told, cost=sum(told.values()))
+    assert [violation.fault for violation in sky.check_result(scenario, 0, 0, wrong)] == [sky.Fault.COST]
+    del told[name]
+    silent = dataclasses.replace(right, terms=told, cost=sum(told.values()))
+    assert [violation.fault for violation in sky.check_result(scenario, 0, 0, silent)] == [sky.Fault.COST]
+
+
+def test_a_leg_along_a_face_may_count_as_inside_or_as_outside():
+    scenario = field(sky.Prism(vertices=((0, 0), (4, 0), (4, 4), (0, 4)), low=0, high=4, risk=2))
+    for along in ([(0, 4, 2), (4, 4, 2)], [(1, 1, 4), (3, 1, 4)], [(4, 0, 1), (4, 3, 1)], [(4, 4, 0), (4, 4, 4)]):
+        length = math.dist(*along)
+        assert soft.risk(scenario, np.array(along, float))[1:] == pytest.approx((0, 2 * length), abs=1e-4)
+        assert terms(scenario, *along)["risk"] in (pytest.approx(0), pytest.approx(2 * length))
