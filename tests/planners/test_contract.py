@@ -14,7 +14,7 @@ from skyverse.mission import fly_along
 from skyverse.planners.base import provenance
 from worlds import ROOM, price_of
 
-METAHEURISTICS = [
+ON_THE_LATTICE = [
     sky.MVO(universes=8),
     sky.MVO(universes=8, as_run=True),
     sky.MVO(universes=8, generator="uniform"),
@@ -29,7 +29,18 @@ METAHEURISTICS = [
         if not method.library or importlib.util.find_spec(method.library)
     ),
 ]
-PLANNERS = [*METAHEURISTICS, sky.AStar()]
+OFF_THE_LATTICE = [
+    method(waypoints=3, candidates=8, legs="straight")
+    for method in (sky.CMAES, sky.LSHADE, sky.MFO)
+    if not method.library or importlib.util.find_spec(method.library)
+]
+METAHEURISTICS = [*ON_THE_LATTICE, *OFF_THE_LATTICE]
+ANY_ANGLE = [sky.ThetaStar()]
+LATTICE = [*ON_THE_LATTICE, sky.AStar()]
+PLANNERS = [*LATTICE, *OFF_THE_LATTICE, *ANY_ANGLE]
+on_the_lattice = pytest.mark.parametrize("planner", ON_THE_LATTICE, ids=repr)
+every_lattice_planner = pytest.mark.parametrize("planner", LATTICE, ids=repr)
+every_any_angle_planner = pytest.mark.parametrize("planner", ANY_ANGLE, ids=repr)
 every_planner = pytest.mark.parametrize("planner", PLANNERS, ids=repr)
 every_metaheuristic = pytest.mark.parametrize("planner", METAHEURISTICS, ids=repr)
 STOP = sky.MaxIterations(6)
@@ -51,7 +62,7 @@ def variants():
             yield sky.Scenario.model_validate({**dict(ROOM), "lattice": lattice, "objective": objective})
 
 
-@every_planner
+@every_lattice_planner
 def test_the_answer_has_every_part_and_the_parts_agree(planner):
     for scenario in variants():
         problem = sky.Problem(scenario)
@@ -74,6 +85,25 @@ def test_the_answer_has_every_part_and_the_parts_agree(planner):
         else:
             assert result.gap is None
         assert (result.status is sky.Status.OPTIMAL) == (result.status.reached and result.gap < 1e-9)
+
+
+@every_any_angle_planner
+def test_an_any_angle_answer_joins_the_true_ends_at_the_price_of_its_metres(planner):
+    for scenario in variants():
+        result = planner.plan(sky.Problem(scenario), stop=STOP, rng=1)
+        assert result.any_angle
+        assert result.status in (sky.Status.OPTIMAL, sky.Status.COMPLETE)
+        assert result.path.dtype == np.float64
+        np.testing.assert_array_equal(result.path[[0, -1]], [(0.6, 0.7, 1.2), (5.8, 4.3, 3.1)])
+        np.testing.assert_array_equal([result.start, result.goal], result.path[[0, -1]])
+        metres = np.linalg.norm(np.diff(result.path, axis=0), axis=1).sum()
+        joints = len(result.path) - 2
+        objective = scenario.objective
+        terms = objective.fuel * metres, objective.divergence * joints, 0.0
+        assert list(result.terms) == ["fuel", "divergence", "end"]
+        np.testing.assert_allclose(list(result.terms.values()), terms, rtol=1e-9)
+        assert result.cost == pytest.approx(sum(terms))
+        assert objective.fuel * math.dist(*result.path[[0, -1]]) <= result.bound <= result.cost * (1 + 1e-12)
 
 
 def test_a_path_that_is_a_little_dearer_than_the_optimum_is_not_called_optimal():
@@ -151,7 +181,7 @@ def test_a_counted_run_ends_although_every_candidate_is_as_good_as_the_best(plan
     assert result.stopped_by == type(stop).__name__
 
 
-@every_metaheuristic
+@on_the_lattice
 def test_a_target_at_the_start_is_reached_without_a_search(planner):
     there = sky.Scenario.model_validate({**dict(ROOM), "targets": (sky.Target(position=(0.5, 0.5, 1.0)),)})
     result = plan(planner, there, stop=sky.MaxNodes(100))
@@ -201,7 +231,7 @@ def test_every_planner_gives_the_same_answer_in_a_spawned_process():
             assert same(job.get(timeout=300), planner.plan(problem, stop=STOP, rng=5))
 
 
-@pytest.mark.parametrize("kind", [sky.MVO, sky.RandomRestart, sky.AStar])
+@pytest.mark.parametrize("kind", [sky.MVO, sky.RandomRestart, sky.AStar, sky.ThetaStar])
 def test_a_misspelt_setting_is_refused_with_the_list_of_settings(kind):
     with pytest.raises(TypeError) as refused:
         kind(univeres=3)

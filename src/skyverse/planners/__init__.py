@@ -12,6 +12,7 @@ _HOMES = {
     "bbo": "bbo.BBO",
     "random-restart": "restart.RandomRestart",
     "astar": "astar.AStar",
+    "theta-star": "theta_star.ThetaStar",
 } | {
     name: f"waypoint_methods.{cls}"
     for name, cls in {

@@ -1,0 +1,215 @@
+"""Any-angle paths over the lattice: against closed forms, against the lattice's optimum, and through no seam."""
+
+import dataclasses
+import itertools
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+import skyverse as sky
+from skyverse.planners.sight import pull_tight, without_seams
+from skyverse.planners.theta_star import lazy_theta_star
+from skyverse.space.lattice import positions
+from skyverse.space.world import segment_free
+from worlds import scenarios
+
+either = pytest.mark.parametrize("connectivity", [6, 26])
+
+
+def hall(start, target, *obstacles, size=(10, 10, 10), clearance=0.0, step=1.0, connectivity=26, objective=None):
+    return sky.Scenario(
+        name="hall",
+        bounds=sky.Bounds(min=(0, 0, 0), max=size),
+        obstacles=[sky.Box(min=low, max=high) for low, high in obstacles],
+        clearance=clearance,
+        lattice=sky.Lattice(step=(step,) * 3, connectivity=connectivity),
+        objective=sky.Objective(unit="metres") if objective is None else objective,
+        uavs=(sky.UAV(start=start),),
+        targets=(sky.Target(position=target),),
+    )
+
+
+def plan(scenario):
+    result = sky.ThetaStar().plan(sky.Problem(scenario))
+    assert sky.check_result(scenario, 0, 0, result) == []
+    return result
+
+
+def length(path):
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+
+
+@either
+def test_in_an_empty_world_the_path_is_the_straight_line_between_the_true_ends(connectivity):
+    result = plan(hall((0.3, 0.4, 0.7), (9.1, 7.6, 3.2), connectivity=connectivity))
+    np.testing.assert_array_equal(result.path, [(0.3, 0.4, 0.7), (9.1, 7.6, 3.2)])
+    assert result.status is sky.Status.OPTIMAL
+    assert result.cost == result.bound == math.dist(*result.path)
+    assert result.any_angle
+
+
+@either
+@pytest.mark.parametrize("thickness", [0.02, 1.5])
+def test_over_a_wall_the_path_is_the_taut_string_over_its_edges(connectivity, thickness):
+    clearance, top = 0.25, 6.2
+    wall = ((5 - thickness / 2, 0, 0), (5 + thickness / 2, 10, top))
+    result = plan(hall((1, 5, 2), (9, 5, 2), wall, clearance=clearance, connectivity=connectivity))
+    half = thickness / 2 + clearance
+    best = 2 * math.hypot(4 - half, top + clearance - 2) + 2 * half
+    assert best <= result.cost <= 1.002 * best
+    assert result.status is sky.Status.COMPLETE
+    assert result.bound == 8
+
+
+def test_round_a_pillar_the_path_touches_the_two_corners_on_the_shorter_side():
+    result = plan(hall((1, 5, 5), (9, 5, 5), ((4, 2.1, 0), (6, 6.3, 10)), step=0.5))
+    best = 2 * math.hypot(3, 1.3) + 2
+    assert best <= result.cost <= 1.002 * best
+
+
+def test_turns_are_priced_but_not_minimised_and_the_bound_knows_of_one():
+    given_ = hall((1, 5, 5), (9, 5, 5), ((4, 2.1, 0), (6, 6.3, 10)), objective=sky.Objective(divergence=0.3, fuel=2))
+    result = plan(given_)
+    assert result.terms["fuel"] == pytest.approx(2 * length(result.path))
+    assert result.terms["divergence"] == pytest.approx(0.3 * (len(result.path) - 2))
+    assert result.bound == pytest.approx(2 * 8 + 0.3)
+    free = plan(hall((1, 5, 5), (9, 5, 5), objective=sky.Objective(divergence=0.3, fuel=2)))
+    assert free.status is sky.Status.OPTIMAL
+    assert free.bound == pytest.approx(16)
+
+
+def test_a_target_at_the_start_is_reached_at_once():
+    result = plan(hall((1.2, 1.3, 1.4), (1.2, 1.3, 1.4)))
+    assert result.path.tolist() == [[1.2, 1.3, 1.4]]
+    assert result.status is sky.Status.OPTIMAL
+
+
+def test_a_start_on_the_surface_of_an_obstacle_leaves_it_by_the_lattice():
+    result = plan(hall((3, 5.2, 5), (9, 5, 5), ((1, 1, 0), (3, 9, 10)), step=0.8))
+    assert result.status is sky.Status.COMPLETE
+    assert result.cost <= 1.1 * result.bound
+
+
+def test_what_the_lattice_cannot_join_has_no_path():
+    result = plan(hall((1, 5, 5), (9, 5, 5), ((4, 0, 0), (6, 10, 10))))
+    assert result.status is sky.Status.NO_PATH
+    assert len(result.path) == 0
+
+
+def test_a_start_in_a_wall_is_refused():
+    assert plan(hall((5, 5, 5), (9, 5, 5), ((3, 0, 0), (7, 10, 10)))).status is sky.Status.START_UNSAFE
+
+
+WALLS = {
+    "flush": [((4, 0, 0), (6, 5, 10)), ((4, 5, 0), (6, 10, 6))],
+    "diagonal": [((3, 0, 0), (5, 5, 10)), ((5, 5, 0), (7, 10, 10))],
+    "stacked": [((4, 0, 0), (6, 10, 4)), ((4, 0, 4), (6, 10, 9))],
+}
+
+
+@pytest.mark.parametrize("walls", WALLS.values(), ids=WALLS)
+@pytest.mark.parametrize("step", [0.5, 1.0])
+def test_no_leg_slips_through_the_seam_between_boxes_that_touch(walls, step):
+    """The seam is open space to the world, and runs right along the straight line."""
+    seam = {"flush": ((2, 5, 3), (8, 5, 3)), "diagonal": ((4, 6, 3), (6, 4, 3)), "stacked": ((2, 5, 4), (8, 5, 4))}
+    start, target = next(seam[name] for name, boxes in WALLS.items() if boxes is walls)
+    scenario = hall(start, target, *walls, step=step)
+    world = sky.World(scenario)
+    assert world.segments_free([start], [target]).all()  # what a path of the open world may do
+    result = plan(scenario)
+    if walls is WALLS["diagonal"]:  # from wall to wall, floor to ceiling
+        assert result.status is sky.Status.NO_PATH
+        return
+    assert result.status is sky.Status.COMPLETE
+    assert result.cost > math.dist(start, target) + 1
+    assert distance_of(world, result.path) > 0
+
+
+def distance_of(world, path):
+    """The least distance of a path's points to the obstacles, a thousand a leg."""
+    shares = np.linspace(0, 1, 1000)[:, None]
+    legs = [a + shares * (b - a) for a, b in itertools.pairwise(path)]
+    return world.distance(np.vstack(legs)).min()
+
+
+@given(scenarios(most_nodes=7))
+@settings(max_examples=60, deadline=None)
+def test_the_path_is_never_longer_than_the_lattices_shortest_and_the_referee_agrees(scenario):
+    problem = sky.Problem(scenario)
+    result = sky.ThetaStar().plan(problem)
+    assert sky.check_result(scenario, 0, 0, result) == []
+    plain = {**dict(scenario), "objective": sky.Objective(unit="metres")}
+    lattice = sky.AStar().plan(sky.Problem(sky.Scenario.model_validate(plain)))
+    if not lattice.status.reached:
+        assert result.status is lattice.status
+        return
+    assert result.status.reached
+    joined = math.dist(problem.start, lattice.start) + lattice.cost + math.dist(lattice.goal, problem.end)
+    assert length(result.path) <= joined * (1 + 1e-12)
+    assert length(result.path) >= math.dist(problem.start, problem.end) * (1 - 1e-12)
+    assert result.effort.generated_nodes >= 1
+
+
+@given(scenarios(most_nodes=7))
+@settings(max_examples=60, deadline=None)
+def test_corners_see_each_other_and_a_path_pulled_tight_keeps_its_ends(scenario):
+    problem = sky.Problem(scenario)
+    if problem.route is None:
+        return
+    grid, space = problem.airspace.grid, without_seams(problem.airspace.world.space)
+    nodes, _ = lazy_theta_star(grid, space, problem.source, problem.goal)
+    assert nodes[0] == problem.source
+    assert nodes[-1] == problem.goal
+    corners = positions(grid, nodes)
+    tight = pull_tight(space, float(grid.step.max()), corners)
+    assert length(tight) <= length(corners) * (1 + 1e-12)
+    np.testing.assert_array_equal(tight[[0, -1]], corners[[0, -1]])
+    for path in (corners, tight):
+        for a, b in itertools.pairwise(path):
+            assert segment_free(space, a, b)
+
+
+@pytest.mark.parametrize(("name", "best"), [("map1", 22.4106), ("map2", 26.5205), ("map3", 22.6379)])
+def test_on_the_thesis_maps_the_path_is_within_a_thousandth_of_the_shortest_known(name, best):
+    scenario = sky.read(name)
+    result = plan(scenario)
+    assert best * (1 - 1e-5) <= length(result.path) <= 1.001 * best
+
+
+def test_a_run_can_be_repeated():
+    problem = sky.Problem(sky.read("map1"))
+    first, second = (dataclasses.replace(sky.ThetaStar().plan(problem), seconds=0.0) for _ in range(2))
+    assert first == second
+
+
+DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "voxels"
+
+
+def test_on_the_movingai_benchmark_no_path_is_longer_than_the_published_optimum():
+    if not (DATA / "Simple.3dmap.3dscen").is_file():
+        pytest.skip(f"the MovingAI benchmark is not at {DATA}; set SKYVERSE_DATA to where it is")
+    header, *rows = (DATA / "Simple.3dmap").read_text().splitlines()
+    voxels = [[int(n) for n in row.split()] for row in rows if row.strip()]
+    problems = [row.split() for row in (DATA / "Simple.3dmap.3dscen").read_text().splitlines()[2:]][::33]
+    assert len(problems) >= 300
+    ways = [[tuple(float(n) for n in row[i : i + 3]) for i in (0, 3)] for row in problems]
+    scenario = sky.Scenario(
+        name="Simple",
+        bounds=sky.Bounds(min=(0, 0, 0), max=[int(n) - 1 for n in header.split()[1:]]),
+        obstacles=[{"min": [n - 0.5 for n in v], "max": [n + 0.5 for n in v]} for v in voxels],
+        clearance=0,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[{"start": a} for a, _ in ways],
+        targets=[{"position": b} for _, b in ways],
+    )
+    airspace = sky.Airspace(scenario)
+    for i, row in enumerate(problems):
+        result = sky.ThetaStar().plan(sky.Problem(airspace, i, i))
+        assert sky.check_result(scenario, i, i, result) == []
+        assert result.cost <= float(row[6]) * (1 + 1e-7), row
+        assert result.cost >= math.dist(*ways[i]) * (1 - 1e-12)
