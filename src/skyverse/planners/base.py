@@ -167,18 +167,20 @@ class Run:
 
     Attributes
     ----------
+    task
+        What is sought: a `Task` on the lattice, a `Course` where legs are straight.
     paths
-        The population.
+        The population, `Paths` or `Polylines`.
     best
         One path, the archived best.
     memory
         What `Metaheuristic.begin` returned: whatever a method remembers from step to step besides.
     """
 
-    task: Task
+    task: Any
     desk: Desk
-    paths: Paths
-    best: Paths
+    paths: Any
+    best: Any
     rng: np.random.Generator
     memory: Any = None
 
@@ -188,7 +190,8 @@ class Metaheuristic(Planner):
     """A search that improves iteration by iteration until a stop rule is met.
 
     The loop is here: it times, counts, remembers the best, keeps the history, reports progress and stops. A method
-    on lattice paths is a `LatticeSearch`, one on waypoints a `WaypointSearch`.
+    on lattice paths is a `LatticeSearch`, one on waypoints a `WaypointSearch`. As it stands it searches the lattice;
+    `open_run` and `close_run` are what a search elsewhere replaces.
     """
 
     @property
@@ -237,13 +240,9 @@ class Metaheuristic(Planner):
             )
         generator, seed = seeded(rng)
         origin = provenance(repr(self), stop, seed)
-        if problem.refusal is not None:
-            return unplanned(problem, problem.refusal, origin)
-        if problem.route is None:
-            return unplanned(problem, Status.NO_PATH, origin)
-        if problem.source == problem.goal:  # nothing to search: a budget of nodes would never be spent
-            return planned(problem, problem.route.nodes, Effort(), 0.0, no_history(), "finished", origin)
-        run = self._open(problem, stop, generator)
+        run = self.open_run(problem, stop, generator, origin)
+        if isinstance(run, Result):
+            return run
         clock = Stopwatch()
         rows = []
         iterations = 0
@@ -262,23 +261,51 @@ class Metaheuristic(Planner):
             share = stop.spent(Progress(iterations, paths, nodes, evaluations, progress.seconds, found))
             self.step(run, share if share is not None else 0.0)
         seconds = clock.seconds
-        path = run.best.nodes[0, : run.best.length[0]].copy()
         effort = Effort(*(int(n) for n in run.desk.spent))
-        return planned(problem, path, effort, seconds, _history(rows), ended, origin)
+        return self.close_run(problem, run, effort, seconds, _history(rows), ended, origin)
+
+    def open_run(self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance) -> Run | Result:
+        """Lay out what a run needs, or return the result where there is nothing to search."""
+        if problem.refusal is not None:
+            return unplanned(problem, problem.refusal, origin)
+        if problem.route is None:
+            return unplanned(problem, Status.NO_PATH, origin)
+        if problem.source == problem.goal:  # a budget of nodes would never be spent
+            return planned(problem, problem.route.nodes, Effort(), 0.0, no_history(), "finished", origin)
+        return self._open(problem, stop, rng)
 
     def _open(self, problem: Problem, stop: Stop, rng: np.random.Generator) -> Run:
         grid = problem.airspace.grid
         capacity = self.longest(grid)
-        limits = [min(stop.limit(name), 2.0**62) for name in ("generated_paths", "generated_nodes", "evaluations")]
-        desk = Desk(
-            mark=np.zeros(len(grid.exits), np.uint8),
-            stamp=np.zeros(1, np.int64),
-            place=np.zeros(len(grid.exits), np.int32),
-            draft=np.empty(capacity, np.int64),
-            spent=np.zeros(3, np.int64),
-            limit=np.array(limits).astype(np.int64),
-        )
+        desk = make_desk(stop, len(grid.exits), capacity)
         return Run(self.task(problem), desk, _no_paths(self.population, capacity), _no_paths(1, capacity), rng)
+
+    def close_run(
+        self,
+        problem: Problem,
+        run: Run,
+        effort: Effort,
+        seconds: float,
+        history: History,
+        stopped_by: str,
+        origin: Provenance,
+    ) -> Result:
+        """Return the result of the archived best."""
+        path = run.best.nodes[0, : run.best.length[0]].copy()
+        return planned(problem, path, effort, seconds, history, stopped_by, origin)
+
+
+def make_desk(stop: Stop, nodes: int = 0, capacity: int = 0) -> Desk:
+    """Return the working memory of a run: for a lattice of so many nodes, and drafts of so many."""
+    limits = [min(stop.limit(name), 2.0**62) for name in ("generated_paths", "generated_nodes", "evaluations")]
+    return Desk(
+        mark=np.zeros(nodes, np.uint8),
+        stamp=np.zeros(1, np.int64),
+        place=np.zeros(nodes, np.int32),
+        draft=np.empty(capacity, np.int64),
+        spent=np.zeros(3, np.int64),
+        limit=np.array(limits).astype(np.int64),
+    )
 
 
 def require(settings: object, name: str, least: float) -> None:

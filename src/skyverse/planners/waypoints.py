@@ -5,18 +5,22 @@ import importlib.util
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from skyverse import cost
 from skyverse.errors import InputError
 from skyverse.kernel import kernel
+from skyverse.planners import straight
 from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.moves import NODES, PATHS, Desk, Paths, Task, begin_at, cut_loops, exhausted, judge, put
 from skyverse.planners.optimisers import Evaluate, Iterations
-from skyverse.result import Floats
+from skyverse.planners.straight import Course, Polylines, judge_legs
+from skyverse.problem import Problem
+from skyverse.result import Effort, Floats, History, Provenance, Result
 from skyverse.space.lattice import Grid, Ints, positions
+from skyverse.stop import Stop
 
 
 class _BudgetSpentError(Exception):
@@ -31,11 +35,14 @@ class WaypointSearch(Metaheuristic):
     path goes from the start through the nodes nearest to them to the goal, on digital straight lines: one axis per
     move on a 6-connected lattice, diagonals allowed on a 26-connected one. Obstacles do not bend it.
 
+    With ``legs="straight"`` the path leaves the lattice: straight legs from the UAV's true start through the waypoints
+    as they are, shares of the bounds, to its true target. The lattice is not asked for, not even whether it has a path.
+
     - What the optimiser minimises, the *fitness*, is the cost of the whole path, with `collision` added for every metre
-      of moves that the lattice forbids.
-    - What is archived as the best is the path up to its first forbidden move, its loops cut out, at its cost (equation
-      3.4): a candidate that meets an obstacle is an incomplete path. Of a path without forbidden move and loop,
-      fitness and cost are equal.
+      of moves that the lattice forbids, or inside grown obstacles.
+    - What is archived as the best is the path up to its first forbidden move or leg, its loops cut out on the lattice,
+      at its cost (equation 3.4): a candidate that meets an obstacle is an incomplete path. Of a path without forbidden
+      move and loop, fitness and cost are equal.
 
     One decoded candidate is one generated path and one evaluation. A method is a subclass with one generator function,
     `optimise`.
@@ -50,12 +57,15 @@ class WaypointSearch(Metaheuristic):
     candidates
         The population.
     collision
-        The price of a metre of forbidden moves.
+        The price of a metre of forbidden moves, or inside obstacles.
+    legs
+        ``"lattice"`` or ``"straight"``.
     """
 
     waypoints: int = 6
     candidates: int = 25
     collision: float = 100.0
+    legs: Literal["lattice", "straight"] = "lattice"
 
     library: ClassVar[str] = ""
     """The package that the method needs and skyverse itself does not, if any."""
@@ -64,6 +74,8 @@ class WaypointSearch(Metaheuristic):
         require(self, "waypoints", 1)
         require(self, "candidates", 6)
         require_between(self, "collision", 0, 1e9)
+        if self.legs not in ("lattice", "straight"):
+            raise ValueError(f"{type(self).__name__}'s legs is 'lattice' or 'straight', not {self.legs!r}")
         if self.library and importlib.util.find_spec(self.library) is None:
             raise InputError(
                 f"{type(self).__name__} needs the package {self.library}, which is not installed; "
@@ -94,13 +106,43 @@ class WaypointSearch(Metaheuristic):
         """Return how many nodes a path may have: those of all legs, each across the whole lattice."""
         return 1 + (self.waypoints + 1) * int((grid.shape - 1).sum())
 
+    def open_run(self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance) -> Run | Result:
+        """Lay out what a run needs, or return the result where there is nothing to search."""
+        if self.legs == "lattice":
+            return super().open_run(problem, stop, rng, origin)
+        return straight.open_run(problem, stop, rng, origin, 0, self.waypoints, self.collision)
+
+    def close_run(
+        self,
+        problem: Problem,
+        run: Run,
+        effort: Effort,
+        seconds: float,
+        history: History,
+        stopped_by: str,
+        origin: Provenance,
+    ) -> Result:
+        """Return the result of the archived best."""
+        close = super().close_run if self.legs == "lattice" else straight.close_run
+        return close(problem, run, effort, seconds, history, stopped_by, origin)
+
     def begin(self, run: Run) -> object:
         """Start the optimiser on the first population."""
-        first = _in_order(run.task, run.rng.random((self.candidates, self.waypoints, 3)))
+        drawn = run.rng.random((self.candidates, self.waypoints, 3))
+        if self.legs == "lattice":
+            extent = (run.task.grid.shape - 1) * run.task.grid.step
+            start, goal = positions(run.task.grid, [run.task.source, run.task.goal])
+        else:
+            extent = run.task.space.high - run.task.space.low
+            start, goal = run.task.start, run.task.goal
+        first = _in_order(drawn, extent * (goal - start))
 
         def evaluate(candidates: Floats) -> Floats:
             X = np.ascontiguousarray(candidates, dtype=np.float64)
-            fitness = decode(run.task, run.desk, run.best, X, float(self.collision))
+            if self.legs == "lattice":
+                fitness = decode(run.task, run.desk, run.best, X, float(self.collision))
+            else:
+                fitness = decode_straight(run.task, run.desk, run.best, X)
             if len(fitness) and fitness[-1] == math.inf:
                 raise _BudgetSpentError
             return fitness
@@ -116,10 +158,9 @@ class WaypointSearch(Metaheuristic):
             run.memory.send(spent)
 
 
-def _in_order(task: Task, X: Floats) -> Floats:
-    """Sort each candidate's waypoints, (m, k, 3), along the line from start to goal."""
-    start, goal = positions(task.grid, [task.source, task.goal])
-    along = X * (task.grid.shape - 1) * task.grid.step @ (goal - start)
+def _in_order(X: Floats, line: Floats) -> Floats:
+    """Sort each candidate's waypoints, (m, k, 3), along a line, (3,)."""
+    along = X @ line
     return np.take_along_axis(X, np.argsort(along, axis=1)[:, :, None], axis=1)
 
 
@@ -140,6 +181,24 @@ def decode(task: Task, desk: Desk, best: Paths, X: Floats, collision: float) -> 
         price = judge(task, desk, length)
         if price < best.cost[0]:
             put(best, 0, desk, length, price)
+    return fitness
+
+
+@kernel
+def decode_straight(course: Course, desk: Desk, best: Polylines, X: Floats) -> Floats:
+    """Price (m, 3 k) candidates with straight legs; see `decode`."""
+    low, high = course.space.low, course.space.high
+    fitness = np.full(len(X), math.inf)
+    path = np.empty((X.shape[1] // 3 + 2, 3))
+    path[0], path[-1] = course.start, course.goal
+    for i in range(len(X)):
+        if exhausted(desk):
+            break
+        for w in range(X.shape[1] // 3):
+            for axis in range(3):
+                share = min(max(X[i, 3 * w + axis], 0.0), 1.0)
+                path[w + 1, axis] = low[axis] + share * (high[axis] - low[axis])
+        fitness[i] = judge_legs(course, desk, best, path)
     return fitness
 
 

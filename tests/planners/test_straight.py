@@ -1,0 +1,135 @@
+"""Straight legs: what a polyline costs, what is kept of it, and searches that leave the lattice."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.mission import fly_along
+from skyverse.planners import straight
+from skyverse.planners.base import provenance
+from worlds import ROOM, scenarios
+
+STOP = sky.MaxIterations(4)
+
+
+def opened(problem, joints=8, collision=100.0):
+    origin = provenance("by hand", None, None)
+    return straight.open_run(problem, sky.MaxPaths(10**6), np.random.default_rng(0), origin, 3, joints, collision)
+
+
+def metres_inside(scenario, a, b):
+    """Sample a leg densely against every grown box: (n,) metres, and half a sample's length."""
+    at = a + ((np.arange(4000) + 0.5) / 4000)[:, None] * (b - a)
+    size = np.linalg.norm(b - a)
+    low = np.array([box.min for box in scenario.obstacles]).reshape(-1, 1, 3) - scenario.clearance
+    high = np.array([box.max for box in scenario.obstacles]).reshape(-1, 1, 3) + scenario.clearance
+    inside = np.all((at > low) & (at < high), axis=2)
+    return inside.sum() * size / 4000, size / 4000 * len(low)
+
+
+@settings(max_examples=50)
+@given(scenarios(), st.lists(st.tuples(*[st.floats(0, 1)] * 3), max_size=5))
+def test_fitness_is_price_and_metres_inside_and_the_free_part_is_kept(scenario, shares):
+    problem = sky.Problem(scenario)
+    run = opened(problem)
+    if isinstance(run, sky.Result):
+        return
+    low, high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
+    path = np.vstack([problem.start, low + np.array(shares).reshape(-1, 3) * (high - low), problem.end])
+    fitness = straight.judge_legs(run.task, run.desk, run.best, path)
+    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    safe = problem.airspace.world.segments_free(path[:-1], path[1:])
+    free = len(path) if safe.all() else 1 + int(np.argmin(safe))
+    kept = path[:free]
+    np.testing.assert_array_equal(run.best.points[0, : run.best.length[0]], kept)
+    objective = scenario.objective
+    turns = sum(
+        np.linalg.norm(np.cross(b - a, c - b)) > 1e-9 * np.linalg.norm(b - a) * np.linalg.norm(c - b)
+        for a, b, c in zip(kept, kept[1:], kept[2:], strict=False)
+    )
+    gap = math.dist(kept[-1], problem.end)
+    price = objective.fuel * lengths[: free - 1].sum() + objective.divergence * turns + objective.end * gap
+    assert run.best.cost[0] == pytest.approx(price, rel=1e-9, abs=1e-9)
+    if safe.all():
+        assert fitness == pytest.approx(price)
+    sampled = [metres_inside(scenario, a, b) for a, b in itertools.pairwise(path)]
+    inside, doubt = (sum(part) for part in zip(*sampled, strict=True))
+    without = straight.judge_legs(run.task._replace(collision=0.0), run.desk, run.best, path)
+    assert (fitness - without) / 100 == pytest.approx(inside, abs=doubt + 1e-6)
+    np.testing.assert_array_equal(run.desk.spent, [2, 2 * (len(path) - 1), 2])
+
+
+@settings(max_examples=25)
+@given(scenarios(), st.sampled_from([sky.WOA, sky.MFO, sky.DA]), st.integers(0, 99))
+def test_the_referee_passes_whatever_is_reported(scenario, kind, seed):
+    problem = sky.Problem(scenario)
+    result = kind(waypoints=2, candidates=6, legs="straight").plan(problem, stop=STOP, rng=seed)
+    assert sky.check_result(scenario, 0, 0, result) == []
+    if not len(result.path):
+        assert result.status is problem.any_angle_refusal
+        return
+    assert result.any_angle
+    np.testing.assert_array_equal(result.path[0], problem.start)
+    assert result.status.reached == np.array_equal(result.path[-1], problem.end)
+    if result.status.reached:
+        assert result.bound <= result.cost * (1 + 1e-12)
+    mission = sky.Mission(
+        scenario, (0,), (result,), (fly_along(problem, result),), (), provenance(repr(kind()), STOP, seed)
+    )
+    assert sky.check(scenario, mission) == []
+
+
+def hall(*obstacles, step=0.5):
+    return sky.Scenario.model_validate(
+        {**dict(ROOM), "obstacles": obstacles, "lattice": sky.Lattice(step=(step, step, step))}
+    )
+
+
+def test_a_straight_line_that_is_safe_is_optimal():
+    result = sky.WOA(waypoints=1, legs="straight").plan(sky.Problem(hall()), stop=sky.MaxPaths(4000), rng=1)
+    assert result.cost == pytest.approx(math.dist((0.6, 0.7, 1.2), (5.8, 4.3, 3.1)), rel=1e-3)
+    assert result.gap < 1e-3
+
+
+def test_a_way_is_found_where_the_lattice_has_none():
+    """The gap, 0.3 m wide once the wall has grown, lies between two planes of the lattice."""
+    wall = (
+        sky.Box(min=(2.9, 0, 0), max=(3.1, 2.1, 4)),
+        sky.Box(min=(2.9, 2.9, 0), max=(3.1, 5, 4)),
+    )
+    scenario = hall(*wall, step=1.0)
+    scenario = scenario.model_copy(update={"lattice": sky.Lattice(step=(2.0, 1.9, 2.0))})
+    problem = sky.Problem(scenario)
+    assert sky.MVO().plan(problem, rng=1).status is sky.Status.NO_PATH
+    result = sky.MFO(waypoints=2, legs="straight").plan(problem, stop=sky.MaxPaths(3000), rng=1)
+    assert result.status is sky.Status.COMPLETE
+    assert sky.check_result(scenario, 0, 0, result) == []
+
+
+def test_a_target_at_the_start_is_reached_without_a_search():
+    there = hall().model_copy(update={"targets": (sky.Target(position=(0.6, 0.7, 1.2)),)})
+    result = sky.WOA(legs="straight").plan(sky.Problem(there), rng=1)
+    assert (result.status, result.stopped_by, result.cost) == (sky.Status.OPTIMAL, "finished", 0.0)
+    assert sky.check_result(there, 0, 0, result) == []
+
+
+@pytest.mark.parametrize(
+    ("start", "status"), [((2.5, 1, 1), sky.Status.START_UNSAFE), ((-1, 1, 1), sky.Status.START_OUT_OF_BOUNDS)]
+)
+def test_what_cannot_be_planned_is_refused_with_the_reason(start, status):
+    scenario = ROOM.model_copy(update={"uavs": (sky.UAV(name="uav-1", start=start),)})
+    result = sky.WOA(legs="straight").plan(sky.Problem(scenario), rng=1)
+    assert result.status is status
+    assert sky.check_result(scenario, 0, 0, result) == []
+
+
+def test_legs_are_of_two_kinds():
+    with pytest.raises(ValueError, match="WOA's legs is 'lattice' or 'straight', not 'curved'"):
+        sky.WOA(legs="curved")
+    assert dataclasses.replace(sky.WOA(), legs="straight") != sky.WOA()
