@@ -21,9 +21,11 @@ from .planners.base import Metaheuristic as Metaheuristic
 from .planners.base import Planner as Planner
 from .planners.bbo import BBO as BBO
 from .planners.gso import GSO as GSO
+from .planners.hybrid import HybridMVO as HybridMVO
 from .planners.lattice import LatticeSearch as LatticeSearch
 from .planners.mvo import MVO as MVO
 from .planners.restart import RandomRestart as RandomRestart
+from .planners.taut import Taut as Taut
 from .planners.theta_star import ThetaStar as ThetaStar
 from .planners.waypoint_methods import CMAES as CMAES
 from .planners.waypoint_methods import DA as DA

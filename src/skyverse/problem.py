@@ -9,8 +9,10 @@ from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.exact import Route, shortest_route
 from skyverse.result import Floats, Status
 from skyverse.scenario import Scenario
+from skyverse.space.cells import Cells, make_cells
+from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, Ints, make_grid, positions, snap
-from skyverse.space.world import World, point_free
+from skyverse.space.world import ROOM, World, point_free
 
 
 class Airspace:
@@ -37,6 +39,16 @@ class Airspace:
     def rates(self) -> Rates:
         """The objective's prices of straight legs."""
         return make_rates(self.scenario)
+
+    @cached_property
+    def cells(self) -> Cells:
+        """Free space, cut into boxes."""
+        return make_cells(self.world.space, self.scenario.clearance + ROOM)
+
+    @cached_property
+    def edges(self) -> Edges:
+        """The edges of obstacles at which a shortest path can bend."""
+        return make_edges(self.world.space, self.scenario.clearance + 2 * ROOM)
 
     @cached_property
     def pricing(self) -> Pricing:

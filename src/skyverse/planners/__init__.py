@@ -8,10 +8,12 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mvo": "mvo.MVO",
+    "hybrid-mvo": "hybrid.HybridMVO",
     "gso": "gso.GSO",
     "bbo": "bbo.BBO",
     "random-restart": "restart.RandomRestart",
     "astar": "astar.AStar",
+    "taut": "taut.Taut",
     "theta-star": "theta_star.ThetaStar",
 } | {
     name: f"waypoint_methods.{cls}"

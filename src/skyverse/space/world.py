@@ -11,6 +11,9 @@ from skyverse.scenario import Scenario
 from skyverse.space import box, tree
 from skyverse.space.tree import Tree
 
+ROOM = 1e-7
+"""Metres of room that a path of any angle needs beside the clearance: touching obstacles leave none between them."""
+
 
 class Space(NamedTuple):
     """What the kernels see: bounds (3,) each, the obstacles in the index's order, and the growth in metres."""

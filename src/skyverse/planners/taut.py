@@ -1,0 +1,55 @@
+"""Shortest paths of any angle."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse.kernel import Stopwatch
+from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, unplanned
+from skyverse.problem import Problem
+from skyverse.result import Effort, History, Result, Status
+from skyverse.stop import OnIteration, Stop
+from skyverse.taut.route import taut_way
+
+
+@dataclass(frozen=True, kw_only=True)
+class Taut(Planner):
+    """A shortest path of straight legs, free of the lattice, from the UAV's start to its target.
+
+    Where a shortest path among boxes bends, it wraps around an edge of a grown one. A first way is found through the
+    cells of a partition of free space, which is exact: if there is none, no path exists. It is then shortened window
+    by window: A* over points sampled on the edges that a shorter path could touch, with lazy visibility; the bends
+    slide along their edges to where the path is shortest; what that runs into gives further points; until nothing
+    gets shorter. In a window that holds the whole problem that is, but for an unlucky sample, the shortest path.
+
+    It prices length alone: turns and other terms are reckoned, but not sought. It ends by itself; `stop`, `rng` and
+    `on_iteration` are taken for the sake of one call for all planners.
+
+    The partition and the edges are made once an `Airspace`; its problems share them.
+    """
+
+    def plan(
+        self,
+        problem: Problem,
+        *,
+        stop: Stop | None = None,
+        rng: Seed = None,
+        on_iteration: OnIteration | None = None,
+    ) -> Result:
+        """Find a shortest path; see `Planner.plan`."""
+        origin = provenance(repr(self), None, None)
+        refusal = problem.any_angle_refusal
+        if refusal is not None:
+            return unplanned(problem, refusal, origin)
+        space, cells, edges = problem.airspace.world.space, problem.airspace.cells, problem.airspace.edges
+        clock = Stopwatch()
+        found = taut_way(space, cells, edges, problem.start, problem.end)
+        seconds = clock.seconds
+        if len(found.way) == 0:
+            return unplanned(problem, Status.START_SHUT_IN if found.shut == 1 else Status.NO_PATH, origin)
+        searches, expanded = (int(n) for n in found.spent)
+        bound = float(np.linalg.norm(problem.end - problem.start)) * problem.scenario.objective.fuel
+        effort = Effort(generated_paths=searches, generated_nodes=expanded, evaluations=1)
+        length = float(np.linalg.norm(np.diff(found.way, axis=0), axis=1).sum())
+        history = History(np.array([length]), *(np.array([n]) for n in (searches, expanded, 1)))
+        return planned_any_angle(problem, found.way, bound, effort, seconds, history, "finished", origin)

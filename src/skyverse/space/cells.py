@@ -1,0 +1,207 @@
+"""Free space cut into boxes, exactly: what a way is found through where there is one, and proven absent where not.
+
+A binary space partition: every cut is along a face of a grown obstacle, until a cell is free or inside one of them.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space.box import Ints
+from skyverse.space.world import Space
+
+
+class Cells(NamedTuple):
+    """The partition as a tree; node 0 is the whole.
+
+    Attributes
+    ----------
+    low, high
+        (m, 3) metres.
+    axis
+        (m,) what a node is cut across: an axis, or -1 for a free cell, -2 for one inside an obstacle.
+    cut
+        (m,) where, metres.
+    below
+        (m,) the child below the cut; the one above follows it.
+    """
+
+    low: Floats
+    high: Floats
+    axis: Ints
+    cut: Floats
+    below: Ints
+
+
+FREE, SHUT = -1, -2
+
+
+@kernel
+def make_cells(space: Space, growth: float) -> Cells:
+    """Cut a world's bounds along the faces of its boxes grown by `growth`."""
+    n = len(space.boxes)
+    lows, highs = space.boxes[:, :3] - growth, space.boxes[:, 3:] + growth
+    size = 64
+    low, high = np.empty((size, 3)), np.empty((size, 3))
+    axes, cuts, below = np.empty(size, np.int64), np.empty(size), np.zeros(size, np.int64)
+    low[0], high[0] = space.low, space.high
+    count = 1
+    lists = np.empty(4 * n + 64, np.int64)  # the boxes that reach into each of the nodes that wait
+    waiting = np.empty((4096, 3), np.int64)  # node, and its range of `lists`
+    reach = 0
+    for i in range(n):
+        if _reaches(lows, highs, i, low[0], high[0]):
+            lists[reach] = i
+            reach += 1
+    waiting[0, 0], waiting[0, 1], waiting[0, 2] = 0, 0, reach
+    depth = 1
+    faces = np.empty(2 * n)
+    while depth:
+        depth -= 1
+        node, first, stop = waiting[depth, 0], waiting[depth, 1], waiting[depth, 2]
+        axes[node] = FREE if first == stop else -3
+        for k in range(first, stop):
+            i = lists[k]
+            if (lows[i] <= low[node]).all() and (highs[i] >= high[node]).all():
+                axes[node] = SHUT
+                break
+        if axes[node] != -3:
+            continue
+        axis, cut = _best_cut(lows, highs, lists[first:stop], low[node], high[node], faces)
+        if count + 2 > size:
+            low, high = _twice(low), _twice(high)
+            axes, below = _twice_whole(axes), _twice_whole(below)
+            longer = np.empty(2 * size)
+            longer[:size] = cuts
+            cuts = longer
+            size *= 2
+        axes[node], cuts[node], below[node] = axis, cut, count
+        for child in (count, count + 1):
+            low[child], high[child] = low[node], high[node]
+        high[count, axis] = cut
+        low[count + 1, axis] = cut
+        if stop + 2 * (stop - first) > len(lists):
+            lists = _twice_whole(lists)
+        if depth + 2 > len(waiting):
+            grown = np.empty((2 * len(waiting), 3), np.int64)
+            grown[: len(waiting)] = waiting
+            waiting = grown
+        top = stop
+        for child in (count + 1, count):  # the last one waits on top, so that its list may be overwritten when done
+            begin = top
+            for k in range(first, stop):
+                if _reaches(lows, highs, lists[k], low[child], high[child]):
+                    lists[top] = lists[k]
+                    top += 1
+            waiting[depth, 0], waiting[depth, 1], waiting[depth, 2] = child, begin, top
+            depth += 1
+        count += 2
+    return Cells(
+        low[:count].copy(), high[:count].copy(), axes[:count].copy(), cuts[:count].copy(), below[:count].copy()
+    )
+
+
+@kernel
+def _best_cut(lows: Floats, highs: Floats, some: Ints, low: Floats, high: Floats, faces: Floats) -> tuple[int, float]:
+    """Choose where to cut: few boxes cut in two, and as many on one side as on the other."""
+    best_axis, best_cut, least = 0, 0.0, np.inf
+    for axis in range(3):
+        count = 0
+        for i in some:
+            for face in (lows[i, axis], highs[i, axis]):
+                if low[axis] < face < high[axis]:
+                    faces[count] = face
+                    count += 1
+        if count > 12:
+            faces[:count].sort()
+            faces[0], faces[1], faces[2] = faces[count // 3], faces[count // 2], faces[2 * count // 3]
+            count = 3
+        for f in range(count):
+            cut = faces[f]
+            below = above = 0
+            for i in some:
+                below += lows[i, axis] < cut
+                above += highs[i, axis] > cut
+            price = below + above + 0.5 * abs(below - above)
+            if price < least:
+                best_axis, best_cut, least = axis, cut, price
+    return best_axis, best_cut
+
+
+@kernel
+def _reaches(lows: Floats, highs: Floats, i: int, low: Floats, high: Floats) -> bool:
+    meet = True
+    for axis in range(3):
+        meet &= lows[i, axis] < high[axis] and highs[i, axis] > low[axis]
+    return meet
+
+
+@kernel
+def _twice(rows: Floats) -> Floats:
+    longer = np.empty((2 * len(rows), 3))
+    longer[: len(rows)] = rows
+    return longer
+
+
+@kernel
+def _twice_whole(rows: Ints) -> Ints:
+    longer = np.empty(2 * len(rows), np.int64)
+    longer[: len(rows)] = rows
+    return longer
+
+
+@kernel
+def cell_of(cells: Cells, p: Floats) -> int:
+    """Return a free cell that holds a point, or has it on its surface; -1 if none does."""
+    waiting = np.empty(256, np.int64)
+    waiting[0] = 0
+    depth = 1
+    while depth:
+        depth -= 1
+        node = waiting[depth]
+        axis = cells.axis[node]
+        if axis == FREE:
+            return node
+        if axis >= 0:
+            if p[axis] <= cells.cut[node]:
+                waiting[depth] = cells.below[node]
+                depth += 1
+            if p[axis] >= cells.cut[node]:
+                waiting[depth] = cells.below[node] + 1
+                depth += 1
+    return -1
+
+
+@kernel
+def neighbours(cells: Cells, cell: int, found: Ints) -> int:
+    """Find the free cells that share a part of a face with one; return how many were written into `found`."""
+    waiting = np.empty(256, np.int64)
+    count = 0
+    low, high = cells.low[cell], cells.high[cell]
+    for face in range(6):
+        across, up = face >> 1, face & 1
+        plane = high[across] if up else low[across]
+        waiting[0] = 0
+        depth = 1
+        while depth:
+            depth -= 1
+            node = waiting[depth]
+            axis = cells.axis[node]
+            if axis == FREE:
+                if (cells.low[node, across] if up else cells.high[node, across]) == plane and count < len(found):
+                    found[count] = node
+                    count += 1
+            elif axis == across:
+                go_up = cells.cut[node] < plane or (cells.cut[node] == plane and up)
+                waiting[depth] = cells.below[node] + (1 if go_up else 0)
+                depth += 1
+            elif axis >= 0:
+                if low[axis] < cells.cut[node]:
+                    waiting[depth] = cells.below[node]
+                    depth += 1
+                if high[axis] > cells.cut[node]:
+                    waiting[depth] = cells.below[node] + 1
+                    depth += 1
+    return count

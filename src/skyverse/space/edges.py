@@ -1,0 +1,133 @@
+"""The convex edges of free space: where a shortest path can bend.
+
+A shortest path among boxes is straight but where it wraps around an edge of a grown box. Edges end at the bounds and
+where other boxes cover them; what is left are pieces, each parallel to an axis.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space import tree
+from skyverse.space.box import Ints
+from skyverse.space.tree import Tree
+from skyverse.space.world import Space
+
+
+class Edges(NamedTuple):
+    """Pieces of edges, in an order of their own index.
+
+    Attributes
+    ----------
+    ends
+        (k, 6) metres: min and max corner of each piece, equal on all axes but its own.
+    axis
+        (k,) the axis that each is parallel to.
+    side
+        (k, 2) by the two axes that follow: +1 where free space lies above the piece on that axis, -1 where below.
+    box
+        (k,) whose edge it is.
+    tree
+        The index over the pieces.
+    """
+
+    ends: Floats
+    axis: Ints
+    side: Ints
+    box: Ints
+    tree: Tree
+
+
+@kernel
+def make_edges(space: Space, growth: float) -> Edges:
+    """Return the edges of a world's boxes grown by `growth`, as far as others grown alike leave them free."""
+    hair = 1e-6  # how far beside an edge a UAV must be able to pass
+    ends = np.empty((64, 6))
+    kind = np.empty((64, 4), np.int64)
+    count = 0
+    cuts = np.empty((64, 2))
+    low, high = np.empty(3), np.empty(3)
+    for i in range(len(space.boxes)):
+        for axis in range(3):
+            b, c = (axis + 1) % 3, (axis + 2) % 3
+            for corner in range(4):
+                up_b, up_c = 2 * (corner & 1) - 1, 2 * (corner >> 1) - 1
+                at_b = space.boxes[i, b + 3] + growth if up_b > 0 else space.boxes[i, b] - growth
+                at_c = space.boxes[i, c + 3] + growth if up_c > 0 else space.boxes[i, c] - growth
+                if not (
+                    space.low[b] + hair < at_b < space.high[b] - hair
+                    and space.low[c] + hair < at_c < space.high[c] - hair
+                ):
+                    continue
+                low[axis] = max(space.boxes[i, axis] - growth, space.low[axis])
+                high[axis] = min(space.boxes[i, axis + 3] + growth, space.high[axis])
+                low[b] = high[b] = at_b
+                low[c] = high[c] = at_c
+                found = 0
+                node = 0
+                while node < len(space.tree.skip):
+                    if not _overlap(space.tree.bounds, node, growth + hair, low, high):
+                        node = space.tree.skip[node]
+                        continue
+                    for j in range(space.tree.first[node], space.tree.stop[node]):
+                        if j != i and _shuts(space.boxes, j, growth, b, at_b, up_b * hair, c, at_c, up_c * hair):
+                            if found == len(cuts):
+                                cuts = _longer(cuts)
+                            cuts[found, 0] = space.boxes[j, axis] - growth
+                            cuts[found, 1] = space.boxes[j, axis + 3] + growth
+                            found += 1
+                    node += 1
+                order = np.argsort(cuts[:found, 0])
+                begin = low[axis]
+                for cut in range(found + 1):
+                    stop = min(cuts[order[cut], 0], high[axis]) if cut < found else high[axis]
+                    if stop > begin:
+                        if count == len(ends):
+                            ends, kind = _longer(ends), _longer_kind(kind)
+                        ends[count, :3], ends[count, 3:] = low, high
+                        ends[count, axis], ends[count, axis + 3] = begin, stop
+                        kind[count, 0], kind[count, 1], kind[count, 2], kind[count, 3] = axis, up_b, up_c, i
+                        count += 1
+                    if cut < found:
+                        begin = max(begin, cuts[order[cut], 1])
+    index, order = tree.build(ends[:count])
+    kind = kind[order]
+    return Edges(ends[order], kind[:, 0].copy(), kind[:, 1:3].copy(), kind[:, 3].copy(), index)
+
+
+@kernel
+def _overlap(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
+    meet = True
+    for axis in range(3):
+        meet &= boxes[i, axis] - growth <= high[axis] and boxes[i, axis + 3] + growth >= low[axis]
+    return meet
+
+
+@kernel
+def _shuts(
+    boxes: Floats, j: int, growth: float, b: int, at_b: float, hair_b: float, c: int, at_c: float, hair_c: float
+) -> bool:
+    """Tell whether box j holds an edge, or the passage along one of its faces, in the plane across it."""
+    low_b, high_b = boxes[j, b] - growth, boxes[j, b + 3] + growth
+    low_c, high_c = boxes[j, c] - growth, boxes[j, c + 3] + growth
+    return (
+        (low_b < at_b < high_b and low_c < at_c < high_c)
+        or (low_b < at_b + hair_b < high_b and low_c < at_c - hair_c < high_c)
+        or (low_b < at_b - hair_b < high_b and low_c < at_c + hair_c < high_c)
+    )
+
+
+@kernel
+def _longer(rows: Floats) -> Floats:
+    longer = np.empty((2 * len(rows), rows.shape[1]))
+    longer[: len(rows)] = rows
+    return longer
+
+
+@kernel
+def _longer_kind(rows: Ints) -> Ints:
+    longer = np.empty((2 * len(rows), rows.shape[1]), np.int64)
+    longer[: len(rows)] = rows
+    return longer
