@@ -18,6 +18,8 @@ ON_THE_LATTICE = [
     sky.MVO(universes=8),
     sky.MVO(universes=8, as_run=True),
     sky.MVO(universes=8, generator="uniform"),
+    sky.HybridMVO(universes=8),
+    sky.HybridMVO(universes=8, straighten=0, tries=1, rejoin=False, segments=False, wormholes=False, roam=0.0),
     sky.GSO(glowworms=8),
     sky.GSO(glowworms=8, as_run=True),
     sky.BBO(habitats=8),
@@ -147,6 +149,8 @@ def test_the_history_has_a_row_for_the_start_and_one_an_iteration(planner):
     assert result.history.evaluations[0] == planner.population
     assert result.stopped_by == "MaxIterations"
     most = planner.samples if isinstance(planner, sky.RandomRestart) else planner.population
+    if isinstance(planner, sky.HybridMVO):
+        most *= 2 + planner.straighten
     assert (np.diff(result.history.evaluations) <= most).all()
     if isinstance(planner, sky.MVO):
         np.testing.assert_array_equal(np.diff(result.history.evaluations), planner.universes - 1)
@@ -154,7 +158,7 @@ def test_the_history_has_a_row_for_the_start_and_one_an_iteration(planner):
 
 def rerouted(planner):
     """The most walks that one candidate can take: a graft, a detour and its retries, and the way to the goal."""
-    return 1 if isinstance(planner, sky.WaypointSearch) else planner.retries + 5
+    return 1 if isinstance(planner, sky.WaypointSearch) else getattr(planner, "retries", 0) + 5
 
 
 @every_metaheuristic
@@ -259,6 +263,14 @@ def test_a_misspelt_setting_is_refused_with_the_list_of_settings(kind):
         (sky.MVO, {"p": math.nan}),
         (sky.MVO, {"generator": "clever"}),
         (sky.MVO, {"as_run": "yes"}),
+        (sky.HybridMVO, {"universes": 1}),
+        (sky.HybridMVO, {"straighten": -1}),
+        (sky.HybridMVO, {"tries": 0}),
+        (sky.HybridMVO, {"rejoin": 1}),
+        (sky.HybridMVO, {"segments": None}),
+        (sky.HybridMVO, {"wormholes": "no"}),
+        (sky.HybridMVO, {"roam": 1.5}),
+        (sky.HybridMVO, {"p": 0.0}),
         (sky.RandomRestart, {"samples": 0}),
         (sky.RandomRestart, {"retries": None}),
         (sky.RandomRestart, {"generator": None}),

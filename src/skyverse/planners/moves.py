@@ -328,6 +328,17 @@ def ranked(costs: Floats) -> Ints:
 
 
 @kernel
+def rank_wheel(n: int, rng: np.random.Generator) -> int:
+    """Draw a rank from 0 on, rank r with a weight of n - r."""
+    spin = rng.random() * (n * (n + 1) // 2)
+    rank = 0
+    while rank < n - 1 and spin >= n - rank:
+        spin -= n - rank
+        rank += 1
+    return rank
+
+
+@kernel
 def adopt(task: Task, desk: Desk, U: Paths, i: int, best: Paths, length: int) -> None:
     """Judge the draft and let it be path i, and the archived best if it is better."""
     price = judge(task, desk, length)

@@ -22,6 +22,7 @@ from skyverse.planners.moves import (
     generate,
     judge,
     put,
+    rank_wheel,
     ranked,
     reroute,
 )
@@ -130,7 +131,7 @@ def _described(
             return
         i = order[black_hole]
         if rng.random() * norm < U.cost[i]:  # r1 < NI(U_i), (3.6); all costs may be 0
-            k = order[_rank_wheel(n, rng)]
+            k = order[rank_wheel(n, rng)]
             length = begin_with(desk, U, k, U.length[k])
             put(U, i, desk, length, U.cost[k])
         if rng.random() < wep:  # r2 < WEP, (3.7)
@@ -145,17 +146,6 @@ def _described(
             put(U, i, desk, length, price)
             if price < best.cost[0]:
                 put(best, 0, desk, length, price)
-
-
-@kernel
-def _rank_wheel(n: int, rng: np.random.Generator) -> int:
-    """Draw a rank from 0 on, rank r with a weight of n - r."""
-    spin = rng.random() * (n * (n + 1) // 2)
-    rank = 0
-    while rank < n - 1 and spin >= n - rank:
-        spin -= n - rank
-        rank += 1
-    return rank
 
 
 @kernel

@@ -1,0 +1,150 @@
+"""Stretches of lattice paths: straight flights between two nodes, and putting a stretch in another's place.
+
+These kernels take the arrays that they need, not a `Task` or a `Desk`: handing over one of those takes longer than
+most of what is done here.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse import cost
+from skyverse.cost import Pricing
+from skyverse.kernel import kernel
+from skyverse.planners.moves import NODES, PATHS, Task
+from skyverse.result import Floats
+from skyverse.space.lattice import Grid, Ints
+
+Exits = NDArray[np.int32]
+_ORDERS = np.array([(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
+
+
+@kernel
+def _leg(diagonal: bool, k: int, x: int, y: int, z: int) -> tuple[int, int, int, int]:
+    """Return the k-th straight run of the way x, y, z: how many moves, and the move's steps on each axis."""
+    if not diagonal:
+        x, y, z = x * int(k == 0), y * int(k == 1), z * int(k == 2)
+    least = max(abs(x), abs(y), abs(z))
+    for way in (x, y, z):
+        if way:
+            least = min(least, abs(way))
+    return least, int(x > 0) - int(x < 0), int(y > 0) - int(y < 0), int(z > 0) - int(z < 0)
+
+
+@kernel
+def flight_price(steps: Floats, ny: int, nz: int, diagonal: bool, a: int, b: int) -> float:
+    """Return the fuel of a flight from node a to node b in empty space, which no path between them undercuts."""
+    x, y, z = b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
+    if not diagonal:
+        return float(abs(x) * steps[1] + abs(y) * steps[2] + abs(z) * steps[4])
+    total = 0.0
+    for k in range(3):
+        n, ex, ey, ez = _leg(diagonal, k, x, y, z)
+        total += n * steps[abs(ex) + 2 * abs(ey) + 4 * abs(ez)]
+        x, y, z = x - n * ex, y - n * ey, z - n * ez
+    return total
+
+
+@kernel
+def fly(
+    exits: Exits,
+    offsets: Ints,
+    moves: Ints,
+    ny: int,
+    nz: int,
+    draft: Ints,
+    spent: Ints,
+    order: int,
+    length: int,
+    goal: int,
+) -> int:
+    """Continue the draft to a node by at most three straight runs, in one of six orders: a generated path.
+
+    Return the draft's new length, 0 where a move is not safe.
+    """
+    diagonal = len(offsets) > 6
+    node = int(draft[length - 1])
+    x, y, z = goal // (ny * nz) - node // (ny * nz), (goal // nz) % ny - (node // nz) % ny, goal % nz - node % nz
+    n0, m0 = 0, 0
+    n1, m1 = 0, 0
+    n2, m2 = 0, 0
+    for k in range(3):
+        n, ex, ey, ez = _leg(diagonal, k, x, y, z)
+        m = 0
+        while n and (moves[m, 0] != ex or moves[m, 1] != ey or moves[m, 2] != ez):
+            m += 1
+        if k == 0:
+            n0, m0 = n, m
+        elif k == 1:
+            n1, m1 = n, m
+        else:
+            n2, m2 = n, m
+        if diagonal:
+            x, y, z = x - n * ex, y - n * ey, z - n * ez
+    begin = length
+    safe = length + n0 + n1 + n2 < len(draft)
+    for turn in range(3):
+        k = _ORDERS[order, turn]
+        n, m = (n0, m0) if k == 0 else ((n1, m1) if k == 1 else (n2, m2))
+        bit, step = 1 << m, int(offsets[m])
+        while n and safe:
+            if exits[np.uint64(node)] & bit:  # unsigned, so that numba need not look for an index from the end
+                node += step
+                draft[length] = node
+                length += 1
+                n -= 1
+            else:
+                safe = False
+    spent[PATHS] += 1
+    spent[NODES] += length - begin
+    return length if safe else 0
+
+
+@kernel
+def plain(pricing: Pricing) -> bool:
+    """Tell whether a path costs what its nodes do, one like the other."""
+    same = pricing.first > 0.0 and pricing.steps[1] == pricing.steps[7]
+    return bool(same and pricing.turn == 0.0 and not pricing.rates.soft)
+
+
+@kernel
+def price_of(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
+    """Return the price of a stretch's moves and turns."""
+    price = cost.fuel(grid, pricing, nodes) - pricing.first + cost.divergence(grid, pricing, nodes)
+    if pricing.rates.soft:
+        price += cost.soft(grid, pricing, nodes).sum()
+    return price
+
+
+@kernel
+def cut_out(draft: Ints, row: Ints, a: int) -> int:
+    """Begin the draft with a path's node at place a, and the one before for the turn there; return its length."""
+    draft[0] = row[max(0, a - 1)]
+    draft[min(1, a)] = row[a]
+    return min(1, a) + 1
+
+
+@kernel
+def gain_of(task: Task, row: Ints, n: int, a: int, b: int, draft: Ints, length: int) -> float:
+    """Return by how much a path of n nodes gets cheaper with the draft, begun by `cut_out`, for its nodes a to b."""
+    grid, pricing = task.grid, task.pricing
+    after = int(b + 1 < n)
+    draft[length] = row[min(b + 1, n - 1)]
+    old, new = row[max(0, a - 1) : b + 1 + after], draft[: length + after]
+    gain = price_of(grid, pricing, old) - price_of(grid, pricing, new)
+    return gain + cost.end(grid, pricing, old, task.goal) - cost.end(grid, pricing, new, task.goal)
+
+
+@kernel
+def put_in(row: Ints, n: int, a: int, b: int, draft: Ints, length: int) -> int:
+    """Let the draft, begun by `cut_out`, take the place of a path's nodes a to b; return how many it has then."""
+    before = min(1, a)
+    shift = length - before - (b - a + 1)
+    if shift > 0:
+        for j in range(n - 1, b, -1):
+            row[j + shift] = row[j]
+    elif shift < 0:
+        for j in range(b + 1, n):
+            row[j + shift] = row[j]
+    for j in range(length - before):
+        row[a + j] = draft[before + j]
+    return n + shift
