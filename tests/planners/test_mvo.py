@@ -181,7 +181,7 @@ for connectivity in (6, 26):
     room = ROOM.model_copy(update={"lattice": lattice, "objective": sky.Objective(divergence=0.3)})
     for planner in (
         sky.MVO(universes=4), sky.MVO(universes=4, as_run=True), sky.MVO(universes=4, generator="uniform"),
-        sky.RandomRestart(samples=4), sky.AStar(),
+        sky.HybridMVO(universes=4), sky.RandomRestart(samples=4), sky.AStar(),
     ):
         mission = sky.plan_mission(room, planner, stop=sky.MaxIterations(3), rng=3)
         result = mission.results[0]
@@ -203,5 +203,5 @@ def test_all_of_it_runs_uncompiled_and_gives_the_same_answers():
         ).stdout
 
     plain = run(NUMBA_DISABLE_JIT="1")
-    assert plain.count("Effort") == 10
+    assert plain.count("Effort") == 12
     assert plain == run(NUMBA_DISABLE_JIT="0")
