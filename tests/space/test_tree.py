@@ -25,7 +25,7 @@ def test_the_index_finds_what_asking_every_box_finds(count, seed, growth):
         holding = {i for i in range(count) if box.holds(boxes, i, growth, *p)}
         found = tree.containing(index, boxes, growth, *p)
         assert found in holding if holding else found == -1
-        meeting = {i for i in range(count) if box.meets(boxes, i, growth, p, q)}
+        meeting = {i for i in range(count) if box.meets(boxes, i, growth, box.ray(p, q))}
         found = tree.crossed(index, boxes, growth, p, q)
         assert found in meeting if meeting else found == -1
         nearest = min((box.gap(boxes, i, *p) for i in range(count)), default=np.inf)

@@ -4,6 +4,7 @@ A shape is a file like this one: holds, meets, gap, touch. The world's index ask
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,27 +29,48 @@ def holds(boxes: Floats, i: int, growth: float, x: float, y: float, z: float) ->
     )
 
 
+class Ray(NamedTuple):
+    """A segment made ready for many slab tests: where it begins, and one over its extent on each axis, 0 for none."""
+
+    x: float
+    y: float
+    z: float
+    per_x: float
+    per_y: float
+    per_z: float
+
+
 @kernel
-def meets(boxes: Floats, i: int, growth: float, a: Floats, b: Floats) -> bool:
-    """Tell whether the segment a-b meets the interior of box i, grown by `growth` (slab method, exact)."""
+def ray(a: Floats, b: Floats) -> Ray:
+    """Make the segment from a to b ready."""
+    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    return Ray(
+        a[0],
+        a[1],
+        a[2],
+        1.0 / dx if dx != 0.0 else 0.0,
+        1.0 / dy if dy != 0.0 else 0.0,
+        1.0 / dz if dz != 0.0 else 0.0,
+    )
+
+
+@kernel
+def meets(boxes: Floats, i: int, growth: float, r: Ray) -> bool:
+    """Tell whether a segment meets the interior of box i, grown by `growth` (slab method, exact)."""
     margin = growth - TOLERANCE
-    enter = 0.0
-    leave = 1.0
-    for axis in range(3):
-        low = boxes[i, axis] - margin
-        high = boxes[i, axis + 3] + margin
-        d = b[axis] - a[axis]
-        if d == 0.0:
-            if a[axis] <= low or a[axis] >= high:
-                return False
-        else:
-            t1 = (low - a[axis]) / d
-            t2 = (high - a[axis]) / d
-            enter = max(enter, min(t1, t2))
-            leave = min(leave, max(t1, t2))
-            if enter > leave:
-                return False
-    return enter < leave or holds(boxes, i, growth, a[0], a[1], a[2])
+    enter, leave = _between(boxes[i, 0] - margin, boxes[i, 3] + margin, r.x, r.per_x, 0.0, 1.0)
+    enter, leave = _between(boxes[i, 1] - margin, boxes[i, 4] + margin, r.y, r.per_y, enter, leave)
+    enter, leave = _between(boxes[i, 2] - margin, boxes[i, 5] + margin, r.z, r.per_z, enter, leave)
+    return enter < leave or (enter == leave and holds(boxes, i, growth, r.x, r.y, r.z))
+
+
+@kernel
+def _between(low: float, high: float, a: float, per: float, enter: float, leave: float) -> tuple[float, float]:
+    """Narrow the share of a segment that lies within other slabs to that within this one; empty ones end before 0."""
+    if per == 0.0:
+        return (enter, leave) if low < a < high else (1.0, -1.0)
+    t1, t2 = (low - a) * per, (high - a) * per
+    return max(enter, min(t1, t2)), min(leave, max(t1, t2))
 
 
 @kernel

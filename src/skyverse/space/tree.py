@@ -97,13 +97,14 @@ def containing(tree: Tree, boxes: Floats, growth: float, x: float, y: float, z: 
 @kernel
 def crossed(tree: Tree, boxes: Floats, growth: float, a: Floats, b: Floats) -> int:
     """Return a box whose interior, grown by `growth`, the segment a-b meets, or -1."""
+    r = box.ray(a, b)
     node = 0
     while node < len(tree.skip):
-        if not box.meets(tree.bounds, node, growth, a, b):
+        if not box.meets(tree.bounds, node, growth, r):
             node = tree.skip[node]
             continue
         for i in range(tree.first[node], tree.stop[node]):
-            if box.meets(boxes, i, growth, a, b):
+            if box.meets(boxes, i, growth, r):
                 return i
         node += 1
     return -1
