@@ -1,0 +1,39 @@
+"""The benchmarks that others run still run."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PEERS = Path(__file__).parents[1] / "benchmarks" / "peers"
+
+
+def run(*words):
+    return subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=300)
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="a benchmark of plain Python says nothing")
+def test_the_peers_are_compared_in_tables_and_a_figure(tmp_path):
+    if importlib.util.find_spec("ompl") is None:
+        pytest.skip('OMPL is not installed; pip install "skyverse[ompl]"')
+    done = run(PEERS, "--quick", "--seconds", "0.2", "--only", "map1", "Taut", "OMPL AORRTC", "-o", tmp_path)
+    assert done.returncode == 0, done.stderr
+    table = [line.split("|") for line in (tmp_path / "peers.md").read_text().splitlines() if line.startswith("| ")]
+    rows = {row[1].strip(): [cell.strip() for cell in row] for row in table}
+    assert {"Taut", "OMPL AORRTC"} <= rows.keys()
+    sound = [row for row in table if row[-2].strip() == "sound"]
+    assert len(sound) == 2
+    assert "+0." in rows["Taut"][-3]  # within a per cent of the shortest known
+    for kind in ("png", "svg"):
+        assert (tmp_path / f"peers.{kind}").stat().st_size > 10_000
+
+
+def test_an_unknown_name_is_refused_with_the_list_of_names():
+    done = run(PEERS, "--only", "map9")
+    assert done.returncode == 2
+    assert "'map9'" in done.stderr
+    assert "map1" in done.stderr
+    assert "Theta*" in done.stderr
