@@ -31,7 +31,9 @@ def main(words: list[str]) -> None:
             for seed in range(seeds):
                 print(f"{problem}: {name}, seed {seed}", file=sys.stderr, flush=True)
                 found.setdefault((name, problem), []).append(follow(name, problem, seed, asked.seconds))
-    cases = [case(problem) for problem in problems]
+    if not found:
+        sys.exit("none of these planners takes part in these problems")
+    cases = [case(problem) for problem in problems if any(key[1] == problem for key in found)]
     text = "\n".join([_machine(), *_left_out(missing), tables(cases, found, asked.seconds)])
     print(text)
     (folder / "peers.md").write_text(text, encoding="utf-8")

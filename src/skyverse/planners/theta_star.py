@@ -30,9 +30,9 @@ class ThetaStar(Planner):
     the shortest of all.
 
     Legs keep clear of the closed obstacles, as the lattice's moves do: they do not slip through the seam of two boxes
-    that touch. Length alone is minimised; the result's cost also prices its turns. Its bound is the straight line's
-    cost, and one turn where the straight line is not safe. `NO_PATH` and the other refusals are about the lattice:
-    there is none on it, at this step.
+    that touch. Length alone is minimised; turns and other terms are reckoned, but not sought. Its bound is the straight
+    line's cost, and one turn where the straight line is not safe. `NO_PATH` and the other refusals are about the
+    lattice: there is none on it, at this step.
 
     It ends by itself; `stop`, `rng` and `on_iteration` are taken for the sake of one call for all planners.
 
