@@ -15,6 +15,7 @@ from .lab.row import Row as Row
 from .lab.rows import Rows as Rows
 from .lab.study import Study as Study
 from .lab.study import read_study as read_study
+from .many import plan_many as plan_many
 from .mission import plan_mission as plan_mission
 from .planners.astar import AStar as AStar
 from .planners.base import Metaheuristic as Metaheuristic
@@ -52,6 +53,7 @@ from .result import Status as Status
 from .result import Trajectory as Trajectory
 from .result import Violation as Violation
 from .samples.city import random_city as random_city
+from .samples.threats import random_threats as random_threats
 from .scenario import UAV as UAV
 from .scenario import AltitudeBand as AltitudeBand
 from .scenario import Bounds as Bounds

@@ -8,7 +8,8 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.report import json_text, table
 from skyverse.cli.watch import StudyWatch
-from skyverse.cli.words import cores, file_name, refuse_output, refuse_unsafe, study_of, whole_number
+from skyverse.cli.words import file_name, refuse_output, refuse_unsafe, study_of, whole_number
+from skyverse.cores import cores
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from skyverse.cli.watch import StudyWatch
-from skyverse.cli.words import cores, whole_number
+from skyverse.cli.words import whole_number
+from skyverse.cores import cores
 
 Whole = Annotated[int, Parameter(converter=whole_number)]
 INTERRUPTED = 130

@@ -172,10 +172,3 @@ def _few(runs: int) -> int:
     if runs > MOST_SEEDS:
         raise InputError(f"--runs: expected at most {MOST_SEEDS:,}, found {runs:,}")
     return runs
-
-
-def cores() -> int:
-    """Return how many processes this one may run side by side."""
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

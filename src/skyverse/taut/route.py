@@ -10,8 +10,10 @@ from skyverse.space import tree
 from skyverse.space.cells import Cells
 from skyverse.space.edges import Edges
 from skyverse.space.world import ROOM, Space, in_bounds, segment_free
+from skyverse.taut.bends import distance
+from skyverse.taut.bound import lower_bound
 from skyverse.taut.passage import passage
-from skyverse.taut.tighten import tighten
+from skyverse.taut.tighten import length_of, tighten
 
 
 class Taut(NamedTuple):
@@ -52,6 +54,18 @@ def taut_way(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Floa
     if np.array_equal(whole[-2], whole[-1]) or (kept[len(whole) - 3] and segment_free(space, whole[-3], whole[-1])):
         kept[-2] = False
     return Taut(whole[kept], 0, spent)
+
+
+@kernel
+def least_length(space: Space, edges: Edges, start: Floats, goal: Floats, way: Floats, most: int) -> float:
+    """Return what no way from start to goal is shorter than, given one, for at most so many states expanded."""
+    length = length_of(way)
+    straight = distance(start, goal)
+    if most == 0 or len(way) < 3:
+        return straight
+    least, _ = lower_bound(space, space.clearance + ROOM, edges, start, goal, length * (1.0 + 1e-12), 1e-9, most)
+    # edges lie two ROOMs off the obstacles: on that scale a way could gain a little at each of its bends
+    return min(max(straight, least - 1e-6 * len(way)), length)
 
 
 @kernel

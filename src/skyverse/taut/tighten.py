@@ -10,7 +10,7 @@ from skyverse.space.edges import Edges
 from skyverse.space.world import Space
 from skyverse.taut.bends import Points, closest, distance, nearby, reach_on, search, through
 
-PIECES = 160
+PIECES = 100
 """Pieces of edges in a window at most."""
 POINTS = 200
 """Points sampled on them, about."""
@@ -237,7 +237,7 @@ def tighten(space: Space, growth: float, edges: Edges, way: Floats, spent: Ints)
                 break
             middle += reach
         way = straighten(space, growth, way)
-        if length_of(way) > before * (1.0 - 1e-6):
+        if length_of(way) > before * (1.0 - 1e-4):
             break
     return way
 

@@ -1,0 +1,217 @@
+"""Taut against what is known: closed forms, near-exact lengths, another search, and the exhaustive lattice."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+import skyverse as sky
+from rooms import room_world
+from skyverse.space.cells import FREE, SHUT, make_cells
+from skyverse.space.world import ROOM
+from worlds import scenarios
+
+
+def hall(*boxes, start=(1, 5, 2), target=(9, 5, 2), clearance=0.0, size=(10, 10, 5)):
+    return sky.Scenario(
+        name="hall",
+        bounds=sky.Bounds(min=(0, 0, 0), max=size),
+        obstacles=tuple(sky.Box(min=a, max=b) for a, b in boxes),
+        clearance=clearance,
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=(sky.UAV(start=start),),
+        targets=(sky.Target(position=target),),
+    )
+
+
+def taut(scenario, **settings_):
+    result = sky.Taut(**settings_).plan(sky.Problem(scenario))
+    assert sky.check_result(scenario, 0, 0, result) == []
+    return result
+
+
+@pytest.mark.parametrize(
+    ("name", "clearance", "length"),
+    [
+        ("map1", 0.25, 22.4106),
+        ("map2", 0.25, 26.5205),
+        ("map3", 0.25, 22.6379),
+        ("map1", 0.0, 22.0181),
+        ("map2", 0.0, 23.8601),
+        ("map3", 0.0, 22.0762),
+    ],
+)
+def test_the_maps_near_exact_lengths_are_met(name, clearance, length):
+    result = taut(sky.read(name).model_copy(update={"clearance": clearance}))
+    assert result.cost == pytest.approx(length, rel=1e-5)
+    assert 0 <= result.gap < 0.07
+    np.testing.assert_array_equal(result.path[0], sky.read(name).uavs[0].start)
+
+
+def test_an_open_way_is_a_straight_line_and_called_optimal():
+    result = taut(hall(((4, 0, 0), (5, 4, 5))))
+    assert result.status is sky.Status.OPTIMAL
+    assert len(result.path) == 2
+    assert result.cost == 8.0
+
+
+@pytest.mark.parametrize("clearance", [0.0, 0.3])
+def test_around_one_pillar_the_shorter_side_is_taken(clearance):
+    result = taut(hall(((4, 3, 0), (5, 6, 5)), clearance=clearance))
+    across = 1 + clearance
+    by_hand = math.hypot(3 - clearance, across) + (1 + 2 * clearance) + math.hypot(4 - clearance, across)
+    assert result.cost == pytest.approx(by_hand, abs=1e-5)
+
+
+def test_over_one_wall_and_under_the_next_the_bends_lie_where_the_path_is_shortest():
+    """Two walls across the whole hall: the bends' places along the walls' edges, by another optimiser."""
+    scenario = hall(((3, 0, 0), (3.5, 10, 3)), ((6, 0, 1), (6.5, 10, 5)), start=(1, 1, 1), target=(9, 8, 4))
+    edges = np.array([(3, 3), (3.5, 3), (6, 1), (6.5, 1)])  # x and z of the edges that it must pass
+
+    def length(y):
+        points = np.vstack([[1, 1, 1], np.column_stack([edges[:, 0], y, edges[:, 1]]), [9, 8, 4]])
+        return np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+
+    best = minimize(length, [2, 3, 5, 6], tol=1e-12)
+    result = taut(scenario, proof=5000)
+    assert result.cost == pytest.approx(best.fun, abs=1e-5)
+    assert result.gap < 1e-3  # the edges are parallel: one pull takes away all jumps along them
+
+
+def test_through_a_window_the_path_bends_at_its_corner():
+    wall = [
+        ((4, 0, 0), (4.5, 10, 2.5)),
+        ((4, 0, 2.5), (4.5, 7, 5)),
+        ((4, 8, 2.5), (4.5, 10, 5)),
+        ((4, 7, 4), (4.5, 8, 5)),
+    ]
+    result = taut(hall(*wall, start=(1, 1, 1), target=(9, 2, 1)))
+    inside = result.path[(result.path[:, 0] > 3.9) & (result.path[:, 0] < 4.6)]
+    assert ((inside[:, 1] > 7 - 1e-6) & (inside[:, 2] > 2.5 - 1e-6)).all()
+    assert result.cost < sky.ThetaStar().plan(sky.Problem(hall(*wall, start=(1, 1, 1), target=(9, 2, 1)))).cost + 1e-9
+
+
+def test_no_path_leads_through_the_seam_of_touching_boxes():
+    wall = [((4, 0, 0), (5, 5, 5)), ((4, 5, 0), (5, 10, 5))]
+    assert taut(hall(*wall)).status is sky.Status.NO_PATH
+    assert taut(hall(*wall[:1])).status is sky.Status.OPTIMAL  # along its face
+
+
+def test_a_slit_just_wide_enough_is_found_and_a_narrower_one_is_not():
+    def slit(width):
+        return hall(((4, 0, 0), (5, 5, 5)), ((4, 5 + width, 0), (5, 10, 5)), clearance=0.25, start=(1, 2, 2))
+
+    assert taut(slit(0.5001)).status.reached
+    assert taut(slit(0.4999)).status is sky.Status.NO_PATH
+
+
+@pytest.mark.parametrize("start", [(4, 5, 2), (5, 5, 2), (4, 3, 2), (4, 3, 0), (4, 3, 5), (4.5, 3, 2)])
+def test_a_start_on_a_wall_or_its_edge_is_left(start):
+    scenario = hall(((4, 3, 0), (5, 6, 5)), start=start)
+    assert taut(scenario).status.reached
+
+
+def test_what_cannot_begin_is_refused_with_its_reason():
+    closed = [((3, 3, 1), (4, 6, 4)), ((4, 3, 1), (5, 6, 4))]
+    assert taut(hall(*closed, start=(4, 4, 2))).status is sky.Status.START_SHUT_IN
+    assert taut(hall(*closed, start=(3.5, 4, 2))).status is sky.Status.START_UNSAFE
+    assert taut(hall(*closed, target=(3.5, 4, 2))).status is sky.Status.TARGET_UNSAFE
+    assert taut(hall(*closed, target=(4, 4, 2))).status is sky.Status.NO_PATH
+    assert taut(hall(target=(11, 4, 2))).status is sky.Status.TARGET_OUT_OF_BOUNDS
+
+
+def test_start_and_target_in_one_place_need_no_way():
+    result = taut(hall(target=(1, 5, 2)))
+    assert result.cost == 0.0
+    assert result.status is sky.Status.OPTIMAL
+
+
+def test_the_fuel_is_weighted_and_turns_are_reckoned():
+    scenario = hall(((4, 3, 0), (5, 6, 5))).model_copy(update={"objective": sky.Objective(fuel=2, divergence=1, end=9)})
+    result = taut(scenario)
+    assert result.terms["fuel"] == pytest.approx(2 * (math.hypot(3, 1) + 1 + math.hypot(4, 1)), abs=1e-5)
+    assert result.terms["divergence"] == 2.0
+    assert result.bound <= result.terms["fuel"]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_in_random_rooms_it_is_safe_and_never_longer_than_the_lattice(seed):
+    scenario = room_world(seed)
+    problem = sky.Problem(scenario)
+    result = taut(scenario)
+    if problem.any_angle_refusal is None and problem.refusal is None and problem.route is not None:
+        ends = problem.places([problem.source, problem.goal])
+        to_lattice = math.dist(problem.start, ends[0]) + math.dist(problem.end, ends[1])
+        assert result.cost <= problem.route.price + to_lattice + 1e-6
+    if result.status.reached:
+        assert math.dist(problem.start, problem.end) <= result.bound + 1e-9
+
+
+@given(scenarios(), st.integers(0, 100))
+@settings(max_examples=60)
+def test_no_other_path_beats_the_bound(scenario, seed):
+    scenario = scenario.model_copy(update={"objective": sky.Objective(unit="metres")})
+    problem = sky.Problem(scenario)
+    result = sky.Taut(proof=400).plan(problem)
+    if result.status.reached and problem.refusal is None:
+        other = sky.ThetaStar().plan(problem)
+        if other.status.reached:
+            assert result.bound <= other.cost + 1e-6
+
+
+@given(scenarios(most_boxes=8), st.integers(0, 2**32))
+def test_the_cells_are_free_or_shut_as_points_in_them_are(scenario, seed):
+    space = sky.World(scenario).space
+    cells = make_cells(space, scenario.clearance + ROOM)
+    leaves = np.flatnonzero(cells.axis < 0)
+    sizes = (cells.high - cells.low)[leaves]
+    assert sizes.prod(axis=1).sum() == pytest.approx((space.high - space.low).prod())
+    rng = np.random.default_rng(seed)
+    roomy = leaves[(sizes > 1e-5).all(axis=1)]
+    for leaf in rng.choice(roomy, min(20, len(roomy)), replace=False):
+        p = cells.low[leaf] + rng.uniform(0.1, 0.9, 3) * (cells.high - cells.low)[leaf]
+        assert cells.axis[leaf] in (FREE, SHUT)
+        assert sky.World(scenario).free(p)[0] == (cells.axis[leaf] == FREE)
+
+
+def test_a_city_is_crossed_within_a_percent_of_the_straight_line():
+    city = sky.random_city(2000, seed=0)
+    result = taut(city)
+    assert result.gap < 0.002
+
+
+def test_many_paths_are_those_planned_one_by_one():
+    city = sky.random_city(200, seed=2, uavs=6)
+    pairs = list(itertools.product(range(6), range(3)))
+    airspace = sky.Airspace(city)
+    seen = []
+    many = sky.plan_many(airspace, sky.Taut(), pairs, workers=3, on_result=lambda i, result: seen.append(i))
+    assert sorted(seen) == list(range(len(pairs)))
+    for (uav, target), result in zip(pairs, many, strict=True):
+        alone = sky.Taut().plan(sky.Problem(airspace, uav, target))
+        np.testing.assert_array_equal(result.path, alone.path)
+        assert sky.check_result(city, uav, target, result) == []
+
+
+def test_many_seeded_paths_do_not_depend_on_how_many_work_at_them():
+    scenario = sky.read("table-4.8")
+    pairs = [(i, i) for i in range(4)]
+    runs = [
+        sky.plan_many(scenario, sky.MVO(universes=6), pairs, stop=sky.MaxIterations(4), rng=5, workers=n)
+        for n in (1, 3)
+    ]
+    for one, other in zip(*runs, strict=True):
+        np.testing.assert_array_equal(one.path, other.path)
+
+
+def test_many_is_refused_in_one_sentence():
+    with pytest.raises(sky.InputError, match="workers is a whole number"):
+        sky.plan_many(sky.read("map1"), sky.Taut(), [(0, 0)], workers=0)
+    with pytest.raises(ValueError, match="there is no uav 3"):
+        sky.plan_many(sky.read("map1"), sky.Taut(), [(3, 0)])
+    assert sky.plan_many(sky.read("map1"), sky.Taut(), []) == []

@@ -1,0 +1,57 @@
+"""Random rooms full of boxes, as bad as they get: touching, overlapping, with slits, closed rooms, ends on walls."""
+
+import numpy as np
+
+from skyverse.scenario import UAV, Bounds, Box, Lattice, Objective, Scenario, Target
+
+QUARTER = 0.25
+
+
+def room_world(seed):
+    """Make the scenario with that seed: 0 to 200 boxes on quarters of a metre, a lattice of quarters."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.choice([0, 1, 2, 5, 10, 20, 40, 80, 140, 200]))
+    side = rng.integers(6, 17, 3).astype(float)
+    kind = rng.choice(["plain", "bars", "slit", "small"])
+    boxes = []
+    for _ in range(count):
+        size = rng.integers(1, 5 if kind == "small" else 9, 3) * QUARTER
+        if kind != "small":
+            size *= rng.choice([1, 1, 2])
+        if kind == "bars" and rng.random() < 0.3:
+            size[rng.integers(3)] = side.max()
+        low = np.floor(rng.uniform(-0.5, side) / QUARTER) * QUARTER
+        boxes.append((low, low + size))
+    if kind == "slit":
+        x, y = (float(rng.integers(2, side[axis] - 1)) for axis in (0, 1))
+        width = float(rng.choice([0.25, 0.5, 0.5001, 0.75]))
+        boxes.append((np.array([x, 0, 0]), np.array([x + QUARTER, y, side[2]])))
+        boxes.append((np.array([x, y + width, 0]), np.array([x + QUARTER, max(side[1], y + width + 0.1), side[2]])))
+    if rng.random() < 0.2:
+        low = rng.integers(1, 4, 3).astype(float)
+        high = low + rng.integers(1, 4, 3)
+        for axis in range(3):
+            for face in (low[axis] - QUARTER, high[axis]):
+                a, b = low - QUARTER, high + QUARTER
+                a[axis], b[axis] = face, face + QUARTER
+                boxes.append((a, b))
+    clearance = float(rng.choice([0, 0, 0.05, 0.125, 0.25]))
+
+    def place():
+        p = rng.uniform(0, side)
+        if boxes and rng.random() < 0.4:  # on a wall
+            a, b = boxes[rng.integers(len(boxes))]
+            axis = rng.integers(3)
+            p[axis] = (a - clearance if rng.random() < 0.5 else b + clearance)[axis]
+        return tuple(np.clip(p, 0, side).tolist())
+
+    return Scenario(
+        name=f"rooms-{seed}",
+        bounds=Bounds(min=(0, 0, 0), max=tuple(side)),
+        obstacles=tuple(Box(min=tuple(a), max=tuple(b)) for a, b in boxes),
+        clearance=clearance,
+        lattice=Lattice(step=(QUARTER,) * 3, connectivity=26),
+        objective=Objective(unit="metres"),
+        uavs=(UAV(start=place()),),
+        targets=(Target(position=place()),),
+    )
