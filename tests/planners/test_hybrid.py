@@ -90,7 +90,7 @@ def test_other_objectives_and_connectivities_come_as_near(unit, connectivity, di
         lattice = scenario.lattice.model_copy(update={"connectivity": connectivity})
         objective = sky.Objective(divergence=divergence, end=80, unit=unit)
         changed = sky.Problem(scenario.model_copy(update={"lattice": lattice, "objective": objective}))
-        results = [sky.HybridMVO().plan(changed, rng=seed) for seed in range(2)]
+        results = [sky.HybridMVO(legs="lattice").plan(changed, rng=seed) for seed in range(2)]
         assert np.mean([result.gap for result in results]) < 0.04
         assert not any(sky.check_result(changed.scenario, 0, 0, result) for result in results)
 
@@ -99,7 +99,7 @@ def test_other_objectives_and_connectivities_come_as_near(unit, connectivity, di
 @given(scenarios(), st.integers(0, 2**32), st.sampled_from([{}, *OFF]))
 def test_in_random_worlds_it_is_never_better_than_the_optimum_and_safe(scenario, seed, repair):
     random = sky.Problem(scenario)
-    result = sky.HybridMVO(universes=4, **repair).plan(random, stop=sky.MaxIterations(6), rng=seed)
+    result = sky.HybridMVO(universes=4, legs="lattice", **repair).plan(random, stop=sky.MaxIterations(6), rng=seed)
     if len(result.path):
         assert sky.check_result(scenario, 0, 0, result) == []
         assert result.cost == pytest.approx(sum(price_of(scenario, result.path, result.goal)))
@@ -114,4 +114,16 @@ def test_its_engine_has_its_settings_and_its_results_bear_its_name():
     ours, theirs = (p.plan(problem("map1"), stop=sky.MaxIterations(5), rng=1) for p in (planner, engine))
     assert ours.history == theirs.history
     assert ours.provenance.planner == repr(planner)
-    assert {f.name for f in dataclasses.fields(planner)} < {f.name for f in dataclasses.fields(engine)}
+    shared = {f.name for f in dataclasses.fields(planner)} - {"legs", "joints"}
+    assert shared < {f.name for f in dataclasses.fields(engine)}
+
+
+def test_seeds_on_the_lattice_are_the_first_universes_and_their_effort_counts():
+    exact = sky.AStar().plan(problem("map2"))
+    seeded = sky.HybridMVO(seeds=(sky.AStar(), sky.ThetaStar())).plan(problem("map2"), stop=sky.MaxIterations(2), rng=1)
+    assert seeded.history.cost[0] == 229
+    assert seeded.status is sky.Status.OPTIMAL
+    alone = sky.HybridMVO().plan(problem("map2"), stop=sky.MaxIterations(2), rng=1)
+    assert alone.history.cost[0] > 229
+    assert seeded.effort.generated_nodes > alone.history.generated_nodes[0] + exact.effort.generated_nodes
+    assert "seeds=(AStar()" in seeded.provenance.planner

@@ -2,9 +2,11 @@
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Literal
 
-from skyverse.planners.base import Planner, Seed
+from skyverse.planners.base import Planner, Seed, require
 from skyverse.planners.hybrid_lattice import LatticeHybrid
+from skyverse.planners.hybrid_straight import StraightHybrid
 from skyverse.planners.multiverse import Multiverse
 from skyverse.problem import Problem
 from skyverse.result import Result
@@ -18,7 +20,11 @@ class HybridMVO(Multiverse, Planner):
     As in `MVO`: universes are paths, their inflation rate NI is their cost; they are sorted in every iteration; white
     holes work with probability NI and come from a rank drawn by a roulette wheel, wormholes lead to the best with
     probability WEP (equation 3.8), TDR (3.9) bounds how far both cases travel, and a change is kept unless it costs
-    more. Unlike there, the best universe changes too. No exact search helps.
+    more. Unlike there, the best universe changes too. No exact search helps, unless it is a seed.
+
+    Universes are lattice paths where the objective counts nodes, paths of straight legs where it is in metres. There,
+    changes are small moves of a path's joints; a universe other than the best may get a little dearer, by a share that
+    falls with TDR; and the last universes are left alone, ever more as the budget is spent.
 
     Attributes
     ----------
@@ -44,7 +50,25 @@ class HybridMVO(Multiverse, Planner):
         The wormhole existence probability at the start and at the end (equation 3.8).
     p
         The exploitation accuracy in TDR = 1 - (l/L)^(1/p) (equation 3.9).
+    seeds
+        Planners whose paths join the first population; on the lattice, only lattice paths do. Their effort and seconds
+        are part of the result's.
+    legs
+        ``"lattice"`` or ``"straight"``; ``None`` follows the objective's unit. `straighten`, `rejoin`, `segments`,
+        `wormholes` and `roam` are about the lattice. With straight legs `tries` is how many small moves a universe
+        makes in an iteration, on average.
+    joints
+        The most joints of a path of straight legs; more only where a seed has more.
     """
+
+    legs: Literal["lattice", "straight"] | None = None
+    joints: int = 12
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self, "joints", 1)
+        if self.legs not in (None, "lattice", "straight"):
+            raise ValueError(f"HybridMVO's legs is 'lattice', 'straight' or None, not {self.legs!r}")
 
     def plan(
         self,
@@ -64,6 +88,8 @@ class HybridMVO(Multiverse, Planner):
             If no counted rule stops the run: schedules follow counted budgets, never a clock.
         """
         settings = {f.name: getattr(self, f.name) for f in dataclasses.fields(Multiverse)}
-        result = LatticeHybrid(**settings).plan(problem, stop=stop, rng=rng, on_iteration=on_iteration)
+        legs = self.legs or ("lattice" if problem.scenario.objective.unit == "nodes" else "straight")
+        engine = LatticeHybrid(**settings) if legs == "lattice" else StraightHybrid(**settings, joints=self.joints)
+        result = engine.plan(problem, stop=stop, rng=rng, on_iteration=on_iteration)
         origin = dataclasses.replace(result.provenance, planner=repr(self))
         return dataclasses.replace(result, provenance=origin)

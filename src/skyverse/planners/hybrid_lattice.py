@@ -15,6 +15,7 @@ from skyverse.planners.moves import (
     Desk,
     Paths,
     Task,
+    adopt,
     begin_with,
     copy_in,
     cut_loops,
@@ -24,10 +25,12 @@ from skyverse.planners.moves import (
     rank_wheel,
     ranked,
 )
-from skyverse.planners.multiverse import Multiverse
+from skyverse.planners.multiverse import Multiverse, charge
 from skyverse.planners.stretches import Exits, cut_out, flight_price, fly, gain_of, plain, price_of, put_in
-from skyverse.result import Floats
+from skyverse.problem import Problem
+from skyverse.result import Effort, Floats, History, Provenance, Result
 from skyverse.space.lattice import Ints
+from skyverse.stop import Stop
 
 
 class Rules(NamedTuple):
@@ -47,6 +50,43 @@ class Rules(NamedTuple):
 @dataclass(frozen=True, kw_only=True)
 class LatticeHybrid(Multiverse, LatticeSearch):
     """The engine of `HybridMVO` for lattice paths."""
+
+    def open_run(self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance) -> Run | Result:
+        """Lay out what a run needs, and let the seeds plan: their lattice paths wait in the population."""
+        run = super().open_run(problem, stop, rng, origin)
+        if isinstance(run, Result):
+            return run
+        results = self.plan_seeds(problem, rng)
+        grid, U = run.task.grid, run.paths
+        ways = [result.path for result in results if result.status.reached and not result.any_angle]
+        ways = [way for way in ways if len(way) <= U.nodes.shape[1]]
+        for i, way in enumerate(ways[: self.universes]):
+            indices = np.rint((way - grid.origin) / grid.step).astype(np.int64)
+            U.nodes[i, : len(way)] = np.ravel_multi_index(tuple(indices.T), tuple(grid.shape))
+            U.length[i] = len(way)
+        return charge(run, results)
+
+    def close_run(
+        self,
+        problem: Problem,
+        run: Run,
+        effort: Effort,
+        seconds: float,
+        history: History,
+        stopped_by: str,
+        origin: Provenance,
+    ) -> Result:
+        """Return the result of the archived best; its seconds are also those of the seeds."""
+        return super().close_run(problem, run, effort, seconds + run.memory, history, stopped_by, origin)
+
+    def begin(self, run: Run) -> object:
+        """Generate the first population, in which the seeds' paths take the first places."""
+        ways = [run.paths.nodes[i, :n].copy() for i, n in enumerate(run.paths.length) if n]
+        super().begin(run)
+        for i, way in enumerate(ways):
+            run.desk.draft[: len(way)] = way
+            adopt(run.task, run.desk, run.paths, i, run.best, len(way))
+        return run.memory
 
     def step(self, run: Run, spent: float) -> None:
         """Do one iteration."""

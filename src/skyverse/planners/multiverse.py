@@ -1,8 +1,13 @@
 """The settings of a hybrid multiverse, and its schedules: what HybridMVO and its engine share."""
 
+import dataclasses
 from dataclasses import dataclass
 
-from skyverse.planners.base import require, require_between
+import numpy as np
+
+from skyverse.planners.base import Planner, Run, require, require_between
+from skyverse.problem import Problem
+from skyverse.result import Result
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +24,7 @@ class Multiverse:
     wep_min: float = 0.2
     wep_max: float = 1.0
     p: float = 6.0
+    seeds: tuple[Planner, ...] = ()
 
     def __post_init__(self) -> None:
         require(self, "universes", 2)
@@ -32,6 +38,8 @@ class Multiverse:
         require_between(self, "wep_min", 0, 1)
         require_between(self, "wep_max", self.wep_min, 1)
         require_between(self, "p", 1e-3, 1e3)
+        if not isinstance(self.seeds, tuple) or not all(isinstance(seed, Planner) for seed in self.seeds):
+            raise ValueError(f"{type(self).__name__}'s seeds is a tuple of planners, not {self.seeds!r}")
 
     @property
     def population(self) -> int:
@@ -45,3 +53,14 @@ class Multiverse:
     def tdr(self, spent: float) -> float:
         """Return the travelling distance rate when a share of the budget is spent (equation 3.9)."""
         return 1.0 - float(spent ** (1.0 / self.p))
+
+    def plan_seeds(self, problem: Problem, rng: np.random.Generator) -> list[Result]:
+        """Let each seed plan, with random numbers of its own."""
+        return [seed.plan(problem, rng=rng.spawn(1)[0]) for seed in self.seeds]
+
+
+def charge(run: Run, seeds: list[Result]) -> Run:
+    """Return the run with the seeds' effort spent; it remembers their seconds."""
+    for result in seeds:
+        run.desk.spent[:] += dataclasses.astuple(result.effort)
+    return dataclasses.replace(run, memory=sum(result.seconds for result in seeds))

@@ -1,0 +1,241 @@
+"""Small moves of a path of straight legs: they change its joints, in place, and return how many points it has then.
+
+Ends stay. Where a move does not apply, or there is no room for another joint, nothing changes.
+"""
+
+import math
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.planners.straight import Course
+from skyverse.result import Floats
+
+_CHANCES = np.cumsum(np.array([4.0, 1.0, 1.0, 0.5, 0.7, 1.0, 1.0, 1.0]))
+"""Of nudge, insert, drop, smooth, level, shift, detour and dodge: shares that an experiment found good, added up."""
+
+
+@kernel
+def small_move(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
+    """Do one of the moves below, drawn at random; `reach` is the share of the bounds that it may go."""
+    if n == 2:
+        return insert(course, rng, path, n, reach) if rng.random() < 0.5 else dodge(course, rng, path, n)
+    kind = np.searchsorted(_CHANCES, rng.random() * _CHANCES[-1], side="right")
+    if kind == 0:
+        return nudge(course, rng, path, n, reach)
+    if kind == 1:
+        return insert(course, rng, path, n, reach)
+    if kind == 2:
+        return drop(rng, path, n)
+    if kind == 3:
+        return smooth(rng, path, n)
+    if kind == 4:
+        return level(course, rng, path, n)
+    if kind == 5:
+        return shift(course, rng, path, n, reach)
+    if kind == 6:
+        return detour(course, rng, path, n, reach)
+    return dodge(course, rng, path, n)
+
+
+@kernel
+def nudge(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
+    """Move one joint: across, up or down, or both."""
+    j = 1 + int(rng.random() * (n - 2))
+    _push(course, rng, path[j], reach, int(rng.random() * 3))
+    return n
+
+
+@kernel
+def _push(course: Course, rng: np.random.Generator, point: Floats, reach: float, how: int) -> None:
+    low, high = course.space.low, course.space.high
+    for axis in range(3):
+        if how == 2 or (axis == 2) == (how == 1):
+            point[axis] += reach * (high[axis] - low[axis]) * rng.standard_normal()
+    hold(course, point)
+
+
+@kernel
+def insert(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
+    """Put a joint into one leg, and move it."""
+    leg = int(rng.random() * (n - 1))
+    share = rng.random()
+    if not _open(path, n, leg + 1):
+        return n
+    for axis in range(3):
+        path[leg + 1, axis] = path[leg, axis] + share * (path[leg + 2, axis] - path[leg, axis])
+    _push(course, rng, path[leg + 1], reach, 2)
+    return n + 1
+
+
+@kernel
+def _open(path: Floats, n: int, at: int) -> bool:
+    """Make room for a point at a place."""
+    if n == len(path):
+        return False
+    for i in range(n, at, -1):
+        for axis in range(3):
+            path[i, axis] = path[i - 1, axis]
+    return True
+
+
+@kernel
+def drop(rng: np.random.Generator, path: Floats, n: int) -> int:
+    """Fly straight past one joint, or several in a row."""
+    first = 1 + int(rng.random() * (n - 2))
+    count = 1 if rng.random() < 0.7 else 1 + int(rng.random() * (n - 1 - first))
+    for i in range(first, n - count):
+        for axis in range(3):
+            path[i, axis] = path[i + count, axis]
+    return n - count
+
+
+@kernel
+def smooth(rng: np.random.Generator, path: Floats, n: int) -> int:
+    """Draw one joint towards the straight line between its neighbours."""
+    j = 1 + int(rng.random() * (n - 2))
+    before, after = math.sqrt(((path[j] - path[j - 1]) ** 2).sum()), math.sqrt(((path[j + 1] - path[j]) ** 2).sum())
+    if before + after > 0.0:
+        share, pull = before / (before + after), rng.random()
+        for axis in range(3):
+            on_line = path[j - 1, axis] + share * (path[j + 1, axis] - path[j - 1, axis])
+            path[j, axis] += pull * (on_line - path[j, axis])
+    return n
+
+
+@kernel
+def level(course: Course, rng: np.random.Generator, path: Floats, n: int) -> int:
+    """Bring the altitude of a stretch of joints into the band, or to that of a neighbour, or on the way between two."""
+    first = 1 + int(rng.random() * (n - 2))
+    last = first + int(rng.random() * rng.random() * (n - 1 - first))
+    how = int(rng.random() * 3)
+    z = path[first - 1, 2] if rng.random() < 0.5 else path[last + 1, 2]
+    if how == 0 and course.rates.altitude > 0.0:
+        z = course.rates.low + rng.random() * (course.rates.high - course.rates.low)
+    for j in range(first, last + 1):
+        if how == 2:
+            share = (j - first + 1) / (last - first + 2)
+            z = path[first - 1, 2] + share * (path[last + 1, 2] - path[first - 1, 2])
+        path[j, 2] = z
+        hold(course, path[j])
+    return n
+
+
+@kernel
+def shift(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
+    """Move a stretch of joints by the same way."""
+    first = 1 + int(rng.random() * (n - 2))
+    last = first + int(rng.random() * (n - 1 - first))
+    way = np.zeros(3)
+    how = int(rng.random() * 3)
+    for axis in range(3):
+        if how == 2 or (axis == 2) == (how == 1):
+            way[axis] = reach * (course.space.high[axis] - course.space.low[axis]) * rng.standard_normal()
+    for j in range(first, last + 1):
+        for axis in range(3):
+            path[j, axis] += way[axis]
+        hold(course, path[j])
+    return n
+
+
+@kernel
+def dodge(course: Course, rng: np.random.Generator, path: Floats, n: int) -> int:
+    """Lead a leg past a corner of an obstacle or zone: put a joint there, or move the one that is next to it."""
+    place = np.empty(3)
+    leg = int(rng.random() * (n - 1))
+    share = rng.random()
+    for axis in range(3):
+        place[axis] = path[leg, axis] + share * (path[leg + 1, axis] - path[leg, axis])
+    if not beside(course, rng, place):
+        return n
+    if n > 2 and (n == len(path) or rng.random() < 0.5):
+        j = min(max(leg + int(rng.random() * 2), 1), n - 2)
+    elif _open(path, n, leg + 1):
+        j = leg + 1
+        n += 1
+    else:
+        return n
+    for axis in range(3):
+        path[j, axis] = place[axis]
+    hold(course, path[j])
+    return n
+
+
+@kernel
+def beside(course: Course, rng: np.random.Generator, place: Floats) -> bool:
+    """Replace a place by one just outside an obstacle or zone drawn at random, at its altitude or just above or below.
+
+    Returns
+    -------
+    bool
+        Whether there is any.
+    """
+    space, rates = course.space, course.rates
+    boxes, cylinders, prisms = len(space.boxes), len(rates.cylinders), len(rates.prisms)
+    if boxes + cylinders + prisms == 0:
+        return False
+    pick = int(rng.random() * (boxes + cylinders + prisms))
+    over = rng.random() < 0.2
+    room = 1e-3 * (1.0 + 30.0 * rng.random() ** 4) * max(space.high[0] - space.low[0], space.high[1] - space.low[1])
+    if pick < boxes:
+        box = space.boxes[pick]
+        bottom, top = box[2] - space.clearance, box[5] + space.clearance
+        if not over:
+            place[0] = box[0] - space.clearance - room if rng.random() < 0.5 else box[3] + space.clearance + room
+            place[1] = box[1] - space.clearance - room if rng.random() < 0.5 else box[4] + space.clearance + room
+    elif pick < boxes + cylinders:
+        cylinder = rates.cylinders[pick - boxes]
+        bottom, top = cylinder[3], cylinder[4]
+        if not over:  # on the side where it is, or anywhere about
+            angle = math.atan2(place[1] - cylinder[1], place[0] - cylinder[0])
+            angle = angle + rng.standard_normal() if rng.random() < 0.7 else 2.0 * math.pi * rng.random()
+            place[0] = cylinder[0] + (cylinder[2] * (1.0 + 0.1 * rng.random()) + room) * math.cos(angle)
+            place[1] = cylinder[1] + (cylinder[2] * (1.0 + 0.1 * rng.random()) + room) * math.sin(angle)
+    else:
+        i = pick - boxes - cylinders
+        bottom, top = rates.prisms[i, 0], rates.prisms[i, 1]
+        if not over:
+            first, count = rates.first[i], rates.first[i + 1] - rates.first[i]
+            x = rates.corners[first : first + count, 0].mean()
+            y = rates.corners[first : first + count, 1].mean()
+            corner = rates.corners[first + int(rng.random() * count)]
+            far = math.sqrt((corner[0] - x) ** 2 + (corner[1] - y) ** 2)
+            stretch = 1.0 + room / far if far > 0.0 else 1.0
+            place[0], place[1] = x + stretch * (corner[0] - x), y + stretch * (corner[1] - y)
+    if over:
+        place[2] = bottom - room if rng.random() < 0.3 else top + room
+    return True
+
+
+@kernel
+def detour(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
+    """Lead a stretch through one via-point: beside a threat, or near where it went."""
+    a = int(rng.random() * (n - 1))
+    b = a + 1 + int(rng.random() * (n - 1 - a))
+    if b == a + 1:
+        if not _open(path, n, b):
+            return n
+        n += 1
+        b += 1
+    via, share = path[a + 1], rng.random()
+    for axis in range(3):
+        via[axis] = path[a, axis] + share * (path[b, axis] - path[a, axis])
+    if rng.random() < 0.5:
+        beside(course, rng, via)
+    else:
+        _push(course, rng, via, reach, int(rng.random() * 3))
+    if course.rates.altitude > 0.0 and rng.random() < 0.3:
+        via[2] = course.rates.low + rng.random() * (course.rates.high - course.rates.low)
+    hold(course, via)
+    gone = b - a - 2
+    for i in range(b, n if gone else b):
+        for axis in range(3):
+            path[i - gone, axis] = path[i, axis]
+    return n - gone
+
+
+@kernel
+def hold(course: Course, point: Floats) -> None:
+    """Bring a point back into the bounds."""
+    for axis in range(3):
+        point[axis] = min(max(point[axis], course.space.low[axis]), course.space.high[axis])
