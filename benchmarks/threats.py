@@ -99,7 +99,7 @@ def report(rows: list[dict[str, float]]) -> None:
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("--evaluations", type=int, default=3000)
+    arguments.add_argument("--evaluations", type=int, default=1000)
     arguments.add_argument("--fields", type=int, default=20, help="seeds for each number of threats")
     arguments.add_argument("--joints", type=int, default=6, help="waypoints of the peers; HybridMVO has at most 12")
     given = arguments.parse_args()

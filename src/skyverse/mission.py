@@ -7,6 +7,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from skyverse.assignment import Criterion, assign, straight_line
+from skyverse.cost import soft_terms
 from skyverse.errors import InputError
 from skyverse.exact import prices_to
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
@@ -99,13 +100,16 @@ def plan_mission(
 def fly_along(problem: Problem, result: Result) -> Trajectory | None:
     """Turn a result's path into a trajectory from the UAV's true start to its true target, or ``None``.
 
-    Nodes on a straight line go, a line-of-sight shortcut leaves what is needed, and rest-to-rest quintics fly it.
+    Nodes on a straight line go, a line-of-sight shortcut leaves what is needed (unless the objective prices altitude,
+    risk or climb, which it would not heed), and rest-to-rest quintics fly it.
     """
     if not result.status.reached:
         return None
     uav = problem.scenario.uavs[problem.uav]
     target = problem.scenario.targets[problem.target]
     waypoints = drop_collinear(np.vstack([uav.start, result.path, target.position]))
+    if soft_terms(problem.scenario):  # a shortcut may be safe and yet lead through a zone, or out of the band
+        return rest_to_rest(waypoints, uav)
     return rest_to_rest(shortcut(problem.airspace.world, waypoints), uav)
 
 

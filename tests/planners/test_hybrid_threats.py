@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.mission import fly_along
 from skyverse.planners import straight
 from skyverse.planners.base import provenance
 from skyverse.planners.joints import small_move
@@ -82,6 +83,13 @@ def test_it_flies_round_a_zone_over_a_low_one_and_level_where_that_pays():
     )
     result = sky.HybridMVO().plan(sky.Problem(band), stop=sky.MaxEvaluations(4000), rng=1)
     assert 2.9 < np.interp(5, *result.path[:, [0, 2]].T) < 4.1
+
+
+def test_the_flight_keeps_to_the_joints_that_lead_round_a_zone():
+    problem = sky.Problem(sky.random_threats(15, seed=1))
+    result = sky.HybridMVO().plan(problem, stop=BUDGET, rng=1)
+    stops = fly_along(problem, result)
+    np.testing.assert_allclose(stops.at(stops.knots).position, result.path, atol=1e-6)
 
 
 @settings(max_examples=40, deadline=None)
