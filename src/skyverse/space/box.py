@@ -29,6 +29,15 @@ def holds(boxes: Floats, i: int, growth: float, x: float, y: float, z: float) ->
     )
 
 
+@kernel
+def touches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
+    """Tell whether box i, grown by `growth`, touches the closed box between two corners."""
+    meet = True
+    for axis in range(3):
+        meet &= boxes[i, axis] - growth <= high[axis] and boxes[i, axis + 3] + growth >= low[axis]
+    return meet
+
+
 class Ray(NamedTuple):
     """A segment made ready for many slab tests: where it begins, and one over its extent on each axis, 0 for none."""
 

@@ -66,19 +66,13 @@ def make_edges(space: Space, growth: float) -> Edges:
                 low[b] = high[b] = at_b
                 low[c] = high[c] = at_c
                 found = 0
-                node = 0
-                while node < len(space.tree.skip):
-                    if not _overlap(space.tree.bounds, node, growth + hair, low, high):
-                        node = space.tree.skip[node]
-                        continue
-                    for j in range(space.tree.first[node], space.tree.stop[node]):
-                        if j != i and _shuts(space.boxes, j, growth, b, at_b, up_b * hair, c, at_c, up_c * hair):
-                            if found == len(cuts):
-                                cuts = _longer(cuts)
-                            cuts[found, 0] = space.boxes[j, axis] - growth
-                            cuts[found, 1] = space.boxes[j, axis + 3] + growth
-                            found += 1
-                    node += 1
+                for j in tree.touching(space.tree, space.boxes, growth + hair, low, high):
+                    if j != i and _shuts(space.boxes, j, growth, b, at_b, up_b * hair, c, at_c, up_c * hair):
+                        if found == len(cuts):
+                            cuts = _longer(cuts)
+                        cuts[found, 0] = space.boxes[j, axis] - growth
+                        cuts[found, 1] = space.boxes[j, axis + 3] + growth
+                        found += 1
                 order = np.argsort(cuts[:found, 0])
                 begin = low[axis]
                 for cut in range(found + 1):
@@ -95,14 +89,6 @@ def make_edges(space: Space, growth: float) -> Edges:
     index, order = tree.build(ends[:count])
     kind = kind[order]
     return Edges(ends[order], kind[:, 0].copy(), kind[:, 1:3].copy(), kind[:, 3].copy(), index)
-
-
-@kernel
-def _overlap(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
-    meet = True
-    for axis in range(3):
-        meet &= boxes[i, axis] - growth <= high[axis] and boxes[i, axis + 3] + growth >= low[axis]
-    return meet
 
 
 @kernel

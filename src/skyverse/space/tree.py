@@ -111,6 +111,28 @@ def crossed(tree: Tree, boxes: Floats, growth: float, a: Floats, b: Floats) -> i
 
 
 @kernel
+def touching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats) -> Ints:
+    """Return the boxes that, grown by `growth`, touch the closed box between two corners."""
+    found = np.empty(64, np.int64)
+    count = 0
+    node = 0
+    while node < len(tree.skip):
+        if not box.touches(tree.bounds, node, growth, low, high):
+            node = tree.skip[node]
+            continue
+        for i in range(tree.first[node], tree.stop[node]):
+            if box.touches(boxes, i, growth, low, high):
+                if count == len(found):
+                    longer = np.empty(2 * count, np.int64)
+                    longer[:count] = found
+                    found = longer
+                found[count] = i
+                count += 1
+        node += 1
+    return found[:count]
+
+
+@kernel
 def distance(tree: Tree, boxes: Floats, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to the nearest box as given, negative inside; infinite without boxes."""
     nearest = np.inf

@@ -10,7 +10,7 @@ import numpy as np
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats
-from skyverse.space import tree
+from skyverse.space import box, tree
 from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
 from skyverse.space.world import Space
@@ -42,13 +42,8 @@ def distance(a: Floats, b: Floats) -> float:
 
 
 @kernel
-def nearby(edges: Edges, start: Floats, goal: Floats, length: float, most: int) -> Ints:
-    """Return the pieces that some way from start to goal of at most this length touches.
-
-    More than `most` are not returned, and one more stands for all that are left.
-    """
-    found = np.empty(most + 1, np.int64)
-    count = 0
+def spheroid(start: Floats, goal: Floats, length: float) -> tuple[Floats, Floats]:
+    """Return the corners of the box around all ways from start to goal of at most this length."""
     low, high = np.empty(3), np.empty(3)
     far = distance(start, goal)
     spare = 0.5 * np.sqrt(max(length**2 - far**2, 0.0))  # half the short axis of the spheroid
@@ -57,6 +52,18 @@ def nearby(edges: Edges, start: Floats, goal: Floats, length: float, most: int) 
         reach = np.sqrt((0.5 * length * slope) ** 2 + spare**2 * (1.0 - slope**2))
         middle = 0.5 * (start[axis] + goal[axis])
         low[axis], high[axis] = middle - reach, middle + reach
+    return low, high
+
+
+@kernel
+def nearby(edges: Edges, start: Floats, goal: Floats, length: float, most: int) -> Ints:
+    """Return the pieces that some way from start to goal of at most this length touches.
+
+    More than `most` are not returned, and one more stands for all that are left.
+    """
+    found = np.empty(most + 1, np.int64)
+    count = 0
+    low, high = spheroid(start, goal, length)
     node = 0
     bounds = edges.tree.bounds
     while node < len(edges.tree.skip):
@@ -145,6 +152,7 @@ def search(space: Space, growth: float, edges: Edges, points: Points, length: fl
         left[v] = distance(at[v], at[1])
     # an entry stands for a leg: state it leaves, and state it reaches
     heap = push(make_heap(1024), left[0], 0)
+    blocked_last = np.full(n, -1)  # what blocked a leg from or to a point is likely to block the next one
     expanded = 0
     while heap.size[0]:
         _, entry = pop(heap)
@@ -154,7 +162,14 @@ def search(space: Space, growth: float, edges: Edges, points: Points, length: fl
         v = state >> 1
         if state:
             u = before >> 1
-            if tree.crossed(space.tree, space.boxes, growth, at[u], at[v]) >= 0:
+            leg = box.ray(at[u], at[v])
+            if blocked_last[u] >= 0 and box.meets(space.boxes, blocked_last[u], growth, leg):
+                continue
+            if blocked_last[v] >= 0 and box.meets(space.boxes, blocked_last[v], growth, leg):
+                continue
+            obstacle = tree.crossed(space.tree, space.boxes, growth, at[u], at[v])
+            if obstacle >= 0:
+                blocked_last[u] = blocked_last[v] = obstacle
                 continue
             price[state] = price[before] + distance(at[u], at[v])
             came[state] = before

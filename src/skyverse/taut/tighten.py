@@ -8,7 +8,7 @@ from skyverse.space import tree
 from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
 from skyverse.space.world import Space
-from skyverse.taut.bends import Points, closest, distance, nearby, reach_on, search, through
+from skyverse.taut.bends import Points, closest, distance, nearby, reach_on, search, spheroid, through
 
 PIECES = 100
 """Pieces of edges in a window at most."""
@@ -54,6 +54,7 @@ def slide(edges: Edges, at: Floats, edge: Ints) -> None:
 @kernel
 def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, spent: Ints) -> Floats:
     """Shorten a way (k, 3) between its ends over some pieces of edges; it stays free throughout."""
+    space, own = _around(space, growth, way)
     best = way
     best_edge = np.full(len(way), -1)
     length = length_of(way)
@@ -74,7 +75,7 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
             slide(edges, slid, edge)
             if not _turn_over(edges, pieces, slid, edge):
                 break
-        more_at, more_edge = _conflicts(space, growth, edges, pieces, slid)
+        more_at, more_edge = _conflicts(space, own, growth, edges, pieces, slid)
         share = 1.0
         while share > 1e-3:
             trial = path + share * (slid - path)
@@ -88,6 +89,16 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
         if length > before * (1.0 - SETTLED) and (len(more_at) == 0 or turn > 3):
             break
     return best
+
+
+@kernel
+def _around(space: Space, growth: float, way: Floats) -> tuple[Space, Ints]:
+    """Return the space of the boxes that a shorter way can meet, with an index of its own, and which they are."""
+    low, high = spheroid(way[0], way[-1], length_of(way))
+    own = tree.touching(space.tree, space.boxes, growth, low, high)
+    index, order = tree.build(space.boxes[own])
+    own = own[order]
+    return Space(space.low, space.high, space.boxes[own], space.clearance, index), own
 
 
 @kernel
@@ -193,7 +204,7 @@ def _nearest(edges: Edges, e: int, way: Floats, legs: int) -> float:
 
 
 @kernel
-def _conflicts(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats) -> tuple[Floats, Ints]:
+def _conflicts(space: Space, own: Ints, growth: float, edges: Edges, pieces: Ints, way: Floats) -> tuple[Floats, Ints]:
     """Where a way is blocked, return the points of the blocking boxes' edges that are nearest to it."""
     at = np.empty((12 * len(way), 3))
     edge = np.empty(12 * len(way), np.int64)
@@ -203,7 +214,7 @@ def _conflicts(space: Space, growth: float, edges: Edges, pieces: Ints, way: Flo
         if box < 0:
             continue
         for e in pieces:
-            if edges.box[e] == box and n < len(at):
+            if edges.box[e] == own[box] and n < len(at):
                 at[n] = edges.ends[e, :3]
                 at[n, edges.axis[e]] = closest(edges, e, way[i - 1], way[i])
                 edge[n] = e
@@ -218,12 +229,13 @@ def tighten(space: Space, growth: float, edges: Edges, way: Floats, spent: Ints)
     for _ in range(6):
         before = length_of(way)
         middle = 0.0
+        reach = 2.0 * before
         while True:
             total = length_of(way)
-            reach = total
-            begin, stop = 0.0, total
-            pieces = nearby(edges, way[0], way[-1], total, PIECES)
-            while len(pieces) > PIECES:
+            reach *= 2.0
+            begin, stop = 0.0, 0.0
+            pieces = np.empty(0, np.int64)
+            while stop == 0.0 or len(pieces) > PIECES:
                 reach *= 0.7
                 begin, stop = max(middle - reach, 0.0), min(middle + reach, total)
                 first, last = point_at(way, begin), point_at(way, stop)
