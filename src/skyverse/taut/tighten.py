@@ -233,13 +233,14 @@ def tighten(space: Space, growth: float, edges: Edges, way: Floats, spent: Ints)
         while True:
             total = length_of(way)
             reach *= 2.0
-            begin, stop = 0.0, 0.0
-            pieces = np.empty(0, np.int64)
-            while stop == 0.0 or len(pieces) > PIECES:
+            while True:
                 reach *= 0.7
                 begin, stop = max(middle - reach, 0.0), min(middle + reach, total)
                 first, last = point_at(way, begin), point_at(way, stop)
                 pieces = nearby(edges, first, last, stop - begin, PIECES)
+                if len(pieces) <= PIECES or reach <= 1e-3 * total:
+                    break
+            pieces = pieces[:PIECES]
             if len(pieces):
                 head, part, tail = split(way, begin, stop)
                 if len(part) > 2 or not visible(space, growth, part[0], part[-1]):
