@@ -53,6 +53,7 @@ from .result import Status as Status
 from .result import Trajectory as Trajectory
 from .result import Violation as Violation
 from .samples.city import random_city as random_city
+from .samples.room import random_room as random_room
 from .samples.threats import random_threats as random_threats
 from .scenario import UAV as UAV
 from .scenario import AltitudeBand as AltitudeBand

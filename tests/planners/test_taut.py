@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 import skyverse as sky
-from rooms import room_world
 from skyverse.space.cells import FREE, SHUT, make_cells
 from skyverse.space.world import ROOM
 from worlds import scenarios
@@ -141,7 +140,7 @@ def test_the_fuel_is_weighted_and_turns_are_reckoned():
 
 @pytest.mark.parametrize("seed", range(40))
 def test_in_random_rooms_it_is_safe_and_never_longer_than_the_lattice(seed):
-    scenario = room_world(seed)
+    scenario = sky.random_room(seed=seed)
     problem = sky.Problem(scenario)
     result = taut(scenario)
     if problem.any_angle_refusal is None and problem.refusal is None and problem.route is not None:

@@ -1,4 +1,4 @@
-"""Random rooms full of boxes, as bad as they get: touching, overlapping, with slits, closed rooms, ends on walls."""
+"""Random rooms full of boxes, as bad as they get."""
 
 import numpy as np
 
@@ -7,8 +7,23 @@ from skyverse.scenario import UAV, Bounds, Box, Lattice, Objective, Scenario, Ta
 QUARTER = 0.25
 
 
-def room_world(seed):
-    """Make the scenario with that seed: 0 to 200 boxes on quarters of a metre, a lattice of quarters."""
+def random_room(*, seed: int = 0) -> Scenario:
+    """Make a room that is hard to get right: for those who test planners.
+
+    A room of 6 to 16 m a side holds 0 to 200 boxes on quarters of a metre, many of them touching or overlapping; some
+    rooms have a wall with a slit, some a closed room within; start and target are anywhere, also inside boxes, and
+    often exactly on a grown wall. The clearance is 0 to 0.25 m.
+
+    Parameters
+    ----------
+    seed
+        The same seed makes the same room.
+
+    Returns
+    -------
+    Scenario
+        With a lattice of quarters of a metre, 26-connected, and costs in metres.
+    """
     rng = np.random.default_rng(seed)
     count = int(rng.choice([0, 1, 2, 5, 10, 20, 40, 80, 140, 200]))
     side = rng.integers(6, 17, 3).astype(float)
@@ -37,20 +52,21 @@ def room_world(seed):
                 boxes.append((a, b))
     clearance = float(rng.choice([0, 0, 0.05, 0.125, 0.25]))
 
-    def place():
+    def place() -> tuple[float, float, float]:
         p = rng.uniform(0, side)
         if boxes and rng.random() < 0.4:  # on a wall
             a, b = boxes[rng.integers(len(boxes))]
             axis = rng.integers(3)
             p[axis] = (a - clearance if rng.random() < 0.5 else b + clearance)[axis]
-        return tuple(np.clip(p, 0, side).tolist())
+        x, y, z = np.clip(p, 0, side).tolist()
+        return x, y, z
 
     return Scenario(
-        name=f"rooms-{seed}",
+        name=f"room-{seed}",
         bounds=Bounds(min=(0, 0, 0), max=tuple(side)),
         obstacles=tuple(Box(min=tuple(a), max=tuple(b)) for a, b in boxes),
         clearance=clearance,
-        lattice=Lattice(step=(QUARTER,) * 3, connectivity=26),
+        lattice=Lattice(step=(QUARTER, QUARTER, QUARTER), connectivity=26),
         objective=Objective(unit="metres"),
         uavs=(UAV(start=place()),),
         targets=(Target(position=place()),),
