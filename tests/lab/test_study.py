@@ -135,3 +135,10 @@ def test_the_documentations_study_file_is_one(tmp_path):
         assert f"| `{field}` |" in page
     for column in COLUMNS:
         assert f"`{column}`" in page.split("## Columns")[1]
+
+
+def test_nodes_are_not_compared_with_metres():
+    study = sky.Study(scenarios="map1", planners=["astar", "taut"])
+    with pytest.raises(sky.InputError, match=r"map1: objective.unit: expected 'metres' to compare taut with"):
+        list(study.jobs())
+    assert len(list(sky.Study(scenarios="map1", planners=["theta-star", "taut"], seeds=1).jobs())) == 2

@@ -15,6 +15,7 @@ from skyverse.lab.run import Case, Job
 from skyverse.mission import Assignment
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
+from skyverse.scenario import Scenario
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
 
 _RULES = {
@@ -202,11 +203,20 @@ class Study(_Model):
         """
         cases = [_case(given, self.assignment) for given in self.scenarios]
         for case in cases:
+            self._refuse_two_units(case.scenario)
             for contender in self.planners:
                 planner = contender.make()
                 for budget in self.budget:
                     for seed in self.seeds:
                         yield Job(case, planner, contender.label, budget.stop, budget.label, seed)
+
+    def _refuse_two_units(self, scenario: Scenario) -> None:
+        off = [contender.label for contender in self.planners if contender.make().leaves_lattice(scenario)]
+        if scenario.objective.unit == "nodes" and 0 < len(off) < len(self.planners):
+            raise InputError(
+                f"{scenario.name}: objective.unit: expected 'metres' to compare {' and '.join(off)} with planners "
+                "on the lattice, found 'nodes', which paths of straight legs have none of"
+            )
 
     def seen_from(self, folder: Path) -> "Study":
         """Return the study with its scenarios' files as seen from a folder."""

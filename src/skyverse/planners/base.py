@@ -17,6 +17,7 @@ from skyverse.kernel import Stopwatch
 from skyverse.planners.moves import Desk, Paths, Task
 from skyverse.problem import Problem
 from skyverse.result import Effort, Floats, History, Provenance, Result, Status, no_history
+from skyverse.scenario import Scenario
 from skyverse.space.lattice import Grid, Ints
 from skyverse.stop import MaxIterations, OnIteration, Progress, Stop
 
@@ -58,6 +59,11 @@ class Planner(ABC):
         on_iteration
             Called with a `Progress` after every iteration.
         """
+
+    def leaves_lattice(self, scenario: Scenario) -> bool:
+        """Tell whether paths have straight legs off the scenario's lattice: then they have no nodes to count."""
+        del scenario
+        return False
 
 
 def seeded(rng: Seed) -> tuple[np.random.Generator, int | None]:

@@ -10,6 +10,7 @@ from skyverse.planners.hybrid_straight import StraightHybrid
 from skyverse.planners.multiverse import Multiverse
 from skyverse.problem import Problem
 from skyverse.result import Result
+from skyverse.scenario import Scenario
 from skyverse.stop import OnIteration, Stop
 
 
@@ -70,6 +71,10 @@ class HybridMVO(Multiverse, Planner):
         if self.legs not in (None, "lattice", "straight"):
             raise ValueError(f"HybridMVO's legs is 'lattice', 'straight' or None, not {self.legs!r}")
 
+    def leaves_lattice(self, scenario: Scenario) -> bool:
+        """Tell whether universes are paths of straight legs."""
+        return (self.legs or ("lattice" if scenario.objective.unit == "nodes" else "straight")) == "straight"
+
     def plan(
         self,
         problem: Problem,
@@ -88,8 +93,8 @@ class HybridMVO(Multiverse, Planner):
             If no counted rule stops the run: schedules follow counted budgets, never a clock.
         """
         settings = {f.name: getattr(self, f.name) for f in dataclasses.fields(Multiverse)}
-        legs = self.legs or ("lattice" if problem.scenario.objective.unit == "nodes" else "straight")
-        engine = LatticeHybrid(**settings) if legs == "lattice" else StraightHybrid(**settings, joints=self.joints)
+        straight = self.leaves_lattice(problem.scenario)
+        engine = StraightHybrid(**settings, joints=self.joints) if straight else LatticeHybrid(**settings)
         result = engine.plan(problem, stop=stop, rng=rng, on_iteration=on_iteration)
         origin = dataclasses.replace(result.provenance, planner=repr(self))
         return dataclasses.replace(result, provenance=origin)

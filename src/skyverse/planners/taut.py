@@ -9,6 +9,7 @@ from skyverse.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, require, unplanned
 from skyverse.problem import Problem
 from skyverse.result import Effort, History, Result, Status
+from skyverse.scenario import Scenario
 from skyverse.stop import OnIteration, Stop
 from skyverse.taut.route import least_length, taut_way
 
@@ -42,6 +43,10 @@ class Taut(Planner):
 
     def __post_init__(self) -> None:
         require(self, "proof", 0)
+
+    def leaves_lattice(self, scenario: Scenario) -> bool:
+        """Tell whether paths leave the lattice: always."""
+        return True
 
     def plan(
         self,

@@ -13,7 +13,7 @@ from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance,
 from skyverse.planners.sight import far, length_of, pull_tight, without_seams
 from skyverse.problem import Problem
 from skyverse.result import Effort, Floats, History, Result, Status, no_history
-from skyverse.scenario import Objective
+from skyverse.scenario import Objective, Scenario
 from skyverse.space.lattice import Grid, Ints, position
 from skyverse.space.world import Space, segment_free
 from skyverse.stop import OnIteration, Stop
@@ -40,6 +40,10 @@ class ThetaStar(Planner):
     ----------
     A. Nash, S. Koenig, C. Tovey, "Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in 3D" (AAAI 2010).
     """
+
+    def leaves_lattice(self, scenario: Scenario) -> bool:
+        """Tell whether paths leave the lattice: always."""
+        return True
 
     def plan(
         self,

@@ -19,6 +19,7 @@ from skyverse.planners.optimisers import Evaluate, Iterations
 from skyverse.planners.straight import Course, Polylines, judge_legs
 from skyverse.problem import Problem
 from skyverse.result import Effort, Floats, History, Provenance, Result
+from skyverse.scenario import Scenario
 from skyverse.space.lattice import Grid, Ints, positions
 from skyverse.stop import Stop
 
@@ -101,6 +102,10 @@ class WaypointSearch(Metaheuristic):
     def population(self) -> int:
         """How many candidates are kept."""
         return self.candidates
+
+    def leaves_lattice(self, scenario: Scenario) -> bool:
+        """Tell whether paths leave the lattice."""
+        return self.legs == "straight"
 
     def longest(self, grid: Grid) -> int:
         """Return how many nodes a path may have: those of all legs, each across the whole lattice."""
