@@ -97,3 +97,15 @@ def test_in_an_empty_space_a_shortcut_is_one_segment():
     empty = ROOM.model_copy(update={"obstacles": ()})
     path = rows((0, 0, 0), (1, 0, 0), (1, 2, 0), (1, 2, 3))
     np.testing.assert_array_equal(shortcut(sky.World(empty), path), path[[0, -1]])
+
+
+def test_a_shortcut_does_not_slip_between_obstacles_that_touch():
+    wall = ROOM.model_copy(
+        update={
+            "obstacles": (sky.Box(min=(2, 0, 0), max=(3, 2, 4)), sky.Box(min=(2, 2, 0), max=(3, 4, 4))),
+            "clearance": 0,
+        }
+    )
+    around = rows((1, 2, 2), (1, 4.5, 2), (4, 4.5, 2), (4, 2, 2))
+    assert sky.World(wall).segments_free(around[0], around[-1])[0]  # along the faces of both, entering neither
+    np.testing.assert_array_equal(shortcut(sky.World(wall), around), around)
