@@ -28,7 +28,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="run.py", description=(__doc__ or "").strip().replace("\n\n", " "))
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     commands.add_parser("demo", help="plan the five-UAV mission of Table 4.8; write it and its web page into out/")
-    commands.add_parser("test", help="run the tests; what follows goes to pytest, as in: run.py test tests/space -x")
+    commands.add_parser("test", help="run the tests on all cores; what follows goes to pytest instead, as in: run.py test tests/space -x")
     commands.add_parser("lint", help="ruff, mypy and the import layers")
     commands.add_parser("docs", help="build the documentation into docs/_build/html, the examples included")
     commands.add_parser("lock", help="renew requirements/*.txt (needs uv on the PATH)")
@@ -44,7 +44,7 @@ def main() -> int:
         return run("skyverse", "plan", "table-4.8", "-o", "out/table-4.8.json")
     set_up("dev")
     if options.command == "test":
-        return run("python", "-m", "pytest", *(rest[1:] if rest[:1] == ["--"] else rest))
+        return run("python", "-m", "pytest", *(rest[1:] if rest[:1] == ["--"] else rest or ["-n", "auto"]))
     if options.command == "docs":
         return run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")
     return max(
