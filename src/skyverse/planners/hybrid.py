@@ -21,11 +21,15 @@ class HybridMVO(Multiverse, Planner):
     As in `MVO`: universes are paths, their inflation rate NI is their cost; they are sorted in every iteration; white
     holes work with probability NI and come from a rank drawn by a roulette wheel, wormholes lead to the best with
     probability WEP (equation 3.8), TDR (3.9) bounds how far both cases travel, and a change is kept unless it costs
-    more. Unlike there, the best universe changes too. No exact search helps, unless it is a seed.
+    more. Unlike there, the best universe changes too. No exact search of the lattice helps, unless it is a seed.
 
     Universes are lattice paths where the objective counts nodes, paths of straight legs where it is in metres. There,
     changes are small moves of a path's joints; a universe other than the best may get a little dearer, by a share that
     falls with TDR; and the last universes are left alone, ever more as the budget is spent.
+
+    With straight legs, up to half the budget first surveys the field: of 40 places, most of them beside a threat, the
+    ways between are priced one by one, each time the one that is cheapest if legs that no path has shown yet cost only
+    their length. What a priced path shows of its legs is remembered; the cheapest paths become universes.
 
     Attributes
     ----------

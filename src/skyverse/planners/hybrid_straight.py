@@ -14,6 +14,7 @@ from skyverse.planners.moves import Desk, exhausted, rank_wheel, ranked
 from skyverse.planners.multiverse import Multiverse, charge
 from skyverse.planners.sight import pull_tight, without_seams
 from skyverse.planners.straight import Course, Polylines, judge_legs
+from skyverse.planners.survey import explore, open_survey
 from skyverse.problem import Problem
 from skyverse.result import Effort, Floats, History, Provenance, Result
 from skyverse.space.lattice import Grid
@@ -22,6 +23,10 @@ from skyverse.stop import Stop
 
 _ATTEMPTS = 20
 """How many moves are tried until one keeps a safe path safe: looking costs no evaluation."""
+_PLACES = 40
+"""How many places the survey has: like the share below, chosen on fields of threats with seeds 100 to 119."""
+_SURVEYED = 0.5
+"""The share of the budget that surveying may take."""
 _AGAIN = 0.2
 """How often a move is followed by another before the path is priced."""
 
@@ -84,15 +89,18 @@ class StraightHybrid(Multiverse, Metaheuristic):
         origin: Provenance,
     ) -> Result:
         """Return the result of the archived best; its seconds are also those of the seeds."""
-        return straight.close_run(problem, run, effort, seconds + run.memory, history, stopped_by, origin)
+        return straight.close_run(problem, run, effort, seconds + run.memory[0], history, stopped_by, origin)
 
     def begin(self, run: Run) -> object:
-        """Make the first population: the seeds' paths, then random ones."""
+        """Make the first population: the seeds' paths, then random ones; lay out the survey."""
+        survey = open_survey(run.task, run.paths, run.rng, _PLACES)
         _populate(run.task, run.desk, run.paths, run.best, run.rng)
-        return run.memory
+        return run.memory, survey
 
     def step(self, run: Run, spent: float) -> None:
-        """Do one iteration."""
+        """Survey while that share of the budget lasts and finds ways worth pricing, else do one iteration."""
+        if spent < _SURVEYED and explore(run.task, run.desk, run.paths, run.best, run.rng, run.memory[1]):
+            return
         rules = Rules(float(spent), self.wep(spent), self.tdr(spent), self.tries)
         _iterate(run.task, run.desk, run.paths, run.best, run.rng, rules)
 
