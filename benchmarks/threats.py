@@ -1,7 +1,8 @@
 """Objectives that no exact search prices: ``python benchmarks/threats.py`` prints the contest of docs/planners.md.
 
-Twenty seeds x 15 and 30 threats (`skyverse.random_threats`), all at the same number of objective values. Every cost is
-the referee's: `check_result` computes it anew, and an answer that it finds wrong ends the program.
+Twenty seeds x 15 and 30 threats (`skyverse.random_threats`), all at the same number of objective values, at 500, 1,000,
+3,000 and 10,000 of them; ``--evaluations``, ``--fields`` and ``--seeds`` ask for less, or for other fields. Every cost
+is the referee's: `check_result` computes it anew, and an answer that it finds wrong ends the program.
 """
 
 import argparse
@@ -99,15 +100,18 @@ def report(rows: list[dict[str, float]]) -> None:
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("--evaluations", type=int, default=1000)
+    arguments.add_argument("--evaluations", type=int, nargs="+", default=[500, 1000, 3000, 10000])
     arguments.add_argument("--fields", type=int, default=20, help="seeds for each number of threats")
+    arguments.add_argument("--seeds", type=int, default=0, metavar="FROM", help="the first seed")
     arguments.add_argument("--joints", type=int, default=6, help="waypoints of the peers; HybridMVO has at most 12")
     given = arguments.parse_args()
     print(f"{describe('cma', 'pymoo', 'NiaPy')}\n")
-    fields = [(threats, seed) for threats in (15, 30) for seed in range(given.fields)]
-    rows = contest(given.evaluations, fields, given.joints)
-    print(f"\n{given.evaluations:,} evaluations each, peers with {given.joints} waypoints and 25 candidates\n")
-    report(rows)
+    seeds = range(given.seeds, given.seeds + given.fields)
+    fields = [(threats, seed) for threats in (15, 30) for seed in seeds]
+    for budget in given.evaluations:
+        rows = contest(budget, fields, given.joints)
+        print(f"\n{budget:,} evaluations each, peers with {given.joints} waypoints and 25 candidates\n")
+        report(rows)
 
 
 if __name__ == "__main__":
