@@ -1,8 +1,8 @@
 """Every planner in thousands of random rooms, judged from outside: ``python benchmarks/rooms.py [ROOMS]``.
 
-The referee judges every path that any planner returns. Where Taut says that no path exists, an exhaustive search on
-a lattice of a sixteenth of a metre, written anew here, must agree; where a planner on the scenario's lattice does,
-one on that lattice.
+The referee judges every path that any planner returns. Where Taut says that no path exists, flooding a lattice of a
+sixteenth of a metre (its nodes blocked anew here, labelled by scipy) must agree; where a planner on the scenario's
+lattice does, flooding that one.
 """
 
 import sys

@@ -51,12 +51,14 @@ def plan_many(
     Raises
     ------
     InputError
-        If `workers` or the seed is none.
+        If planner, `workers` or seed is none.
     ValueError
         If the scenario has no such UAV or target.
     """
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
+    if not isinstance(planner, Planner):
+        raise InputError(f"plan_many needs a planner, as in plan_many(scenario, Taut(), pairs), not {planner!r:.60}")
     airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
     problems = [Problem(airspace, uav, target) for uav, target in pairs]
     streams = seeded(rng)[0].spawn(len(problems))

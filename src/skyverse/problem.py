@@ -43,7 +43,7 @@ class Airspace:
     @cached_property
     def cells(self) -> Cells:
         """Free space, cut into boxes."""
-        return make_cells(self.world.space, self.scenario.clearance + ROOM)
+        return make_cells(self.world.space, self.scenario.clearance + 3 * ROOM)
 
     @cached_property
     def edges(self) -> Edges:

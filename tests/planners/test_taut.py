@@ -101,6 +101,26 @@ def test_no_path_leads_through_the_seam_of_touching_boxes():
     assert taut(hall(*wall[:1])).status is sky.Status.OPTIMAL  # along its face
 
 
+def test_a_seam_is_no_short_cut_where_there_is_a_way_around():
+    over = hall(((4, 0, 0), (6, 5, 4)), ((4, 5, 0), (6, 10, 4)), start=(1, 5, 3), target=(9, 5, 3))
+    result = taut(over)
+    assert result.cost == pytest.approx(2 * math.hypot(3, 1) + 2, abs=1e-5)
+    assert (result.path[1:-1, 2] > 4).all()
+    stacked = hall(((4, 0, 0), (6, 9, 2)), ((4, 0, 2), (6, 9, 5)), start=(1, 8, 2), target=(9, 8, 2))
+    assert taut(stacked).path[1:-1, 1].min() > 9
+
+
+@pytest.mark.parametrize("width", [1e-7, 3e-7, 5e-7, 6.5e-7, 9e-7, 1.2e-6, 3e-6, 1e-5, 1e-3])
+def test_a_bend_within_a_hair_of_a_slit_is_found_or_the_slit_is_shut(width):
+    scenario = hall(((4, 0, 0), (5, 5, 5)), ((4, 5 + width, 0), (5, 10, 5)), start=(1, 2, 1), target=(9, 3, 4))
+    result = taut(scenario, proof=5000)
+    assert result.status.reached == (width > 6e-7)
+    if result.status.reached:
+        flat = math.hypot(3, 3) + 1 + math.hypot(4, 2)
+        assert result.cost == pytest.approx(math.hypot(flat, 3), abs=1e-4)
+        assert result.bound <= result.cost
+
+
 def test_a_slit_just_wide_enough_is_found_and_a_narrower_one_is_not():
     def slit(width):
         return hall(((4, 0, 0), (5, 5, 5)), ((4, 5 + width, 0), (5, 10, 5)), clearance=0.25, start=(1, 2, 2))
@@ -213,4 +233,14 @@ def test_many_is_refused_in_one_sentence():
         sky.plan_many(sky.read("map1"), sky.Taut(), [(0, 0)], workers=0)
     with pytest.raises(ValueError, match="there is no uav 3"):
         sky.plan_many(sky.read("map1"), sky.Taut(), [(3, 0)])
+    with pytest.raises(sky.InputError, match="plan_many needs a planner"):
+        sky.plan_many(sky.read("map1"), "taut", [(0, 0)])
     assert sky.plan_many(sky.read("map1"), sky.Taut(), []) == []
+
+
+def test_what_a_callback_raises_comes_out_of_many():
+    def stop(i, result):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sky.plan_many(sky.read("map1"), sky.Taut(), [(0, 0)] * 50, on_result=stop)

@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 
@@ -31,5 +33,9 @@ def test_heights_are_log_normal_and_density_is_kept():
 def test_what_cannot_be_is_refused_in_one_sentence():
     with pytest.raises(sky.InputError, match="buildings is a whole number from 0 on, not -1"):
         sky.random_city(-1)
+    for name in ("side", "ceiling", "clearance"):
+        for wrong in (-5, math.nan, math.inf, "x"):
+            with pytest.raises(sky.InputError, match=f"random_city's {name} is metres above 0, not"):
+                sky.random_city(5, **{name: wrong})
     with pytest.raises(sky.InputError, match="leave no room"):
         sky.random_city(3000, side=100.0)

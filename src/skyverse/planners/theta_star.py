@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse.cost import make_pricing
 from skyverse.exact import shortest_route
+from skyverse.heap import make_heap, pop, push
 from skyverse.kernel import Stopwatch, kernel
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, unplanned
 from skyverse.planners.sight import far, length_of, pull_tight, without_seams
@@ -106,15 +107,13 @@ def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int) -> tuple[I
     flags = np.zeros(len(grid.exits), np.uint8)
     parent = np.empty(len(grid.exits), np.int64)
     g = np.empty(len(grid.exits), np.float64)
-    keys, items = np.empty(1024), np.empty(1024, np.int64)
     here, above, beside, target = np.empty(3), np.empty(3), np.empty(3), position(grid, goal)
     steps = grid.moves * grid.step
     parent[source], g[source], flags[source] = source, 0.0, _SEEN
-    waiting = _push(keys, items, 0, 0.0, source)
+    heap = push(make_heap(1024), 0.0, source)
     expanded = 0
-    while waiting:
-        node = items[0]
-        waiting = _pop(keys, items, waiting)
+    while heap.size[0]:
+        _, node = pop(heap)
         if flags[node] == _CLOSED:
             continue
         expanded += 1
@@ -144,9 +143,7 @@ def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int) -> tuple[I
             if flags[beyond] == _SEEN and length >= g[beyond]:
                 continue
             parent[beyond], g[beyond], flags[beyond] = up, length, _SEEN
-            if waiting == len(keys):
-                keys, items = np.concatenate((keys, keys)), np.concatenate((items, items))
-            waiting = _push(keys, items, waiting, length + far(beside, target), beyond)
+            heap = push(heap, length + far(beside, target), beyond)
     return _corners(parent, source, goal), expanded
 
 
@@ -172,32 +169,3 @@ def _place(grid: Grid, node: int, place: Floats) -> None:
     for axis in range(2, -1, -1):
         place[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
         rest //= grid.shape[axis]
-
-
-@kernel
-def _push(keys: Floats, items: Ints, count: int, key: float, item: int) -> int:
-    """Put an item into a heap of `count` with the smallest key first; return how many it has then."""
-    at = count
-    while at > 0 and key < keys[(at - 1) // 2]:
-        keys[at], items[at] = keys[(at - 1) // 2], items[(at - 1) // 2]
-        at = (at - 1) // 2
-    keys[at], items[at] = key, item
-    return count + 1
-
-
-@kernel
-def _pop(keys: Floats, items: Ints, count: int) -> int:
-    """Take the first item out of a heap of `count`; return how many are left."""
-    count -= 1
-    key, item = keys[count], items[count]
-    at = 0
-    while 2 * at + 1 < count:
-        below = 2 * at + 1
-        if below + 1 < count and keys[below + 1] < keys[below]:
-            below += 1
-        if key <= keys[below]:
-            break
-        keys[at], items[at] = keys[below], items[below]
-        at = below
-    keys[at], items[at] = key, item
-    return count

@@ -50,11 +50,15 @@ def random_city(
     Raises
     ------
     InputError
-        If the buildings leave no room for the starts and targets.
+        If an argument cannot be, or the buildings leave no room for the starts and targets.
     """
     for name, number, least in (("buildings", buildings, 0), ("uavs", uavs, 0), ("seed", seed, 0)):
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < least:
             raise InputError(f"random_city's {name} is a whole number from {least} on, not {number!r}")
+    for name, metres in (("side", side), ("ceiling", ceiling), ("clearance", clearance)):
+        number = isinstance(metres, int | float | np.number) and not isinstance(metres, bool) and math.isfinite(metres)
+        if metres is not None and (not number or metres < 0 or (metres == 0 and name != "clearance")):
+            raise InputError(f"random_city's {name} is metres above 0, not {metres!r}")
     side = float(math.ceil(math.sqrt(max(buildings, 1) / DENSITY))) if side is None else side
     rng = np.random.default_rng(seed)
     middle = rng.uniform(0.0, side, (buildings, 2))
@@ -66,7 +70,7 @@ def random_city(
     boxes = boxes[np.all(boxes[:, 3:] > boxes[:, :3], axis=1)]
 
     def stand(near: tuple[float, float], reach: tuple[float, float]) -> tuple[float, float, float]:
-        for _ in range(10_000):
+        for _ in range(1000):
             xy = np.clip(np.array(near) + rng.uniform(-1.0, 1.0, 2) * reach, 0.0, side)
             p = np.floor([*100 * xy, 100 * rng.uniform(min(10.0, ceiling / 2), min(50.0, ceiling))]) / 100
             if not np.any(np.all((boxes[:, :3] - clearance - 0.5 < p) & (p < boxes[:, 3:] + clearance + 0.5), axis=1)):

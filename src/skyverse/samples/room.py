@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from skyverse.errors import InputError
 from skyverse.scenario import UAV, Bounds, Box, Lattice, Objective, Scenario, Target
 
 QUARTER = 0.25
@@ -23,7 +24,14 @@ def random_room(*, seed: int = 0) -> Scenario:
     -------
     Scenario
         With a lattice of quarters of a metre, 26-connected, and costs in metres.
+
+    Raises
+    ------
+    InputError
+        If the seed is none.
     """
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError(f"random_room's seed is a whole number from 0 on, not {seed!r}")
     rng = np.random.default_rng(seed)
     count = int(rng.choice([0, 1, 2, 5, 10, 20, 40, 80, 140, 200]))
     side = rng.integers(6, 17, 3).astype(float)

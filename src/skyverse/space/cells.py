@@ -26,6 +26,8 @@ class Cells(NamedTuple):
         (m,) where, metres.
     below
         (m,) the child below the cut; the one above follows it.
+    depth
+        Of the tree.
     """
 
     low: Floats
@@ -33,6 +35,7 @@ class Cells(NamedTuple):
     axis: Ints
     cut: Floats
     below: Ints
+    depth: int
 
 
 FREE, SHUT = -1, -2
@@ -49,18 +52,21 @@ def make_cells(space: Space, growth: float) -> Cells:
     low[0], high[0] = space.low, space.high
     count = 1
     lists = np.empty(4 * n + 64, np.int64)  # the boxes that reach into each of the nodes that wait
-    waiting = np.empty((4096, 3), np.int64)  # node, and its range of `lists`
+    waiting = np.empty((64, 4), np.int64)  # node, its range of `lists`, and its level
+    deepest = 0
     reach = 0
     for i in range(n):
         if _reaches(lows, highs, i, low[0], high[0]):
             lists[reach] = i
             reach += 1
-    waiting[0, 0], waiting[0, 1], waiting[0, 2] = 0, 0, reach
+    waiting[0] = 0
+    waiting[0, 2] = reach
     depth = 1
     faces = np.empty(2 * n)
     while depth:
         depth -= 1
-        node, first, stop = waiting[depth, 0], waiting[depth, 1], waiting[depth, 2]
+        node, first, stop, level = waiting[depth, 0], waiting[depth, 1], waiting[depth, 2], waiting[depth, 3]
+        deepest = max(deepest, level)
         axes[node] = FREE if first == stop else -3
         for k in range(first, stop):
             i = lists[k]
@@ -85,7 +91,7 @@ def make_cells(space: Space, growth: float) -> Cells:
         if stop + 2 * (stop - first) > len(lists):
             lists = _twice_whole(lists)
         if depth + 2 > len(waiting):
-            grown = np.empty((2 * len(waiting), 3), np.int64)
+            grown = np.empty((2 * len(waiting), 4), np.int64)
             grown[: len(waiting)] = waiting
             waiting = grown
         top = stop
@@ -95,12 +101,11 @@ def make_cells(space: Space, growth: float) -> Cells:
                 if _reaches(lows, highs, lists[k], low[child], high[child]):
                     lists[top] = lists[k]
                     top += 1
-            waiting[depth, 0], waiting[depth, 1], waiting[depth, 2] = child, begin, top
+            waiting[depth, 0], waiting[depth, 1], waiting[depth, 2], waiting[depth, 3] = child, begin, top, level + 1
             depth += 1
         count += 2
-    return Cells(
-        low[:count].copy(), high[:count].copy(), axes[:count].copy(), cuts[:count].copy(), below[:count].copy()
-    )
+    low, high, axes, cuts, below = low[:count], high[:count], axes[:count], cuts[:count], below[:count]
+    return Cells(low.copy(), high.copy(), axes.copy(), cuts.copy(), below.copy(), deepest)
 
 
 @kernel
@@ -155,7 +160,7 @@ def _twice_whole(rows: Ints) -> Ints:
 @kernel
 def cell_of(cells: Cells, p: Floats) -> int:
     """Return a free cell that holds a point, or has it on its surface; -1 if none does."""
-    waiting = np.empty(256, np.int64)
+    waiting = np.empty(cells.depth + 2, np.int64)
     waiting[0] = 0
     depth = 1
     while depth:
@@ -177,7 +182,7 @@ def cell_of(cells: Cells, p: Floats) -> int:
 @kernel
 def neighbours(cells: Cells, cell: int, found: Ints) -> int:
     """Find the free cells that share a part of a face with one; return how many were written into `found`."""
-    waiting = np.empty(256, np.int64)
+    waiting = np.empty(cells.depth + 2, np.int64)
     count = 0
     low, high = cells.low[cell], cells.high[cell]
     for face in range(6):

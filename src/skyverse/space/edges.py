@@ -13,7 +13,7 @@ from skyverse.result import Floats
 from skyverse.space import tree
 from skyverse.space.box import Ints
 from skyverse.space.tree import Tree
-from skyverse.space.world import Space
+from skyverse.space.world import ROOM, Space
 
 
 class Edges(NamedTuple):
@@ -42,8 +42,9 @@ class Edges(NamedTuple):
 
 @kernel
 def make_edges(space: Space, growth: float) -> Edges:
-    """Return the edges of a world's boxes grown by `growth`, as far as others grown alike leave them free."""
-    hair = 1e-6  # how far beside an edge a UAV must be able to pass
+    """Return the edges of a world's boxes grown by `growth`, as far as others, grown a `ROOM` less, leave them free."""
+    hair = 1.5 * ROOM  # how far beside an edge there must be a passage: coplanar faces of two boxes have none
+    others = growth - ROOM
     ends = np.empty((64, 6))
     kind = np.empty((64, 4), np.int64)
     count = 0
@@ -66,8 +67,8 @@ def make_edges(space: Space, growth: float) -> Edges:
                 low[b] = high[b] = at_b
                 low[c] = high[c] = at_c
                 found = 0
-                for j in tree.touching(space.tree, space.boxes, growth + hair, low, high):
-                    if j != i and _shuts(space.boxes, j, growth, b, at_b, up_b * hair, c, at_c, up_c * hair):
+                for j in tree.touching(space.tree, space.boxes, others + hair, low, high):
+                    if j != i and _shuts(space.boxes, j, others, b, at_b, up_b * hair, c, at_c, up_c * hair):
                         if found == len(cuts):
                             cuts = _longer(cuts)
                         cuts[found, 0] = space.boxes[j, axis] - growth

@@ -12,7 +12,11 @@ from skyverse.space import box, tree
 from skyverse.space.tree import Tree
 
 ROOM = 1e-7
-"""Metres of room that a path of any angle needs beside the clearance: touching obstacles leave none between them."""
+"""A hair of room, metres: touching obstacles leave none between them, so that no line of sight slips through a seam.
+
+Lines of sight keep one beside the clearance, edges at which paths bend lie two off, and passages are three wide on
+either side: so whatever passage there is has edges to bend at, and each edge lines of sight to it.
+"""
 
 
 class Space(NamedTuple):

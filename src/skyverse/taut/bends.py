@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skyverse.heap import make_heap, pop, push
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.space import box, tree
 from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
 from skyverse.space.world import Space
-from skyverse.taut.heap import make_heap, pop, push
 
 HAIR = 1e-9
-"""Metres, relative to the world's size, within which a point counts as lying in a face's plane."""
+"""Metres within which a point counts as lying in a face's plane."""
 
 
 class Points(NamedTuple):

@@ -12,6 +12,7 @@ that it jumps in are halved.
 
 import numpy as np
 
+from skyverse.heap import make_heap, pop, push
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.space import box
@@ -19,7 +20,6 @@ from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
 from skyverse.space.world import Space
 from skyverse.taut.bends import HAIR, distance, nearby
-from skyverse.taut.heap import make_heap, pop, push
 
 INTERVALS = 400
 """Intervals at most."""
@@ -59,9 +59,11 @@ def lower_bound(
     while bound * (1.0 + gap) < length and expanded < most:
         found, path, count = _relaxed(space, growth, edges, ends[:n], edge[:n], pull, length)
         expanded += count
-        bound = max(bound, min(found, length))
         if len(path) == 0:
+            if step:  # ways were found before: now it is proven that none is shorter than the one that is known
+                bound = length
             break
+        bound = max(bound, min(found, length))
         jump = goal - start
         for k in range(len(path) - 1):
             jump -= _leg(ends, path[k + 1], path[k], pull)[1]

@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from skyverse.heap import make_heap, pop, push
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.space.cells import Cells, cell_of, neighbours
-from skyverse.taut.heap import make_heap, pop, push
+from skyverse.taut.bends import distance
 
 
 @kernel
@@ -44,12 +45,12 @@ def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
             if done[beyond]:
                 continue
             _enter(cells, cell, beyond, p, goal, q)
-            along = price[cell] + _distance(p, q)
+            along = price[cell] + distance(p, q)
             if along < price[beyond]:
                 price[beyond] = along
                 came[beyond] = cell
                 entry[beyond] = q
-                heap = push(heap, along + _distance(q, goal), beyond)
+                heap = push(heap, along + distance(q, goal), beyond)
     if not done[target]:
         return nothing, expanded
     length = 2
@@ -79,8 +80,3 @@ def _enter(cells: Cells, cell: int, beyond: int, p: Floats, goal: Floats, q: Flo
         low = max(cells.low[cell, axis], cells.low[beyond, axis])
         high = min(cells.high[cell, axis], cells.high[beyond, axis])
         q[axis] = min(max(p[axis] + share * (goal[axis] - p[axis]), low), high)
-
-
-@kernel
-def _distance(a: Floats, b: Floats) -> float:
-    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)

@@ -13,7 +13,7 @@ from skyverse.space.world import ROOM, Space, in_bounds, segment_free
 from skyverse.taut.bends import distance
 from skyverse.taut.bound import lower_bound
 from skyverse.taut.passage import passage
-from skyverse.taut.tighten import length_of, tighten
+from skyverse.taut.tighten import length_of, tighten, visible
 
 
 class Taut(NamedTuple):
@@ -46,7 +46,7 @@ def taut_way(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Floa
     way = tighten(space, space.clearance + ROOM, edges, way, spent)
     whole = np.empty((len(way) + 2, 3))
     whole[0], whole[1:-1], whole[-1] = start, way, goal
-    if segment_free(space, start, goal):
+    if visible(space, space.clearance + ROOM, first, last) and segment_free(space, start, goal):
         return Taut(whole[:: len(whole) - 1].copy(), 0, spent)
     kept = np.ones(len(whole), np.bool_)
     if np.array_equal(whole[0], whole[1]) or segment_free(space, whole[0], whole[2]):
@@ -64,14 +64,14 @@ def least_length(space: Space, edges: Edges, start: Floats, goal: Floats, way: F
     if most == 0 or len(way) < 3:
         return straight
     least, _ = lower_bound(space, space.clearance + ROOM, edges, start, goal, length * (1.0 + 1e-12), 1e-9, most)
-    # edges lie two ROOMs off the obstacles: on that scale a way could gain a little at each of its bends
+    # edges lie two hairs off the obstacles: on that scale a way could gain a little at each of its bends
     return min(max(straight, least - 1e-6 * len(way)), length)
 
 
 @kernel
 def step_out(space: Space, p: Floats) -> tuple[Floats, bool]:
     """Step from a safe point to one with room, at most a few times `ROOM` away; tell whether that was possible."""
-    growth = space.clearance + ROOM
+    growth = space.clearance + 3.0 * ROOM
     q = p.copy()
     for _ in range(6):
         i = tree.containing(space.tree, space.boxes, growth, q[0], q[1], q[2])
@@ -83,7 +83,7 @@ def step_out(space: Space, p: Floats) -> tuple[Floats, bool]:
             to = space.boxes[i, face] + (growth + ROOM) * (1.0 if face > 2 else -1.0)
             if abs(to - q[axis]) < least and space.low[axis] <= to <= space.high[axis]:
                 least, at, side = abs(to - q[axis]), to, axis
-        if side < 0 or least > 4.0 * ROOM:
+        if side < 0 or least > 8.0 * ROOM:
             return q, False
         q[side] = at
     return q, False

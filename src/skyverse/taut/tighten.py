@@ -12,8 +12,8 @@ from skyverse.taut.bends import Points, closest, distance, nearby, reach_on, sea
 
 PIECES = 100
 """Pieces of edges in a window at most."""
-POINTS = 200
-"""Points sampled on them, about."""
+EACH = 4
+"""Points spread over each of them, beside three that are chosen; one less where they are many."""
 ROUNDS = 12
 """Searches in a window at most."""
 SETTLED = 1e-9
@@ -58,7 +58,7 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
     best = way
     best_edge = np.full(len(way), -1)
     length = length_of(way)
-    each = min(max(POINTS // max(len(pieces), 1), 3), 4)
+    each = EACH if len(pieces) <= PIECES // 2 else EACH - 1
     more_at = np.empty((0, 3))
     more_edge = np.empty(0, np.int64)
     for turn in range(ROUNDS):

@@ -3,18 +3,17 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skyverse.kernel import kernel
-from skyverse.result import Floats
-from skyverse.space.box import Ints
 
 
 class Heap(NamedTuple):
     """Keys and entries (capacity,), and how many there are, (1,)."""
 
-    key: Floats
-    entry: Ints
-    size: Ints
+    key: NDArray[np.float64]
+    entry: NDArray[np.int64]
+    size: NDArray[np.int64]
 
 
 @kernel
