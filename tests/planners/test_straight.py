@@ -133,3 +133,21 @@ def test_legs_are_of_two_kinds():
     with pytest.raises(ValueError, match="WOA's legs is 'lattice' or 'straight', not 'curved'"):
         sky.WOA(legs="curved")
     assert dataclasses.replace(sky.WOA(), legs="straight") != sky.WOA()
+
+
+@pytest.mark.parametrize(
+    "planner", [sky.HybridMVO(universes=6, legs="straight"), sky.WOA(legs="straight", candidates=6)]
+)
+def test_no_leg_slips_through_the_seam_of_boxes_that_touch(planner):
+    wall = sky.Scenario(
+        name="seam",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 10)),
+        obstacles=(sky.Box(min=(4, 0, 0), max=(6, 5, 10)), sky.Box(min=(4, 5, 0), max=(6, 10, 10))),
+        clearance=0,
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5)),
+        objective=sky.Objective(unit="metres"),
+        uavs=(sky.UAV(start=(1, 5, 5)),),
+        targets=(sky.Target(position=(9, 5, 5)),),
+    )
+    result = planner.plan(sky.Problem(wall), stop=sky.MaxIterations(5), rng=1)
+    assert not result.status.reached

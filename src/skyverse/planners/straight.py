@@ -10,10 +10,11 @@ from skyverse.cost import Rates
 from skyverse.kernel import kernel
 from skyverse.planners.base import Run, make_desk, planned_any_angle, unplanned
 from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Desk
+from skyverse.planners.sight import without_seams
 from skyverse.problem import Problem
 from skyverse.result import Effort, Floats, History, Provenance, Result, no_history
 from skyverse.space.lattice import Ints
-from skyverse.space.world import Space, segment_free
+from skyverse.space.world import Space, point_free, segment_free
 from skyverse.stop import Stop
 
 
@@ -61,7 +62,11 @@ def open_run(
     if np.array_equal(problem.start, problem.end):
         path = problem.start[None]
         return planned_any_angle(problem, path, 0.0, Effort(), 0.0, no_history(), "finished", origin)
-    course = Course(problem.airspace.world.space, problem.airspace.rates, problem.start, problem.end, float(collision))
+    space = problem.airspace.world.space
+    closed = without_seams(space)  # unless an end touches an obstacle, from which no leg could lead away then
+    if point_free(closed, problem.start) and point_free(closed, problem.end):
+        space = closed
+    course = Course(space, problem.airspace.rates, problem.start, problem.end, float(collision))
     return Run(course, make_desk(stop), polylines(room, joints + 2), polylines(1, joints + 2), rng)
 
 
