@@ -28,7 +28,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="run.py", description=(__doc__ or "").strip().replace("\n\n", " "))
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     commands.add_parser("demo", help="plan the five-UAV mission of Table 4.8; write it and its web page into out/")
-    commands.add_parser("test", help="run the tests on all cores; what follows goes to pytest instead, as in: run.py test tests/space -x")
+    commands.add_parser("test", help="run the tests, on all cores; or what follows, as in: run.py test tests/space -x")
     commands.add_parser("lint", help="ruff, mypy and the import layers")
     commands.add_parser("docs", help="build the documentation into docs/_build/html, the examples included")
     commands.add_parser("lock", help="renew requirements/*.txt (needs uv on the PATH)")
