@@ -178,7 +178,7 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
         (
             ["plan", "map1", "--planner", "mvp"],
-            "there is no planner 'mvp'; there are mvo, gso, bbo, random-restart, astar",
+            "there is no planner 'mvp'; there are mvo, hybrid-mvo, gso, bbo, random-restart, astar, taut",
         ),
         (["plan", "map1", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
         (["plan", "map1", "--set", "universes"], "--set: expected name=value"),
