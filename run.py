@@ -44,7 +44,9 @@ def main() -> int:
         return run("skyverse", "plan", "table-4.8", "-o", "out/table-4.8.json")
     set_up("dev")
     if options.command == "test":
-        return run("python", "-m", "pytest", *(rest[1:] if rest[:1] == ["--"] else rest or ["-n", "auto"]))
+        # a file's tests stay together, so that few kernels are compiled twice
+        asked = rest[1:] if rest[:1] == ["--"] else rest or ["-n", "auto", "--dist", "loadfile"]
+        return run("python", "-m", "pytest", *asked)
     if options.command == "docs":
         return run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")
     return max(
