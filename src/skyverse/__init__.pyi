@@ -42,6 +42,10 @@ from .problem import Airspace as Airspace
 from .problem import Problem as Problem
 from .referee import check as check
 from .referee import check_result as check_result
+from .result import Action as Action
+from .result import Certificate as Certificate
+from .result import Conflict as Conflict
+from .result import Deconfliction as Deconfliction
 from .result import Effort as Effort
 from .result import Fault as Fault
 from .result import History as History
@@ -51,6 +55,7 @@ from .result import Provenance as Provenance
 from .result import Result as Result
 from .result import Status as Status
 from .result import Trajectory as Trajectory
+from .result import Verdict as Verdict
 from .result import Violation as Violation
 from .samples.city import random_city as random_city
 from .samples.room import random_room as random_room
@@ -61,6 +66,7 @@ from .scenario import Bounds as Bounds
 from .scenario import Box as Box
 from .scenario import ClimbLimit as ClimbLimit
 from .scenario import Cylinder as Cylinder
+from .scenario import FixedWing as FixedWing
 from .scenario import Frame as Frame
 from .scenario import Lattice as Lattice
 from .scenario import Objective as Objective

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, fields
 from enum import Enum
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -224,6 +224,9 @@ class Result(_Record):
         return self.cost / self.bound - 1.0 if self.bound > 0 else 0.0
 
 
+Form = Literal["smooth", "slowed", "straightened", "stop-and-go", "dubins"]
+
+
 class Motion(NamedTuple):
     """Position (m), velocity (m/s) and acceleration (m/s^2) at some instants, (m, 3) each."""
 
@@ -242,10 +245,17 @@ class Trajectory(_Record):
         (n + 1,) seconds, rising.
     coefficients
         (n, degree + 1, 3) metres; piece k is the sum over j of ``coefficients[k, j] * (t - knots[k])**j``.
+    form
+        How it flies: ``"smooth"``; ``"slowed"`` or ``"straightened"``, smooth too, but not as first wished;
+        ``"stop-and-go"``, at rest at every waypoint; ``"dubins"`` for an aeroplane.
+    note
+        One sentence that says why it is not what was wished for; empty when it is.
     """
 
     knots: FloatArray
     coefficients: FloatArray
+    form: Form = "stop-and-go"
+    note: str = ""
 
     @property
     def start(self) -> float:
@@ -298,7 +308,15 @@ class Fault(Enum):
     CONTINUITY = "trajectory jumps"
     SPEED = "too fast"
     ACCELERATION = "accelerates too hard"
+    JERK = "jerks too hard"
+    THRUST = "too much thrust"
+    TILT = "tilts too far"
+    TURN = "turns too tightly"
+    CLIMB = "climbs too steeply"
+    AIRSPEED = "off its airspeed"
     SEPARATION = "UAVs too close"
+    GIVEN = "given too close"
+    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True)
@@ -326,6 +344,110 @@ class Violation:
     position: tuple[float, float, float] | None = None
 
 
+class Verdict(Enum):
+    """What the referee says of a trajectory, or of the fleet."""
+
+    PROVEN = "proven"
+    REFUTED = "refuted"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What the referee can say at every instant, not only at samples.
+
+    Attributes
+    ----------
+    verdict
+        Proven, refuted, or undecided after `subdivisions`.
+    sentence
+        What is proven; or what is wrong, when and where; or what could not be decided.
+    time, position
+        The offending or the undecided instant, seconds into the mission, and where the UAV is then, metres.
+    subdivisions
+        How often pieces were cut in two.
+    """
+
+    verdict: Verdict
+    sentence: str
+    time: float | None = None
+    position: tuple[float, float, float] | None = None
+    subdivisions: int = 0
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Two UAVs that come closer than their separation.
+
+    Attributes
+    ----------
+    uavs
+        Their indices.
+    begin, end
+        Seconds into the mission between which they are too close.
+    time
+        When they are closest, seconds.
+    nearness
+        How close then, as a share of the separation: 1 is on the ellipsoid, 0 at one place.
+    position
+        Midway between them then, metres.
+    given
+        Whether their starts or their targets are given too close, so that nobody can resolve it.
+    """
+
+    uavs: tuple[int, int]
+    begin: float
+    end: float
+    time: float
+    nearness: float
+    position: tuple[float, float, float]
+    given: bool = False
+
+
+@dataclass(frozen=True)
+class Action:
+    """What was done to one UAV to keep the fleet apart.
+
+    Attributes
+    ----------
+    uav
+        Its index.
+    kind
+        ``"delay"``, ``"slow down"``, ``"exchange"`` (of targets) or ``"detour"``.
+    sentence
+        With the numbers.
+    """
+
+    uav: int
+    kind: Literal["delay", "slow down", "exchange", "detour"]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Deconfliction:
+    """How the fleet was kept apart.
+
+    Attributes
+    ----------
+    found, left
+        The conflicts before, and those that could not be resolved, or were given.
+    actions
+        What was done, in order.
+    total_before, total_after
+        The sum of the UAVs' arrival times, seconds.
+    makespan_before, makespan_after
+        The last arrival, seconds.
+    """
+
+    found: tuple[Conflict, ...]
+    left: tuple[Conflict, ...]
+    actions: tuple[Action, ...]
+    total_before: float
+    total_after: float
+    makespan_before: float
+    makespan_after: float
+
+
 @dataclass(frozen=True, eq=False)
 class Mission(_Record):
     """The fleet's answer. It embeds its scenario, so that one file serves every later verb.
@@ -340,6 +462,12 @@ class Mission(_Record):
         The referee's verdict; empty when nothing was found wrong.
     interrupted
         Whether the run was cut short; what was found until then is kept.
+    certificates
+        What the referee says of each UAV's trajectory, in the scenario's order; empty when it was not asked.
+    apart
+        What it says of the fleet's separation; ``None`` when it was not asked.
+    deconfliction
+        How conflicts between trajectories were resolved; ``None`` when that was not tried.
     """
 
     scenario: Scenario
@@ -349,6 +477,9 @@ class Mission(_Record):
     violations: tuple[Violation, ...]
     provenance: Provenance
     interrupted: bool = False
+    certificates: tuple[Certificate | None, ...] = ()
+    apart: Certificate | None = None
+    deconfliction: Deconfliction | None = None
     format: str = field(default="skyverse/mission/1")
 
     @property
@@ -360,6 +491,11 @@ class Mission(_Record):
     def makespan(self) -> float:
         """Seconds until the last UAV has arrived."""
         return max((trajectory.end for trajectory in self.trajectories if trajectory is not None), default=0.0)
+
+    @property
+    def total_time(self) -> float:
+        """The sum of the UAVs' arrival times, seconds into the mission."""
+        return sum(trajectory.end for trajectory in self.trajectories if trajectory is not None)
 
     @property
     def complete(self) -> bool:
