@@ -7,7 +7,6 @@ from typing import Literal, Protocol
 import numpy as np
 
 from skyverse.assignment import Criterion, assign, straight_line
-from skyverse.cost import soft_terms
 from skyverse.errors import InputError
 from skyverse.exact import prices_to
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
@@ -16,7 +15,7 @@ from skyverse.referee import check
 from skyverse.result import Floats, Mission, Result, Status, Trajectory
 from skyverse.scenario import Scenario
 from skyverse.stop import Progress, Stop
-from skyverse.trajectory import drop_collinear, rest_to_rest, shortcut
+from skyverse.trajectory import Shape, fly_along
 
 Assignment = Literal["euclidean", "path-cost", "identity"]
 
@@ -36,6 +35,7 @@ def plan_mission(
     rng: Seed = None,
     assignment: Assignment = "path-cost",
     criterion: Criterion = "min-sum",
+    shape: Shape = "minimum-snap",
     on_progress: OnProgress | None = None,
 ) -> Mission:
     """Assign the scenario's UAVs to its targets, plan their paths, turn them into trajectories, and check it all.
@@ -55,6 +55,8 @@ def plan_mission(
         Algorithm 4), ``"identity"`` sends UAV i to target i (the thesis's "without coordination").
     criterion
         ``"min-sum"`` or ``"min-max"``; without meaning for ``"identity"``.
+    shape
+        What the trajectories of multirotors make small; see `fly_along`.
     on_progress
         Called after every iteration, and when a UAV is done.
 
@@ -72,7 +74,7 @@ def plan_mission(
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
     assigned = assign_targets(airspace, assignment, criterion)
-    origin = provenance(f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}", stop, seed)
+    origin = provenance(f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}, shape={shape!r}", stop, seed)
     results: list[Result | None] = []
     trajectories: list[Trajectory | None] = []
     interrupted = False
@@ -88,29 +90,13 @@ def plan_mission(
                 report = None if on_progress is None else partial(on_progress, uav)
                 result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)
                 interrupted = result.stopped_by == "Cancelled"
-                trajectory = fly_along(problem, result)
+                trajectory = fly_along(problem, result, shape)
         results.append(result)
         trajectories.append(trajectory)
         if on_progress is not None:
             on_progress(uav, None)
     mission = Mission(scenario, assigned, tuple(results), tuple(trajectories), (), origin, interrupted)
     return replace(mission, violations=tuple(check(scenario, mission)))
-
-
-def fly_along(problem: Problem, result: Result) -> Trajectory | None:
-    """Turn a result's path into a trajectory from the UAV's true start to its true target, or ``None``.
-
-    Nodes on a straight line go, a line-of-sight shortcut leaves what is needed (unless the objective prices altitude,
-    risk or climb, which it would not heed), and rest-to-rest quintics fly it.
-    """
-    if not result.status.reached:
-        return None
-    uav = problem.scenario.uavs[problem.uav]
-    target = problem.scenario.targets[problem.target]
-    waypoints = drop_collinear(np.vstack([uav.start, result.path, target.position]))
-    if soft_terms(problem.scenario):  # a shortcut may be safe and yet lead through a zone, or out of the band
-        return rest_to_rest(waypoints, uav)
-    return rest_to_rest(shortcut(problem.airspace.world, waypoints), uav)
 
 
 def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.mission import fly_along
 from skyverse.planners.base import provenance
+from skyverse.trajectory import fly_along
 from worlds import ROOM, price_of
 
 ON_THE_LATTICE = [

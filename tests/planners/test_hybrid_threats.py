@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.mission import fly_along
 from skyverse.planners import straight
 from skyverse.planners.base import provenance
 from skyverse.planners.joints import small_move
+from skyverse.trajectory import fly_along
 from worlds import ROOM, scenarios
 
 FIELDS = list(itertools.product((15, 30), range(20)))

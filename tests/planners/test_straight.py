@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.mission import fly_along
 from skyverse.planners import straight
 from skyverse.planners.base import provenance
 from skyverse.space.world import segment_free
+from skyverse.trajectory import fly_along
 from worlds import ROOM, scenarios
 
 STOP = sky.MaxIterations(4)

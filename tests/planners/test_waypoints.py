@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.mission import fly_along
 from skyverse.planners import waypoints
 from skyverse.planners.base import provenance
 from skyverse.planners.optimisers import by_niapy, by_pymoo, cma_es, da, mfo, woa
+from skyverse.trajectory import fly_along
 from worlds import ROOM, exits_of, neighbours, price_of, scenarios, shape_of
 
 STOP = sky.MaxIterations(4)

@@ -1,6 +1,7 @@
 """From a path to a trajectory: waypoints that matter, then a motion through them within the UAV's limits."""
 
+from skyverse.trajectory.along import Shape, fly_along
 from skyverse.trajectory.quintic import rest_to_rest
 from skyverse.trajectory.shortcut import drop_collinear, shortcut
 
-__all__ = ["drop_collinear", "rest_to_rest", "shortcut"]
+__all__ = ["Shape", "drop_collinear", "fly_along", "rest_to_rest", "shortcut"]
