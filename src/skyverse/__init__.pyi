@@ -40,6 +40,8 @@ from .planners.waypoint_methods import WOA as WOA
 from .planners.waypoints import WaypointSearch as WaypointSearch
 from .problem import Airspace as Airspace
 from .problem import Problem as Problem
+from .referee import Certificates as Certificates
+from .referee import certify as certify
 from .referee import check as check
 from .referee import check_result as check_result
 from .result import Action as Action

@@ -1,20 +1,20 @@
 """The referee: judges a mission by recomputing everything, sharing nothing with those who planned it.
 
-It is slow, obvious NumPy. `boxes` knows the unsafe space, `path` judges results, `flight` trajectories.
+It is slow, obvious NumPy. `boxes` knows the unsafe space, `path` judges results, `polynomial` bounds polynomials for
+certain; with it `flight` judges trajectories, each by its `limits`, `separation` the fleet, and `certificate` says it.
 """
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
 from skyverse.referee.boxes import shut_boxes
-from skyverse.referee.flight import Curve, judge_separation, judge_trajectory
+from skyverse.referee.certificate import Certificates, certify, entry, judge_flight, target_of
 from skyverse.referee.path import judge_result
-from skyverse.result import Fault, Mission, Result, Status, Trajectory, Violation
+from skyverse.result import Certificate, Fault, Mission, Result, Status, Trajectory, Verdict, Violation
 from skyverse.scenario import Scenario
 
-__all__ = ["check", "check_result"]
+__all__ = ["Certificates", "certify", "check", "check_result"]
 
 
 def check(scenario: Scenario, mission: Mission) -> list[Violation]:
@@ -33,8 +33,8 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
     Returns
     -------
     list of Violation
-        Empty when nothing is wrong. A trajectory gets at most one of each kind, at its worst instant, and so
-        does each pair of UAVs that comes too close.
+        Empty when nothing is wrong and all trajectories, and their separation, are proven; see `certify`. A trajectory
+        gets at most one of each kind, at its worst instant, and so does each pair of UAVs that comes too close.
 
     Notes
     -----
@@ -43,34 +43,36 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
 
     *Exact*: assignment, statuses, costs, path segments against boxes, ends and continuity at the knots.
 
-    *Proven*: clearance and bounds of trajectories. Each piece is cut into chords of at most 5 ms from which
-    the curve, by a bound on its acceleration, deviates by at most 1e-6 m, and each chord is tested exactly:
-    nothing deeper than 2e-6 m is missed, and what is reported does enter the grown box. Separations likewise:
-    chords of 10 ms, with room for what both may bend, tell where two UAVs might be too close; there chords
-    of 0.1 ms tell.
-
-    *Sampled*, at the ends of the 64 or more chords of each piece: speed and acceleration. An excess is missed
-    that comes and goes between two such instants.
+    *Proven* at every instant: clearance, bounds and limits of trajectories, and separations. What is neither proven nor
+    refuted is a violation too, `Fault.UNDECIDED`. A mission's own certificates are not trusted: one that says
+    proven where the referee does not is `Fault.STATUS`.
     """
     with np.errstate(all="ignore"):
         violations = _judge_assignment(scenario, mission)
         boxes = shut_boxes(scenario)
-        curves: list[Curve | None] = [None] * len(scenario.uavs)
-        unknown: set[int] = set()
+        flown = judge_flight(scenario, boxes, mission)
         for uav in range(len(scenario.uavs)):
-            target = _target(scenario, _at(mission.assignment, uav))
-            result, trajectory = _at(mission.results, uav), _at(mission.trajectories, uav)
+            target = target_of(scenario, entry(mission.assignment, uav))
+            result, trajectory = entry(mission.results, uav), entry(mission.trajectories, uav)
             if isinstance(result, Result):
                 if result.status is Status.NOT_PLANNED and not mission.interrupted:
                     message = f"{scenario.uavs[uav].name} was not planned, but the mission was not interrupted."
                     violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(scenario, boxes, uav, target, result, isinstance(trajectory, Trajectory))
-            if isinstance(trajectory, Trajectory):
-                found, curves[uav] = judge_trajectory(scenario, boxes, uav, target, trajectory)
-                violations += found
-                if curves[uav] is None:
-                    unknown.add(uav)
-        return violations + judge_separation(scenario, curves, unknown)
+            violations += flown.trajectories[uav]
+        return [*violations, *flown.apart, *_judge_claims(scenario, mission, flown.certificates)]
+
+
+def _judge_claims(scenario: Scenario, mission: Mission, true: Certificates) -> Iterator[Violation]:
+    """Yield what a mission says to be proven, and is not."""
+    claims = mission.certificates if isinstance(mission.certificates, tuple | list) else ()
+    said = [(f"{uav.name}'s trajectory", (k,), entry(claims, k)) for k, uav in enumerate(scenario.uavs)]
+    known = [*true.trajectories, true.apart]
+    for (noun, uavs, claim), sure in zip([*said, ("the fleet's separation", (), mission.apart)], known, strict=True):
+        proven = sure is not None and sure.verdict is Verdict.PROVEN
+        if isinstance(claim, Certificate) and claim.verdict is Verdict.PROVEN and not proven:
+            verdict = "not there" if sure is None else f"{sure.verdict.value}"
+            yield Violation(Fault.STATUS, uavs, f"The mission says that {noun} is proven, but it is {verdict}.")
 
 
 def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> list[Violation]:
@@ -102,17 +104,6 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
         return list(judge_result(scenario, shut_boxes(scenario), uav, target, result, None))
 
 
-def _at(values: Sequence[Any], index: int) -> Any:
-    return values[index] if index < len(values) else None
-
-
-def _target(scenario: Scenario, index: object) -> int | None:
-    """Return the index of a target that exists, ``None`` for anything else."""
-    if isinstance(index, bool) or not isinstance(index, int | np.integer):
-        return None
-    return int(index) if 0 <= index < len(scenario.targets) else None
-
-
 def _judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
     found = []
     count = len(scenario.uavs)
@@ -131,7 +122,7 @@ def _judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
     for uav in range(min(count, *(len(values) for values in columns.values()))):
         name = scenario.uavs[uav].name
         given, result, trajectory = mission.assignment[uav], mission.results[uav], mission.trajectories[uav]
-        target = _target(scenario, given)
+        target = target_of(scenario, given)
         complaints = []
         if given is not None and target is None:
             complaints.append(f"is sent to target {given!r}, but targets are numbered 0 to {len(scenario.targets) - 1}")

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from skyverse.scenario import Scenario
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
 
 TOLERANCE = 1e-6
 """Metres: what is wrong by no more than this is let pass."""
@@ -124,7 +125,7 @@ def deepest(boxes: Boxes, starts: Floats, ends: Floats) -> Closest | None:
     return met
 
 
-def _beside(boxes: Boxes, starts: Floats, ends: Floats) -> NDArray[np.intp]:
+def _beside(boxes: Boxes, starts: Floats, ends: Floats) -> Ints:
     """Return the indices of the boxes that meet the bounding box of any segment: no segment can enter another."""
     lowest, highest = np.minimum(starts, ends), np.maximum(starts, ends)
     some = np.flatnonzero(((boxes.shut_low < highest.max(axis=0)) & (boxes.shut_high > lowest.min(axis=0))).all(axis=1))
