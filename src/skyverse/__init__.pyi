@@ -9,6 +9,10 @@ from .files import read_mission as read_mission
 from .files import read_scenario as read_scenario
 from .files import scenario_schema as scenario_schema
 from .files import write as write
+from .flight.fly import fly as fly
+from .flown import Flight as Flight
+from .flown import Flown as Flown
+from .flown import Passing as Passing
 from .lab.comparison import write_report as write_report
 from .lab.execute import run_study as run_study
 from .lab.row import Row as Row

@@ -1,0 +1,135 @@
+"""A mission flown: every UAV in rotorpy, side by side, then judged."""
+
+import math
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+
+from skyverse.errors import InputError
+from skyverse.flight.judge import measure, passings, strayed
+from skyverse.flight.simulate import Job, Samples, require_simulator, simulate
+from skyverse.flight.vehicle import refuse_weak, vehicle_of
+from skyverse.flown import Flight, Flown
+from skyverse.planners.base import Seed, seeded
+from skyverse.result import Mission
+from skyverse.space.world import World
+
+OnFlown = Callable[[int, int], None]
+"""Called with how many UAVs have been flown, of how many."""
+
+
+def fly(
+    mission: Mission,
+    *,
+    vehicle: str = "thesis",
+    wind: Sequence[float] = (0.0, 0.0, 0.0),
+    noise: float = 0.0,
+    margin: float | None = None,
+    rng: Seed = None,
+    workers: int = 1,
+    on_progress: OnFlown | None = None,
+) -> Flight:
+    """Fly every trajectory of a mission in rotorpy, a quadrotor simulator, and judge what comes of it.
+
+    rotorpy's SE3 controller follows each trajectory with its own gains; see the documentation's page on flight for
+    what it is told. Aeroplanes are not flown: the others are judged against their trajectories. The flight is safe
+    where it is nowhere nearer to an obstacle than the scenario's clearance less the margin, nor out of bounds by more
+    than the margin, ends within the margin of the targets, and where no two UAVs come into their ellipsoid of
+    separation, made smaller by twice the margin.
+
+    Parameters
+    ----------
+    mission
+        Whose trajectories to fly; its scenario's limits say what the vehicle must be able to do.
+    vehicle
+        ``"thesis"``, ``"crazyflie"`` or ``"hummingbird"``.
+    wind
+        Its velocity, (3,) m/s towards east, north and up; or its speed, m/s, and where it blows to, degrees from
+        east to north.
+    noise
+        Of what the controller is told: white and normal at every command, so many metres of position and m/s of
+        velocity (standard deviations, each axis).
+    margin
+        How far a UAV may stray, metres; half the scenario's clearance by default.
+    rng
+        Seed or generator of the noise; every UAV draws from a stream of its own.
+    workers
+        Processes. With more than one, a script must start under ``if __name__ == "__main__":``.
+    on_progress
+        Called whenever a UAV has been flown.
+
+    Raises
+    ------
+    InputError
+        If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or an option makes no sense.
+    """
+    blown = _wind(wind)
+    if not (isinstance(noise, (int, float)) and 0 <= noise < math.inf):
+        raise InputError(f"noise: expected metres from 0 on, found {noise!r}")
+    if margin is None:
+        margin = mission.scenario.clearance / 2
+    if not (isinstance(margin, (int, float)) and 0 <= margin < math.inf):
+        raise InputError(f"margin: expected metres from 0 on, found {margin!r}")
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
+    generator, seed = seeded(rng)
+    require_simulator()
+    kind = vehicle_of(vehicle)
+    scenario = mission.scenario
+    flying = {
+        uav: trajectory
+        for uav, trajectory in enumerate(mission.trajectories)
+        if trajectory is not None and scenario.uavs[uav].fixed_wing is None
+    }
+    if not flying:
+        raise InputError(f"{scenario.name}: expected a trajectory of a multirotor to fly, found none")
+    refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying))
+    seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
+    jobs = {uav: Job(flight, vehicle, blown, float(noise), seeds[uav]) for uav, flight in flying.items()}
+    world = World(scenario)
+    flown: list[Flown | None] = [None] * len(scenario.uavs)
+    for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):
+        flown[uav] = measure(world, mission, uav, samples, kind)
+        if on_progress is not None:
+            on_progress(done, len(jobs))
+    found, wrong = passings(mission, tuple(flown), margin)
+    violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin)] + wrong
+    return Flight(
+        mission, vehicle, blown, float(noise), seed, float(margin), tuple(flown), tuple(found), tuple(violations)
+    )
+
+
+def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
+    try:
+        numbers = [float(number) for number in wind]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+        raise InputError(f"wind: expected east,north,up in m/s, or speed,degrees, found {wind!r}")
+    if len(numbers) == 2:
+        speed, heading = numbers[0], math.radians(numbers[1])
+        return speed * math.cos(heading), speed * math.sin(heading), 0.0
+    return numbers[0], numbers[1], numbers[2]
+
+
+def _simulated(jobs: dict[int, Job], workers: int) -> Iterator[tuple[int, Samples]]:
+    """Yield each UAV's samples as it has been flown."""
+    if workers == 1:
+        for uav, job in jobs.items():
+            yield uav, simulate(job)
+        return
+    context = multiprocessing.get_context("spawn")  # a fork would inherit locks that others hold
+    with ProcessPoolExecutor(workers, context, _deaf) as pool:
+        waiting = {pool.submit(simulate, job): uav for uav, job in jobs.items()}
+        try:
+            for done in as_completed(waiting):
+                yield waiting[done], done.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _deaf() -> None:
+    """Ignore Ctrl-C: the parent decides what it means."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,135 @@
+"""What a flight is worth: errors, distances as flown, and what went wrong."""
+
+import itertools
+
+import numpy as np
+
+from skyverse.flight.simulate import RATE, Samples
+from skyverse.flight.vehicle import Vehicle
+from skyverse.flown import Flown, Passing
+from skyverse.result import Fault, Floats, Mission, Violation
+from skyverse.scenario import Scenario
+from skyverse.space.world import World
+
+
+def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle: Vehicle) -> Flown:
+    """Return what one UAV's samples say."""
+    trajectory = mission.trajectories[uav]
+    assert trajectory is not None
+    commanded = trajectory.at(samples.times).position
+    errors = np.linalg.norm(samples.positions - commanded, axis=1)
+    distances = world.distance(samples.positions)
+    nearest = int(np.argmin(distances))
+    low, high = mission.scenario.bounds.min, mission.scenario.bounds.max
+    thrust = vehicle.parameters["k_eta"] * np.sum(samples.rotors**2, axis=1) / vehicle.max_thrust
+    power = vehicle.parameters["k_m"] * np.sum(samples.rotors**3, axis=1)
+    return Flown(
+        uav=uav,
+        times=samples.times,
+        positions=samples.positions,
+        velocities=samples.velocities,
+        commanded=commanded,
+        rms=float(np.sqrt(np.mean(errors**2))),
+        largest=float(errors.max()),
+        clearance=float(distances[nearest]),
+        clearance_time=float(samples.times[nearest]),
+        outside=float(max(0.0, np.max(low - samples.positions), np.max(samples.positions - high))),
+        peak_thrust=float(thrust.max()),
+        mean_thrust=float(thrust.mean()),
+        peak_tilt=float(samples.tilt.max()),
+        energy=float(np.trapezoid(power, samples.times)),
+    )
+
+
+def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -> tuple[list[Passing], list[Violation]]:
+    """Return every pair when it was closest, and those that strayed too far into their separation.
+
+    A UAV that was not flown is where its trajectory says, or stands at its start. While starts or targets are given
+    too close, as they are planned, nobody is to blame.
+    """
+    uavs = mission.scenario.uavs
+    ends = [f.times[-1] for f in flown if f is not None] + [mission.makespan]
+    times = np.arange(np.ceil(max(ends) * RATE) + 1) / RATE
+    planned = [_planned(mission, uav, times) for uav in range(len(uavs))]
+    actual = [p if f is None else _held(f, times) for p, f in zip(planned, flown, strict=True)]
+    found, wrong = [], []
+    for i, j in itertools.combinations(range(len(uavs)), 2):
+        level, upright = np.maximum(uavs[i].ellipsoid, uavs[j].ellipsoid)
+        if level == 0:
+            continue
+        meant = _nearness(planned[i] - planned[j], level, upright)
+        apart = actual[i] - actual[j]
+        nearness = _nearness(apart, level, upright)
+        k = int(np.argmin(nearness))
+        pair = (i, j)
+        found.append(Passing(pair, times[k], float(np.linalg.norm(apart[k])), float(nearness[k]), float(meant.min())))
+        strayed = _nearness(apart, max(level - 2 * margin, 1e-9), max(upright - 2 * margin, 1e-9))
+        strayed[_given(meant)] = np.inf
+        k = int(np.argmin(strayed))
+        if strayed[k] < 1.0:
+            middle = (actual[i][k] + actual[j][k]) / 2
+            message = (
+                f"{uavs[i].name} and {uavs[j].name} come within {np.linalg.norm(apart[k]):.3f} m of each other at "
+                f"{times[k]:.2f} s, {nearness[k]:.2f} of their separation; {margin:.3g} m each may be strayed"
+            )
+            wrong.append(Violation(Fault.SEPARATION, pair, message, float(times[k]), _place(middle)))
+    return found, wrong
+
+
+def _planned(mission: Mission, uav: int, times: Floats) -> Floats:
+    trajectory = mission.trajectories[uav]
+    if trajectory is None:
+        return np.tile(mission.scenario.uavs[uav].start, (len(times), 1)).astype(np.float64)
+    return trajectory.at(times).position
+
+
+def _held(flown: Flown, times: Floats) -> Floats:
+    return np.column_stack([np.interp(times, flown.times, flown.positions[:, axis]) for axis in range(3)])
+
+
+def _nearness(apart: Floats, level: float, upright: float) -> Floats:
+    nearness: Floats = np.linalg.norm(apart / [level, level, upright], axis=1)
+    return nearness
+
+
+def _given(meant: Floats) -> Floats:
+    """Tell at which of the instants a pair is too close because its starts or its targets are given so."""
+    clear = np.flatnonzero(meant >= 1.0 - 1e-6)
+    given = np.zeros(len(meant), dtype=bool)
+    if meant[0] < 1.0 - 1e-6:
+        given[: clear[0] if len(clear) else None] = True
+    if meant[-1] < 1.0 - 1e-6:
+        given[clear[-1] + 1 if len(clear) else 0 :] = True
+    return given
+
+
+def strayed(scenario: Scenario, flown: Flown, margin: float) -> list[Violation]:
+    """Return what one UAV did wrong: too near an obstacle, out of bounds, or not at its target."""
+    name, wrong = scenario.uavs[flown.uav].name, []
+
+    def note(fault: Fault, message: str, k: int) -> None:
+        place = _place(flown.positions[k])
+        wrong.append(Violation(fault, (flown.uav,), f"{name} {message}", float(flown.times[k]), place))
+
+    left = scenario.clearance - margin
+    if flown.clearance <= 0 or flown.clearance < left:
+        k = int(np.searchsorted(flown.times, flown.clearance_time))
+        how = "touches an obstacle" if flown.clearance <= 0 else f"comes within {flown.clearance:.3f} m of an obstacle"
+        note(Fault.TRAJECTORY_CLEARANCE, f"{how} at {flown.clearance_time:.2f} s; {left:.3g} m must be left", k)
+    if flown.outside > margin:
+        beyond = np.maximum(scenario.bounds.min - flown.positions, flown.positions - scenario.bounds.max).max(axis=1)
+        k = int(np.argmax(beyond))
+        note(
+            Fault.TRAJECTORY_BOUNDS,
+            f"is {beyond[k]:.3f} m out of bounds at {flown.times[k]:.2f} s; {margin:.3g} m may be strayed",
+            k,
+        )
+    off = float(np.linalg.norm(flown.positions[-1] - flown.commanded[-1]))
+    if off > max(margin, 0.01):
+        note(Fault.TRAJECTORY_ENDS, f"is {off:.3f} m off its trajectory when it is flown no more", -1)
+    return wrong
+
+
+def _place(position: Floats) -> tuple[float, float, float]:
+    x, y, z = position.tolist()
+    return x, y, z

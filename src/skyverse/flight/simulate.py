@@ -1,0 +1,168 @@
+"""One UAV flown in rotorpy."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import OdeSolver
+
+from skyverse.errors import InputError
+from skyverse.flight.lead import UP, reference
+from skyverse.flight.vehicle import GRAVITY, Vehicle, vehicle_of
+from skyverse.result import Floats, Trajectory
+
+RATE = 100.0
+"""Commands, and samples, a second."""
+SETTLE = 1.0
+"""Seconds that a UAV is flown on for when it should have arrived."""
+LOST = 20.0
+"""Metres off its trajectory at which a UAV is given up."""
+_OBSERVER = 8.0
+"""How fast the observer follows, 1/s."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What one UAV is to fly, and in what: vehicle by name, wind (m/s), noise (m and m/s), seed of the noise."""
+
+    trajectory: Trajectory
+    vehicle: str
+    wind: tuple[float, float, float]
+    noise: float
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """What one UAV did: (m,) seconds, (m, 3) metres and m/s, (m, 4) rotor speeds in rad/s, (m,) degrees of tilt."""
+
+    times: Floats
+    positions: Floats
+    velocities: Floats
+    rotors: Floats
+    tilt: Floats
+
+
+def require_simulator() -> None:
+    """Raise `InputError` where rotorpy is not installed."""
+    try:
+        import rotorpy.vehicles.multirotor  # noqa: F401
+    except ImportError:
+        raise InputError('flying needs rotorpy: pip install "skyverse[flight]"') from None
+
+
+def simulate(job: Job) -> Samples:
+    """Fly one UAV from its departure until `SETTLE` seconds after it should have arrived.
+
+    It departs hovering at rest. rotorpy's SE3 controller, with its own gains, commands the rotors `RATE` times a
+    second; it is told the reference of `lead`, less what the observer has found, within the vehicle's tilt. Once it
+    is lost, the samples end.
+    """
+    from rotorpy.controllers.quadrotor_control import SE3Control
+    from rotorpy.vehicles.multirotor import Multirotor
+    from rotorpy.wind.default_winds import ConstantWind
+
+    kind, dt = vehicle_of(job.vehicle), 1.0 / RATE
+    first, last = np.floor(job.trajectory.start * RATE), np.ceil((job.trajectory.end + SETTLE) * RATE)
+    times = np.arange(first, last + 1) * dt
+    control = SE3Control(kind.parameters)
+    asked = reference(job.trajectory, kind, control, times, dt)
+    hover = np.sqrt(kind.mass * GRAVITY / (kind.parameters["num_rotors"] * kind.parameters["k_eta"]))
+    wind = ConstantWind(*job.wind)
+    state: dict[str, Floats] = {
+        "x": asked.position[0],
+        "v": np.zeros(3),
+        "q": np.array([0.0, 0.0, 0.0, 1.0]),
+        "w": np.zeros(3),
+        "wind": np.array(job.wind),
+        "rotor_speeds": np.full(4, hover),
+    }
+    body = Multirotor(
+        kind.parameters, state, integrator_kwargs={"method": _RungeKutta, "max_step": kind.parameters["tau_m"]}
+    )
+    observer = _Observer(body, kind)
+    errors = np.random.default_rng(job.seed)
+    rows = np.empty((len(times), 11))
+    for k, t in enumerate(times):
+        up = _up(state["q"])
+        rows[k] = (*state["x"], *state["v"], *state["rotor_speeds"], up[2])
+        state["wind"] = wind.update(t, state["x"])
+        told = state
+        if job.noise:
+            told = state | {key: state[key] + errors.normal(scale=job.noise, size=3) for key in ("x", "v")}
+        acceleration = asked.acceleration[k] - observer.push(told, up, dt)
+        felt = control.kp_pos * (told["x"] - asked.position[k]) + control.kd_pos * (told["v"] - asked.velocity[k])
+        flat = {
+            "x": asked.position[k],
+            "x_dot": asked.velocity[k],
+            "x_ddot": _within_tilt(acceleration - felt, kind.max_tilt) + felt,
+            "yaw": 0.0,
+            "yaw_dot": 0.0,
+        }
+        state = body.step(state, control.update(t, told, flat), dt)
+        if not np.linalg.norm(state["x"] - asked.position[k]) < LOST:
+            times, rows = times[: k + 1], rows[: k + 1]
+            break
+    return Samples(times, rows[:, :3], rows[:, 3:6], rows[:, 6:10], np.degrees(np.arccos(np.clip(rows[:, 10], -1, 1))))
+
+
+class _Observer:
+    """Finds the push of the wind: what velocity does beyond what rotors and still air explain, smoothed."""
+
+    def __init__(self, body: Any, kind: Vehicle) -> None:
+        self._body, self._mass = body, kind.mass
+        self._explained: Floats | None = None
+
+    def push(self, told: dict[str, Floats], up: Floats, dt: float) -> Floats:
+        """Return the push, (3,) m/s^2, and take note of the state that is told."""
+        turned = _matrix(told["q"])
+        if self._explained is None:
+            self._explained = told["v"].copy()
+        push: Floats = _OBSERVER * (told["v"] - self._explained)
+        force, _ = self._body.compute_body_wrench(told["w"], told["rotor_speeds"], turned.T @ told["v"])
+        self._explained += (turned @ force / self._mass - GRAVITY * UP + push) * dt
+        return push
+
+
+def _within_tilt(acceleration: Floats, most: float | None) -> Floats:
+    """Return an acceleration whose thrust leans by `most` degrees at most; its vertical part stays."""
+    if most is None:
+        return acceleration
+    lift = max(acceleration[2] + GRAVITY, 0.0)
+    level = float(np.hypot(acceleration[0], acceleration[1]))
+    share = min(1.0, lift * np.tan(np.radians(most)) / max(level, 1e-12))
+    return np.array([acceleration[0] * share, acceleration[1] * share, acceleration[2]])
+
+
+def _matrix(q: Floats) -> Floats:
+    x, y, z, w = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _up(q: Floats) -> Floats:
+    return _matrix(q)[:, 2]
+
+
+class _RungeKutta(OdeSolver):
+    """The classical fourth-order method in equal steps, none above `max_step`."""
+
+    def __init__(
+        self, fun: Any, t0: float, y0: Floats, t_bound: float, vectorized: bool = False, max_step: float = np.inf
+    ) -> None:
+        super().__init__(fun, t0, y0, t_bound, vectorized)
+        self._step = (t_bound - t0) / max(1, np.ceil((t_bound - t0) / max_step - 1e-9))
+
+    def _step_impl(self) -> tuple[bool, None]:
+        f, y, h = self.fun, self.y, self._step
+        a = f(self.t, y)
+        b = f(self.t, y + h / 2 * a)
+        c = f(self.t, y + h / 2 * b)
+        self.y = y + h / 6 * (a + 2 * b + 2 * c + f(self.t, y + h * c))
+        self.t = self.t + h if self.t + 1.5 * h < self.t_bound else self.t_bound
+        return True, None
