@@ -121,21 +121,18 @@ def _instant(cells: _Cells, cell: int, share: float) -> float:
 
 
 def _given(fleet: _Fleet, i: int, j: int) -> tuple[bool, bool]:
-    """Tell whether two UAVs are given too close at their starts, and at their targets.
-
-    The place where a UAV stays for want of a trajectory is as given as a target.
-    """
+    """Tell whether two UAVs are given too close at their starts, and, where both fly, at their targets."""
     scenario, tracks = fleet.scenario, fleet.tracks
-    starts, ends = [], []
-    for k in (i, j):
-        uav = tracks.uavs[k]
-        target = fleet.targets[uav]
-        stays = len(tracks.knots[k]) == 2  # one piece: it has no trajectory
-        starts.append(np.array(scenario.uavs[uav].start))
-        ends.append(starts[-1] if stays or target is None else np.array(scenario.targets[target].position))
+    uavs = [tracks.uavs[k] for k in (i, j)]
     keep = np.array([fleet.across[i, j], fleet.across[i, j], fleet.above[i, j]])
-    near = [float(np.sum(((a - b) / keep) ** 2)) < 1 for a, b in (starts, ends)]
-    return near[0], near[1]
+
+    def near(places: list[tuple[float, float, float]]) -> bool:
+        return float(np.sum((np.subtract(places[0], places[1]) / keep) ** 2)) < 1
+
+    starts = near([scenario.uavs[uav].start for uav in uavs])
+    both_fly = all(len(tracks.knots[k]) > 2 for k in (i, j))
+    targets = [scenario.targets[target].position for uav in uavs if (target := fleet.targets[uav]) is not None]
+    return starts, both_fly and len(targets) == 2 and near(targets)
 
 
 def _judge_given(fleet: _Fleet, pair: Ints, starts: bool, ends: bool) -> Iterator[Violation]:
