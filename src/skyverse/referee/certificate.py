@@ -105,8 +105,8 @@ def _sound(scenario: Scenario, uav: int, curve: Curve | None) -> str:
     if vehicle.fixed_wing is not None:
         limits = "speed, acceleration, airspeed, turn and climb"
     return (
-        f"{vehicle.name} keeps {scenario.clearance:.6g} m from all {len(scenario.obstacles)} obstacles, the bounds, "
-        f"and its limits of {limits} at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s."
+        f"{vehicle.name} is clear by {scenario.clearance:.6g} m of all {len(scenario.obstacles)} obstacles, inside the bounds "
+        f"and within its limits of {limits}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s."
     )
 
 
