@@ -5,11 +5,13 @@ from .draw.figures import write_figures as write_figures
 from .draw.html import write_html as write_html
 from .errors import InputError as InputError
 from .files import read as read
+from .files import read_flight as read_flight
 from .files import read_mission as read_mission
 from .files import read_scenario as read_scenario
 from .files import scenario_schema as scenario_schema
 from .files import write as write
 from .flight.fly import fly as fly
+from .flight.until_safe import fly_until_safe as fly_until_safe
 from .flown import Flight as Flight
 from .flown import Flown as Flown
 from .flown import Passing as Passing

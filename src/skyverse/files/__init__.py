@@ -6,12 +6,14 @@ from skyverse.atomic import write_text
 from skyverse.errors import InputError
 from skyverse.files.builtin import NAMES, builtin
 from skyverse.files.document import parse, read_text
+from skyverse.files.flights import flight_from_data, flight_text
 from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
+from skyverse.flown import Flight
 from skyverse.result import Mission
 from skyverse.scenario import Scenario
 
-__all__ = ["NAMES", "read", "read_mission", "read_scenario", "scenario_schema", "write"]
+__all__ = ["NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
 
 
 def read(source: str | Path) -> Scenario | Mission:
@@ -62,14 +64,23 @@ def read_mission(source: str | Path) -> Mission:
     raise InputError(f"{source}: expected a mission (its 'format' is 'skyverse/mission/1'), found a scenario")
 
 
-def write(what: Scenario | Mission, path: str | Path, *, rate: float = 20.0) -> None:
-    """Write a scenario or a mission; the file appears whole or not at all.
+def read_flight(path: str | Path) -> Flight:
+    """Read a flight's file, or raise `InputError`."""
+    path = Path(path)
+    data = parse(path, read_text(path))
+    if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/flight/"):
+        return flight_from_data(path, data)
+    raise InputError(f"{path}: expected a flight (its 'format' is 'skyverse/flight/1'), found something else")
+
+
+def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 20.0) -> None:
+    """Write a scenario, a mission or a flight; the file appears whole or not at all.
 
     Parameters
     ----------
     what
         A scenario goes to ``.yaml``, ``.yml`` or ``.json``. A mission goes to ``.json``, its waypoints to
-        ``.waypoints.csv``, its sampled trajectories to any other ``.csv``.
+        ``.waypoints.csv``, its sampled trajectories to any other ``.csv``. A flight goes to ``.json``.
     path
         The file; its folder must exist.
     rate
@@ -86,8 +97,12 @@ def write(what: Scenario | Mission, path: str | Path, *, rate: float = 20.0) -> 
         if suffix not in (".yaml", ".yml", ".json"):
             raise InputError(f"{path}: a scenario is written as .yaml, .yml or .json, not as {suffix or 'no suffix'!r}")
         write_text(path, scenario_text(what, suffix))
+    elif isinstance(what, Flight):
+        if suffix != ".json":
+            raise InputError(f"{path}: a flight is written as .json, not as {suffix or 'no suffix'!r}")
+        write_text(path, flight_text(what))
     elif not isinstance(what, Mission):
-        raise TypeError(f"expected a Scenario or a Mission to write, got {what!r:.60}")
+        raise TypeError(f"expected a Scenario, a Mission or a Flight to write, got {what!r:.60}")
     elif suffix == ".json":
         write_text(path, mission_text(what))
     elif path.name.lower().endswith(".waypoints.csv"):

@@ -1,0 +1,79 @@
+"""A mission made easier to fly: slower, or farther from obstacles."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from skyverse.errors import InputError
+from skyverse.mission import plan_mission
+from skyverse.planners.taut import Taut
+from skyverse.referee import certify, check
+from skyverse.result import Deconfliction, Mission, Result, Status, Trajectory
+from skyverse.trajectory import Shape
+
+
+def slowed(mission: Mission, factor: float) -> Mission:
+    """Return a mission in which everything takes `factor` times as long, departures too.
+
+    Places and their order stay: what was clear of obstacles and apart still is.
+
+    Raises
+    ------
+    InputError
+        If an aeroplane flies in it, whose airspeed is given.
+    """
+    for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
+        if uav.fixed_wing is not None and trajectory is not None:
+            raise InputError(f"{mission.scenario.name}: cannot be slowed down: {uav.name} keeps its airspeed")
+    trajectories = tuple(None if t is None else _stretched(t, factor) for t in mission.trajectories)
+    told = mission.deconfliction
+    if told is not None:
+        told = _later(told, factor)
+    return judged(replace(mission, trajectories=trajectories, deconfliction=told))
+
+
+def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+    powers = np.arange(trajectory.coefficients.shape[1])
+    return replace(
+        trajectory,
+        knots=trajectory.knots * factor,
+        coefficients=trajectory.coefficients / factor ** powers[None, :, None],
+        form="slowed" if trajectory.form == "smooth" else trajectory.form,
+        note=f"Slowed down to {1 / factor:.0%} of its speed, to be flown safely.",
+    )
+
+
+def _later(told: Deconfliction, factor: float) -> Deconfliction:
+    return replace(told, total_after=told.total_after * factor, makespan_after=told.makespan_after * factor)
+
+
+def farther(mission: Mission, more: float, shape: Shape) -> Mission:
+    """Return a mission between the same starts and targets, planned by Taut `more` metres farther from obstacles.
+
+    It is still an answer to the mission's own scenario, and judged against that.
+    """
+    scenario = mission.scenario
+    wider = scenario.model_copy(update={"clearance": scenario.clearance + more})
+    sent = [target for target in mission.assignment if target is not None]
+    if len(sent) == len(mission.assignment):  # as it was assigned
+        wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})
+        planned = plan_mission(wider, Taut(), rng=mission.provenance.seed, assignment="identity", shape=shape)
+        assigned = tuple(None if own is None else sent[own] for own in planned.assignment)
+    else:
+        planned = plan_mission(wider, Taut(), rng=mission.provenance.seed, shape=shape)
+        assigned = planned.assignment
+    results = tuple(None if result is None else _unbounded(result) for result in planned.results)
+    return judged(replace(planned, scenario=scenario, assignment=assigned, results=results))
+
+
+def _unbounded(result: Result) -> Result:
+    """Return a result that claims nothing of paths that are nearer to obstacles."""
+    status = Status.COMPLETE if result.status is Status.OPTIMAL else result.status
+    return replace(result, status=status, bound=None)
+
+
+def judged(mission: Mission) -> Mission:
+    """Return a mission with the referee's verdict on it as it is now."""
+    said = certify(mission.scenario, mission)
+    fresh = replace(mission, certificates=said.trajectories, apart=said.apart)
+    return replace(fresh, violations=tuple(check(fresh.scenario, fresh)))
