@@ -9,6 +9,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from skyverse._version import __version__
 from skyverse.cli.compare import compare
+from skyverse.cli.fly import fly
 from skyverse.cli.report import json_text, report, table, violation_data
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.watch import progress_bar, stop_rule
@@ -291,6 +292,7 @@ def export(mission: str, output: Path, /, *, rate: float = 20.0) -> None:
     print(output)
 
 
+app.command(fly)
 app.command(compare)
 app.command(reproduce)
 

@@ -1,0 +1,206 @@
+"""The verb that flies a mission in a simulator."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from skyverse.cli.report import json_text, table, violation_data
+from skyverse.cli.words import make_folder, refuse_output, whole_number
+from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.flown import Flight
+
+PICTURES = (".html", ".mp4", ".gif")
+
+
+def fly(
+    mission: str,
+    /,
+    *,
+    vehicle: Literal["thesis", "crazyflie", "hummingbird"] = "thesis",
+    wind: str = "0,0,0",
+    noise: float = 0.0,
+    margin: float | None = None,
+    seed: Annotated[int | None, Parameter(converter=whole_number)] = None,
+    until_safe: Annotated[int | None, Parameter(converter=whole_number)] = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    animation: list[Path] | None = None,
+    figures: Path | None = None,
+    jobs: Annotated[int | None, Parameter(name=["--jobs", "-j"], converter=whole_number)] = None,
+    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
+) -> int:
+    """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown.
+
+    Examples: `skyverse fly out/table-4.8.json`, `skyverse fly out/map1.json --wind 1,0,0 --animation out/map1.mp4`,
+    `skyverse fly out/map2.json --vehicle hummingbird --until-safe 5 -o out/map2.flight.json`
+
+    Exit code: 0 when the flight is safe, 1 when not, 2 for bad input.
+
+    Parameters
+    ----------
+    mission
+        A mission file.
+    vehicle
+        The quadrotor that every multirotor of the mission is.
+    wind
+        Its velocity towards east, north and up, m/s; or its speed and where it blows to, degrees from east to north.
+    noise
+        Of what the controllers are told: standard deviation, m of position and m/s of velocity.
+    margin
+        How far a UAV may stray, metres; half the clearance when left out.
+    seed
+        Of the noise; drawn and told when left out.
+    until_safe
+        Where the flight is not safe, slow the mission down or plan it anew, at most so many times, and fly again.
+    output
+        Write the flight to this file, .json; with --until-safe the mission as it was flown is in it.
+    animation
+        Draw an animation, .html, .mp4 or .gif; repeat for more.
+    figures
+        Write figures of the initial, middle and final instant (PNG) into this folder.
+    jobs
+        Processes; as many as there are cores when left out.
+    as_json
+        Print what was found as JSON.
+    """
+    import skyverse as sky
+    from skyverse.cores import cores
+
+    if output is not None and output.suffix.lower() != ".json":
+        raise InputError(f"--output: {output}: a flight is written as .json")
+    for path in animation or []:
+        if path.suffix.lower() not in PICTURES:
+            raise InputError(f"--animation: expected a file ending in {', '.join(PICTURES)}, found {str(path)!r}")
+    for path in [*([output] if output else []), *(animation or [])]:
+        refuse_output(path)
+    if figures is not None:
+        make_folder(figures)
+    given = sky.read_mission(mission)
+    options: dict[str, Any] = {
+        "vehicle": vehicle,
+        "wind": _numbers(wind),
+        "noise": noise,
+        "margin": margin,
+        "rng": seed,
+        "workers": cores() if jobs is None else jobs,
+    }
+    with _bar() as on_progress:
+        if until_safe is None:
+            flight = sky.fly(given, **options, on_progress=on_progress)
+        else:
+            flight = sky.fly_until_safe(given, **options, rounds=until_safe, on_progress=on_progress)
+    written = []
+    if output is not None:
+        sky.write(flight, output)
+        written.append(output)
+    for path in animation or []:
+        sky.write_animation(flight, path)
+        written.append(path)
+    if figures is not None:
+        written += sky.write_instants(flight, figures)
+    _report(flight, written, as_json)
+    return 0 if flight.safe else 1
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--wind: expected east,north,up in m/s, or speed,degrees, as in 1,0,0, found {text!r}"
+        ) from None
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[int, int], None] | None]:
+    """Yield what draws a progress bar when a person watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("flying", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total, description=f"{done} of {total} UAVs")
+
+
+def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
+    names = [uav.name for uav in flight.mission.scenario.uavs]
+    rows = [
+        {
+            "uav": names[flown.uav],
+            "seconds": flown.times[-1] - flown.times[0],
+            "rms error": flown.rms,
+            "largest error": flown.largest,
+            "clearance": flown.clearance,
+            "mean thrust": flown.mean_thrust,
+            "peak thrust": flown.peak_thrust,
+            "peak tilt": flown.peak_tilt,
+            "energy": flown.energy,
+        }
+        for flown in flight.flown
+        if flown is not None
+    ]
+    pairs = [
+        {
+            "uavs": [names[i] for i in passing.uavs],
+            "time": passing.time,
+            "distance": passing.distance,
+            "nearness": passing.nearness,
+            "planned": passing.planned,
+        }
+        for passing in flight.passings
+    ]
+    if as_json:
+        summary = {
+            "safe": flight.safe,
+            "verdict": flight.sentence,
+            "vehicle": flight.vehicle,
+            "wind": flight.wind,
+            "noise": flight.noise,
+            "seed": flight.seed,
+            "margin": flight.margin,
+            "makespan": flight.mission.makespan,
+            "uavs": rows,
+            "pairs": pairs,
+            "violations": [violation_data(violation) for violation in flight.violations],
+            "rounds": flight.rounds,
+            "files": [str(path) for path in written],
+        }
+        print(json_text(summary), end="")
+        return
+    table(list(_UNITS), [[unit.format(row[name]) for name, unit in _UNITS.items()] for row in rows])
+    if pairs:
+        closest = min(pairs, key=lambda pair: pair["nearness"])
+        print(
+            f"Closest: {' and '.join(closest['uavs'])}, {closest['distance']:.2f} m apart at {closest['time']:.2f} s, "
+            f"{closest['nearness']:.2f} of their separation ({closest['planned']:.2f} as planned)"
+        )
+    wind = ", ".join(f"{speed:g}" for speed in flight.wind)
+    print(f"vehicle {flight.vehicle}, wind {wind} m/s, noise {flight.noise:g} m, seed {flight.seed}")
+    for sentence in flight.rounds:
+        print(sentence)
+    for violation in flight.violations:
+        print(f"{violation.fault.value}: {violation.message}")
+    print(flight.sentence)
+    for path in written:
+        print(path)
+
+
+_UNITS = {
+    "uav": "{}",
+    "seconds": "{:.1f}",
+    "rms error": "{:.3f} m",
+    "largest error": "{:.3f} m",
+    "clearance": "{:.3f} m",
+    "mean thrust": "{:.0%}",
+    "peak thrust": "{:.0%}",
+    "peak tilt": "{:.0f}°",
+    "energy": "{:.0f} J",
+}
