@@ -1,0 +1,171 @@
+"""Dubins paths: the shortest ways in the plane between two poses for what flies on and turns with a least radius.
+
+A shortest path is one of six words of three letters, an L or an R for a turn of the least radius and an S for a
+straight line (L. E. Dubins, American Journal of Mathematics 79, 1957). Three of them are solved by the centres of their
+first and last circles; the others are their mirror images.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+
+WORDS = ("LSL", "RSR", "LSR", "RSL", "LRL", "RLR")
+"""By number; the odd ones mirror the even ones."""
+_SAME = 1e-10
+"""Turn radii between circles that count as one, and radians short of a full turn that count as none."""
+
+
+class DubinsPath(NamedTuple):
+    """A way from `start`, (3,) x and y in metres and heading in radians, by one of the `WORDS`.
+
+    Attributes
+    ----------
+    start
+        x, y, heading.
+    word
+        Its number.
+    lengths
+        (3,) metres flown on each of the word's letters.
+    radius
+        Of its turns, metres.
+    """
+
+    start: Floats
+    word: int
+    lengths: Floats
+    radius: float
+
+    @property
+    def length(self) -> float:
+        """Metres."""
+        return float(self.lengths.sum())
+
+    def at(self, s: Floats) -> Floats:
+        """Return (m, 3) x, y and heading after `s`, (m,) metres."""
+        return _sample(self.start, self.word, self.lengths, self.radius, np.asarray(s, dtype=np.float64))
+
+
+def shortest_path(start: Floats, end: Floats, radius: float) -> DubinsPath:
+    """Return the shortest path from pose to pose, (3,) each: x, y in metres, heading in radians.
+
+    Parameters
+    ----------
+    start, end
+        The poses.
+    radius
+        The least turn radius, metres.
+
+    Returns
+    -------
+    DubinsPath
+        With the first of the `WORDS` that is as short as any.
+    """
+    start, end = np.array(start, dtype=np.float64), np.array(end, dtype=np.float64)
+    every = all_words(start[0], start[1], start[2], end[0], end[1], end[2], radius)
+    word = int(np.argmin(every.sum(axis=1)))
+    return DubinsPath(start, word, every[word], radius)
+
+
+@kernel
+def all_words(x: float, y: float, heading: float, x1: float, y1: float, heading1: float, radius: float) -> Floats:
+    """Return the metres (6, 3) of the letters of all words between two poses; infinite where a word has no way."""
+    towards = math.atan2(y1 - y, x1 - x)
+    apart = math.hypot(x1 - x, y1 - y) / radius
+    lengths = np.empty((6, 3))
+    for word in range(6):
+        side = 1.0 if word % 2 == 0 else -1.0
+        a, b = side * (heading - towards), side * (heading1 - towards)
+        if word < 2:
+            t, p, q = _lsl(apart, a, b)
+        elif word < 4:
+            t, p, q = _lsr(apart, a, b)
+        else:
+            t, p, q = _lrl(apart, a, b)
+        lengths[word, 0], lengths[word, 1], lengths[word, 2] = radius * t, radius * p, radius * q
+    return lengths
+
+
+@kernel
+def pose(
+    x: float, y: float, heading: float, word: int, t: float, p: float, radius: float, s: float
+) -> tuple[float, float, float]:
+    """Return the pose after s metres on a word whose first two letters are t and p metres long."""
+    side = 1.0 if word % 2 == 0 else -1.0
+    x, y, heading = _on(x, y, heading, side / radius, min(s, t))
+    if s > t:
+        middle = 0.0 if word < 4 else -side / radius
+        x, y, heading = _on(x, y, heading, middle, min(s - t, p))
+    if s > t + p:
+        last = -side if word in (2, 3) else side
+        x, y, heading = _on(x, y, heading, last / radius, s - t - p)
+    return x, y, heading
+
+
+@kernel
+def curvature(word: int, letter: int, radius: float) -> float:
+    """Return the signed curvature of a word's letter, 1/m, positive to the left."""
+    side = 1.0 if word % 2 == 0 else -1.0
+    if letter == 1:
+        return 0.0 if word < 4 else -side / radius
+    return -side / radius if letter == 2 and word in (2, 3) else side / radius
+
+
+@kernel
+def _on(x: float, y: float, heading: float, bend: float, s: float) -> tuple[float, float, float]:
+    """Fly on for s metres at a constant curvature."""
+    half = 0.5 * bend * s
+    chord = s if half == 0.0 else s * math.sin(half) / half
+    return x + chord * math.cos(heading + half), y + chord * math.sin(heading + half), heading + 2.0 * half
+
+
+@kernel
+def _turn(angle: float) -> float:
+    """Return the angle in [0, 2 pi), and 0 for what is short of a full turn by rounding alone."""
+    angle -= 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
+    return angle if angle < 2.0 * math.pi - _SAME else 0.0
+
+
+@kernel
+def _lsl(apart: float, a: float, b: float) -> tuple[float, float, float]:
+    along, across = apart + math.sin(a) - math.sin(b), math.cos(b) - math.cos(a)  # from centre to centre
+    gap = math.hypot(along, across)
+    if gap < _SAME:  # one circle
+        return _turn(b - a), 0.0, 0.0
+    heading = math.atan2(across, along)
+    return _turn(heading - a), gap, _turn(b - heading)
+
+
+@kernel
+def _lsr(apart: float, a: float, b: float) -> tuple[float, float, float]:
+    along, across = apart + math.sin(a) + math.sin(b), -math.cos(a) - math.cos(b)
+    square = along * along + across * across - 4.0
+    if square < -_SAME:  # the circles overlap
+        return math.inf, math.inf, math.inf
+    straight = math.sqrt(max(square, 0.0))
+    heading = math.atan2(across, along) + math.atan2(2.0, straight)
+    return _turn(heading - a), straight, _turn(heading - b)
+
+
+@kernel
+def _lrl(apart: float, a: float, b: float) -> tuple[float, float, float]:
+    along, across = apart + math.sin(a) - math.sin(b), math.cos(b) - math.cos(a)
+    gap = math.hypot(along, across)
+    if gap > 4.0:  # no circle touches both
+        return math.inf, math.inf, math.inf
+    first = _turn(math.atan2(across, along) + math.acos(0.25 * gap) + 0.5 * math.pi - a)
+    middle = 2.0 * math.pi - 2.0 * math.asin(0.25 * gap)  # the shorter arc is never the shortest path
+    return first, middle, _turn(b - a - first + middle)
+
+
+@kernel
+def _sample(start: Floats, word: int, lengths: Floats, radius: float, s: Floats) -> Floats:
+    poses = np.empty((len(s), 3))
+    for i in range(len(s)):
+        poses[i, 0], poses[i, 1], poses[i, 2] = pose(
+            start[0], start[1], start[2], word, lengths[0], lengths[1], radius, s[i]
+        )
+    return poses
