@@ -44,7 +44,22 @@ def to_bernstein(rows: Floats, duration: float) -> Floats:
 @kernel
 def halve(b: Floats) -> tuple[Floats, Floats]:
     """Return the coefficients of both halves of the interval, (n + 1, k) each (de Casteljau)."""
-    return _cut(b, 0.5)
+    left, right = np.empty(b.size), b.copy().reshape(-1)
+    split(right, left, b.shape[1])
+    return left.reshape(b.shape), right.reshape(b.shape)
+
+
+@kernel
+def split(b: Floats, left: Floats, k: int) -> None:
+    """Halve without new arrays: `b` becomes its right half, `left` the left one; rows of k laid end to end."""
+    last = len(b) - k
+    for column in range(k):
+        left[column] = b[column]
+    for begin in range(k, last + k, k):
+        for i in range(last + k - begin):
+            b[i] = 0.5 * (b[i] + b[i + k])
+        for column in range(k):
+            left[begin + column] = b[column]
 
 
 @kernel
@@ -57,14 +72,16 @@ def part(b: Floats, u: float, v: float) -> Floats:
 
 @kernel
 def _cut(b: Floats, u: float) -> tuple[Floats, Floats]:
-    n = len(b) - 1
-    left, right = np.empty(b.shape), b.copy()
-    left[0] = b[0]
-    for step in range(1, n + 1):
-        for i in range(n + 1 - step):
-            for column in range(b.shape[1]):
+    n, k = len(b) - 1, b.shape[1]
+    left, right = np.empty((n + 1, k)), np.empty((n + 1, k))
+    for column in range(k):  # numbers, not rows: slices of arrays are slow to make
+        for i in range(n + 1):
+            right[i, column] = b[i, column]
+        left[0, column] = b[0, column]
+        for step in range(1, n + 1):
+            for i in range(n + 1 - step):
                 right[i, column] = (1.0 - u) * right[i, column] + u * right[i + 1, column]
-        left[step] = right[0]
+            left[step, column] = right[0, column]
     return left, right
 
 

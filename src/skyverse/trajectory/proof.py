@@ -1,0 +1,177 @@
+"""What planners prove of a trajectory before they hand it out: safe and within limits at every instant.
+
+A piece lies inside the box around its Bernstein coefficients. Where that box is out of bounds or touches an obstacle,
+the piece is cut in two, until all boxes are free or an instant is found that is not. Half of what the referee
+tolerates is tolerated, which leaves the other half for rounding.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.bernstein import split, to_bernstein
+from skyverse.kernel import kernel
+from skyverse.result import Floats, Trajectory, Verdict
+from skyverse.scenario import UAV
+from skyverse.space import box, tree
+from skyverse.space.box import Ints
+from skyverse.space.world import Space, World
+from skyverse.trajectory.limits import (
+    AIRSPEED,
+    CLIMB,
+    DEPTH,
+    MOST,
+    ORDER,
+    Limits,
+    applies,
+    demand,
+    limits_of,
+    peak,
+    rate,
+)
+
+_METRES = 0.5e-6
+_RELATIVE = 0.5e-6
+_ALL = 1.0 - 1e-9
+"""The share of the eased limits that may be used: a hair below 1, where thrust points up."""
+_TIGHT = 1e-7
+
+DEMANDS = ("speed", "acceleration", "jerk", "thrust", "tilt", "airspeed", "turn", "climb", "bounds", "clearance")
+_BOUNDS, _CLEARANCE = 8, 9
+_VERDICTS = (Verdict.PROVEN, Verdict.REFUTED, Verdict.UNDECIDED)
+_PROVEN, _REFUTED, _UNDECIDED = range(3)
+
+
+class Proof(NamedTuple):
+    """What is known of a trajectory at every instant.
+
+    Attributes
+    ----------
+    verdict
+        Proven, refuted or undecided.
+    what
+        The demand that is not met or not decided, one of `DEMANDS`; empty when all are proven.
+    instant
+        When, seconds.
+    subdivisions
+        How often pieces were cut in two.
+    """
+
+    verdict: Verdict
+    what: str
+    instant: float | None
+    subdivisions: int
+
+
+def prove(world: World, uav: UAV, trajectory: Trajectory) -> Proof:
+    """Prove that a trajectory is clear, in bounds and within its UAV's limits at every instant, or say what is not.
+
+    Whether it is continuous, and at rest where it should be, is not asked.
+    """
+    code, what, instant, cuts = _prove(
+        world.space, limits_of(uav, _RELATIVE), trajectory.knots.copy(), trajectory.coefficients.copy()
+    )
+    verdict = _VERDICTS[code]
+    if verdict is Verdict.PROVEN:
+        return Proof(verdict, "", None, cuts)
+    return Proof(verdict, DEMANDS[what], instant, cuts)
+
+
+@kernel
+def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) -> tuple[int, int, float, int]:
+    cuts = 0
+    doubt = (_PROVEN, 0, 0.0)
+    for k in range(len(coefficients)):
+        duration = knots[k + 1] - knots[k]
+        rows = coefficients[k]
+        code, what, where, more = _clear(space, to_bernstein(rows, duration))
+        cuts += more
+        if code == _REFUTED:
+            return code, what, knots[k] + where * duration, cuts
+        if code == _UNDECIDED:
+            doubt = (code, what, knots[k] + where * duration)
+        once, twice, thrice = rate(rows), rate(rate(rows)), rate(rate(rate(rows)))
+        rates = (to_bernstein(once, duration), to_bernstein(twice, duration), to_bernstein(thrice, duration))
+        for limit in range(CLIMB + 1):
+            if not applies(limits, limit):
+                continue
+            b = demand(limits, limit, rates[0], rates[1]) if limit >= AIRSPEED else rates[ORDER[limit] - 1]
+            upper, lower, where, more = peak(limits, limit, b, _ALL, _TIGHT)
+            cuts += more
+            if lower > _ALL:
+                return _REFUTED, limit, knots[k] + where * duration, cuts
+            if not upper <= _ALL:
+                doubt = (_UNDECIDED, limit, knots[k] + where * duration)
+    return doubt[0], doubt[1], doubt[2], cuts
+
+
+@kernel
+def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
+    """Judge a piece: verdict, demand, the share of the piece where it fails, and how often it was cut in two."""
+    pieces = np.empty((DEPTH + 1, b.size))  # waiting to be looked at, the earliest on top
+    pieces[0] = b.copy().reshape(-1)
+    low, high = np.empty(3), np.empty(3)
+    _enclose(pieces[0], low, high)
+    near = tree.touching(space.tree, space.boxes, space.clearance, low, high)
+    for share in range(2):
+        what = _fault(space, near, b[share * (len(b) - 1)])
+        if what:
+            return _REFUTED, what, float(share), 0
+    begin, level = np.zeros(DEPTH + 1), np.zeros(DEPTH + 1, np.int64)
+    count = np.full(DEPTH + 1, len(near))  # so many of the boxes, from the first on, touched the piece it came from
+    waiting, cuts = 1, 0
+    while waiting:
+        top = waiting - 1
+        _enclose(pieces[top], low, high)
+        inside = True
+        for axis in range(3):
+            inside &= space.low[axis] - _METRES <= low[axis] and high[axis] <= space.high[axis] + _METRES
+        count[top] = _keep(space, near, count[top], low, high)
+        if inside and count[top] == 0:
+            waiting -= 1
+            continue
+        if level[top] == DEPTH or cuts == MOST:
+            return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top], cuts
+        cuts += 1
+        split(pieces[top], pieces[waiting], 3)
+        level[top] += 1
+        begin[waiting], level[waiting], count[waiting] = begin[top], level[top], count[top]
+        begin[top] += 0.5 ** level[top]
+        what = _fault(space, near[: count[top]], pieces[top])
+        if what:
+            return _REFUTED, what, begin[top], cuts
+        waiting += 1
+    return _PROVEN, 0, 0.0, cuts
+
+
+@kernel
+def _enclose(b: Floats, low: Floats, high: Floats) -> None:
+    """Fill in the corners of the box around coefficients, rows of 3 laid end to end."""
+    for axis in range(3):
+        low[axis] = high[axis] = b[axis]
+        for i in range(axis + 3, len(b), 3):
+            low[axis] = min(low[axis], b[i])
+            high[axis] = max(high[axis], b[i])
+
+
+@kernel
+def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> int:
+    """Move those of the first `count` boxes to the front that touch the box between two corners; return how many."""
+    kept = 0
+    for i in range(count):
+        if box.touches(space.boxes, near[i], space.clearance - _METRES, low, high):
+            near[i], near[kept] = near[kept], near[i]
+            kept += 1
+    return kept
+
+
+@kernel
+def _fault(space: Space, near: Ints, p: Floats) -> int:
+    """Return which demand a place does not meet, given the boxes near it, or 0."""
+    for axis in range(3):
+        if not space.low[axis] - _METRES <= p[axis] <= space.high[axis] + _METRES:
+            return _BOUNDS
+    for i in near:
+        if box.holds(space.boxes, i, space.clearance - _METRES, p[0], p[1], p[2]):
+            return _CLEARANCE
+    return 0
