@@ -29,20 +29,46 @@ def write_html(mission: Mission, path: Path) -> None:
     write_text(Path(path), page(scene(mission)))
 
 
+_AXIS = """
+        <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
+        <button type="button" data-axis="paths" aria-pressed="false">Generated paths</button>
+      """
+_WORDS = {
+    "layers": {"paths": "Paths", "trajectories": "Trajectories"},
+    "iterations": "iteration",
+    "paths": "generated paths",
+    "value": "best cost so far",
+    "log": True,
+}
+"""What the page's script calls layers and axes, and whether its chart may be logarithmic."""
+
+
 def page(scene: Scene) -> str:
     """Return the page of `scene`; every string of the user's is escaped."""
-    from plotly.offline import get_plotlyjs
-
-    here = files("skyverse.draw")
     parts = {
         "title": escape(scene.title),
         "description": escape(scene.description),
         "tiles": table.tiles(scene),
         "banner": banner(scene),
+        "lines": "Thick lines: trajectories; thin lines: the paths as planned.",
+        "chart": "Convergence",
+        "axis": _AXIS,
+        "curves": "Best cost so far of each search",
+        "dashed": f"Solid: best cost so far. Dashed: the {scene.bound}.",
+        "numbers": "Costs and gaps",
         "table": table.table(scene),
-        "bound": f"the {scene.bound}",
         "footer": footer(scene),
-        "data": embedded(_data(scene)),
+    }
+    return filled(parts, data(scene) | {"search": of_search(scene), "words": _WORDS})
+
+
+def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
+    """Return the page of those parts, in HTML, that draws this data."""
+    from plotly.offline import get_plotlyjs
+
+    here = files("skyverse.draw")
+    parts = parts | {
+        "data": embedded(drawn),
         "css": here.joinpath("page.css").read_text("utf-8"),
         "js": here.joinpath("page.js").read_text("utf-8"),
         "plotly": get_plotlyjs(),
@@ -57,14 +83,14 @@ def embedded(data: Any) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _data(scene: Scene) -> dict[str, Any]:
+def data(scene: Scene) -> dict[str, Any]:
+    """Return what the page's script draws in space."""
     makespan = scene.totals.makespan or 0.0
     corners = [scene.bounds.min, scene.bounds.max, *(track.start for track in scene.tracks)]
     corners += [track.target for track in scene.tracks if track.target is not None]
     corners += [position for _, position in scene.spare_targets]
     return {
         "space": in_space(scene),
-        "search": of_search(scene),
         "extent": [[pick(corner[axis] for corner in corners) for axis in range(3)] for pick in (min, max)],
         "makespan": makespan,
         "step": slider_step(makespan),
@@ -94,27 +120,27 @@ def banner(scene: Scene) -> str:
     """Return the referee's verdict, then what is missing from the mission."""
     found = scene.findings
     if not found:
-        verdict = _card("good", "✓", "The referee found nothing wrong.", _what_was_judged(scene))
+        verdict = card("good", "✓", "The referee found nothing wrong.", _what_was_judged(scene))
     else:
         tone = "bad" if any(finding.severity == "error" for finding in found) else "warn"
         things = "1 thing" if len(found) == 1 else f"{len(found):,} things"
-        lines = "".join(_line(finding) for finding in found[:SHOWN_FINDINGS])
+        lines = "".join(line(finding) for finding in found[:SHOWN_FINDINGS])
         rest = len(found) - SHOWN_FINDINGS
         more = f"<p>… and {rest:,} more in the mission's file.</p>" if rest > 0 else ""
-        verdict = _card(
+        verdict = card(
             tone,
             "✕" if tone == "bad" else "!",
             f"The referee found {things} wrong.",
             f"<ul>{lines}</ul>{more}",
         )
     if scene.interrupted:
-        verdict += _card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
+        verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
     if scene.notes:
         lines = "".join(f"<li>{escape(note)}</li>" for note in scene.notes)
         if scene.complete:
-            verdict += _card("note", "i", "Some UAVs have no target.", f"<ul>{lines}</ul>")
+            verdict += card("note", "i", "Some UAVs have no target.", f"<ul>{lines}</ul>")
         else:
-            verdict += _card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
+            verdict += card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
     return verdict
 
 
@@ -126,14 +152,16 @@ def _what_was_judged(scene: Scene) -> str:
     return f"<p>It judged {things}, not only the paths.</p>"
 
 
-def _card(tone: str, sign: str, heading: str, body: str) -> str:
+def card(tone: str, sign: str, heading: str, body: str) -> str:
+    """Return a card above the picture: ``good``, ``warn``, ``bad`` or ``note``; heading and body in HTML."""
     return (
         f'<section class="verdict {tone}"><span class="sign" aria-hidden="true">{sign}</span>'
         f"<div><h2>{heading}</h2>{body}</div></section>"
     )
 
 
-def _line(finding: Finding) -> str:
+def line(finding: Finding) -> str:
+    """Return one finding, with a button that shows its instant."""
     parts = [f'<span class="kind">{escape(finding.kind)}</span>']
     if finding.uavs:
         parts.append(f"<b>{escape(', '.join(finding.uavs))}</b>")
@@ -147,12 +175,18 @@ def _line(finding: Finding) -> str:
 def footer(scene: Scene) -> str:
     """Return where the answer came from: enough to make it again."""
     made = scene.provenance
-    facts = {
-        "Scenario": scene.title,
-        "Planner": made.planner,
-        "Stop": made.stop,
-        "Seed": "none" if made.seed is None else str(made.seed),
-        "skyverse": made.skyverse,
-        "Platform": made.platform,
-    }
+    return listed(
+        {
+            "Scenario": scene.title,
+            "Planner": made.planner,
+            "Stop": made.stop,
+            "Seed": "none" if made.seed is None else str(made.seed),
+            "skyverse": made.skyverse,
+            "Platform": made.platform,
+        }
+    )
+
+
+def listed(facts: dict[str, str]) -> str:
+    """Return facts by name for the foot of the page."""
     return "".join(f"<div><dt>{name}</dt><dd>{escape(fact)}</dd></div>" for name, fact in facts.items())

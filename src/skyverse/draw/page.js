@@ -2,7 +2,7 @@
 (() => {
   const $ = (id) => document.getElementById(id);
   const data = JSON.parse($("mission").textContent);
-  const { tracks, extent, makespan } = data;
+  const { tracks, extent, makespan, words } = data;
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
   const shown = tracks.map(() => true);
   const layers = { obstacles: true, zones: true, paths: true, trajectories: true, trail: true, names: tracks.length <= 12 };
@@ -197,7 +197,7 @@
     });
     $("uavs").append(chip);
   });
-  const LAYERS = { obstacles: "Obstacles", zones: "Zones", paths: "Paths", trajectories: "Trajectories", trail: "Trail", names: "Names" };
+  const LAYERS = { obstacles: "Obstacles", zones: "Zones", ...words.layers, trail: "Trail", names: "Names" };
   for (const [layer, title] of Object.entries(LAYERS)) {
     if (layer === "zones" && index("zone") < 0) continue;
     if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
@@ -239,13 +239,13 @@
   const chart = async (axis) => {
     const font = { family: getComputedStyle(document.body).fontFamily, color: colour("soft"), size: 12 };
     const costs = data.search.flatMap((trace) => trace.y.filter((cost) => cost > 0));
-    const steep = Math.max(...costs) > 12 * Math.min(...costs);
+    const steep = words.log && Math.max(...costs) > 12 * Math.min(...costs);
     const ticks = [];
     if (steep) for (let decade = -3; decade < 15; decade++) for (const n of [1, 2, 5]) ticks.push(Number(`${n}e${decade}`));
     const line = { gridcolor: colour("grid"), linecolor: colour("line"), zeroline: false, automargin: true };
     await Plotly.newPlot("search", data.search.map((trace) => ({ ...trace, x: trace.meta[axis] })), {
-      xaxis: { ...line, title: { text: axis === "paths" ? "generated paths" : "iteration", standoff: 8 }, rangemode: "tozero" },
-      yaxis: { ...line, title: { text: "best cost so far", standoff: 8 }, ...(steep ? { type: "log", tickvals: ticks, ticktext: ticks.map((tick) => tick.toLocaleString("en")) } : {}) },
+      xaxis: { ...line, title: { text: words[axis], standoff: 8 }, rangemode: "tozero" },
+      yaxis: { ...line, title: { text: words.value, standoff: 8 }, ...(steep ? { type: "log", tickvals: ticks, ticktext: ticks.map((tick) => tick.toLocaleString("en")) } : {}) },
       showlegend: false, font, margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       hoverlabel: { font: { family: font.family, size: 12 } },
     }, { ...config, displayModeBar: false });
