@@ -1,6 +1,9 @@
 from ._version import __version__ as __version__
+from .apart.conflicts import find_conflicts as find_conflicts
 from .assignment import assign as assign
 from .assignment import straight_line as straight_line
+from .draw.animation import write_animation as write_animation
+from .draw.animation import write_instants as write_instants
 from .draw.figures import write_figures as write_figures
 from .draw.html import write_html as write_html
 from .errors import InputError as InputError
@@ -65,9 +68,11 @@ from .result import Status as Status
 from .result import Trajectory as Trajectory
 from .result import Verdict as Verdict
 from .result import Violation as Violation
+from .samples.circle import circle_swap as circle_swap
 from .samples.city import random_city as random_city
 from .samples.room import random_room as random_room
 from .samples.threats import random_threats as random_threats
+from .samples.window import window_swap as window_swap
 from .scenario import UAV as UAV
 from .scenario import AltitudeBand as AltitudeBand
 from .scenario import Bounds as Bounds

@@ -27,7 +27,8 @@ def fly(
     noise: float = 0.0,
     margin: float | None = None,
     seed: Annotated[int | None, Parameter(converter=whole_number)] = None,
-    until_safe: Annotated[int | None, Parameter(converter=whole_number)] = None,
+    until_safe: Annotated[bool, Parameter(negative="")] = False,
+    rounds: Annotated[int | None, Parameter(converter=whole_number)] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     animation: list[Path] | None = None,
     figures: Path | None = None,
@@ -37,7 +38,7 @@ def fly(
     """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown.
 
     Examples: `skyverse fly out/table-4.8.json`, `skyverse fly out/map1.json --wind 1,0,0 --animation out/map1.mp4`,
-    `skyverse fly out/map2.json --vehicle hummingbird --until-safe 5 -o out/map2.flight.json`
+    `skyverse fly out/map2.json --wind 6,0,0 --until-safe -o out/map2.flight.json`
 
     Exit code: 0 when the flight is safe, 1 when not, 2 for bad input.
 
@@ -56,7 +57,9 @@ def fly(
     seed
         Of the noise; drawn and told when left out.
     until_safe
-        Where the flight is not safe, slow the mission down or plan it anew, at most so many times, and fly again.
+        Where the flight is not safe, slow the mission down or plan it anew, and fly again.
+    rounds
+        With --until-safe: at most so many times; 5 when left out.
     output
         Write the flight to this file, .json; with --until-safe the mission as it was flown is in it.
     animation
@@ -80,6 +83,8 @@ def fly(
         refuse_output(path)
     if figures is not None:
         make_folder(figures)
+    if rounds is not None and not until_safe:
+        raise InputError("--rounds: expected --until-safe with it, found it alone")
     given = sky.read_mission(mission)
     options: dict[str, Any] = {
         "vehicle": vehicle,
@@ -90,10 +95,10 @@ def fly(
         "workers": cores() if jobs is None else jobs,
     }
     with _bar() as on_progress:
-        if until_safe is None:
-            flight = sky.fly(given, **options, on_progress=on_progress)
+        if until_safe:
+            flight = sky.fly_until_safe(given, **options, rounds=rounds or 5, on_progress=on_progress)
         else:
-            flight = sky.fly_until_safe(given, **options, rounds=until_safe, on_progress=on_progress)
+            flight = sky.fly(given, **options, on_progress=on_progress)
     written = []
     if output is not None:
         sky.write(flight, output)
@@ -132,13 +137,13 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
 
 def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     names = [uav.name for uav in flight.mission.scenario.uavs]
-    rows = [
+    rows: list[dict[str, Any]] = [
         {
             "uav": names[flown.uav],
             "seconds": flown.times[-1] - flown.times[0],
             "rms error": flown.rms,
             "largest error": flown.largest,
-            "clearance": flown.clearance,
+            "clearance": flown.clearance if flown.clearance < float("inf") else None,
             "mean thrust": flown.mean_thrust,
             "peak thrust": flown.peak_thrust,
             "peak tilt": flown.peak_tilt,
@@ -147,7 +152,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         for flown in flight.flown
         if flown is not None
     ]
-    pairs = [
+    pairs: list[dict[str, Any]] = [
         {
             "uavs": [names[i] for i in passing.uavs],
             "time": passing.time,
@@ -175,7 +180,10 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         }
         print(json_text(summary), end="")
         return
-    table(list(_UNITS), [[unit.format(row[name]) for name, unit in _UNITS.items()] for row in rows])
+    table(
+        list(_UNITS),
+        [["-" if row[name] is None else unit.format(row[name]) for name, unit in _UNITS.items()] for row in rows],
+    )
     if pairs:
         closest = min(pairs, key=lambda pair: pair["nearness"])
         print(
@@ -191,6 +199,10 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     print(flight.sentence)
     for path in written:
         print(path)
+
+
+def _cell(value: Any, unit: str) -> str:
+    return "-" if value is None else unit.format(value)
 
 
 _UNITS = {

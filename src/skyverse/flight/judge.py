@@ -62,7 +62,9 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
         nearness = _nearness(apart, level, upright)
         k = int(np.argmin(nearness))
         pair = (i, j)
-        found.append(Passing(pair, times[k], float(np.linalg.norm(apart[k])), float(nearness[k]), float(meant.min())))
+        found.append(
+            Passing(pair, float(times[k]), float(np.linalg.norm(apart[k])), float(nearness[k]), float(meant.min()))
+        )
         strayed = _nearness(apart, max(level - 2 * margin, 1e-9), max(upright - 2 * margin, 1e-9))
         strayed[_given(meant)] = np.inf
         k = int(np.argmin(strayed))

@@ -1,0 +1,167 @@
+"""A flight as one web page that works offline: planned and flown motion, tracking errors, verdict."""
+
+import math
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from skyverse.draw.as_flown import DRAWN, as_flown
+from skyverse.draw.html import SHOWN_FINDINGS, card, data, filled, line, listed
+from skyverse.draw.scene import Scene
+from skyverse.draw.table import NOTHING, number
+from skyverse.draw.traces import Trace, flat, plain
+from skyverse.flown import Flight, Flown
+
+_WORDS = {
+    "layers": {"paths": "As planned", "trajectories": "As flown"},
+    "seconds": "seconds into the mission",
+    "iterations": "seconds into the mission",
+    "value": "tracking error (mm)",
+    "log": False,
+}
+_HEADS = (
+    ("UAV", ""),
+    ("Target", ""),
+    ("Flight", "seconds flown"),
+    ("RMS error", "root mean square of the tracking error"),
+    ("Largest error", "largest tracking error"),
+    ("Clearance", "smallest distance to an obstacle as given"),
+    ("Mean thrust", "share of the most"),
+    ("Peak thrust", "share of the most"),
+    ("Peak tilt", "degrees between thrust and the vertical"),
+    ("Energy", "mechanical work of the rotors"),
+)
+
+
+def flight_page(flight: Flight) -> str:
+    """Return the page of `flight`; every string of the user's is escaped."""
+    drawn = as_flown(flight)
+    parts = {
+        "title": f"{escape(drawn.title)}, flown",
+        "description": escape(" ".join([drawn.description, _told(flight)])),
+        "tiles": _tiles(flight),
+        "banner": _banner(flight, drawn),
+        "lines": "Thick lines: as flown; thin lines: as planned.",
+        "chart": "Tracking error",
+        "axis": "",
+        "curves": "Distance of each UAV from its trajectory, over time",
+        "dashed": "",
+        "numbers": "As flown",
+        "table": _table(flight, drawn),
+        "footer": _footer(flight),
+    }
+    return filled(parts, data(drawn) | {"search": _errors(flight, drawn), "words": _WORDS})
+
+
+def _told(flight: Flight) -> str:
+    east, north, up = flight.wind
+    speed = math.hypot(east, north, up)
+    wind = f"wind of {speed:.3g} m/s" if speed else "no wind"
+    noise = f"noise of {flight.noise:g} m" if flight.noise else "no noise"
+    return f"Flown in rotorpy: vehicle {flight.vehicle}, {wind}, {noise}."
+
+
+def _tiles(flight: Flight) -> str:
+    flown = [f for f in flight.flown if f is not None]
+    nearest = min(f.clearance for f in flown)
+    closest = min((passing.nearness for passing in flight.passings), default=None)
+    rms = math.sqrt(sum(f.rms**2 * len(f.times) for f in flown) / sum(len(f.times) for f in flown))
+    shown = [
+        ("Largest error", f"{1000 * flight.largest:.1f} mm", f"RMS {1000 * rms:.1f} mm"),
+        ("Clearance", f"{number(nearest, 3)} m", "to an obstacle as given"),
+        ("Separation", NOTHING if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
+        ("Makespan", f"{flight.mission.makespan:.2f} s", "as planned"),
+        ("Energy", f"{sum(f.energy for f in flown):,.0f} J", "mechanical work of the rotors"),
+    ]
+    return "".join(f"<div><dt>{name}</dt><dd>{value}<small>{under}</small></dd></div>" for name, value, under in shown)
+
+
+def _banner(flight: Flight, drawn: Scene) -> str:
+    if flight.safe:
+        verdict = card("good", "✓", "This flight is safe.", f"<p>{escape(flight.sentence.removeprefix('Safe: '))}</p>")
+    else:
+        lines = "".join(line(finding) for finding in drawn.findings[:SHOWN_FINDINGS])
+        verdict = card("bad", "✕", "This flight is not safe.", f"<ul>{lines}</ul>")
+    if flight.rounds:
+        lines = "".join(f"<li>{escape(sentence)}</li>" for sentence in flight.rounds)
+        verdict += card("note", "i", "The mission was made easier until it was safe.", f"<ul>{lines}</ul>")
+    left = [
+        uav.name
+        for uav, flown, trajectory in zip(
+            flight.mission.scenario.uavs, flight.flown, flight.mission.trajectories, strict=True
+        )
+        if flown is None and trajectory is not None
+    ]
+    if left:
+        names = escape(", ".join(left))
+        verdict += card("note", "i", "Not flown:", f"<p>{names}, as an aeroplane; shown as planned.</p>")
+    return verdict
+
+
+def _table(flight: Flight, drawn: Scene) -> str:
+    heads = ""
+    for column, (name, title) in enumerate(_HEADS):
+        kind = ' class="text"' if column < 2 else ""
+        heads += f'<th scope="col"{kind}{f" title={chr(34)}{title}{chr(34)}" if title else ""}>{name}</th>'
+    body = ""
+    for track, flown in zip(drawn.tracks, flight.flown, strict=True):
+        cells = [NOTHING] * 8 if flown is None else _cells(flown)
+        target = NOTHING if track.target_name is None else escape(track.target_name)
+        body += (
+            f'<tr><th scope="row"><i style="background:{track.colour}"></i>{escape(track.name)}</th>'
+            f'<td class="text">{target}</td>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+        )
+    caption = "Errors: distance from where the trajectory is at the same time. Thrust: share of the vehicle's most."
+    return f"<caption>{caption}</caption><thead><tr>{heads}</tr></thead><tbody>{body}</tbody>"
+
+
+def _cells(flown: Flown) -> list[str]:
+    return [
+        f"{flown.times[-1] - flown.times[0]:.2f} s",
+        f"{1000 * flown.rms:,.1f} mm",
+        f"{1000 * flown.largest:,.1f} mm",
+        f"{number(flown.clearance, 3)} m",
+        f"{flown.mean_thrust:.0%}",
+        f"{flown.peak_thrust:.0%}",
+        f"{flown.peak_tilt:.0f}°",
+        f"{flown.energy:,.0f} J",
+    ]
+
+
+def _errors(flight: Flight, drawn: Scene) -> list[Trace]:
+    """Return the traces of the chart: each UAV's tracking error over time."""
+    traces: list[Trace] = []
+    for track, flown in zip(drawn.tracks, flight.flown, strict=True):
+        if flown is not None:
+            times: Any = flat(flown.times[::DRAWN])
+            errors = 1000 * np.linalg.norm(flown.positions - flown.commanded, axis=1)[::DRAWN]
+            traces.append(
+                {
+                    "type": "scatter",
+                    "mode": "lines",
+                    "name": plain(track.name),
+                    "x": times,
+                    "y": flat(errors),
+                    "line": {"color": track.colour, "width": 1.5},
+                    "hovertemplate": "%{fullData.name}<br>%{y:.1f} mm at %{x:.2f} s<extra></extra>",
+                    "meta": {"role": "error", "iterations": times},
+                }
+            )
+    return traces
+
+
+def _footer(flight: Flight) -> str:
+    made = flight.mission.provenance
+    return listed(
+        {
+            "Scenario": flight.mission.scenario.name,
+            "Planner": made.planner,
+            "Vehicle": flight.vehicle,
+            "Wind": f"{', '.join(f'{speed:.3g}' for speed in flight.wind)} m/s",
+            "Noise": f"{flight.noise:g} m",
+            "Seed": "none" if flight.seed is None else str(flight.seed),
+            "skyverse": made.skyverse,
+            "Platform": made.platform,
+        }
+    )
