@@ -1,0 +1,1 @@
+"""Fleets that stay apart: conflicts between timed trajectories, found exactly and resolved."""

@@ -1,0 +1,163 @@
+"""One UAV after another finds its place among those placed before it: in which order, and what each may do."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from skyverse.apart.fleet import Fleet, Others, Place
+from skyverse.apart.options import Option
+from skyverse.apart.tubes import TICK
+
+FACTORS = (1.15, 1.4, 2.0)
+"""By how much a multirotor is slowed down along its path."""
+MUCH = 0.1
+"""The share of its flight time that a UAV comes later before it looks for a way around."""
+TRIES = 6
+"""Ways around that one UAV tries in its turn."""
+AGAIN = 8
+"""How often those who found no place go first in another attempt."""
+ORDERS = 6
+"""Orders that are tried, of few UAVs; fewer of many."""
+
+
+def resolve(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int = 0) -> list[Place]:
+    """Return a place for every UAV; where there is none that is apart from the others it flies as it was, and clashes.
+
+    Parameters
+    ----------
+    own
+        Each UAV's own option.
+    clashing
+        Those in conflict; the others keep their places unless one of a higher priority needs it.
+    """
+    best: list[Place] | None = None
+    for order in _orders(fleet, own, clashing, seed):
+        places = _in_turn(fleet, own, order)
+        for _ in range(AGAIN):
+            failed = [uav for uav in order if places[uav].clashes]
+            if not failed:
+                break
+            front = set(failed)
+            order = failed + [uav for uav in order if uav not in front]
+            again = _in_turn(fleet, own, order)
+            if worth(again)[0] >= worth(places)[0]:
+                break
+            places = again
+        if best is None or worth(places) < worth(best):
+            best = places
+    assert best is not None
+    return _earlier(fleet, own, best)
+
+
+def worth(places: Sequence[Place]) -> tuple[int, float, float]:
+    """Return what is to be small: how many clash, makespan, total."""
+    ends = [place.arrival for place in places if place.option.target is not None]
+    return sum(place.clashes for place in places), round(max(ends, default=0.0), 6), round(sum(ends), 6)
+
+
+def _orders(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int) -> Iterator[list[int]]:
+    """Yield orders in which UAVs choose: those that stand still, then by priority; those in no conflict first."""
+    uavs = fleet.scenario.uavs
+    count = len(own)
+    rng = np.random.default_rng(seed)
+
+    def by(key: Callable[[int], float]) -> list[int]:
+        rank = [(own[u].target is not None, -uavs[u].priority, u in clashing, key(u), u) for u in range(count)]
+        return [entry[-1] for entry in sorted(rank)]
+
+    crossed = _crossed(own)
+    tried = max(2, ORDERS * 8 // max(count, 8))
+    keys: list[Callable[[int], float]] = [
+        lambda u: -own[u].seconds,
+        lambda u: crossed[u],
+        lambda u: own[u].seconds,
+    ]
+    for key in keys[:tried]:
+        yield by(key)
+    for _ in range(tried - len(keys)):
+        draw = rng.random(count)
+        yield by(lambda u, draw=draw: draw[u])  # type: ignore[misc]
+
+
+def _crossed(own: Sequence[Option]) -> list[float]:
+    """Return for each UAV on how many paths of others its target lies, less on how many its start does."""
+    score = [0.0] * len(own)
+    for option in own:
+        if option.target is None:
+            continue
+        path = option.trajectory.at(np.linspace(option.trajectory.start, option.trajectory.end, 100)).position
+        for other in own:
+            if other.uav != option.uav:
+                for point, sign in ((other.start, -1.0), (other.end, 1.0)):
+                    score[other.uav] += sign * bool((np.linalg.norm(path - point, axis=1) < 0.5).any())
+    return score
+
+
+def _in_turn(fleet: Fleet, own: Sequence[Option], order: Sequence[int]) -> list[Place]:
+    placed: dict[int, Place] = {}
+    for uav in order:
+        placed[uav] = _choose(fleet, own[uav], list(placed.values()))
+    return [placed[uav] for uav in range(len(own))]
+
+
+def _earlier(fleet: Fleet, own: Sequence[Option], places: list[Place]) -> list[Place]:
+    """Let each UAV in turn, the last to arrive first, choose again among all the others."""
+    for uav in sorted(range(len(own)), key=lambda u: -places[u].arrival):
+        place = places[uav]
+        if place.option.target is None or (place.arrival <= own[uav].trajectory.end and not place.clashes):
+            continue
+        again = _choose(fleet, own[uav], [p for p in places if p is not place])
+        if place.clashes > again.clashes or (again.clashes == place.clashes and again.arrival < place.arrival - TICK):
+            places[uav] = again
+    return places
+
+
+def _choose(fleet: Fleet, own: Option, placed: Sequence[Place]) -> Place:
+    """Return where a UAV arrives first without a clash: by its own path, as it is or later, or by a way around."""
+    at = own.trajectory.start
+    others = fleet.others(own, placed)
+    who = fleet.clashes(own, at, 1.0, others)
+    if own.target is None or not who.any():
+        return Place(own, at, clashes=bool(who.any()))
+    latest = max(place.arrival for place in placed) + TICK
+    best = _later(fleet, own, others, latest, None)
+    enough = own.seconds * (1.0 + MUCH) + at
+    around = own
+    for _ in range(2):
+        if best is not None and best.arrival <= enough:
+            break
+        share = fleet.share_of_clash(around, others, who)
+        if share is None:
+            break
+        fewest: tuple[int, Option] | None = None
+        until = 2.0 * latest + around.seconds if best is None else best.arrival - TICK
+        for arrival, gate in fleet.detours(around, share, others, until)[:TRIES]:
+            if best is not None and arrival >= best.arrival:
+                break
+            option = fleet.led_through(around, gate)
+            if option is None:
+                continue
+            best = _later(fleet, option, others, latest, best)
+            if best is None:
+                clashing = int(fleet.clashes(option, at, 1.0, others).sum())
+                if fewest is None or clashing < fewest[0]:
+                    fewest = clashing, option
+        if best is not None or fewest is None:
+            break
+        around = fewest[1]
+        who = fleet.clashes(around, at, 1.0, others)
+    return Place(own, at, clashes=True) if best is None else best
+
+
+def _later(fleet: Fleet, option: Option, others: Others, latest: float, best: Place | None) -> Place | None:
+    """Return the best place so far, or an earlier arrival by this option, delayed or slowed down or both."""
+    fixed = fleet.scenario.uavs[option.uav].fixed_wing is not None
+    for scale in (1.0,) if fixed else (1.0, *FACTORS):
+        seconds = scale * option.seconds
+        until = latest if best is None else min(latest, best.arrival - TICK - seconds)
+        if until < option.trajectory.start:
+            break
+        at = fleet.delay(option, scale, others, until)
+        if at is not None:
+            best = Place(option, at, scale)
+    return best

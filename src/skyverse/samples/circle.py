@@ -1,0 +1,52 @@
+"""A circle of UAVs each of which has to get to the opposite side."""
+
+import math
+
+import numpy as np
+
+from skyverse.errors import InputError
+from skyverse.scenario import UAV, Bounds, Lattice, Objective, Scenario, Target
+
+HEIGHT = 20.0
+"""Metres of air under and over the circle, together."""
+
+
+def circle_swap(uavs: int = 8, radius: float = 20.0) -> Scenario:
+    """Make a circle on which UAV i starts where the UAV opposite has its target: all straight ways meet at the centre.
+
+    Parameters
+    ----------
+    uavs
+        How many; an even number.
+    radius
+        Of the circle, metres.
+
+    Returns
+    -------
+    Scenario
+        Without obstacles, costs in metres; target i is UAV i's, so plan it with the assignment ``"identity"``.
+
+    Raises
+    ------
+    InputError
+        If the number is not even and positive, or the circle is too small for UAVs half a metre apart.
+    """
+    if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or uavs < 2 or uavs % 2:
+        raise InputError(f"circle_swap's uavs is an even number from 2 on, not {uavs!r}")
+    separation = UAV(start=(0, 0, 0)).separation
+    least = separation / (2.0 * math.sin(math.pi / uavs))
+    if not least < radius < math.inf:
+        raise InputError(f"circle_swap's radius for {uavs} UAVs is above {least:.4g} m, not {radius!r}")
+    angles = 2.0 * math.pi * np.arange(uavs) / uavs
+    places = [(radius * math.cos(a), radius * math.sin(a), HEIGHT / 2) for a in angles.tolist()]
+    side = 1.25 * radius
+    return Scenario(
+        name=f"circle-{uavs}",
+        description=f"{uavs} UAVs on a circle of radius {radius:g} m, each to the opposite side.",
+        bounds=Bounds(min=(-side, -side, 0), max=(side, side, HEIGHT)),
+        clearance=0,
+        lattice=Lattice(step=(side / 20, side / 20, 1), connectivity=26),
+        objective=Objective(unit="metres"),
+        uavs=tuple(UAV(start=place) for place in places),
+        targets=tuple(Target(position=places[(i + uavs // 2) % uavs]) for i in range(uavs)),
+    )

@@ -1,0 +1,57 @@
+"""A hundred UAVs that exchange places through a window."""
+
+import numpy as np
+
+from skyverse.errors import InputError
+from skyverse.scenario import UAV, Scenario, Target
+
+SPACING = (0.9, 0.9, 1.1)
+"""Metres between places."""
+
+
+def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
+    """Let half of the UAVs start on either side of Map 1's window, each with its target where one of the others starts.
+
+    UAV i of the first half and UAV i of the second exchange places: whoever arrives first finds the other gone only if
+    it has already left, and passed.
+
+    Parameters
+    ----------
+    room
+        Whose bounds, obstacles and clearance to take: the built-in ``"map1"``, with its window between y = 2 and 2.5 m.
+    uavs
+        How many; an even number up to 100.
+
+    Returns
+    -------
+    Scenario
+        Target i is UAV i's, so plan it with the assignment ``"identity"``. The separation is 0.3 m, 0.6 m above others.
+
+    Raises
+    ------
+    InputError
+        If the number is not even, or out of range.
+    """
+    if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or not 2 <= uavs <= 100 or uavs % 2:
+        raise InputError(f"window_swap's uavs is an even number from 2 to 100, not {uavs!r}")
+    half = uavs // 2
+    near, far = _places(half, -3.0, -1), _places(half, 7.0, 1)
+    starts = near + far
+    targets = far + near
+    return room.model_copy(
+        update={
+            "name": f"window-{uavs}",
+            "description": f"{uavs} UAVs exchange places through the window of {room.name}.",
+            "uavs": tuple(UAV(name=f"uav-{i}", start=p, separation=0.3) for i, p in enumerate(starts, 1)),
+            "targets": tuple(Target(name=f"target-{i}", position=p) for i, p in enumerate(targets, 1)),
+        }
+    )
+
+
+def _places(count: int, first: float, away: int) -> list[tuple[float, float, float]]:
+    """Return places in rows of ten, five high, from y = `first` on, away from the window."""
+    dx, dy, dz = SPACING
+    return [
+        (round(1.0 + dx * (i % 10), 6), round(first + away * dy * (i // 50), 6), round(0.8 + dz * (i // 10 % 5), 6))
+        for i in range(count)
+    ]
