@@ -1,29 +1,98 @@
-"""A result's path flown: the trajectory that a mission carries."""
+"""A result's path flown: the trajectory that a mission carries, proven."""
 
-from typing import Literal
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Literal, get_args
 
 import numpy as np
 
 from skyverse.cost import soft_terms
+from skyverse.errors import InputError
 from skyverse.problem import Problem
-from skyverse.result import Result, Trajectory
+from skyverse.result import Floats, Result, Trajectory, Verdict
+from skyverse.scenario import UAV
+from skyverse.space.world import World
+from skyverse.trajectory.aeroplane import fly_aeroplane
+from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
 from skyverse.trajectory.shortcut import drop_collinear, shortcut
+from skyverse.trajectory.smooth import REACH, smooth
 
 Shape = Literal["minimum-snap", "minimum-jerk", "stop-and-go"]
+SLOWER = 1.1
+"""How much longer a trajectory takes that is tried more slowly."""
+CLOSE = 0.5
+"""Metres that a trajectory may leave the path by, along each axis, where it should be straight."""
 
 
 def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -> Trajectory | None:
-    """Turn a result's path into a trajectory from the UAV's true start to its true target, or ``None``.
+    """Turn a result's path into a trajectory from the UAV's true start to its true target, proven at every instant.
 
-    Nodes on a straight line go, a line-of-sight shortcut leaves what is needed (unless the objective prices altitude,
-    risk or climb, which it would not heed), and rest-to-rest quintics fly it.
+    Nodes on a straight line go, and a line-of-sight shortcut leaves what is needed (unless the objective prices
+    altitude, risk or climb, which it would not heed: then the trajectory keeps close to the path, too). A multirotor
+    flies through a corridor around that; where this is not proven, slower, then closer to the path, and at last
+    from waypoint to waypoint. An aeroplane flies a Dubins path.
+
+    Parameters
+    ----------
+    problem, result
+        What was planned.
+    shape
+        Of a multirotor's trajectory: of the least integral of squared snap, or jerk, that costs little time; or at
+        rest at every waypoint.
+
+    Returns
+    -------
+    Trajectory or None
+        Its `form` says which it is, and its `note` why it is not what was asked for. ``None`` if there is no path, or
+        nothing along it can be proven, as for an aeroplane without room to turn.
+
+    Raises
+    ------
+    InputError
+        If the shape is none.
     """
+    if shape not in get_args(Shape):
+        raise InputError(f"shape is one of {', '.join(map(repr, get_args(Shape)))}, not {shape!r}")
     if not result.status.reached:
         return None
-    uav = problem.scenario.uavs[problem.uav]
-    target = problem.scenario.targets[problem.target]
-    waypoints = drop_collinear(np.vstack([uav.start, result.path, target.position]))
-    if soft_terms(problem.scenario):  # a shortcut may be safe and yet lead through a zone, or out of the band
-        return rest_to_rest(waypoints, uav)
-    return rest_to_rest(shortcut(problem.airspace.world, waypoints), uav)
+    scenario, world = problem.scenario, problem.airspace.world
+    uav = scenario.uavs[problem.uav]
+    waypoints = drop_collinear(np.vstack([uav.start, result.path, scenario.targets[problem.target].position]))
+    priced = bool(soft_terms(scenario))
+    if not priced:
+        waypoints = shortcut(world, waypoints)
+    for trajectory in _ladder(world, uav, waypoints, shape, CLOSE if priced else REACH):
+        if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
+            return trajectory
+    return None
+
+
+def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, reach: float) -> Iterator[Trajectory]:
+    """Yield trajectories, the best first."""
+    if uav.fixed_wing is not None:
+        flown = fly_aeroplane(world, waypoints, uav)
+        if flown is not None:
+            yield flown
+        return
+    note = ""
+    if shape != "stop-and-go":
+        order = 4 if shape == "minimum-snap" else 3
+        flown = smooth(world, waypoints, uav, order, reach)
+        if flown is None:
+            note = "The passage is too narrow to be flown without stopping."
+        else:
+            yield flown
+            note = "The faster trajectory could not be proven safe."
+            yield replace(slower(flown, SLOWER), form="slowed", note=note)
+            straight = smooth(world, waypoints, uav, order, CLOSE)
+            if straight is not None:
+                yield replace(straight, form="straightened", note=note)
+    yield replace(rest_to_rest(waypoints, uav), note=note)
+
+
+def slower(trajectory: Trajectory, factor: float) -> Trajectory:
+    """Return the same flight in `factor` times the time, from the same instant on."""
+    powers = factor ** np.arange(trajectory.coefficients.shape[1])
+    knots = trajectory.start + factor * (trajectory.knots - trajectory.start)
+    return replace(trajectory, knots=knots, coefficients=trajectory.coefficients / powers[:, None])

@@ -1,0 +1,180 @@
+"""A safe corridor: free boxes along a path, each overlapping the next.
+
+A box begins as the bounding box of as long a stretch of the path as is free, and is then cut out of all that is within
+reach: every obstacle that it holds is cut off by the face that costs least.
+"""
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space import box, tree
+from skyverse.space.world import Space
+
+MOST = 400
+"""Boxes at most; a path that needs more is too tight to be smoothed."""
+
+THIN = 0.2
+"""Metres of overlap below which a third box is put between two."""
+NARROW = 2e-3
+"""Metres of overlap below which there is no corridor."""
+
+
+@kernel
+def grow_corridor(space: Space, path: Floats, reach: float) -> Floats:
+    """Return free boxes (m, 6) along a path (n, 3), metres; none if they cannot be joined.
+
+    Parameters
+    ----------
+    space
+        Where the path is free.
+    reach
+        How far a box may extend beyond its stretch of the path, metres.
+    """
+    boxes = np.empty((MOST, 6))
+    count = 0
+    leg, share = 0, 0.0  # where the path leaves the last box
+    while leg < len(path) - 1:
+        if count == MOST:
+            return boxes[:0]
+        begin = path[leg] + share * (path[leg + 1] - path[leg])
+        seed = np.empty(6)
+        seed[:3], seed[3:] = begin, begin
+        at = leg
+        while at < len(path) - 1:  # whole legs, then a part of one
+            longer = _joined(seed, path[at + 1])
+            if not _is_free(space, longer):
+                break
+            seed = longer
+            at += 1
+        if at < len(path) - 1:
+            low, high = (share if at == leg else 0.0), 1.0
+            for _ in range(30):
+                middle = 0.5 * (low + high)
+                if _is_free(space, _joined(seed, path[at] + middle * (path[at + 1] - path[at]))):
+                    low = middle
+                else:
+                    high = middle
+            seed = _joined(seed, path[at] + low * (path[at + 1] - path[at]))
+        boxes[count] = _cut_free(space, seed, reach)
+        if count and _overlap(boxes[count - 1], boxes[count])[1] < THIN and count < MOST - 1:
+            boxes[count + 1] = boxes[count]
+            boxes[count] = _between(space, boxes[count - 1], boxes[count], begin, reach)
+            count += 1
+        count += 1
+        further, how_far = _leaves(boxes[count - 1], path, leg)
+        if further == leg and how_far <= share + 1e-9:
+            return boxes[:0]
+        leg, share = further, how_far
+    for i in range(count - 1):
+        if _overlap(boxes[i], boxes[i + 1])[1] < NARROW:
+            return boxes[:0]
+    return boxes[:count]
+
+
+@kernel
+def _overlap(a: Floats, b: Floats) -> tuple[int, float]:
+    """Return the axis along which two boxes overlap least, and how much, metres."""
+    axis, least = 0, np.inf
+    for k in range(3):
+        width = min(a[k + 3], b[k + 3]) - max(a[k], b[k])
+        if width < least:
+            axis, least = k, width
+    return axis, least
+
+
+@kernel
+def _between(space: Space, a: Floats, b: Floats, p: Floats, reach: float) -> Floats:
+    """Return a free box through p, at which two boxes hardly do more than touch, that overlaps both."""
+    axis, _ = _overlap(a, b)
+    far = 1.0
+    for _ in range(20):
+        seed = np.empty(6)
+        seed[:3], seed[3:] = p, p
+        seed[axis] = max(p[axis] - far, min(a[axis], b[axis]))
+        seed[axis + 3] = min(p[axis] + far, max(a[axis + 3], b[axis + 3]))
+        if _is_free(space, seed):
+            break
+        far *= 0.5
+    return _cut_free(space, seed, reach)
+
+
+@kernel
+def _joined(b: Floats, p: Floats) -> Floats:
+    joined = b.copy()
+    for axis in range(3):
+        joined[axis], joined[axis + 3] = min(b[axis], p[axis]), max(b[axis + 3], p[axis])
+    return joined
+
+
+@kernel
+def _is_free(space: Space, b: Floats) -> bool:
+    """Tell whether no grown obstacle reaches into the box."""
+    node = 0
+    index = space.tree
+    growth = space.clearance - box.TOLERANCE
+    while node < len(index.skip):
+        if not box.touches(index.bounds, node, growth, b[:3], b[3:]):
+            node = index.skip[node]
+            continue
+        for i in range(index.first[node], index.stop[node]):
+            if _reaches(space, i, b):
+                return False
+        node += 1
+    return True
+
+
+@kernel
+def _reaches(space: Space, i: int, b: Floats) -> bool:
+    growth = space.clearance - box.TOLERANCE
+    meet = True
+    for axis in range(3):
+        meet &= space.boxes[i, axis] - growth < b[axis + 3] and space.boxes[i, axis + 3] + growth > b[axis]
+    return meet
+
+
+@kernel
+def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
+    """Return a free box around a free one."""
+    b = seed.copy()
+    for axis in range(3):
+        b[axis] = max(seed[axis] - reach, space.low[axis])
+        b[axis + 3] = min(seed[axis + 3] + reach, space.high[axis])
+    near = tree.touching(space.tree, space.boxes, space.clearance, b[:3], b[3:])
+    gaps = np.empty(len(near))
+    for k in range(len(near)):
+        gaps[k] = 0.0
+        for axis in range(3):
+            outside = max(space.boxes[near[k], axis] - seed[axis + 3], seed[axis] - space.boxes[near[k], axis + 3])
+            gaps[k] += max(outside, 0.0) ** 2
+    for k in np.argsort(gaps):
+        i = near[k]
+        if not _reaches(space, i, b):
+            continue
+        best, best_face, best_place = -1.0, -1, 0.0
+        for axis in range(3):
+            width = b[axis + 3] - b[axis]
+            low, high = space.boxes[i, axis] - space.clearance, space.boxes[i, axis + 3] + space.clearance
+            if low >= seed[axis + 3] - box.TOLERANCE and (low - b[axis]) / width > best:
+                best, best_face, best_place = (low - b[axis]) / width, axis + 3, low
+            if high <= seed[axis] + box.TOLERANCE and (b[axis + 3] - high) / width > best:
+                best, best_face, best_place = (b[axis + 3] - high) / width, axis, high
+        if best_face >= 0:
+            b[best_face] = best_place
+    return b
+
+
+@kernel
+def _leaves(b: Floats, path: Floats, leg: int) -> tuple[int, float]:
+    """Return the leg, and the share of it, at which a path that is in the box on `leg` leaves it."""
+    for at in range(leg, len(path) - 1):
+        share = 1.0
+        for axis in range(3):
+            begin, d = path[at, axis], path[at + 1, axis] - path[at, axis]
+            if begin + d > b[axis + 3]:
+                share = min(share, (b[axis + 3] - begin) / d)
+            elif begin + d < b[axis]:
+                share = min(share, (b[axis] - begin) / d)
+        if share < 1.0:
+            return at, max(share, 0.0)
+    return len(path) - 1, 0.0

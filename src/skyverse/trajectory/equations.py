@@ -1,0 +1,249 @@
+"""Newton's equations of a spline through a corridor: gradient and Hessian of objective and barriers."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space.box import Ints
+from skyverse.trajectory.limits import GRAVITY, Limits
+from skyverse.trajectory.newton import System
+from skyverse.trajectory.spline import make_rows, multiply, row_jet
+
+FIXED = 4
+"""Control points at either end that are one: at rest, starting and stopping without a jerk."""
+ROOT_12 = np.sqrt(12.0)
+
+
+class Task(NamedTuple):
+    """What does not change while a spline is improved.
+
+    Attributes
+    ----------
+    low, high
+        (N, 3) where each control point may be, metres.
+    box_of
+        (S,) the box that each span lies in, rising from 0.
+    limits
+        Thrust and tilt are infinite where the limit on acceleration implies them.
+    weight
+        Of the integral of the squared jerk or snap.
+    order
+        3 for jerk, 4 for snap.
+    """
+
+    low: Floats
+    high: Floats
+    box_of: Ints
+    limits: Limits
+    weight: float
+    order: int
+
+
+@kernel
+def assemble(
+    task: Task, spans: Floats, points: Floats, mu: float, system: System, work: Floats, jets: Floats, other: Floats
+) -> None:
+    """Write Newton's equations."""
+    n, s = len(points), len(spans)
+    system.band[:], system.rise[:], system.cross[:], system.small[:], system.slope[:] = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(s):
+        system.slope[task.box_of[k]] += spans[k]
+        system.small[task.box_of[k], task.box_of[k]] += spans[k]
+    for i in range(FIXED, n - FIXED):
+        for a in range(3):
+            below, above = points[i, a] - task.low[i, a], task.high[i, a] - points[i, a]
+            system.rise[3 * (i - FIXED) + a] += mu * (1.0 / above - 1.0 / below)
+            system.band[3 * (i - FIXED) + a, 0] += mu * (1.0 / above**2 + 1.0 / below**2)
+    g, h, d = np.empty(3), np.empty((3, 3)), np.empty((6, 3))
+    row = np.empty(5)
+    for order in range(1, 4):
+        rows = make_rows(spans, order)
+        for i in range(n - order):
+            left, right = task.box_of[max(i - 3, 0)], task.box_of[min(i + order - 1, s - 1)]
+            if left == right:
+                _combine(rows[i], points, i, order + 1, d)
+                _bend(task.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
+                _add_within(system, rows[i], i, order + 1, n, left, float(order), d, g, h)
+            else:
+                row_jet(spans, task.box_of, left, i, order, work, jets)
+                _place(jets, points, i, order + 1, d)
+                _bend(task.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
+                _add(system, jets, i, order + 1, n, left, right, d, g, h)
+    rows = make_rows(spans, task.order)
+    for k in range(s):
+        left, right = task.box_of[max(k - 3, 0)], task.box_of[min(k + 3, s - 1)]
+        # jerk goes in a line from a to b over the span: h/3 (a^2 + ab + b^2) = h (a + b)^2 / 4 + h (b - a)^2 / 12
+        for part in range(5 - task.order):
+            if left == right:
+                root = np.sqrt(spans[k])
+                if task.order == 4:
+                    row[:] = root * rows[k]
+                else:
+                    row[:] = 0.0
+                    near, far = (0.5 * root, 0.5 * root) if part == 0 else (-root / ROOT_12, root / ROOT_12)
+                    for c in range(4):
+                        row[c] += near * rows[k, c]
+                        row[c + 1] += far * rows[k + 1, c]
+                _combine(row, points, k, 5, d)
+                _square(task, d, g, h)
+                _add_within(system, row, k, 5, n, left, task.order - 0.5, d, g, h)
+                continue
+            if task.order == 4:
+                row_jet(spans, task.box_of, left, k, 4, work, jets)
+            elif part == 0:
+                row_jet(spans, task.box_of, left, k, 3, work, other)
+                other[4, :] = 0.0
+                row_jet(spans, task.box_of, left, k + 1, 3, work, jets)
+                for c in range(4, 0, -1):
+                    jets[c] = jets[c - 1]
+                jets[0, :] = 0.0
+                for c in range(5):
+                    for e in range(6):
+                        x, y = other[c, e], jets[c, e]
+                        jets[c, e], other[c, e] = 0.5 * (x + y), (y - x) / ROOT_12
+            else:
+                jets[:5] = other[:5]
+            _times_root(jets, 5, spans[k], task.box_of[k] == left)
+            _place(jets, points, k, 5, d)
+            _square(task, d, g, h)
+            _add(system, jets, k, 5, n, left, right, d, g, h)
+
+
+@kernel
+def _times_root(jets: Floats, m: int, span: float, in_left: bool) -> None:
+    """Multiply m jets by the root of a span's duration."""
+    root = np.sqrt(span)
+    scale = np.zeros(6)
+    scale[0] = root
+    scale[1 if in_left else 2] = 0.5 * root
+    scale[3 if in_left else 5] = 0.25 * root
+    product = np.empty(6)
+    for c in range(m):
+        product[:] = 0.0
+        multiply(scale, jets[c], product, 1.0)
+        jets[c] = product
+
+
+@kernel
+def _combine(row: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
+    """Write a control point of a derivative into d[0]."""
+    d[0, :] = 0.0
+    for c in range(m):
+        for a in range(3):
+            d[0, a] += row[c] * points[i + c, a]
+
+
+@kernel
+def _place(jets: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
+    """Write a control point of a derivative, and its own derivatives by the durations, (6, 3)."""
+    d[:] = 0.0
+    for c in range(m):
+        for e in range(6):
+            for a in range(3):
+                d[e, a] += jets[c, e] * points[i + c, a]
+
+
+@kernel
+def _square(task: Task, d: Floats, g: Floats, h: Floats) -> None:
+    """Write gradient and Hessian of the weighted square of d[0]."""
+    h[:] = 0.0
+    for a in range(3):
+        g[a] = 2.0 * task.weight * d[0, a]
+        h[a, a] = 2.0 * task.weight
+
+
+@kernel
+def _bend(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g: Floats, h: Floats) -> None:
+    """Write gradient and Hessian of the barriers of a control point of a derivative."""
+    g[:], h[:] = 0.0, 0.0
+    _ball(x, y, z, limits.speed if order == 1 else (limits.acceleration if order == 2 else limits.jerk), mu, g, h)
+    if order != 2:
+        return
+    up = z + GRAVITY
+    if limits.thrust < np.inf:
+        _ball(x, y, up, limits.thrust, mu, g, h)
+    if limits.tilt < np.inf:
+        t = limits.tilt**2
+        slack = t * up**2 - x * x - y * y
+        rise = (-2.0 * x, -2.0 * y, 2.0 * t * up)
+        for a in range(3):
+            g[a] -= mu * rise[a] / slack
+            for b in range(3):
+                h[a, b] += mu * rise[a] * rise[b] / slack**2
+        h[0, 0] += 2.0 * mu / slack
+        h[1, 1] += 2.0 * mu / slack
+        h[2, 2] -= 2.0 * mu * t / slack
+
+
+@kernel
+def _ball(x: float, y: float, z: float, radius: float, mu: float, g: Floats, h: Floats) -> None:
+    per = 2.0 / (radius**2 - x * x - y * y - z * z)
+    d = (x, y, z)
+    for a in range(3):
+        g[a] += mu * per * d[a]
+        h[a, a] += mu * per
+        for b in range(3):
+            h[a, b] += mu * per * per * d[a] * d[b]
+
+
+@kernel
+def _add(
+    system: System, jets: Floats, i: int, m: int, n: int, left: int, right: int, d: Floats, g: Floats, h: Floats
+) -> None:
+    """Add a function of one control point of a derivative: its gradient and Hessian by points and durations."""
+    for p in range(m):
+        if not FIXED <= i + p < n - FIXED:
+            continue
+        row = 3 * (i + p - FIXED)
+        for a in range(3):
+            system.rise[row + a] += jets[p, 0] * g[a]
+        for q in range(p, m):
+            if i + q >= n - FIXED:
+                break
+            c = jets[p, 0] * jets[q, 0]
+            for a in range(3):
+                for b in range(a if q == p else 0, 3):
+                    system.band[row + a, 3 * (q - p) + b - a] += c * h[a, b]
+    for e in range(1, 2 if left == right else 3):
+        box = left if e == 1 else right
+        for a in range(3):
+            system.slope[box] += g[a] * d[e, a]
+            pushed = h[a, 0] * d[e, 0] + h[a, 1] * d[e, 1] + h[a, 2] * d[e, 2]
+            for p in range(m):
+                if FIXED <= i + p < n - FIXED:
+                    system.cross[box, 3 * (i + p - FIXED) + a] += jets[p, 0] * pushed + jets[p, e] * g[a]
+            system.small[box, box] += pushed * d[e, a] + g[a] * d[3 if e == 1 else 5, a]
+            if e == 2:
+                mixed = pushed * d[1, a] + g[a] * d[4, a]
+                system.small[left, right] += mixed
+                system.small[right, left] += mixed
+
+
+@kernel
+def _add_within(
+    system: System, row: Floats, i: int, m: int, n: int, box: int, power: float, d: Floats, g: Floats, h: Floats
+) -> None:
+    """Add one all of whose spans lie in one box: it falls with a power of the duration."""
+    along = bent = 0.0
+    for a in range(3):
+        along += g[a] * d[0, a]
+        d[1, a] = h[a, 0] * d[0, 0] + h[a, 1] * d[0, 1] + h[a, 2] * d[0, 2]
+        bent += d[0, a] * d[1, a]
+    system.slope[box] -= power * along
+    system.small[box, box] += power * power * (bent + along)
+    for p in range(m):
+        if not FIXED <= i + p < n - FIXED:
+            continue
+        at = 3 * (i + p - FIXED)
+        for a in range(3):
+            system.rise[at + a] += row[p] * g[a]
+            system.cross[box, at + a] -= power * row[p] * (d[1, a] + g[a])
+        for q in range(p, m):
+            if i + q >= n - FIXED:
+                break
+            c = row[p] * row[q]
+            for a in range(3):
+                for b in range(a if q == p else 0, 3):
+                    system.band[at + a, 3 * (q - p) + b - a] += c * h[a, b]

@@ -1,0 +1,313 @@
+"""Smooth and fast: the spline of least time, and of least jerk or snap, through a corridor, within limits.
+
+Time and shape are found together by an interior-point method. Its variables are the control points of a quartic spline
+and the durations of the corridor's boxes; its objective T + weight * integral |jerk or snap|^2; its barriers keep
+the control points of position inside their boxes, and those of velocity, acceleration and jerk inside balls (thrust: a
+ball around another centre; tilt: a cone). A spline lies within the hull of its control points, so every iterate keeps
+to corridor and limits at every instant: the answer may be taken whenever time is up.
+
+Each round solves Newton's equations for all variables at once. Points hang on their neighbours only, and durations
+border them: a banded Cholesky factorisation, and a small dense Schur complement.
+"""
+
+import math
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats, Trajectory
+from skyverse.scenario import UAV
+from skyverse.space.box import Ints
+from skyverse.space.world import World
+from skyverse.trajectory.corridor import grow_corridor
+from skyverse.trajectory.equations import FIXED, Task, assemble
+from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
+from skyverse.trajectory.newton import BAND, System, solve
+from skyverse.trajectory.spline import DEGREE, refine
+
+STANDSTILL = 1e-9
+"""Metres of way below which there is nothing to fly."""
+
+
+WEIGHT = 0.02
+"""What jerk or snap may cost: of the time, for a trajectory that uses half of its limit all the time."""
+REACH = 10.0
+"""Metres that the corridor may reach beyond the path."""
+REACH_AT_A_PRICE = 0.5
+"""The same where the path was priced by where it leads: by zones, altitudes, or climb."""
+SPANS = 6
+"""Of a box at first."""
+FINE = 0.08
+"""Seconds that a span lasts in the end, at most, unless its box then has too many."""
+MOST_PARTS = 5
+"""Parts that a span of the first spline is cut into at most."""
+
+
+def smooth(world: World, waypoints: Floats, uav: UAV, order: int, reach: float = REACH) -> Trajectory | None:
+    """Fly along a free path without stopping: as fast as limits and corridor allow, and with little jerk or snap.
+
+    Parameters
+    ----------
+    world
+        Where to fly.
+    waypoints
+        (n, 3) metres, n >= 2: a path whose straight legs are free.
+    uav
+        A multirotor: its limits on speed, acceleration, jerk, thrust and tilt are kept.
+    order
+        3 to keep the integral of squared jerk small, 4 that of snap.
+    reach
+        How far it may leave the bounding box of a stretch of the path, metres.
+
+    Returns
+    -------
+    Trajectory or None
+        Quartic pieces, three times continuously differentiable, at rest at both ends; ``None`` where the path leads
+        through a passage too narrow to turn it into a corridor.
+    """
+    path = np.ascontiguousarray(waypoints, dtype=np.float64)
+    if len(path) < 2 or float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) < STANDSTILL:
+        return None
+    boxes = grow_corridor(world.space, path, reach)
+    if not len(boxes):
+        return None
+    limits = _binding(uav)
+    points, spans, done = _through(boxes, path, limits, order)
+    if not done:
+        return None
+    knots = np.r_[0.0, np.cumsum(spans)]
+    spline = BSpline(np.r_[[0.0] * DEGREE, knots, [knots[-1]] * DEGREE], points, DEGREE)
+    rows = [spline(knots[:-1], nu=j) / math.factorial(j) for j in range(DEGREE + 1)]
+    return Trajectory(knots, np.stack(rows, axis=1), "smooth")
+
+
+def _binding(uav: UAV) -> Limits:
+    """Return a multirotor's limits; thrust and tilt only where the limit on acceleration does not imply them."""
+    limits = limits_of(uav, -1e-9)
+    a = limits.acceleration
+    most_tilt = math.inf if a >= GRAVITY else a / math.sqrt(GRAVITY**2 - a**2)
+    return limits._replace(
+        thrust=limits.thrust if GRAVITY + a > limits.thrust else math.inf,
+        tilt=limits.tilt if most_tilt > limits.tilt else math.inf,
+    )
+
+
+@kernel
+def _through(boxes: Floats, path: Floats, limits: Limits, order: int) -> tuple[Floats, Floats, bool]:
+    """Return control points and spans' durations of a good spline, and whether there is one."""
+    box_of = np.repeat(np.arange(len(boxes)), SPANS)
+    weight = weight_of(limits, order)
+    low, high = rooms(boxes, box_of)
+    points, spans = first_guess(path, low, high, box_of)
+    task = Task(low, high, box_of, limits, weight, order)
+    for _ in range(200):
+        if value(task, spans, points, 1.0) < np.inf:
+            break
+        spans *= 1.3
+    else:
+        return points, spans, False
+    improve(task, spans, points, 40, 0.1)
+    parts = np.empty(len(spans), np.int64)
+    for k in range(len(spans)):
+        parts[k] = min(max(math.ceil(spans[k] / FINE), 1), MOST_PARTS)
+    points, finer = refine(points, spans, parts)
+    box_of = np.repeat(box_of, parts)
+    low, high = rooms(boxes, box_of)
+    task = Task(low, high, box_of, limits, weight, order)
+    improve(task, finer, points, 40, 0.01)
+    return points, finer, True
+
+
+@kernel
+def weight_of(limits: Limits, order: int) -> float:
+    """Return the weight of the integral of squared jerk, or snap: per what half the limits make."""
+    half = 0.5 * limits.jerk
+    if order == 4:
+        half *= limits.jerk / limits.acceleration
+    return WEIGHT / half**2
+
+
+@kernel
+def rooms(boxes: Floats, box_of: Ints) -> tuple[Floats, Floats]:
+    """Return the corners (N, 3) of where each control point may be: in the boxes of all spans that it rules."""
+    n = len(box_of) + DEGREE
+    low, high = np.full((n, 3), -np.inf), np.full((n, 3), np.inf)
+    for k in range(len(box_of)):
+        for i in range(k, k + DEGREE + 1):
+            for a in range(3):
+                low[i, a] = max(low[i, a], boxes[box_of[k], a])
+                high[i, a] = min(high[i, a], boxes[box_of[k], a + 3])
+    return low, high
+
+
+@kernel
+def first_guess(path: Floats, low: Floats, high: Floats, box_of: Ints) -> tuple[Floats, Floats]:
+    """Return control points strictly inside their rooms, and durations: near the path, and slow.
+
+    Where boxes overlap the points stand together, off the walls; between, they go in a straight line.
+    """
+    n, s = len(low), len(box_of)
+    points, spans = np.empty((n, 3)), np.empty(s)
+    points[:FIXED], points[n - FIXED :] = path[0], path[-1]
+    begin = FIXED - 1
+    for k in range(1, s + 1):
+        if k < s and box_of[k] == box_of[k - 1]:
+            continue
+        stop = k if k < s else n - FIXED
+        if k < s:
+            anchor = nearest_inside(path, low[k], high[k])
+            points[k : k + DEGREE] = anchor
+        for i in range(begin + 1, stop):
+            points[i] = points[begin] + (i - begin) / (stop - begin) * (points[stop] - points[begin])
+        begin = k + DEGREE - 1
+    for i in range(FIXED, n - FIXED):
+        room = np.minimum(0.45 * (high[i] - low[i]), 0.02)
+        points[i] = np.minimum(np.maximum(points[i], low[i] + room), high[i] - room)
+    spans[:] = 0.1
+    return points, spans
+
+
+@kernel
+def nearest_inside(path: Floats, low: Floats, high: Floats) -> Floats:
+    """Return the point of a box, off its walls, that is nearest to a path, about."""
+    best, least = 0.5 * (low + high), np.inf
+    room = np.minimum(0.45 * (high - low), 0.3)
+    for leg in range(len(path) - 1):
+        for share in range(21):
+            on_path = path[leg] + share / 20.0 * (path[leg + 1] - path[leg])
+            inside = np.minimum(np.maximum(on_path, low + room), high - room)
+            apart = ((inside - on_path) ** 2).sum()
+            if apart < least:
+                best, least = inside, apart
+    return best
+
+
+@kernel
+def improve(task: Task, spans: Floats, points: Floats, rounds: int, least: float) -> int:
+    """Improve in place a spline that keeps to everything; return the rounds that it took.
+
+    Parameters
+    ----------
+    task
+        What to keep to.
+    spans
+        (S,) durations in seconds, equal within a box.
+    points
+        (N, 3) control points, N = S + 4, metres.
+    rounds
+        At most.
+    least
+        Done when the barriers can cost no more than about this share of the time.
+    """
+    boxes = task.box_of[-1] + 1
+    free = 3 * (len(points) - 2 * FIXED)
+    system = System(
+        np.empty((free, BAND)), np.empty(free), np.empty((boxes, free)), np.empty((boxes, boxes)), np.empty(boxes)
+    )
+    work, jets, other = np.empty((2, 5, 5, 6)), np.empty((6, 6)), np.empty((6, 6))
+    barriers = 9.0 * len(points)
+    mu = 0.3 * spans.sum() / barriers
+    here = value(task, spans, points, mu)
+    for done in range(rounds):
+        assemble(task, spans, points, mu, system, work, jets, other)
+        promise = solve(system)
+        share = 1.0
+        for b in range(boxes):
+            share = min(share, 0.5 / max(abs(system.slope[b]), 1e-12))
+        moved = False
+        while share > 1e-5:
+            longer, further = spans.copy(), points.copy()
+            for k in range(len(spans)):
+                longer[k] *= np.exp(share * system.slope[task.box_of[k]])
+            for j in range(free):
+                further[FIXED + j // 3, j % 3] += share * system.rise[j]
+            there = value(task, longer, further, mu)
+            if there < here - 0.01 * share * promise:
+                spans[:], points[:] = longer, further
+                moved = True
+                break
+            share *= 0.6
+        if not moved or promise < 2.0 * mu * np.sqrt(barriers):
+            if mu * barriers < least * spans.sum():
+                return done + 1
+            mu *= 0.25
+        here = value(task, spans, points, mu)
+    return rounds
+
+
+@kernel
+def value(task: Task, spans: Floats, points: Floats, mu: float) -> float:
+    """Return objective and barriers; infinite outside."""
+    n = len(points)
+    total = 0.0
+    product = 1.0
+    for i in range(FIXED, n - FIXED):
+        for a in range(3):
+            below, above = points[i, a] - task.low[i, a], task.high[i, a] - points[i, a]
+            if not (below > 0.0 and above > 0.0):
+                return np.inf
+            product *= below * above
+        if not 1e-100 < product < 1e100:
+            total -= np.log(product)
+            product = 1.0
+    energy = 0.0
+    control = points
+    for order in range(1, task.order + 1):
+        control = _derivative(control, spans, order)
+        if order < 4:
+            for i in range(len(control)):
+                slack = _slack(task.limits, order, control[i, 0], control[i, 1], control[i, 2])
+                if not slack > 0.0:
+                    return np.inf
+                product *= slack
+                if not 1e-100 < product < 1e100:
+                    total -= np.log(product)
+                    product = 1.0
+    for k in range(len(spans)):
+        for a in range(3):
+            if task.order == 4:
+                energy += spans[k] * control[k, a] ** 2
+            else:
+                x, y = control[k, a], control[k + 1, a]
+                energy += spans[k] / 3.0 * (x * x + x * y + y * y)
+    return spans.sum() + task.weight * energy + mu * (total - np.log(product))
+
+
+@kernel
+def _derivative(control: Floats, spans: Floats, order: int) -> Floats:
+    """Return the control points of the derivative `order` from those of the one above."""
+    m = len(control) - 1
+    lower = np.empty((m, 3))
+    back = 4 - order
+    for i in range(m):
+        time = 0.0
+        for k in range(max(i - back, 0), min(i, len(spans) - 1) + 1):
+            time += spans[k]
+        per = (5 - order) / time
+        for a in range(3):
+            lower[i, a] = per * (control[i + 1, a] - control[i, a])
+    return lower
+
+
+@kernel
+def _slack(limits: Limits, order: int, x: float, y: float, z: float) -> float:
+    """Return the product of how far below its limits a control point of a derivative is; not positive outside."""
+    level = x * x + y * y
+    if order == 1:
+        return 1.0 - (level + z * z) / limits.speed**2
+    if order == 3:
+        return 1.0 - (level + z * z) / limits.jerk**2
+    slack = 1.0 - (level + z * z) / limits.acceleration**2
+    up = z + GRAVITY
+    if limits.thrust < np.inf:
+        room = 1.0 - (level + up * up) / limits.thrust**2
+        if not (room > 0.0 and slack > 0.0):
+            return -1.0
+        slack *= room
+    if limits.tilt < np.inf:
+        room = (limits.tilt * up) ** 2 - level
+        if not (room > 0.0 and up > 0.0 and slack > 0.0):
+            return -1.0
+        slack *= room
+    return slack

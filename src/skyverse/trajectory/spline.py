@@ -1,0 +1,134 @@
+"""Quartic splines over spans of unequal duration, by their control points: C3, each span within the hull of its five.
+
+The control points of a derivative are differences of those above, divided by the time that some spans take:
+``V_i = 4 (P_{i+1} - P_i) / (h_{i-3} + ... + h_i)``, then ``3 (V_{i+1} - V_i) / (h_{i-2} + ... + h_i)`` and so on; spans
+before the first and after the last take no time. So control point i of a derivative is a row of coefficients over the
+points from i on, and what changes the row is how long the boxes of the corridor take that its spans lie in: two boxes
+at most. A row is kept with its derivatives by the logarithms of the two durations, as jets:
+value, by the first, by the second, by the first twice, by both, by the second twice.
+"""
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space.box import Ints
+
+DEGREE = 4
+JET = 6
+LEAST = 6
+"""Spans in a box at least, so that no row hangs on three boxes."""
+
+
+@kernel
+def time_of(spans: Floats, first: int, last: int) -> float:
+    """Return what spans `first` to `last`, both included, take; seconds."""
+    total = 0.0
+    for k in range(max(first, 0), min(last, len(spans) - 1) + 1):
+        total += spans[k]
+    return total
+
+
+@kernel
+def make_rows(spans: Floats, order: int) -> Floats:
+    """Return the rows (N - order, order + 1) of a derivative: of velocity (1) to snap (4)."""
+    n = len(spans) + DEGREE
+    rows = np.ones((n, 1))
+    for k in range(1, order + 1):
+        lower = np.zeros((n - k, k + 1))
+        for i in range(n - k):
+            per = (DEGREE + 1 - k) / time_of(spans, i - DEGREE + k, i)
+            for j in range(k):
+                lower[i, j] -= per * rows[i, j]
+                lower[i, j + 1] += per * rows[i + 1, j]
+        rows = lower
+    return rows
+
+
+@kernel
+def multiply(a: Floats, b: Floats, out: Floats, sign: float) -> None:
+    """Add the product of two jets, times a sign, to a third."""
+    out[0] += sign * a[0] * b[0]
+    out[1] += sign * (a[1] * b[0] + a[0] * b[1])
+    out[2] += sign * (a[2] * b[0] + a[0] * b[2])
+    out[3] += sign * (a[3] * b[0] + 2.0 * a[1] * b[1] + a[0] * b[3])
+    out[4] += sign * (a[4] * b[0] + a[1] * b[2] + a[2] * b[1] + a[0] * b[4])
+    out[5] += sign * (a[5] * b[0] + 2.0 * a[2] * b[2] + a[0] * b[5])
+
+
+@kernel
+def _per_time(spans: Floats, box_of: Ints, left: int, first: int, last: int, degree: float, out: Floats) -> None:
+    """Write the jet of ``degree / time_of(spans, first, last)``."""
+    one = two = 0.0
+    for k in range(max(first, 0), min(last, len(spans) - 1) + 1):
+        if box_of[k] == left:
+            one += spans[k]
+        else:
+            two += spans[k]
+    r = 1.0 / (one + two)
+    out[0] = degree * r
+    out[1] = -degree * one * r * r
+    out[2] = -degree * two * r * r
+    out[3] = degree * (2.0 * one * one * r - one) * r * r
+    out[4] = degree * 2.0 * one * two * r * r * r
+    out[5] = degree * (2.0 * two * two * r - two) * r * r
+
+
+@kernel
+def row_jet(spans: Floats, box_of: Ints, left: int, i: int, order: int, work: Floats, out: Floats) -> None:
+    """Write the jets of row i of a derivative, ``out[: order + 1]``; by `left`'s duration, and the other one's.
+
+    `work` is (2, 5, 5, 6): the rows of two derivatives in turn, from i on.
+    """
+    per = work[0, 4, 4]
+    for j in range(order + 1):
+        work[0, j, 0, :] = 0.0
+        work[0, j, 0, 0] = 1.0
+    for k in range(1, order + 1):
+        above, below = work[(k + 1) % 2], work[k % 2]
+        for j in range(order + 1 - k):
+            below[j, : k + 1, :] = 0.0
+            at = i + j
+            per = out[5]
+            _per_time(spans, box_of, left, at - DEGREE + k, at, float(DEGREE + 1 - k), per)
+            for c in range(k):
+                multiply(per, above[j, c], below[j, c], -1.0)
+                multiply(per, above[j + 1, c], below[j, c + 1], 1.0)
+    for c in range(order + 1):
+        out[c] = work[order % 2, 0, c]
+
+
+@kernel
+def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
+    """Return the same spline over finer spans: each is cut into so many parts. Its points move nearer to it.
+
+    A control point is the spline's polar form, taken at four knots in a row.
+    """
+    begins = np.zeros(len(spans) + 1)
+    begins[1:] = np.cumsum(spans)
+    count = parts.sum()
+    finer, old = np.empty(count), np.empty(count, np.int64)
+    at = 0
+    for k in range(len(spans)):
+        for _ in range(parts[k]):
+            finer[at], old[at] = spans[k] / parts[k], k
+            at += 1
+    knots = np.zeros(count + 1)
+    knots[1:] = np.cumsum(finer)
+    knots[-1] = begins[-1]
+    n = count + DEGREE
+    result = np.empty((n, 3))
+    work = np.empty((DEGREE + 1, 3))
+    for i in range(n):
+        k = old[min(max(i - DEGREE // 2, 0), count - 1)]  # the span in the middle of those that the point rules
+        work[:] = points[k : k + DEGREE + 1]
+        for level in range(1, DEGREE + 1):
+            t = knots[min(max(i - DEGREE + level, 0), count)]
+            for j in range(DEGREE + 1 - level):
+                before = begins[max(k + j - DEGREE + level, 0)]
+                after = begins[min(k + j + 1, len(spans))]
+                share = (t - before) / (after - before)
+                for a in range(3):
+                    work[j, a] += share * (work[j + 1, a] - work[j, a])
+        result[i] = work[0]
+    return result, finer
