@@ -1,0 +1,118 @@
+"""What dense sampling sees of a mission, at 10 kHz and at random instants; it shares no code with the referee."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.polynomial import polyder
+
+import skyverse as sky
+
+RATE = 1e4  # Hz
+G = 9.81
+WEIGHT = np.array([0, 0, G])
+
+
+class Motion(NamedTuple):
+    """(m, 3) each."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    jerk: np.ndarray
+
+
+def moving(trajectory: sky.Trajectory, piece: int, local: np.ndarray) -> Motion:
+    """Evaluate one piece at seconds since its knot."""
+    rows, motion = trajectory.coefficients[piece], []
+    for _ in range(4):
+        motion.append(np.vander(local, len(rows), increasing=True) @ rows)
+        rows = polyder(rows, axis=0) if len(rows) > 1 else np.zeros((1, 3))
+    return Motion(*motion)
+
+
+def sampled(trajectory: sky.Trajectory, seed: int = 0) -> tuple[np.ndarray, Motion]:
+    """Return instants and the motion then: every 0.1 ms, both ends of each piece, and random ones."""
+    rng = np.random.default_rng(seed)
+    times, motions = [], []
+    for piece, (begin, end) in enumerate(zip(trajectory.knots[:-1], trajectory.knots[1:], strict=True)):
+        grid = np.arange(0, end - begin, 1 / RATE)
+        local = np.concatenate([grid, [end - begin], rng.uniform(0, end - begin, 50 + len(grid) // 20)])
+        times.append(begin + local)
+        motions.append(moving(trajectory, piece, local))
+    return np.concatenate(times), Motion(*(np.concatenate(column) for column in zip(*motions, strict=True)))
+
+
+def peaks(uav: sky.UAV, motion: Motion) -> dict[str, float]:
+    """Return the largest norms, the largest tilt (degrees), and thrust (in weights)."""
+    f = motion.acceleration + WEIGHT
+    return {
+        "speed": float(norm(motion.velocity).max()),
+        "acceleration": float(norm(motion.acceleration).max()),
+        "jerk": float(norm(motion.jerk).max()),
+        "tilt": float(np.degrees(np.arctan2(np.hypot(f[:, 0], f[:, 1]), f[:, 2])).max()),
+        "thrust": float(norm(f).max()) / G,
+    }
+
+
+def norm(vectors: np.ndarray) -> np.ndarray:
+    """Return the lengths."""
+    return np.sqrt((vectors**2).sum(axis=1))
+
+
+def excess(scenario: sky.Scenario, uav: sky.UAV, motion: Motion) -> dict[sky.Fault, np.ndarray]:
+    """Return by how much each instant is worse than what is let pass: metres, or shares of the limit."""
+    p, v, a, j = motion
+    found = {
+        sky.Fault.TRAJECTORY_BOUNDS: np.maximum(scenario.bounds.min - p, p - scenario.bounds.max).max(axis=1) - 1e-6,
+        sky.Fault.TRAJECTORY_CLEARANCE: depth(scenario, p) - 1e-6,
+        sky.Fault.SPEED: norm(v) / uav.max_speed - 1 - 1e-6,
+        sky.Fault.ACCELERATION: norm(a) / uav.max_acceleration - 1 - 1e-6,
+    }
+    wing = uav.fixed_wing
+    if wing is None:
+        f = a + WEIGHT
+        found[sky.Fault.JERK] = norm(j) / uav.max_jerk - 1 - 1e-6
+        found[sky.Fault.THRUST] = norm(f) / (uav.thrust_to_weight * G) - 1 - 1e-6
+        tilt = np.degrees(np.arctan2(np.hypot(f[:, 0], f[:, 1]), f[:, 2]))
+        found[sky.Fault.TILT] = tilt / uav.max_tilt - 1 - 1e-6
+        return found
+    level = np.hypot(v[:, 0], v[:, 1])
+    share = level / wing.speed
+    found[sky.Fault.AIRSPEED] = np.maximum(share / 1.01, 0.99 / np.maximum(share, 1e-9)) - 1 - 1e-6
+    bend = np.abs(v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]) * wing.turn_radius
+    found[sky.Fault.TURN] = bend / np.maximum(level, 1e-9) ** 3 - 1 - 1e-6
+    found[sky.Fault.CLIMB] = np.degrees(np.arctan2(np.abs(v[:, 2]), level)) / wing.climb - 1 - 1e-6
+    return found
+
+
+def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
+    """Return how deep positions are inside the deepest box grown by the clearance, metres; below 0 outside."""
+    deepest = np.full(len(p), -np.inf)
+    lowest, highest = p.min(axis=0), p.max(axis=0)
+    for box in scenario.obstacles:
+        low, high = np.array(box.min) - scenario.clearance, np.array(box.max) + scenario.clearance
+        if np.all(low < highest) and np.all(high > lowest):
+            deepest = np.maximum(deepest, np.minimum(p - low, high - p).min(axis=1))
+    return deepest
+
+
+def where(trajectory: sky.Trajectory | None, start: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Return where a UAV is, (m, 3): at its start before it flies, and where it ended afterwards."""
+    if trajectory is None:
+        return np.tile(start, (len(t), 1))
+    inside = np.clip(t, trajectory.knots[0], trajectory.knots[-1])
+    places = np.empty((len(t), 3))
+    pieces = np.clip(np.searchsorted(trajectory.knots, inside, side="right") - 1, 0, len(trajectory.coefficients) - 1)
+    for piece in np.unique(pieces):
+        these = pieces == piece
+        rows = trajectory.coefficients[piece]
+        places[these] = np.vander(inside[these] - trajectory.knots[piece], len(rows), increasing=True) @ rows
+    places[t < trajectory.knots[0]] = start
+    return places
+
+
+def nearness(a: sky.Trajectory, b: sky.Trajectory, axes: tuple[float, float, float]) -> float:
+    """Return how near two UAVs ever come, as a share of an ellipsoid's semi-axes."""
+    t = np.arange(0, max(a.end, b.end) + 1 / RATE, 1 / RATE)
+    one, other = where(a, a.coefficients[0, 0], t), where(b, b.coefficients[0, 0], t)
+    return float(norm((one - other) / axes).min())
