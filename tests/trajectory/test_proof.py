@@ -10,14 +10,19 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import skyverse as sky
-from skyverse.result import Trajectory, Verdict
+from skyverse.referee.boxes import shut_boxes
+from skyverse.referee.flight import judge_trajectory
+from skyverse.result import Fault, Trajectory, Verdict
 from skyverse.scenario import Bounds, Box
 from skyverse.trajectory import rest_to_rest
 from skyverse.trajectory.limits import stretch
 from skyverse.trajectory.proof import DEMANDS, prove
 from worlds import ROOM
 
-OPEN = sky.World(ROOM.model_copy(update={"obstacles": (), "bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3)}))
+FREE = ROOM.model_copy(update={"obstacles": (), "bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3)})
+OPEN = sky.World(FREE)
+LOOSE_ENDS = {Fault.TRAJECTORY_ENDS, Fault.CONTINUITY}
+"""Not asked of a proof."""
 WIDE = {"max_speed": 1e6, "max_acceleration": 1e6, "max_jerk": 1e6, "max_tilt": 89.0, "thrust_to_weight": 1e6}
 
 
@@ -128,15 +133,21 @@ def stretched(trajectory, factor):
     return Trajectory(knots, trajectory.coefficients / powers[:, None])
 
 
-@given(
-    arrays(float, (4, 3), elements=st.integers(-50, 50).map(float)),
-    st.floats(0.1, 30),
-    st.floats(0.1, 8),
-)
-def test_rest_to_rest_whose_peaks_are_exactly_at_the_limits_is_proven(waypoints, speed, acceleration):
-    able = uav(max_speed=speed, max_acceleration=acceleration)
-    proof = prove(OPEN, able, rest_to_rest(waypoints, able))
-    assert proof.verdict is Verdict.PROVEN
+@given(arrays(float, (4, 3), elements=st.integers(-50, 50).map(float)), LIMITS)
+def test_rest_to_rest_whose_peaks_are_exactly_at_the_limits_is_proven(waypoints, uav):
+    assert prove(OPEN, uav, rest_to_rest(waypoints, uav)).verdict is Verdict.PROVEN
+
+
+@given(trajectories(2), LIMITS)
+def test_what_is_proven_at_the_very_limit_the_referee_proves_too(trajectory, uav):
+    factor = stretch(uav, trajectory)
+    assume(factor > 1e-3)
+    at_the_limit = stretched(trajectory, factor)
+    for scale in (1.0, 1 - 1e-7, 1 - 4e-7, 1 - 1e-6):
+        longer = stretched(at_the_limit, scale)
+        if prove(OPEN, uav, longer).verdict is Verdict.PROVEN:
+            judged = judge_trajectory(FREE.model_copy(update={"uavs": (uav,)}), shut_boxes(FREE), 0, None, longer)
+            assert {v.fault for v in judged.violations} <= LOOSE_ENDS
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
