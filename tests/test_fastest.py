@@ -1,7 +1,9 @@
-"""The bound that trajectories are measured against, on curves whose least time is known."""
+"""The bound that trajectories are measured against, on curves whose least time is known; and that measurement."""
 
 import itertools
 import math
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -14,9 +16,12 @@ from skyverse.trajectory import rest_to_rest
 pytest.importorskip("toppra", reason='toppra is not installed; pip install "skyverse[bench]"')
 
 
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+
+
 @pytest.fixture
 def least_time(monkeypatch):
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "benchmarks"))
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
     from fastest import least_time
 
     yield least_time
@@ -75,3 +80,16 @@ def circle(radius, rounds, count=16):
     ends = [np.stack([np.cos(t + quarter), np.sin(t + quarter), 0 * quarter], axis=1) * radius for t in angles]
     rows = [np.linalg.solve(powers, np.concatenate(pair)) for pair in itertools.pairwise(ends)]
     return sky.Trajectory(angles, np.array(rows))
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="a benchmark of plain Python says nothing")
+def test_smooth_trajectories_are_faster_than_stopping_but_not_than_the_bound():
+    words = [sys.executable, str(BENCHMARKS / "trajectories.py"), "map1"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in done.stdout.splitlines() if "map1 " in line]
+    assert [row[1] for row in rows] == ["Taut", "A*", "MVO"] * 2
+    for row in rows:
+        stopping, smooth, least = (float(cell.removesuffix(" s")) for cell in row[4:7])
+        assert least <= smooth < 0.8 * stopping
+        assert row[3] == "1"  # proven
