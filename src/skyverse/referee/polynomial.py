@@ -193,7 +193,8 @@ def greatest(
         crowded = np.bincount(of[alive], minlength=groups) > crowd
         gives_up = np.flatnonzero(alive & (hopeless | crowded[of] | (depth == DEPTH)))[::-1]
         gives_up = gives_up[stuck[of[gives_up]] < 0]
-        stuck[of[gives_up]], stuck_share[of[gives_up]] = piece[gives_up], at[gives_up] + width / 2
+        stuck[of[gives_up]] = piece[gives_up]
+        stuck_share[of[gives_up]] = np.where(ends[0] > ends[1], at, at + width)[gives_up]
         going = alive & ~hopeless & ~crowded[of]
         if depth == DEPTH or not going.any():
             break

@@ -1,0 +1,156 @@
+"""Bounds of polynomials hold, rounding and all: rational arithmetic is the judge."""
+
+from fractions import Fraction
+from math import comb
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from skyverse.referee.polynomial import DEPTH, Polynomials, bernstein, greatest, halve, squared, stack
+
+number = st.floats(-1e3, 1e3).map(lambda value: value if abs(value) > 1e-6 else 0.0)
+duration = st.floats(1e-3, 1e2)
+
+
+def rows(degree):
+    return arrays(np.float64, (1, degree + 1, 3), elements=number)
+
+
+def exactly(power):
+    """Bernstein coefficients of a polynomial in the share of its interval, from its power basis; fractions."""
+    n = len(power) - 1
+    return [sum(Fraction(comb(i, j), comb(n, j)) * power[j] for j in range(i + 1)) for i in range(n + 1)]
+
+
+def scaled(column, seconds):
+    return [Fraction(float(value)) * Fraction(float(seconds)) ** j for j, value in enumerate(column)]
+
+
+def times(p, q):
+    product = [Fraction(0)] * (len(p) + len(q) - 1)
+    for i, a in enumerate(p):
+        for j, b in enumerate(q):
+            product[i + j] += a * b
+    return product
+
+
+def plus(p, q):
+    n = max(len(p), len(q))
+    return [
+        (p[k] if k < len(p) else Fraction(0)) + (q[k] if k < len(q) else Fraction(0)) for k in range(n)
+    ]  # fmt: skip
+
+
+def off(polynomial, power):
+    """By how much a batch of one differs from the truth, and by how much it says that it may."""
+    true = exactly(power + [Fraction(0)] * (polynomial.degree + 1 - len(power)))
+    worst = max(abs(Fraction(float(b)) - t) for b, t in zip(polynomial.b[0], true, strict=True))
+    return worst, Fraction(float(polynomial.error[0]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 7).flatmap(rows), st.integers(0, 7).flatmap(rows), duration, number)
+def test_what_rounding_does_is_within_the_errors_that_are_kept(first, second, seconds, factor):
+    x, y, z = bernstein(first, np.array([seconds]))
+    u = bernstein(second, np.array([seconds]))[0]
+    px, py, pz = (scaled(first[0, :, axis], seconds) for axis in range(3))
+    pu = scaled(second[0, :, 0], seconds)
+    f = Fraction(factor)
+    sx, sy, sz, su = (sum(abs(c) for c in column) for column in (px, py, pz, pu))
+    cases = {
+        "itself": (x, px, sx),
+        "sum": (x + u, plus(px, pu), sx + su),
+        "difference": (x - u, plus(px, [-c for c in pu]), sx + su),
+        "product": (x * u, times(px, pu), sx * su),
+        "cube": (x * u * x, times(times(px, pu), px), sx * su * sx),
+        "norm": (squared([x, y, z]), plus(plus(times(px, px), times(py, py)), times(pz, pz)), sx**2 + sy**2 + sz**2),
+        "shifted": (x + factor, plus(px, [f]), sx + abs(f)),
+        "stretched": (x * factor, [c * f for c in px], sx * abs(f)),
+        "raised": (x.raised(x.degree + 5), px, sx),
+    }
+    for name, (computed, true, scale) in cases.items():
+        worst, allowed = off(computed, true)
+        assert worst <= allowed, name
+        assert allowed <= Fraction(1, 10**12) * scale, name
+
+
+def test_halves_are_the_same_polynomial():
+    rng = np.random.default_rng(1)
+    power = rng.normal(size=(4, 6, 3))
+    x = bernstein(power, np.full(4, 2.0))[0]
+    left, right = (bernstein(part, np.full(4, 1.0))[0] for part in (power, _shifted(power, 1.0)))
+    for half, true in zip(halve(x.b), (left, right), strict=True):
+        np.testing.assert_allclose(half, true.b, atol=1e-12)
+
+
+def _shifted(power, t):
+    n = power.shape[1]
+    return np.stack([sum(comb(j, i) * t ** (j - i) * power[:, j] for j in range(i, n)) for i in range(n)], axis=1)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    power=st.integers(0, 9).flatmap(lambda n: arrays(np.float64, (3, n + 1), elements=st.floats(-5, 5))),
+    enough=st.floats(-10, 10),
+)
+def test_the_greatest_value_is_found_as_sampling_finds_it(power, enough):
+    rows = np.repeat(power[:, :, None], 3, axis=2)
+    x = bernstein(rows, np.ones(3))[0]
+    peaks = greatest(x.b, x.error, enough, 1e-9)
+    t = np.linspace(0, 1, 20_001)
+    values = np.array([np.polyval(row[::-1], t) for row in power])
+    if peaks.proven(enough)[0]:
+        assert values.max() <= enough + 1e-12
+    elif peaks.refuted(enough)[0]:
+        assert peaks.value[0] >= values.max() - 2e-9
+        there = np.polyval(power[peaks.piece[0]][::-1], peaks.share[0])
+        assert abs(there - peaks.value[0]) <= 1e-10
+        assert there > enough
+    else:  # at `enough`, but for rounding
+        assert abs(values.max() - enough) <= 1e-7
+
+
+def test_groups_are_separate_questions():
+    rng = np.random.default_rng(2)
+    rows = rng.normal(size=(12, 6, 3))
+    x = bernstein(rows, np.ones(12))[0]
+    group = np.array([0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3])
+    together = greatest(x.b, x.error, 1.0, 1e-9, group=group, groups=4)
+    for k in range(4):
+        alone = greatest(x.b[group == k], x.error[group == k], 1.0, 1e-9)
+        assert together.value[k] == alone.value[0]
+        assert together.piece[k] == alone.piece[0] + 3 * k
+        assert together.halvings[k] == alone.halvings[0]
+
+
+def test_a_touch_is_decided_and_its_tolerance_is_not():
+    bump = np.zeros((1, 3, 3))
+    bump[0, :, 0] = -0.25, 1, -1  # -(t - 1/2)^2, 0 at its peak
+    x = bernstein(bump, np.ones(1))[0]
+    assert greatest(x.b, x.error, 1e-9, 1e-9).proven(1e-9)
+    assert greatest(x.b, x.error, -1e-9, 1e-9).refuted(-1e-9)
+    exact = greatest(x.b, x.error, 0.0, 1e-9)
+    assert not exact.refuted(0.0)
+    assert not exact.proven(0.0)
+    assert exact.stuck_share[0] == 0.5
+
+
+def test_what_is_no_number_is_undecided_at_once():
+    for wild in (np.nan, np.inf, 1e308):
+        with np.errstate(all="ignore"):  # as those who ask have it
+            x = bernstein(np.full((2, 6, 3), wild), np.ones(2))[0]
+            peaks = greatest((x * x).b, (x * x).error, 1.0, 1e-9)
+        assert not peaks.proven(1.0).any()
+        assert not peaks.refuted(1.0).any()
+        assert peaks.halvings[0] == 0
+
+
+def test_a_plateau_at_the_limit_does_not_take_for_ever():
+    flat = Polynomials(np.ones((50, 9)), np.full(50, 1e-15))
+    peaks = greatest(flat.b, flat.error, 1.0, 1e-9)
+    assert not peaks.proven(1.0).any()
+    assert peaks.halvings[0] <= 50 * DEPTH
+    above = stack([flat, flat * 1.5])
+    assert greatest(above.b, above.error, 1.0, 1e-9).value[0] > 1.49
