@@ -56,12 +56,12 @@ class _Search(NamedTuple):
 _OUTWARD = ((0.0, 0.0), (0.3, 0.0), (0.8, 0.0))
 _AROUND = tuple(
     (reach * math.cos(turn), reach * math.sin(turn))
-    for reach in (0.5, 1.0, 2.0)
-    for turn in np.arange(8) * (math.pi / 4)
+    for reach in (0.6, 1.5)
+    for turn in np.arange(6) * (math.pi / 3)
 )
 _SEARCHES = (
     _Search(_OUTWARD, (1.0, 1.5), wide=False),
-    _Search((*_OUTWARD, *_AROUND), (1.0, 1.25, 1.5, 2.0), wide=True),
+    _Search((*_OUTWARD, *_AROUND), (1.0, 1.5), wide=True),
 )
 
 

@@ -153,11 +153,12 @@ def _lsr(apart: float, a: float, b: float) -> tuple[float, float, float]:
 @kernel
 def _lrl(apart: float, a: float, b: float) -> tuple[float, float, float]:
     along, across = apart + math.sin(a) - math.sin(b), math.cos(b) - math.cos(a)
-    gap = math.hypot(along, across)
-    if gap > 4.0:  # no circle touches both
+    share = 0.25 * math.hypot(along, across)
+    if share > 1.0 + _SAME:  # no circle touches both
         return math.inf, math.inf, math.inf
-    first = _turn(math.atan2(across, along) + math.acos(0.25 * gap) + 0.5 * math.pi - a)
-    middle = 2.0 * math.pi - 2.0 * math.asin(0.25 * gap)  # the shorter arc is never the shortest path
+    share = min(share, 1.0)
+    first = _turn(math.atan2(across, along) + math.acos(share) + 0.5 * math.pi - a)
+    middle = 2.0 * math.pi - 2.0 * math.asin(share)  # the shorter arc is never the shortest path
     return first, middle, _turn(b - a - first + middle)
 
 
