@@ -163,7 +163,10 @@ def _write_gif(flight: Flight, path: Path) -> None:
     from PIL import Image
 
     pictures = [Image.fromarray(frame) for frame in frames(as_flown(flight))]
-    palette = pictures[-1].quantize(128)  # it shows every colour, and one palette keeps still what does not move
+    both = Image.new("RGB", (pictures[0].width, 2 * pictures[0].height))  # all that is planned, all that is flown
+    both.paste(pictures[0], (0, 0))
+    both.paste(pictures[-1], (0, pictures[0].height))
+    palette = both.quantize(255, method=Image.Quantize.MAXCOVERAGE)  # one for all frames, so that the map keeps still
     first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     with whole_file(path) as beside:
         first.save(beside, save_all=True, append_images=others, duration=1000 // FRAMES_A_SECOND, loop=0)

@@ -109,7 +109,7 @@ def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
         raise InputError(f"wind: expected east,north,up in m/s, or speed,degrees, found {wind!r}")
     if len(numbers) == 2:
         speed, heading = numbers[0], math.radians(numbers[1])
-        return speed * math.cos(heading), speed * math.sin(heading), 0.0
+        return round(speed * math.cos(heading), 12), round(speed * math.sin(heading), 12), 0.0
     return numbers[0], numbers[1], numbers[2]
 
 

@@ -1,0 +1,155 @@
+"""Flights on the command line, as files and as pictures."""
+
+import json
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from handmade import mission, straight
+from skyverse import cli
+from skyverse.draw.animation import instants
+from skyverse.draw.as_flown import as_flown
+
+pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
+imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason='pip install "skyverse[flight]"')
+
+
+@pytest.fixture(scope="module")
+def flight():
+    flights = straight((0, 0, 2), (0.5, 0, 2), 0.7), straight((0, 2, 2), (0.5, 3, 2), 0.9)
+    return sky.fly(mission(*flights, boxes=[((3, -2, 0), (4, 2, 3))]), wind=(1, 0, 0), rng=3)
+
+
+@pytest.fixture(scope="module")
+def mission_file(flight, tmp_path_factory):
+    path = tmp_path_factory.mktemp("mission") / "mission.json"
+    sky.write(flight.mission, path)
+    return path
+
+
+@pytest.fixture
+def skyverse(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        with pytest.raises(SystemExit) as stopped:
+            cli.main([str(word) for word in words])
+        return stopped.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+def test_a_flight_comes_back_from_its_file_as_it_was(flight, tmp_path):
+    sky.write(flight, tmp_path / "flight.json")
+    assert sky.read_flight(tmp_path / "flight.json") == flight
+    with pytest.raises(sky.InputError, match=r"a flight is written as \.json, not as '\.csv'"):
+        sky.write(flight, tmp_path / "flight.csv")
+
+
+def test_what_is_no_flight_is_refused(mission_file, flight, tmp_path):
+    with pytest.raises(sky.InputError, match="expected a flight"):
+        sky.read_flight(mission_file)
+    sky.write(flight, tmp_path / "flight.json")
+    data = json.loads((tmp_path / "flight.json").read_text())
+    (tmp_path / "wrong.json").write_text(json.dumps(data | {"vehicle": 3}))
+    with pytest.raises(sky.InputError, match=r"wrong\.json: vehicle: "):
+        sky.read_flight(tmp_path / "wrong.json")
+
+
+def test_films_open_elsewhere_and_have_a_frame_for_every_instant(flight, tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    times, speed = instants(as_flown(flight))
+    assert speed == 1
+    assert times == pytest.approx([*np.arange(0, 1.9, 0.05), 1.9])
+    sky.write_animation(flight, tmp_path / "film.gif")
+    with image.open(tmp_path / "film.gif") as film:
+        assert film.n_frames == len(times)
+        assert film.info["duration"] == 50
+        first = np.asarray(film.convert("RGB"), dtype=int)
+        film.seek(film.n_frames - 1)
+        last = np.asarray(film.convert("RGB"), dtype=int)
+    moved = (np.abs(first - last).max(axis=2) > 60).mean()
+    assert 0.0001 < moved < 0.2  # the UAVs moved, the map did not
+    sky.write_animation(flight, tmp_path / "film.mp4")
+    frames = imageio_ffmpeg.read_frames(str(tmp_path / "film.mp4"))
+    told = next(frames)
+    assert told["size"] == (first.shape[1], first.shape[0])
+    assert told["fps"] == 20
+    shown = [np.frombuffer(frame, np.uint8) for frame in frames]
+    assert len(shown) == len(times)
+    assert np.abs(shown[0].reshape(first.shape).astype(int) - first).mean() < 6
+
+
+def test_long_flights_are_shown_faster(flight):
+    from dataclasses import replace
+
+    drawn = as_flown(flight)
+    longer = replace(drawn, totals=replace(drawn.totals, makespan=100.0))
+    times, speed = instants(longer)
+    assert speed == 10
+    assert times[-1] == 100.0
+    assert len(times) == 201
+
+
+def test_the_page_tells_the_verdict_and_shows_planned_and_flown(flight, tmp_path):
+    sky.write_animation(flight, tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert "This flight is safe." in text
+    data = json.loads(text.split('id="mission">')[1].split("</script>")[0])
+    assert data["tracks"][0]["positions"][0][-1] == pytest.approx(flight.flown[0].positions[-1, 0], abs=1e-3)
+    roles = [trace["meta"]["role"] for trace in data["space"]]
+    assert roles.count("path") == roles.count("trajectory") == 2
+    worst = max(y for trace in data["search"] for y in trace["y"])
+    assert worst == pytest.approx(1000 * flight.largest, rel=0.1)
+    with pytest.raises(sky.InputError, match="an animation is written as"):
+        sky.write_animation(flight, tmp_path / "page.avi")
+
+
+def test_three_instants_are_drawn(flight, tmp_path):
+    written = sky.write_instants(flight, tmp_path)
+    assert [path.name for path in written] == ["flown-initial.png", "flown-middle.png", "flown-final.png"]
+    assert len({path.read_bytes() for path in written}) == 3
+    with pytest.raises(ValueError, match="not as 'jpg'"):
+        sky.write_instants(flight, tmp_path, suffix="jpg")
+
+
+def test_the_command_flies_and_reports(skyverse, mission_file, tmp_path):
+    code, out, err = skyverse(
+        "fly", mission_file, "--wind", "1,0,0", "--seed", "3", "-o", "flight.json", "-j", "1", "--animation", "a.html"
+    )
+    assert code == 0, err
+    assert "uav-2" in out
+    assert "Safe: " in out
+    assert sky.read_flight(tmp_path / "flight.json").wind == (1, 0, 0)
+    assert "Tracking error" in (tmp_path / "a.html").read_text()
+
+
+def test_the_command_reports_as_json_and_fails_on_what_is_not_safe(skyverse, tmp_path):
+    sky.write(mission(straight((0, 0, 2), (0.4, 0, 2), 0.6), boxes=[((0.2, -1, 0), (0.3, 1, 3))]), tmp_path / "m.json")
+    code, out, _ = skyverse("fly", "m.json", "--json", "-j", "1", "--figures", "pictures")
+    told = json.loads(out)
+    assert code == 1
+    assert not told["safe"]
+    assert told["violations"][0]["fault"] == "trajectory too close"
+    assert told["uavs"][0]["clearance"] < 0
+    assert (tmp_path / "pictures" / "flown-middle.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--wind", "north"], "--wind: expected east,north,up in m/s, or speed,degrees, as in 1,0,0, found 'north'"),
+        (["--animation", "a.avi"], "--animation: expected a file ending in .html, .mp4, .gif, found 'a.avi'"),
+        (["-o", "a.csv"], "--output: a.csv: a flight is written as .json"),
+        (["--rounds", "3"], "--rounds: expected --until-safe with it, found it alone"),
+        (["--noise", "-1"], "noise: expected metres from 0 on, found -1.0"),
+        (["--vehicle", "balloon"], "balloon"),
+    ],
+)
+def test_a_bad_word_ends_in_one_sentence(skyverse, mission_file, words, sentence):
+    code, out, err = skyverse("fly", mission_file, *words)
+    assert code == 2
+    assert sentence in err
+    assert err.count("\n") == 1
+    assert not out

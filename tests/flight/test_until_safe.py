@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+
+import skyverse as sky
+from handmade import mission, straight
+from skyverse.flight.slower import farther, slowed
+
+pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
+
+BRISK = straight((0, 0, 2), (2, 0, 2), 1.6)
+WALL = ((-1, 0.25, 0), (3, 1, 3))
+
+
+@pytest.mark.parametrize("factor", [1.25, 3.0])
+def test_a_slowed_mission_is_at_the_same_places_later(factor):
+    late = straight((0, 3, 2), (1, 4, 3), 2.0, begin=0.7)
+    before = mission(BRISK, late, None)
+    after = slowed(before, factor)
+    assert after.trajectories[2] is None
+    for old, new in zip(before.trajectories[:2], after.trajectories[:2], strict=True):
+        t = np.linspace(-0.5, 3.0, 50)
+        was, now = old.at(t), new.at(t * factor)
+        assert now.position == pytest.approx(was.position)
+        assert now.velocity == pytest.approx(was.velocity / factor)
+        assert now.acceleration == pytest.approx(was.acceleration / factor**2)
+        assert "Slowed down" in new.note
+    assert after.makespan == pytest.approx(before.makespan * factor)
+
+
+def test_a_mission_that_flies_safely_is_left_alone():
+    flight = sky.fly_until_safe(mission(BRISK))
+    assert flight.safe
+    assert flight.rounds == ()
+    assert flight.mission == mission(BRISK)
+
+
+def test_it_slows_down_until_it_is_safe():
+    hasty = mission(BRISK, boxes=[((2.2505, -1, 0), (3, 1, 3))])
+    told = []
+    flight = sky.fly_until_safe(hasty, margin=0.001, rounds=6, on_round=told.append)
+    assert not sky.fly(hasty, margin=0.001).safe
+    assert flight.rounds == tuple(told) != ()
+    assert told[0].startswith("Round 1: slowed down to 80% of its speed; ")
+    assert flight.safe == told[-1].endswith("; safe.")
+    assert flight.mission.makespan > hasty.makespan
+
+
+def test_it_says_so_when_it_did_not_end_safe():
+    flight = sky.fly_until_safe(mission(BRISK, boxes=[((0.9, -0.2, 0), (1.1, 0.2, 3))]), margin=0.0, rounds=1)
+    assert not flight.safe
+    assert len(flight.rounds) == 1
+    assert "not safe: uav-1 touches an obstacle" in flight.rounds[0]
+
+
+def test_what_slowing_does_not_mend_is_planned_farther_off():
+    through = mission(BRISK, boxes=[((0.9, -0.2, 0), (1.1, 0.2, 3))])
+    flight = sky.fly_until_safe(through, rounds=3)
+    assert flight.safe
+    assert "planned anew at a clearance of" in flight.rounds[-1]
+    assert flight.mission.scenario == through.scenario
+    assert flight.flown[0].clearance > 0.125
+
+
+def test_planning_anew_keeps_the_assignment_and_answers_the_same_scenario():
+    swapped = mission(straight((0, 0, 2), (2, 0, 2), 2.0), straight((0, 3, 2), (2, 3, 2), 2.0))
+    crossed = sky.Mission(**{**vars(swapped), "assignment": (1, 0)})
+    anew = farther(crossed, 0.3, "minimum-snap")
+    assert anew.assignment == (1, 0)
+    assert anew.trajectories[0].at(99.0).position[0] == pytest.approx([2, 3, 2])
+    assert anew.scenario == crossed.scenario
+    assert not [v for v in anew.violations if v.fault is not sky.Fault.SEPARATION]
+
+
+def test_uavs_that_are_planned_too_close_are_not_slowed_in_vain():
+    flights = straight((0, 0, 2), (0.6, 0, 2), 0.8), straight((0.6, 0.1, 2), (0, 0.1, 2), 0.8)
+    flight = sky.fly_until_safe(mission(*flights))
+    assert not flight.safe
+    assert flight.rounds == ("Round 1: uav-1 and uav-2 are planned too close, which no slower flight mends; ended.",)
+
+
+def test_rounds_are_a_number():
+    with pytest.raises(sky.InputError, match="rounds is a whole number from 1 on, not 0"):
+        sky.fly_until_safe(mission(BRISK), rounds=0)
