@@ -121,19 +121,21 @@ def plan(
     seconds: Annotated[float | None, Parameter(group=budget)] = None,
     assignment: Literal["path-cost", "euclidean", "identity"] = "path-cost",
     criterion: Literal["min-sum", "min-max"] = "min-sum",
+    shape: Literal["minimum-snap", "minimum-jerk", "stop-and-go"] = "minimum-snap",
+    keep_apart: bool = True,
     uav: More = None,
     target: More = None,
     page: bool = True,
     as_json: AsJson = False,
 ) -> int:
-    """Plan a mission: assign, plan, time, check; write the mission file and its page.
+    """Plan a mission: assign, plan, fly, keep apart, prove; write the mission file and its page.
 
     Examples: `skyverse plan table-4.8`, `skyverse plan map.txt --uav 0,-4,1 --target 2,17,3 --seed 1`,
     `skyverse plan map1 --planner mvo --set universes=50 --iterations 100`
 
-    Exit code: 0 when every UAV that has a target got a checked path and trajectory to it (too little separation
-    between UAVs is reported, not yet resolved), 1 when not, 2 for bad input, 130 when interrupted: Ctrl-C writes the
-    best mission so far.
+    Exit code: 0 when every UAV that has a target got a path and a trajectory to it, all proven safe, within limits
+    and apart; 1 when not, also where UAVs are given too close; 2 for bad input; 130 when interrupted: Ctrl-C writes
+    the best mission so far.
 
     Parameters
     ----------
@@ -157,6 +159,10 @@ def plan(
         What a UAV's way to a target costs when they are assigned: exactly, in a straight line, or in the order given.
     criterion
         Make the fleet's total smallest, or its largest single cost.
+    shape
+        Trajectories through waypoints without stopping, with little snap or little jerk, or at rest at each.
+    keep_apart
+        Resolve conflicts between UAVs: by delay, speed, exchange of targets, or detour; or only report them.
     uav
         Add a UAV that starts at x,y,z; repeat for more.
     target
@@ -185,6 +191,8 @@ def plan(
             rng=seed,
             assignment=assignment,
             criterion=criterion,
+            shape=shape,
+            keep_apart=keep_apart,
             on_progress=on_progress,
         )
         sky.write(mission, out)
@@ -195,8 +203,7 @@ def plan(
     report(mission, written, as_json)
     if mission.interrupted:
         return INTERRUPTED
-    own = [v for v in mission.violations if v.fault is not sky.Fault.SEPARATION]
-    return 0 if mission.complete and not own else FOUND_WRONG
+    return 0 if mission.complete and not mission.violations else FOUND_WRONG
 
 
 @app.command

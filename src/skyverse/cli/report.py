@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from skyverse.result import Mission, Violation
+    from skyverse.result import Certificate, Mission, Violation
 
 
 def json_text(data: Any) -> str:
@@ -38,7 +38,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
                     "cost": result.cost if result.path.size else None,
                     "optimum" if exact else "bound": result.bound,
                     "gap": result.gap,
-                    "seconds of flight": None if trajectory is None else trajectory.end - trajectory.start,
+                    "departs at": None if trajectory is None else trajectory.start,
+                    "arrives at": None if trajectory is None else trajectory.end,
+                    "flies": None if trajectory is None else trajectory.form,
                     "generated paths": result.effort.generated_paths,
                     **{term: result.terms.get(term) for term in terms},
                 }
@@ -48,7 +50,11 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
             "mission": str(written[0]),
             "page": str(written[1]) if len(written) > 1 else None,
             "cost": mission.cost if mission.complete else None,
+            "total_time": mission.total_time,
             "makespan": mission.makespan,
+            "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
+            "certificates": [None if c is None else certificate_data(c) for c in mission.certificates],
+            "apart": None if mission.apart is None else certificate_data(mission.apart),
             "interrupted": mission.interrupted,
             "provenance": asdict(mission.provenance),
             "uavs": rows,
@@ -58,7 +64,12 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         return
     table(list(rows[0]) if rows else ["uav"], [[_cell(k, v) for k, v in row.items()] for row in rows])
     total = _cell("total", mission.cost if mission.complete else None)
-    print(f"total cost {total}, makespan {mission.makespan:.1f} s, seed {mission.provenance.seed}")
+    times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"
+    print(f"total cost {total}, {times}, seed {mission.provenance.seed}")
+    _report_conflicts(mission)
+    for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
+        if trajectory is not None and trajectory.note:
+            print(f"{uav.name} flies {trajectory.form}: {trajectory.note}")
     if mission.interrupted:
         print("Interrupted: this is the best so far.")
     for result in {r.status: r for r in mission.results if r is not None and not r.status.reached}.values():
@@ -67,8 +78,29 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print(f"{violation.fault.value}: {violation.message}")
     if not mission.violations:
         print("The referee found nothing wrong.")
+        if mission.apart is not None and not mission.interrupted:
+            print("Proven at every instant: clear of obstacles, in bounds, within limits, apart.")
     for path in written:
         print(path)
+
+
+def certificate_data(certificate: "Certificate") -> dict[str, Any]:
+    """Return a certificate as plain data."""
+    return asdict(certificate) | {"verdict": certificate.verdict.value}
+
+
+def _report_conflicts(mission: "Mission") -> None:
+    """Print how many conflicts there were, and what was done."""
+    done = mission.deconfliction
+    if done is None or not done.found:
+        return
+    before, after = f"{done.total_before:.1f} s", f"{done.total_after:.1f} s"
+    print(
+        f"{len(done.found)} conflicts between UAVs found, {len(done.left)} left: total time {before} -> {after}, "
+        f"makespan {done.makespan_before:.1f} s -> {done.makespan_after:.1f} s"
+    )
+    for action in done.actions:
+        print(f"{action.kind}: {action.sentence}")
 
 
 def _cell(key: str, value: object) -> str:

@@ -30,7 +30,7 @@ STANDSTILL = 1e-9
 """Metres of way below which there is nothing to fly."""
 
 
-WEIGHT = 0.02
+WEIGHT = 0.3
 """What jerk or snap may cost: of the time, for a trajectory that uses half of its limit all the time."""
 REACH = 10.0
 """Metres that the corridor may reach beyond the path."""
