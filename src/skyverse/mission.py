@@ -6,12 +6,15 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from skyverse.apart.exchange import Replan
+from skyverse.apart.keep import keep_apart as resolve_conflicts
+from skyverse.apart.options import Fly
 from skyverse.assignment import Criterion, assign, straight_line
 from skyverse.errors import InputError
 from skyverse.exact import prices_to
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
 from skyverse.problem import Airspace, Problem, stand
-from skyverse.referee import check
+from skyverse.referee import certify, check
 from skyverse.result import Floats, Mission, Result, Status, Trajectory
 from skyverse.scenario import Scenario
 from skyverse.stop import Progress, Stop
@@ -36,9 +39,10 @@ def plan_mission(
     assignment: Assignment = "path-cost",
     criterion: Criterion = "min-sum",
     shape: Shape = "minimum-snap",
+    keep_apart: bool = True,
     on_progress: OnProgress | None = None,
 ) -> Mission:
-    """Assign the scenario's UAVs to its targets, plan their paths, turn them into trajectories, and check it all.
+    """Assign UAVs to targets, plan their paths, turn them into trajectories, keep those apart, and check it all.
 
     Parameters
     ----------
@@ -57,6 +61,9 @@ def plan_mission(
         ``"min-sum"`` or ``"min-max"``; without meaning for ``"identity"``.
     shape
         What the trajectories of multirotors make small; see `fly_along`.
+    keep_apart
+        Whether UAVs that would come too close depart later, fly more slowly, exchange targets (unless the assignment is
+        ``"identity"``) or take another way; those of lower priority first.
     on_progress
         Called after every iteration, and when a UAV is done.
 
@@ -96,7 +103,21 @@ def plan_mission(
         if on_progress is not None:
             on_progress(uav, None)
     mission = Mission(scenario, assigned, tuple(results), tuple(trajectories), (), origin, interrupted)
-    return replace(mission, violations=tuple(check(scenario, mission)))
+    if keep_apart and not interrupted:
+        fly = partial(fly_along, shape=shape)
+        replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
+        mission = _kept_apart(airspace, mission, fly, replan)
+    trusted, apart = certify(scenario, mission)
+    return replace(mission, violations=tuple(check(scenario, mission)), certificates=tuple(trusted), apart=apart)
+
+
+def _kept_apart(airspace: Airspace, mission: Mission, fly: Fly, replan: Replan | None) -> Mission:
+    assigned, results, trajectories, deconfliction = resolve_conflicts(
+        airspace, mission.assignment, mission.results, mission.trajectories, fly=fly, replan=replan
+    )
+    return replace(
+        mission, assignment=assigned, results=results, trajectories=trajectories, deconfliction=deconfliction
+    )
 
 
 def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:

@@ -27,10 +27,8 @@ class Solved:
     places: list[Place]
 
 
-def solve(fleet: Fleet, own: list[Option]) -> Solved:
+def solve(fleet: Fleet, own: list[Option], conflicts: tuple[Conflict, ...]) -> Solved:
     """Resolve the conflicts between the UAVs' own options."""
-    flown = [None if option.target is None else option.trajectory for option in own]
-    conflicts = find_conflicts(fleet.scenario, flown)
     clashing = {uav for conflict in conflicts if not conflict.given for uav in conflict.uavs}
     return Solved(own, conflicts, resolve(fleet, own, clashing))
 
@@ -50,7 +48,8 @@ def exchange_targets(fleet: Fleet, first: Solved, replan: Replan) -> Solved:
                 break
             own[uav] = fleet.own(uav, target, result, trajectory)
         else:
-            solved = solve(fleet, own)
+            flown = [None if option.target is None else option.trajectory for option in own]
+            solved = solve(fleet, own, find_conflicts(fleet.scenario, flown))
             if worth(solved.places) < worth(best.places):
                 best = solved
     return best

@@ -54,7 +54,7 @@ def keep_apart(
         return assignment, results, trajectories, Deconfliction(found, found, (), *_twice(before))
     fleet = Fleet(airspace, fly)
     planned = zip(range(len(results)), assignment, results, trajectories, strict=True)
-    solved = solve(fleet, [fleet.own(*given) for given in planned])
+    solved = solve(fleet, [fleet.own(*given) for given in planned], found)
     if replan is not None:
         solved = exchange_targets(fleet, solved, replan)
     flies = [t is not None for t in trajectories]

@@ -126,7 +126,8 @@ def gates(airspace: Airspace, option: Option, share: float) -> Gates:
     points = here + aside
     ways = np.linalg.norm(points - option.start, axis=1) + np.linalg.norm(points - option.end, axis=1)
     ways = np.maximum(ways / max(option.metres, 1e-9), 1.0)
-    chosen = [k for k in np.argsort(ways, kind="stable").tolist() if airspace.world.free(points[k])[0]]
+    free = airspace.world.free(points)
+    chosen = [k for k in np.argsort(ways, kind="stable").tolist() if free[k]]
     axis = int(np.argmax(np.abs(ahead)))
     words = ("ahead", "back") if steep else ("over", "under")
     found = []

@@ -7,6 +7,7 @@ import numpy as np
 from skyverse.apart.fleet import Fleet, Others, Place
 from skyverse.apart.options import Option
 from skyverse.apart.tubes import TICK
+from skyverse.result import Floats
 
 FACTORS = (1.15, 1.4, 2.0)
 """By how much a multirotor is slowed down along its path."""
@@ -16,6 +17,8 @@ TRIES = 6
 """Ways around that one UAV tries in its turn."""
 AGAIN = 8
 """How often those who found no place go first in another attempt."""
+NEAR = 0.5
+"""Metres between a path and a place that count as crossing it, where it only matters who goes first."""
 ORDERS = 6
 """Orders that are tried, of few UAVs; fewer of many."""
 
@@ -69,7 +72,7 @@ def _orders(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int) 
     tried = max(2, ORDERS * 8 // max(count, 8))
     keys: list[Callable[[int], float]] = [
         lambda u: -own[u].seconds,
-        lambda u: crossed[u],
+        lambda u: float(crossed[u]),
         lambda u: own[u].seconds,
     ]
     for key in keys[:tried]:
@@ -79,17 +82,17 @@ def _orders(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int) 
         yield by(lambda u, draw=draw: draw[u])  # type: ignore[misc]
 
 
-def _crossed(own: Sequence[Option]) -> list[float]:
-    """Return for each UAV on how many paths of others its target lies, less on how many its start does."""
-    score = [0.0] * len(own)
+def _crossed(own: Sequence[Option]) -> Floats:
+    """Return for each UAV on how many paths of others its target lies, less on how many its start does; (n,)."""
+    starts, ends = np.array([option.start for option in own]), np.array([option.end for option in own])
+    score = np.zeros(len(own))
     for option in own:
-        if option.target is None:
-            continue
-        path = option.trajectory.at(np.linspace(option.trajectory.start, option.trajectory.end, 100)).position
-        for other in own:
-            if other.uav != option.uav:
-                for point, sign in ((other.start, -1.0), (other.end, 1.0)):
-                    score[other.uav] += sign * bool((np.linalg.norm(path - point, axis=1) < 0.5).any())
+        since, until = option.trajectory.start, option.trajectory.end
+        path = option.trajectory.at(np.linspace(since, until, 100)).position[:, None]
+        for places, sign in ((starts, -1.0), (ends, 1.0)):
+            near = (np.abs(path - places).max(axis=2) < NEAR).any(axis=0)
+            near[option.uav] = False
+            score += sign * near
     return score
 
 

@@ -20,6 +20,8 @@ LEAF = 0.01
 TICK = 0.02
 """Seconds between the delays that are considered."""
 MOST_LEAVES = 1 << 16
+COARSE = 4
+"""Leaves that are taken together where an estimate is enough."""
 SPREAD = 0.5
 """Seconds after the earliest arrival estimated up to which others are estimated too."""
 
@@ -126,6 +128,7 @@ def forbid(
     base: int,
     leaves: int,
     seconds: float,
+    coarse: int,
     free: Ints,
 ) -> None:
     """Strike out the instants of departure at which a flight would come too close to that number p of those placed.
@@ -136,6 +139,8 @@ def forbid(
         The semi-axes that count between the two.
     boxes, base, leaves, seconds
         The flight's tree, and how long it takes.
+    coarse
+        The other's tree is looked at down to where so many leaves are together.
     free
         (m + 1,) as from `all_free`.
     """
@@ -144,6 +149,7 @@ def forbid(
     end = begin + placed.scale[p] * length(curves, a)
     other, others = tubes.base[a], tubes.leaves[a]
     far = np.inf
+    fewer = max(others // coarse, 1)
     theirs = tubes.boxes
     for mine in range(3):  # before it departs, flying, after it has arrived
         if mine == 0:
@@ -154,7 +160,7 @@ def forbid(
             my_base, my_leaves, since, until = base + 2 * leaves - 1, 1, seconds, far
         if mine < 2:
             _strike(theirs, other + 2 * others - 1, 1, end, far, boxes, my_base, my_leaves, since, until, both, free)
-        _strike(theirs, other, others, begin, end, boxes, my_base, my_leaves, since, until, both, free)
+        _strike(theirs, other, fewer, begin, end, boxes, my_base, my_leaves, since, until, both, free)
         if mine > 0 and begin > 0.0:
             _strike(theirs, other - 1, 1, 0.0, begin, boxes, my_base, my_leaves, since, until, both, free)
 
@@ -268,7 +274,7 @@ def earliest(
     for p in range(len(placed.curve)):
         if wide[p] > 0.0 and not given[p] and _next_free(free, 0) < len(free) - 1:
             both = wide[p], tall[p]
-            forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, free)
+            forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, 1, free)
     i = _next_free(free, 0)
     while i < len(free) - 1:
         apart = True
@@ -308,9 +314,11 @@ def survey(
     latest
         Later arrivals are infinite, and so are those after the earliest that was found before.
     """
-    leaves = tubes.leaves[c]
+    full = tubes.leaves[c]
+    leaves = max(full // COARSE, 1)
     own = tubes.boxes[tubes.base[c] : tubes.base[c] + 2 * leaves + 1]
     boxes = own.copy()
+    boxes[2 * leaves] = tubes.boxes[tubes.base[c] + 2 * full]
     arrivals = np.full(len(aside), np.inf)
     for way in range(len(aside)):
         for leaf in range(leaves):
@@ -323,7 +331,7 @@ def survey(
         free = all_free(latest - seconds, since)
         for p in range(len(placed.curve)):
             if wide[p] > 0.0 and not given[p] and _next_free(free, 0) < len(free) - 1:
-                forbid(curves, tubes, placed, p, (wide[p], tall[p]), boxes, 0, leaves, seconds, free)
+                forbid(curves, tubes, placed, p, (wide[p], tall[p]), boxes, 0, leaves, seconds, COARSE, free)
         i = _next_free(free, 0)
         if i < len(free) - 1:
             arrivals[way] = i * TICK + seconds
@@ -343,7 +351,7 @@ def clashes_with(
             free = np.arange(2)  # is departing at once struck out, boxes against boxes? Then look closer
             if at == 0.0:
                 both = wide[p], tall[p]
-                forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, free)
+                forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, 1, free)
             if at > 0.0 or free[0] > 0:
                 a, begin, factor = placed.curve[p], placed.at[p], placed.scale[p]
                 who[p] = clash(curves, a, begin, factor, c, at, scale, wide[p], tall[p])
