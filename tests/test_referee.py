@@ -730,15 +730,16 @@ result_field = st.sampled_from(["status", "path", "cost", "terms", "bound", "sta
 @settings(max_examples=120, deadline=None)
 @given(
     of_result=st.dictionaries(result_field, junk),
-    of_trajectory=st.dictionaries(st.sampled_from(["knots", "coefficients"]), junk),
+    of_trajectory=st.dictionaries(st.sampled_from(["knots", "coefficients", "form"]), junk),
     history_cost=junk,
     status=st.sampled_from(Status),
     assignment=st.lists(st.one_of(junk, st.integers(-2, 4)), max_size=4),
     whole=st.tuples(junk, junk),
     keep=st.integers(0, 3),
+    claims=st.tuples(junk, junk),
 )
 def test_a_malformed_mission_is_judged_and_never_raises(
-    of_result, of_trajectory, history_cost, status, assignment, whole, keep
+    of_result, of_trajectory, history_cost, status, assignment, whole, keep, claims
 ):
     broken = replace(VALID.results[0], status=status, history=replace(no_history(), cost=history_cost))
     mission = replace(
@@ -746,6 +747,8 @@ def test_a_malformed_mission_is_judged_and_never_raises(
         assignment=tuple(assignment),
         results=(replace(broken, **of_result), VALID.results[1], whole[0])[:keep],
         trajectories=(replace(VALID.trajectories[0], **of_trajectory), whole[1], VALID.trajectories[1]),
+        certificates=claims[0],
+        apart=claims[1],
     )
     found = check(SCENARIO, mission)
     assert found

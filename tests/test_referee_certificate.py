@@ -231,7 +231,7 @@ def smooth(rng, count):
     return Trajectory(knots, np.stack([curve(knots[:-1], nu=k) / factorial(k) for k in range(6)], axis=1), "smooth")
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     count=st.integers(2, 6),

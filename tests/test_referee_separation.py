@@ -1,0 +1,218 @@
+"""The fleet's separation is judged at every instant, pair by pair, and what is given is told apart."""
+
+from itertools import combinations, pairwise
+from math import factorial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import make_interp_spline
+
+import skyverse as sky
+from skyverse.result import Fault, Mission, Provenance, Trajectory, Verdict
+from skyverse.scenario import UAV, Bounds, Lattice, Scenario, Target
+
+MADE_BY = Provenance("0", "by hand", "", None, "")
+AGILE = {"max_speed": 1e3, "max_acceleration": 1e4, "max_jerk": 1e6, "max_tilt": 89.9, "thrust_to_weight": 1e3}
+
+
+def stops(*waypoints, seconds=1.0, start=0.0):
+    """From rest to rest at every waypoint."""
+    pieces = []
+    for a, b in pairwise(np.array(waypoints, float)):
+        shape = np.array([0, 0, 0, 10, -15, 6]) / seconds ** np.arange(6)
+        pieces.append(shape[:, None] * (b - a))
+        pieces[-1][0] = a
+    return Trajectory(start + seconds * np.arange(len(waypoints)), np.array(pieces))
+
+
+def fleet(*flights, separation=(0.5, 1.0), uavs=None):
+    """Flights, or places where UAVs stand; each with the separation, or with fields of its own."""
+    fields = {"separation": separation[0], "vertical_separation": separation[1]}
+    uavs = uavs or [{}] * len(flights)
+    starts, ends, flown = [], [], []
+    for flight in flights:
+        flies = isinstance(flight, Trajectory)
+        starts.append(tuple(flight.coefficients[0, 0].tolist()) if flies else flight)
+        flown.append(flight if flies else None)
+        if flies:
+            ends.append(tuple(flight.at(flight.end).position[0].tolist()))
+    number = iter(range(len(ends)))
+    scenario = Scenario(
+        name="fleet",
+        bounds=Bounds(min=(-1e4, -1e4, -1e4), max=(1e4, 1e4, 1e4)),
+        clearance=0,
+        lattice=Lattice(step=(1e3, 1e3, 1e3)),
+        uavs=tuple(UAV(start=at, **(AGILE | fields | own)) for at, own in zip(starts, uavs, strict=True)),
+        targets=tuple(Target(position=place) for place in ends),
+    )
+    assignment = tuple(None if flight is None else next(number) for flight in flown)
+    return Mission(scenario, assignment, (None,) * len(flown), tuple(flown), (), MADE_BY)
+
+
+def between(mission):
+    """What check says of pairs."""
+    return [found for found in sky.check(mission.scenario, mission) if len(found.uavs) == 2]
+
+
+def verdict(mission):
+    return sky.certify(mission.scenario, mission).apart.verdict
+
+
+PASSING = stops((-4, 0, 0), (4, 0, 0), seconds=2.0)
+
+
+@pytest.mark.parametrize(
+    "place", [(0.3, 0.5, 0), (0.3, 0, -1), (0.3, 0.3, 0.8), (0.3, -0.4, 0.6), (0.3, 0.5 * 12 / 13, 5 / 13)]
+)
+@pytest.mark.parametrize("less", [0.0, 9e-7, 1.1e-6, 1e-3])
+def test_an_ellipsoid_may_be_touched(place, less):
+    # shrunk towards the flight in proportion: on both axes by at most what is let pass
+    x, y, z = place
+    mission = fleet(PASSING, (x, y * (1 - less), z * (1 - less)))
+    if less <= 9e-7:
+        assert between(mission) == []
+        assert verdict(mission) is Verdict.PROVEN
+    elif less > 3e-6:
+        (found,) = between(mission)
+        assert found.fault is Fault.SEPARATION
+        assert found.position[0] == pytest.approx(0.3, abs=1e-3)
+        assert f"{1 - less:.6g} of the separation" in found.message
+        assert verdict(mission) is Verdict.REFUTED
+
+
+@pytest.mark.parametrize("axes", [(0.5, 1.0), (1.0, 0.3)])
+def test_of_two_uavs_the_larger_axes_count_each(axes):
+    one, other = (
+        {"separation": axes[0], "vertical_separation": 0.01},
+        {"separation": 0.01, "vertical_separation": axes[1]},
+    )
+    for first, second in ((one, other), (other, one)):
+        for place, close in (((0, axes[0] - 0.01, 0), True), ((0, 0, axes[1] - 0.01), True), ((0, axes[0], 0), False)):
+            found = between(fleet(PASSING, place, uavs=[first, second]))
+            assert bool(found) == close
+
+
+def test_nobody_keeps_a_separation_of_nothing():
+    assert between(fleet(PASSING, PASSING, separation=(0.0, 0.0))) == []
+    assert verdict(fleet(PASSING)) is Verdict.PROVEN
+
+
+def test_uavs_stand_still_before_they_start_and_after_they_end():
+    late = stops((0, 0, 0), (0, 9, 0), start=5.0)  # in the way until then
+    (found,) = between(fleet(PASSING, late))
+    assert (found.fault, found.time) == (Fault.SEPARATION, pytest.approx(1.0, abs=1e-3))
+    early = stops((0, 9, 0), (0.1, 0, 0), seconds=0.4)  # in the way from then on
+    (found,) = between(fleet(stops((-4, 0, 0), (4, 0, 0), seconds=2.0, start=7.0), early))
+    assert found.time == pytest.approx(8.0, abs=0.1)
+    away = stops((0, 0, 0), (0, 9, 0), seconds=0.6)
+    assert between(fleet(PASSING, away)) == []
+
+
+def test_a_late_start_takes_no_longer_to_judge():
+    far = stops((0, 0.4, 0), (0, 9, 0), start=9e8)
+    (found,) = between(fleet(PASSING, far))
+    assert found.time == pytest.approx(1.0, abs=1e-4)
+
+
+# ---------------------------------------------------------------- what is given
+
+
+def test_starts_too_close_are_given_until_first_apart():
+    out, back = stops((0, 0, 0), (3, 0, 0)), stops((0, 0, 0), (3, 0, 0), (0.3, 0, 0), (0, 3, 0))
+    (found,) = between(fleet(out, (0.2, 0, 0)))
+    assert (found.fault, found.uavs) == (Fault.GIVEN, (0, 1))
+    assert "as their starts or targets are given" in found.message
+    given, blamed = between(fleet(back, (0.2, 0, 0)))
+    assert (given.fault, blamed.fault) == (Fault.GIVEN, Fault.SEPARATION)
+    assert given.time < 1 < blamed.time < 3
+    assert sky.certify(fleet(back, (0.2, 0, 0)).scenario, fleet(back, (0.2, 0, 0))).apart.time == blamed.time
+
+
+def test_starts_that_are_never_left_stay_given():
+    (found,) = between(fleet((0, 0, 0), (0.2, 0, 0)))
+    assert (found.fault, found.time) == (Fault.GIVEN, 0)
+    assert "already at the start" in found.message
+
+
+def test_targets_too_close_are_given_from_when_last_apart():
+    there = stops((0, 9, 0), (0, 0, 0), seconds=2.0)
+    (found,) = between(fleet(there, stops((9, 0, 0), (0.3, 0, 0), seconds=2.0)))
+    assert found.fault is Fault.GIVEN
+    # the other comes by, goes away, and comes for good
+    visits = stops((9, 0, 0), (0.3, 0, 0), (5, 0, 0), (0.3, 0, 0), seconds=2.0)
+    blamed, given = sorted(between(fleet(there, visits)), key=lambda found: found.time)
+    assert (blamed.fault, given.fault) == (Fault.SEPARATION, Fault.GIVEN)
+    assert blamed.time < 4 < given.time
+
+
+def test_a_uav_that_stands_at_anothers_target_is_not_given():
+    (found,) = between(fleet(stops((0, 9, 0), (0, 0, 0)), (0.3, 0, 0)))
+    assert found.fault is Fault.SEPARATION
+
+
+def test_starts_and_targets_both_given_leave_what_is_between():
+    one = stops((0, 0, 0), (5, 0, 0), (10, 0, 0))
+    other = stops((0, 0.2, 0), (5, 3, 0), (10, 0.2, 0))
+    (found,) = between(fleet(one, other))
+    assert found.fault is Fault.GIVEN
+    kisses = stops((0, 0.2, 0), (3, 3, 0), (5.0, 0.3, 0), (7, 3, 0), (10, 0.2, 0), seconds=0.5)
+    assert {found.fault for found in between(fleet(one, kisses))} == {Fault.GIVEN, Fault.SEPARATION}
+
+
+# ---------------------------------------------------------------- against dense sampling
+
+
+def spline(seed, points, start):
+    rng = np.random.default_rng(seed)
+    t = np.r_[0, np.cumsum(rng.uniform(0.4, 1.2, points - 1))]
+    still = [(1, np.zeros(3)), (2, np.zeros(3))]
+    curve = make_interp_spline(t, rng.uniform(0, 4, (points, 3)), 5, bc_type=(still, still))
+    knots = np.unique(curve.t)
+    rows = [curve(knots[:-1], nu=k) / factorial(k) for k in range(6)]
+    return Trajectory(start + knots, np.stack(rows, axis=1))
+
+
+def sampled(flight, t):
+    return flight.at(np.clip(t, flight.start, flight.end)).position
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seeds=st.tuples(st.integers(0, 10**6), st.integers(0, 10**6)),
+    points=st.tuples(st.integers(2, 6), st.integers(2, 6)),
+    late=st.sampled_from([0.0, 0.3, 1.7]),
+    share=st.sampled_from([0.5, 1 - 1e-4, 1, 1 + 1e-4, 1.2]),
+)
+def test_pairs_agree_with_dense_sampling(seeds, points, late, share):
+    a, b = spline(seeds[0], points[0], 0.0), spline(seeds[1], points[1], late)
+    t = np.linspace(0, max(a.end, b.end) + 0.1, 20_001)
+    nearness = np.linalg.norm((sampled(a, t) - sampled(b, t)) / [0.5, 0.5, 1], axis=1)
+    least = nearness.min()
+    wide = 0.5 * least * share
+    if wide < 0.02:
+        return
+    mission = fleet(a, b, separation=(wide, 2 * wide))
+    found = between(mission)
+    if share <= 1:
+        assert found == []
+        assert verdict(mission) is Verdict.PROVEN
+    else:
+        worst = min(found, key=lambda violation: float(violation.message.split(": ")[-1].split()[0]))
+        assert (
+            worst.time == pytest.approx(t[nearness.argmin()], abs=0.02)
+            or nearness.argmin() in (0, len(t) - 1)
+            or (nearness[np.abs(t - worst.time).argmin()] <= least * (1 + 1e-5))
+        )
+        assert verdict(mission) is Verdict.REFUTED
+
+
+def test_a_fleet_is_judged_as_its_pairs_are():
+    flights = [spline(seed, 4, 0.2 * seed) for seed in range(12)]
+    whole = fleet(*flights, separation=(0.5, 0.8))
+    found = {(violation.uavs, violation.fault) for violation in between(whole)}
+    assert 5 < len(found) < 60
+    for i, j in combinations(range(12), 2):
+        pair = {fault for uavs, fault in found if uavs == (i, j)}
+        assert pair == {violation.fault for violation in between(fleet(flights[i], flights[j], separation=(0.5, 0.8)))}
