@@ -37,3 +37,16 @@ def test_an_unknown_name_is_refused_with_the_list_of_names():
     assert "'map9'" in done.stderr
     assert "map1" in done.stderr
     assert "Theta*" in done.stderr
+
+
+@pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="planning thirty missions in plain Python is slow"
+)
+def test_certificates_agree_with_an_oracle_that_samples():
+    done = run(PEERS.parent / "certificates.py", "30", "--processes", "1")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "30 worlds from seed 0" in done.stdout
+    row = next(line for line in done.stdout.splitlines() if line.startswith("| trajectory"))
+    proven, refuted, _ = (int(cell) for cell in row.split("|")[2:5])
+    assert proven > 10
+    assert refuted > 10
