@@ -44,7 +44,7 @@ def test_the_thrust_found_makes_rotorpys_vehicle_accelerate_as_the_trajectory_do
 def test_steps_of_runge_kutta_agree_with_scipys_own():
     from scipy.integrate import solve_ivp
 
-    from skyverse.flight.simulate import _RungeKutta
+    from skyverse.flight.runge_kutta import RungeKutta
 
     def pendulum(t, y):
         return np.array([y[1], -np.sin(y[0]) - 0.1 * y[1]])
@@ -52,7 +52,7 @@ def test_steps_of_runge_kutta_agree_with_scipys_own():
     exact = solve_ivp(pendulum, (0, 2), [1.0, 0.0], rtol=1e-11, atol=1e-12).y[:, -1]
     errors = []
     for step in (0.2, 0.1):
-        found = solve_ivp(pendulum, (0, 2), [1.0, 0.0], method=_RungeKutta, max_step=step)
+        found = solve_ivp(pendulum, (0, 2), [1.0, 0.0], method=RungeKutta, max_step=step)
         assert len(found.t) == round(2 / step) + 1
         errors.append(np.abs(found.y[:, -1] - exact).max())
     assert errors[1] < 1e-5

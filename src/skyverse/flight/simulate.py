@@ -1,14 +1,14 @@
 """One UAV flown in rotorpy."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.integrate import OdeSolver
 
 from skyverse.errors import InputError
-from skyverse.flight.lead import UP, reference
-from skyverse.flight.vehicle import GRAVITY, Vehicle, vehicle_of
+from skyverse.flight.lead import reference
+from skyverse.flight.observer import Observer, upward
+from skyverse.flight.runge_kutta import RungeKutta
+from skyverse.flight.vehicle import GRAVITY, vehicle_of
 from skyverse.result import Floats, Trajectory
 
 RATE = 100.0
@@ -17,8 +17,6 @@ SETTLE = 1.0
 """Seconds that a UAV is flown on for when it should have arrived."""
 LOST = 20.0
 """Metres off its trajectory at which a UAV is given up."""
-_OBSERVER = 8.0
-"""How fast the observer follows, 1/s."""
 
 
 @dataclass(frozen=True)
@@ -78,19 +76,18 @@ def simulate(job: Job) -> Samples:
         "rotor_speeds": np.full(4, hover),
     }
     body = Multirotor(
-        kind.parameters, state, integrator_kwargs={"method": _RungeKutta, "max_step": kind.parameters["tau_m"]}
+        kind.parameters, state, integrator_kwargs={"method": RungeKutta, "max_step": kind.parameters["tau_m"]}
     )
-    observer = _Observer(body, kind)
+    observer = Observer(body, kind)
     errors = np.random.default_rng(job.seed)
     rows = np.empty((len(times), 11))
     for k, t in enumerate(times):
-        up = _up(state["q"])
-        rows[k] = (*state["x"], *state["v"], *state["rotor_speeds"], up[2])
+        rows[k] = (*state["x"], *state["v"], *state["rotor_speeds"], upward(state["q"])[2])
         state["wind"] = wind.update(t, state["x"])
         told = state
         if job.noise:
             told = state | {key: state[key] + errors.normal(scale=job.noise, size=3) for key in ("x", "v")}
-        acceleration = asked.acceleration[k] - observer.push(told, up, dt)
+        acceleration = asked.acceleration[k] - observer.push(told, dt)
         felt = control.kp_pos * (told["x"] - asked.position[k]) + control.kd_pos * (told["v"] - asked.velocity[k])
         flat = {
             "x": asked.position[k],
@@ -106,24 +103,6 @@ def simulate(job: Job) -> Samples:
     return Samples(times, rows[:, :3], rows[:, 3:6], rows[:, 6:10], np.degrees(np.arccos(np.clip(rows[:, 10], -1, 1))))
 
 
-class _Observer:
-    """Finds the push of the wind: what velocity does beyond what rotors and still air explain, smoothed."""
-
-    def __init__(self, body: Any, kind: Vehicle) -> None:
-        self._body, self._mass = body, kind.mass
-        self._explained: Floats | None = None
-
-    def push(self, told: dict[str, Floats], up: Floats, dt: float) -> Floats:
-        """Return the push, (3,) m/s^2, and take note of the state that is told."""
-        turned = _matrix(told["q"])
-        if self._explained is None:
-            self._explained = told["v"].copy()
-        push: Floats = _OBSERVER * (told["v"] - self._explained)
-        force, _ = self._body.compute_body_wrench(told["w"], told["rotor_speeds"], turned.T @ told["v"])
-        self._explained += (turned @ force / self._mass - GRAVITY * UP + push) * dt
-        return push
-
-
 def _within_tilt(acceleration: Floats, most: float | None) -> Floats:
     """Return an acceleration whose thrust leans by `most` degrees at most; its vertical part stays."""
     if most is None:
@@ -132,37 +111,3 @@ def _within_tilt(acceleration: Floats, most: float | None) -> Floats:
     level = float(np.hypot(acceleration[0], acceleration[1]))
     share = min(1.0, lift * np.tan(np.radians(most)) / max(level, 1e-12))
     return np.array([acceleration[0] * share, acceleration[1] * share, acceleration[2]])
-
-
-def _matrix(q: Floats) -> Floats:
-    x, y, z, w = q
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def _up(q: Floats) -> Floats:
-    return _matrix(q)[:, 2]
-
-
-class _RungeKutta(OdeSolver):
-    """The classical fourth-order method in equal steps, none above `max_step`."""
-
-    def __init__(
-        self, fun: Any, t0: float, y0: Floats, t_bound: float, vectorized: bool = False, max_step: float = np.inf
-    ) -> None:
-        super().__init__(fun, t0, y0, t_bound, vectorized)
-        self._step = (t_bound - t0) / max(1, np.ceil((t_bound - t0) / max_step - 1e-9))
-
-    def _step_impl(self) -> tuple[bool, None]:
-        f, y, h = self.fun, self.y, self._step
-        a = f(self.t, y)
-        b = f(self.t, y + h / 2 * a)
-        c = f(self.t, y + h / 2 * b)
-        self.y = y + h / 6 * (a + 2 * b + 2 * c + f(self.t, y + h * c))
-        self.t = self.t + h if self.t + 1.5 * h < self.t_bound else self.t_bound
-        return True, None

@@ -11,6 +11,8 @@ from skyverse.referee import certify, check
 from skyverse.result import Deconfliction, Mission, Result, Status, Trajectory
 from skyverse.trajectory import Shape
 
+_SLOWED = "Slowed down with the whole mission, to be flown safely."
+
 
 def slowed(mission: Mission, factor: float) -> Mission:
     """Return a mission in which everything takes `factor` times as long, departures too.
@@ -39,7 +41,7 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
         knots=trajectory.knots * factor,
         coefficients=trajectory.coefficients / factor ** powers[None, :, None],
         form="slowed" if trajectory.form == "smooth" else trajectory.form,
-        note=f"Slowed down to {1 / factor:.0%} of its speed, to be flown safely.",
+        note=trajectory.note if _SLOWED in trajectory.note else f"{trajectory.note} {_SLOWED}".strip(),
     )
 
 
@@ -54,13 +56,16 @@ def farther(mission: Mission, more: float, shape: Shape) -> Mission:
     """
     scenario = mission.scenario
     wider = scenario.model_copy(update={"clearance": scenario.clearance + more})
+    apart = mission.deconfliction is not None
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # as it was assigned
         wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})
-        planned = plan_mission(wider, Taut(), rng=mission.provenance.seed, assignment="identity", shape=shape)
+        planned = plan_mission(
+            wider, Taut(), rng=mission.provenance.seed, assignment="identity", shape=shape, keep_apart=apart
+        )
         assigned = tuple(None if own is None else sent[own] for own in planned.assignment)
     else:
-        planned = plan_mission(wider, Taut(), rng=mission.provenance.seed, shape=shape)
+        planned = plan_mission(wider, Taut(), rng=mission.provenance.seed, shape=shape, keep_apart=apart)
         assigned = planned.assignment
     results = tuple(None if result is None else _unbounded(result) for result in planned.results)
     return judged(replace(planned, scenario=scenario, assignment=assigned, results=results))

@@ -1,0 +1,73 @@
+"""Every built-in mission flown in rotorpy, calm and with 1 m/s across: ``python benchmarks/flight.py [VEHICLE ...]``.
+
+Missions are planned by Taut, seed 1. The wind blows across the longer side of the map. Largest and RMS are tracking
+errors; clearance is the smallest distance to an obstacle as given, separation the smallest nearness of any two UAVs (1
+is what is asked for), as flown and as planned. By default the thesis's vehicle flies; name others. With ``--stock``
+rotorpy's controller is told the bare trajectory, on the first three maps: the difference is what skyverse tells it.
+"""
+
+import sys
+import time
+
+import numpy as np
+from machine import describe, table
+
+import skyverse as sky
+from skyverse.cores import cores
+from skyverse.files import NAMES
+from skyverse.flight import simulate
+from skyverse.flight.lead import Reference
+from skyverse.flight.observer import Observer
+
+HEAD = "mission vehicle wind RMS largest clearance separation thrust energy verdict seconds".split()
+
+
+def across(scenario: sky.Scenario) -> tuple[float, float, float]:
+    """Return 1 m/s across the longer horizontal side of the bounds."""
+    east, north, _ = np.subtract(scenario.bounds.max, scenario.bounds.min)
+    return (1.0, 0.0, 0.0) if north > east else (0.0, 1.0, 0.0)
+
+
+def row(name: str, vehicle: str, wind: str, flight: sky.Flight, seconds: float) -> list[str]:
+    flown = [f for f in flight.flown if f is not None]
+    rms = np.sqrt(sum(f.rms**2 * len(f.times) for f in flown) / sum(len(f.times) for f in flown))
+    closest = min(flight.passings, key=lambda passing: passing.nearness, default=None)
+    return [
+        name,
+        vehicle,
+        wind,
+        f"{1000 * rms:.1f} mm",
+        f"{1000 * flight.largest:.1f} mm",
+        f"{min(f.clearance for f in flown):.3f} m",
+        "" if closest is None else f"{closest.nearness:.2f} ({closest.planned:.2f})",
+        f"{max(f.peak_thrust for f in flown):.0%}",
+        f"{sum(f.energy for f in flown):.0f} J",
+        "safe" if flight.safe else "; ".join(sorted({v.fault.value for v in flight.violations})),
+        f"{seconds:.0f}",
+    ]
+
+
+def main() -> None:
+    words = sys.argv[1:]
+    stock = "--stock" in words
+    vehicles = [word for word in words if word != "--stock"] or ["thesis"]
+    if stock:
+        simulate.reference = lambda trajectory, kind, gains, times, hold: Reference(*trajectory.at(times))
+        Observer.push = lambda *_: 0.0
+    print(describe("rotorpy"))
+    print()
+    rows = []
+    for name in NAMES[:3] if stock else NAMES:
+        scenario = sky.read_scenario(name)
+        mission = sky.plan_mission(scenario, sky.Taut(), rng=1)
+        for vehicle in vehicles:
+            for wind, speed in (("calm", (0.0, 0.0, 0.0)), ("1 m/s", across(scenario))):
+                began = time.perf_counter()
+                flight = sky.fly(mission, vehicle=vehicle, wind=speed, rng=1, workers=1 if stock else cores())
+                rows.append(row(name, vehicle, wind, flight, time.perf_counter() - began))
+                print(*rows[-1], sep=" | ", file=sys.stderr)
+    table(HEAD, rows)
+
+
+if __name__ == "__main__":
+    main()
