@@ -14,7 +14,7 @@ from skyverse.referee.path import judge_result
 from skyverse.result import Certificate, Fault, Mission, Result, Status, Trajectory, Verdict, Violation
 from skyverse.scenario import Scenario
 
-__all__ = ["Certificates", "certify", "check", "check_result"]
+__all__ = ["Certificates", "certify", "check", "check_result", "judge"]
 
 
 def check(scenario: Scenario, mission: Mission) -> list[Violation]:
@@ -47,6 +47,11 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
     refuted is a violation too, `Fault.UNDECIDED`. A mission's own certificates are not trusted: one that says
     proven where the referee does not is `Fault.STATUS`.
     """
+    return judge(scenario, mission)[0]
+
+
+def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certificates]:
+    """Return what `check` and `certify` do, for the price of one."""
     with np.errstate(all="ignore"):
         violations = _judge_assignment(scenario, mission)
         boxes = shut_boxes(scenario)
@@ -60,7 +65,8 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
                     violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(scenario, boxes, uav, target, result, isinstance(trajectory, Trajectory))
             violations += flown.trajectories[uav]
-        return [*violations, *flown.apart, *_judge_claims(scenario, mission, flown.certificates)]
+        violations += [*flown.apart, *_judge_claims(scenario, mission, flown.certificates)]
+        return violations, flown.certificates
 
 
 def _judge_claims(scenario: Scenario, mission: Mission, true: Certificates) -> Iterator[Violation]:
