@@ -94,7 +94,7 @@ def test_what_is_proven_is_said_in_a_sentence():
     judged = certified(mission((AGILE, stops((0, 0, 0), (3, 0, 0))), boxes=[((1, 1, 1), (2, 2, 2))], clearance=0.25))
     assert judged.trajectories[0].verdict is PROVEN
     assert judged.trajectories[0].sentence == (
-        "uav-1 is clear by 0.25 m of all 1 obstacles, inside the bounds and within its limits of speed, acceleration, "
+        "uav-1 is clear of every obstacle by 0.25 m, inside the bounds and within its limits of speed, acceleration, "
         "jerk, thrust and tilt, at every instant from t = 0 s to 1 s."
     )
     assert judged.trajectories[0].time is None

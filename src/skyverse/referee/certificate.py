@@ -105,7 +105,7 @@ def _sound(scenario: Scenario, uav: int, curve: Curve | None) -> str:
     if vehicle.fixed_wing is not None:
         limits = "speed, acceleration, airspeed, turn and climb"
     return (
-        f"{vehicle.name} is clear by {scenario.clearance:.6g} m of all {len(scenario.obstacles)} obstacles, inside the bounds "
+        f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, inside the bounds "
         f"and within its limits of {limits}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s."
     )
 
