@@ -19,7 +19,19 @@ from skyverse.flight import simulate
 from skyverse.flight.lead import Reference
 from skyverse.flight.observer import Observer
 
-HEAD = "mission vehicle wind RMS largest clearance separation thrust energy verdict seconds".split()
+HEAD = [
+    "mission",
+    "vehicle",
+    "wind",
+    "RMS",
+    "largest",
+    "clearance",
+    "separation",
+    "thrust",
+    "energy",
+    "verdict",
+    "seconds",
+]
 
 
 def across(scenario: sky.Scenario) -> tuple[float, float, float]:
