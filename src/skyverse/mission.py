@@ -14,7 +14,7 @@ from skyverse.errors import InputError
 from skyverse.exact import prices_to
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
 from skyverse.problem import Airspace, Problem, stand
-from skyverse.referee import certify, check
+from skyverse.referee import judge
 from skyverse.result import Floats, Mission, Result, Status, Trajectory
 from skyverse.scenario import Scenario
 from skyverse.stop import Progress, Stop
@@ -107,8 +107,8 @@ def plan_mission(
         fly = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
         mission = _kept_apart(airspace, mission, fly, replan)
-    trusted, apart = certify(scenario, mission)
-    return replace(mission, violations=tuple(check(scenario, mission)), certificates=tuple(trusted), apart=apart)
+    violations, (certificates, apart) = judge(scenario, mission)
+    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
 
 
 def _kept_apart(airspace: Airspace, mission: Mission, fly: Fly, replan: Replan | None) -> Mission:
