@@ -19,19 +19,7 @@ from skyverse.flight import simulate
 from skyverse.flight.lead import Reference
 from skyverse.flight.observer import Observer
 
-HEAD = [
-    "mission",
-    "vehicle",
-    "wind",
-    "RMS",
-    "largest",
-    "clearance",
-    "separation",
-    "thrust",
-    "energy",
-    "verdict",
-    "seconds",
-]
+HEAD = ("mission", "vehicle", "wind", "RMS", "largest", "clearance", "separation", "thrust", "energy", "verdict", "s")
 
 
 def across(scenario: sky.Scenario) -> tuple[float, float, float]:

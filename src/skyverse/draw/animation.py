@@ -85,7 +85,7 @@ def write_instants(flight: Flight, folder: Path | str, *, suffix: str = ".png") 
 
 def instant(drawn: Scene, t: float) -> "Figure":
     """Return the figure of a flight's scene at `t` seconds: as planned thin, as flown until then thick."""
-    figure, axes = stage(drawn, f"flown, t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s")
+    figure, axes = stage(drawn, f"flown, t = {t:.1f} s")
     for track in drawn.tracks:
         line(axes, track, track.path, width=0.9, alpha=0.6)
         line(axes, track, track.flown(t), width=2.6)
