@@ -56,12 +56,13 @@ def usage(scenario, uav, trajectory):
     depth = np.minimum(p - low, high - p).min(axis=2).max(axis=0, initial=-np.inf)
     outside = np.maximum(np.array(scenario.bounds.min) - p, p - np.array(scenario.bounds.max)).max(axis=1)
     f = a + np.array([0, 0, 9.81])
+    tilt = np.degrees(np.arctan2(np.linalg.norm(f[:, :2], axis=1), f[:, 2]))
     return {
         "speed": np.linalg.norm(v, axis=1) / uav.max_speed,
         "acceleration": np.linalg.norm(a, axis=1) / uav.max_acceleration,
         "jerk": np.linalg.norm(j, axis=1) / uav.max_jerk,
         "thrust": np.linalg.norm(f, axis=1) / uav.thrust_to_weight / 9.81,
-        "tilt": np.degrees(np.arctan2(np.linalg.norm(f[:, :2], axis=1), f[:, 2])) / uav.max_tilt,
+        "tilt": np.maximum(tilt / uav.max_tilt, -a[:, 2] / (0.99 * 9.81)),
         "clearance": 1 + depth,
         "bounds": 1 + outside,
     }
@@ -199,9 +200,15 @@ def test_each_limit_is_named_when_it_is_broken(what, limits):
     assert 0 <= proof.instant <= 1
 
 
-def test_no_thrust_at_all_has_no_direction_and_is_refuted():
-    falling = pieces([0, 1], [[[0, 0, 0], [0, 0, 0], [0, 0, -9.81 / 2]]])
-    assert prove(OPEN, uav(), falling).what == "tilt"
+def test_a_hundredth_of_the_weight_is_carried_so_that_tilt_has_a_meaning():
+    strong = uav(max_speed=100, max_acceleration=12)
+    descent = rest_to_rest(np.array([[0, 0, 50], [0, 0, 0], [0, 0, 40]], float), strong)
+    assert dense(descent)[2][:, 2].min() == pytest.approx(-0.99 * 9.81, rel=1e-6)
+    assert prove(OPEN, strong, descent).verdict is Verdict.PROVEN
+    judged = judge_trajectory(FREE.model_copy(update={"uavs": (strong,)}), shut_boxes(FREE), 0, None, descent)
+    assert {v.fault for v in judged.violations} <= LOOSE_ENDS
+    falling = pieces([0, 1], [[[0, 0, 0], [0, 0, 0], [0, 0, -9.8 / 2]]])
+    assert prove(OPEN, strong, falling).what == "tilt"
 
 
 def test_what_is_not_finite_is_not_proven():

@@ -16,6 +16,8 @@ from skyverse.result import Floats, Trajectory
 from skyverse.scenario import UAV
 
 GRAVITY = 9.81
+LIFT = 0.01
+"""The share of its weight that a multirotor's thrust carries at least: without thrust there is no tilt to speak of."""
 DEPTH = 40
 """How often a piece is cut in two at most, one half within the other."""
 MOST = 20_000
@@ -30,13 +32,17 @@ ORDER = (1, 2, 3, 2, 2)
 
 
 class Limits(NamedTuple):
-    """A UAV's limits in SI units: `thrust` per mass, `tilt` and `climb` as tangents; `airspeed` 0 for a multirotor."""
+    """A UAV's limits in SI units: `thrust` per mass, `tilt` and `climb` as tangents; `airspeed` 0 for a multirotor.
+
+    `fall` is what it may accelerate downwards.
+    """
 
     speed: float
     acceleration: float
     jerk: float
     thrust: float
     tilt: float
+    fall: float
     airspeed: float
     turn_radius: float
     climb: float
@@ -52,6 +58,7 @@ def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
         jerk=uav.max_jerk * more,
         thrust=uav.thrust_to_weight * GRAVITY * more,
         tilt=math.tan(math.radians(uav.max_tilt)) * more,
+        fall=(1.0 - LIFT) * GRAVITY * more,
         airspeed=wing.speed if wing else 0.0,
         turn_radius=wing.turn_radius / more if wing else 0.0,
         climb=math.tan(math.radians(wing.climb)) * more if wing else 0.0,
@@ -176,7 +183,7 @@ def share(limits: Limits, limit: int, x: float, y: float, z: float) -> float:
     if limit >= AIRSPEED:
         return max(x, y, z)
     if limit == TILT:
-        return (math.sqrt(x * x + y * y) / limits.tilt - z) / GRAVITY
+        return max((math.sqrt(x * x + y * y) / limits.tilt - z) / GRAVITY, -z / limits.fall)
     squared = x * x + y * y + z * z
     if limit == THRUST:
         room = limits.thrust**2 - GRAVITY**2

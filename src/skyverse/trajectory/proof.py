@@ -33,7 +33,7 @@ from skyverse.trajectory.limits import (
 _METRES = 0.5e-6
 _RELATIVE = 0.5e-6
 _ALL = 1.0 - 1e-9
-"""The share of the eased limits that may be used: a hair below 1, where thrust points up."""
+"""The share of the eased limits that may be used: a hair is left."""
 _TIGHT = 1e-7
 
 DEMANDS = ("speed", "acceleration", "jerk", "thrust", "tilt", "airspeed", "turn", "climb", "bounds", "clearance")
