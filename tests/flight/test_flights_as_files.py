@@ -43,6 +43,7 @@ def skyverse(capsys, monkeypatch, tmp_path):
 def test_a_flight_comes_back_from_its_file_as_it_was(flight, tmp_path):
     sky.write(flight, tmp_path / "flight.json")
     assert sky.read_flight(tmp_path / "flight.json") == flight
+    assert sky.read_mission(tmp_path / "flight.json") == flight.mission
     with pytest.raises(sky.InputError, match=r"a flight is written as \.json, not as '\.csv'"):
         sky.write(flight, tmp_path / "flight.csv")
 

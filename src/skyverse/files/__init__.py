@@ -23,7 +23,7 @@ def read(source: str | Path) -> Scenario | Mission:
     ----------
     source
         A built-in scenario's name (``map1``, ``table-4.8`` ...), or a file: a scenario as ``.yaml``, ``.yml`` or
-        ``.json``, a course map as ``.txt``, a mission as ``.json``.
+        ``.json``, a course map as ``.txt``, a mission as ``.json``; a flight gives the mission that was flown.
 
     Raises
     ------
@@ -47,6 +47,8 @@ def read(source: str | Path) -> Scenario | Mission:
     data = parse(path, read_text(path))
     if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/mission/"):
         return mission_from_data(path, data)
+    if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/flight/"):
+        return flight_from_data(path, data).mission
     return scenario_from_data(path, data)
 
 
