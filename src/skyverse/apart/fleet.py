@@ -18,6 +18,8 @@ from skyverse.result import Floats, Result, Trajectory
 
 Bools = NDArray[np.bool_]
 
+TIGHT = 1.05
+"""How near starts or targets are, as a share of the separation, where boxes are too coarse to tell them apart."""
 PARTS = 8
 """Gates stand at so many places along a path, less one."""
 
@@ -38,12 +40,12 @@ class Place:
 
 
 class Others(NamedTuple):
-    """Those placed, as kernels take them: flights, semi-axes that count, and whose ends are given too close; (n,)."""
+    """Those placed, as kernels take them: flights, semi-axes that count, and who starts or ends about too close; (n,)."""
 
     placed: Placed
     wide: Floats
     tall: Floats
-    given: Bools
+    tight: Bools
 
 
 class Fleet:
@@ -82,15 +84,15 @@ class Fleet:
         curve = np.array([place.option.curve for place in places], dtype=np.int64)
         placed = Placed(curve, np.array([p.at for p in places]), np.array([p.scale for p in places]))
         wide, tall = self._wide[option.uav, who], self._tall[option.uav, who]
-        given = np.zeros(len(places), np.bool_)
+        tight = np.zeros(len(places), np.bool_)
         for a, b in (
             ([p.option.start for p in places], option.start),
             ([p.option.end for p in places], option.end),
         ):
             gap = (np.array(a).reshape(-1, 3) - b) ** 2
-            near = (gap[:, 0] + gap[:, 1]) * tall**2 + gap[:, 2] * wide**2 < (wide * tall) ** 2
-            given |= near
-        return Others(placed, wide, tall, given)
+            near = (gap[:, 0] + gap[:, 1]) * tall**2 + gap[:, 2] * wide**2 < (TIGHT * wide * tall) ** 2
+            tight |= near
+        return Others(placed, wide, tall, tight)
 
     def clashes(self, option: Option, at: float, scale: float, others: Others) -> Bools:
         """Tell with whom of the others an option clashes, flown so, (n,)."""

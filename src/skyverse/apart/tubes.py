@@ -261,25 +261,26 @@ def earliest(
     placed: Placed,
     wide: Floats,
     tall: Floats,
-    given: np.ndarray,
+    tight: np.ndarray,
     c: int,
     scale: float,
     free: Ints,
 ) -> float:
     """Return the least delay, seconds, at which curve c is apart from all that are placed; -1 if there is none.
 
-    Those whose starts or targets are `given` too close to its own, (n,) booleans, are asked delay by delay.
+    Those whose starts or targets are so near to its own that boxes are too coarse, (n,) booleans, are asked one
+    delay after the other.
     """
     seconds = scale * length(curves, c)
     for p in range(len(placed.curve)):
-        if wide[p] > 0.0 and not given[p] and _next_free(free, 0) < len(free) - 1:
+        if wide[p] > 0.0 and not tight[p] and _next_free(free, 0) < len(free) - 1:
             both = wide[p], tall[p]
             forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, 1, free)
     i = _next_free(free, 0)
     while i < len(free) - 1:
         apart = True
         for p in range(len(placed.curve)):
-            if given[p] and wide[p] > 0.0 and apart:
+            if tight[p] and wide[p] > 0.0 and apart:
                 a, at, factor = placed.curve[p], placed.at[p], placed.scale[p]
                 apart = not clash(curves, a, at, factor, c, i * TICK, scale, wide[p], tall[p])
         if apart:
@@ -295,7 +296,7 @@ def survey(
     placed: Placed,
     wide: Floats,
     tall: Floats,
-    given: np.ndarray,
+    tight: np.ndarray,
     c: int,
     aside: Floats,
     stretched: Floats,
@@ -330,7 +331,7 @@ def survey(
         seconds = length(curves, c) * stretched[way]
         free = all_free(latest - seconds, since)
         for p in range(len(placed.curve)):
-            if wide[p] > 0.0 and not given[p] and _next_free(free, 0) < len(free) - 1:
+            if wide[p] > 0.0 and not tight[p] and _next_free(free, 0) < len(free) - 1:
                 forbid(curves, tubes, placed, p, (wide[p], tall[p]), boxes, 0, leaves, seconds, COARSE, free)
         i = _next_free(free, 0)
         if i < len(free) - 1:
