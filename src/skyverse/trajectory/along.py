@@ -16,13 +16,11 @@ from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
 from skyverse.trajectory.shortcut import drop_collinear, shortcut
-from skyverse.trajectory.smooth import REACH, smooth
+from skyverse.trajectory.smooth import smooth
 
 Shape = Literal["minimum-snap", "minimum-jerk", "stop-and-go"]
 SLOWER = 1.1
 """How much longer a trajectory takes that is tried more slowly."""
-CLOSE = 0.5
-"""Metres that a trajectory may leave the path by, along each axis, where it should be straight."""
 
 
 def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -> Trajectory | None:
@@ -62,13 +60,13 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -
     priced = bool(soft_terms(scenario))
     if not priced:
         waypoints = shortcut(world, waypoints)
-    for trajectory in _ladder(world, uav, waypoints, shape, CLOSE if priced else REACH):
+    for trajectory in _ladder(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
             return trajectory
     return None
 
 
-def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, reach: float) -> Iterator[Trajectory]:
+def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool) -> Iterator[Trajectory]:
     """Yield trajectories, the best first."""
     if uav.fixed_wing is not None:
         flown = fly_aeroplane(world, waypoints, uav)
@@ -78,14 +76,14 @@ def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, reach: floa
     note = ""
     if shape != "stop-and-go":
         order = 4 if shape == "minimum-snap" else 3
-        flown = smooth(world, waypoints, uav, order, reach)
+        flown = smooth(world, waypoints, uav, order, close=close)
         if flown is None:
             note = "The passage is too narrow to be flown without stopping."
         else:
             yield flown
             note = "The faster trajectory could not be proven safe."
             yield replace(slower(flown, SLOWER), form="slowed", note=note)
-            straight = smooth(world, waypoints, uav, order, CLOSE)
+            straight = smooth(world, waypoints, uav, order, close=True)
             if straight is not None:
                 yield replace(straight, form="straightened", note=note)
     yield replace(rest_to_rest(waypoints, uav), note=note)

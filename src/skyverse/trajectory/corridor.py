@@ -21,7 +21,7 @@ NARROW = 2e-3
 
 
 @kernel
-def grow_corridor(space: Space, path: Floats, reach: float) -> Floats:
+def grow_corridor(space: Space, path: Floats, reach: float, width: float) -> Floats:
     """Return free boxes (m, 6) along a path (n, 3), metres; none if they cannot be joined.
 
     Parameters
@@ -30,6 +30,8 @@ def grow_corridor(space: Space, path: Floats, reach: float) -> Floats:
         Where the path is free.
     reach
         How far a box may extend beyond its stretch of the path, metres.
+    width
+        How wide a stretch's bounding box may be across its longest side, metres.
     """
     boxes = np.empty((MOST, 6))
     count = 0
@@ -38,12 +40,11 @@ def grow_corridor(space: Space, path: Floats, reach: float) -> Floats:
         if count == MOST:
             return boxes[:0]
         begin = path[leg] + share * (path[leg + 1] - path[leg])
-        seed = np.empty(6)
-        seed[:3], seed[3:] = begin, begin
+        seed = _around(begin)
         at = leg
         while at < len(path) - 1:  # whole legs, then a part of one
             longer = _joined(seed, path[at + 1])
-            if not _is_free(space, longer):
+            if not (_across(longer) <= width and _is_free(space, longer)):
                 break
             seed = longer
             at += 1
@@ -51,16 +52,20 @@ def grow_corridor(space: Space, path: Floats, reach: float) -> Floats:
             low, high = (share if at == leg else 0.0), 1.0
             for _ in range(30):
                 middle = 0.5 * (low + high)
-                if _is_free(space, _joined(seed, path[at] + middle * (path[at + 1] - path[at]))):
+                longer = _joined(seed, path[at] + middle * (path[at + 1] - path[at]))
+                if _across(longer) <= width and _is_free(space, longer):
                     low = middle
                 else:
                     high = middle
             seed = _joined(seed, path[at] + low * (path[at + 1] - path[at]))
-        boxes[count] = _cut_free(space, seed, reach)
-        if count and _overlap(boxes[count - 1], boxes[count])[1] < THIN and count < MOST - 1:
-            boxes[count + 1] = boxes[count]
-            boxes[count] = _between(space, boxes[count - 1], boxes[count], begin, reach)
+        free = _cut_free(space, seed, reach)
+        if count and _overlap(boxes[count - 1], free)[1] < THIN and count < MOST - 1:
+            joint = _between(space, boxes[count - 1], free, begin, reach)
+            for k in range(6):
+                boxes[count, k] = joint[k]
             count += 1
+        for k in range(6):
+            boxes[count, k] = free[k]
         count += 1
         further, how_far = _leaves(boxes[count - 1], path, leg)
         if further == leg and how_far <= share + 1e-9:
@@ -88,9 +93,9 @@ def _between(space: Space, a: Floats, b: Floats, p: Floats, reach: float) -> Flo
     """Return a free box through p, at which two boxes hardly do more than touch, that overlaps both."""
     axis, _ = _overlap(a, b)
     far = 1.0
+    seed = _around(p)
     for _ in range(20):
-        seed = np.empty(6)
-        seed[:3], seed[3:] = p, p
+        seed = _around(p)
         seed[axis] = max(p[axis] - far, min(a[axis], b[axis]))
         seed[axis + 3] = min(p[axis] + far, max(a[axis + 3], b[axis + 3]))
         if _is_free(space, seed):
@@ -100,11 +105,26 @@ def _between(space: Space, a: Floats, b: Floats, p: Floats, reach: float) -> Flo
 
 
 @kernel
+def _around(p: Floats) -> Floats:
+    b = np.empty(6)
+    for axis in range(3):
+        b[axis] = b[axis + 3] = p[axis]
+    return b
+
+
+@kernel
 def _joined(b: Floats, p: Floats) -> Floats:
     joined = b.copy()
     for axis in range(3):
         joined[axis], joined[axis + 3] = min(b[axis], p[axis]), max(b[axis + 3], p[axis])
     return joined
+
+
+@kernel
+def _across(b: Floats) -> float:
+    """Return the second longest side of a box."""
+    x, y, z = b[3] - b[0], b[4] - b[1], b[5] - b[2]
+    return max(min(x, y), min(max(x, y), z))
 
 
 @kernel

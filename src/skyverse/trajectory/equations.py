@@ -9,7 +9,7 @@ from skyverse.result import Floats
 from skyverse.space.box import Ints
 from skyverse.trajectory.limits import GRAVITY, Limits
 from skyverse.trajectory.newton import System
-from skyverse.trajectory.spline import make_rows, multiply, row_jet
+from skyverse.trajectory.spline import JET, make_rows, multiply, row_jet
 
 FIXED = 4
 """Control points at either end that are one: at rest, starting and stopping without a jerk."""
@@ -79,7 +79,8 @@ def assemble(
             if left == right:
                 root = np.sqrt(spans[k])
                 if task.order == 4:
-                    row[:] = root * rows[k]
+                    for c in range(5):
+                        row[c] = root * rows[k, c]
                 else:
                     row[:] = 0.0
                     near, far = (0.5 * root, 0.5 * root) if part == 0 else (-root / ROOT_12, root / ROOT_12)
@@ -94,17 +95,21 @@ def assemble(
                 row_jet(spans, task.box_of, left, k, 4, work, jets)
             elif part == 0:
                 row_jet(spans, task.box_of, left, k, 3, work, other)
-                other[4, :] = 0.0
+                for e in range(JET):
+                    other[4, e] = 0.0
                 row_jet(spans, task.box_of, left, k + 1, 3, work, jets)
-                for c in range(4, 0, -1):
-                    jets[c] = jets[c - 1]
-                jets[0, :] = 0.0
+                for e in range(JET):
+                    for c in range(4, 0, -1):
+                        jets[c, e] = jets[c - 1, e]
+                    jets[0, e] = 0.0
                 for c in range(5):
-                    for e in range(6):
+                    for e in range(JET):
                         x, y = other[c, e], jets[c, e]
                         jets[c, e], other[c, e] = 0.5 * (x + y), (y - x) / ROOT_12
             else:
-                jets[:5] = other[:5]
+                for c in range(5):
+                    for e in range(JET):
+                        jets[c, e] = other[c, e]
             _times_root(jets, 5, spans[k], task.box_of[k] == left)
             _place(jets, points, k, 5, d)
             _square(task, d, g, h)
@@ -123,15 +128,16 @@ def _times_root(jets: Floats, m: int, span: float, in_left: bool) -> None:
     for c in range(m):
         product[:] = 0.0
         multiply(scale, jets[c], product, 1.0)
-        jets[c] = product
+        for e in range(JET):
+            jets[c, e] = product[e]
 
 
 @kernel
 def _combine(row: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
     """Write a control point of a derivative into d[0]."""
-    d[0, :] = 0.0
-    for c in range(m):
-        for a in range(3):
+    for a in range(3):
+        d[0, a] = 0.0
+        for c in range(m):
             d[0, a] += row[c] * points[i + c, a]
 
 

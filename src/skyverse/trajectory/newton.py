@@ -88,7 +88,8 @@ def solve(system: System) -> float:
     _backward(band, step)
     for i in range(n):
         system.rise[i] = -step[i]
-    system.slope[:] = change
+    for b in range(boxes):
+        system.slope[b] = change[b]
     return promise
 
 

@@ -33,18 +33,18 @@ STANDSTILL = 1e-9
 WEIGHT = 0.3
 """What jerk or snap may cost: of the time, for a trajectory that uses half of its limit all the time."""
 REACH = 10.0
-"""Metres that the corridor may reach beyond the path."""
-REACH_AT_A_PRICE = 0.5
-"""The same where the path was priced by where it leads: by zones, altitudes, or climb."""
+"""Metres that the corridor's boxes may reach beyond their stretches of the path."""
+CLOSE = 0.5
+"""The same where the path should be kept to; no stretch then turns aside by more."""
 SPANS = 6
 """Of a box at first."""
 FINE = 0.08
-"""Seconds that a span lasts in the end, at most, unless its box then has too many."""
-MOST_PARTS = 5
-"""Parts that a span of the first spline is cut into at most."""
+"""Seconds that a span lasts in the end, about ..."""
+MOST = 300
+"""... unless there are more than so many of them."""
 
 
-def smooth(world: World, waypoints: Floats, uav: UAV, order: int, reach: float = REACH) -> Trajectory | None:
+def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool = False) -> Trajectory | None:
     """Fly along a free path without stopping: as fast as limits and corridor allow, and with little jerk or snap.
 
     Parameters
@@ -57,8 +57,8 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, reach: float =
         A multirotor: its limits on speed, acceleration, jerk, thrust and tilt are kept.
     order
         3 to keep the integral of squared jerk small, 4 that of snap.
-    reach
-        How far it may leave the bounding box of a stretch of the path, metres.
+    close
+        Whether it keeps to the path, within a metre along each axis, or may cut corners.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, reach: float =
     path = np.ascontiguousarray(waypoints, dtype=np.float64)
     if len(path) < 2 or float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) < STANDSTILL:
         return None
-    boxes = grow_corridor(world.space, path, reach)
+    boxes = grow_corridor(world.space, path, *((CLOSE, CLOSE) if close else (REACH, math.inf)))
     if not len(boxes):
         return None
     limits = _binding(uav)
@@ -93,7 +93,6 @@ def _binding(uav: UAV) -> Limits:
     )
 
 
-@kernel
 def _through(boxes: Floats, path: Floats, limits: Limits, order: int) -> tuple[Floats, Floats, bool]:
     """Return control points and spans' durations of a good spline, and whether there is one."""
     box_of = np.repeat(np.arange(len(boxes)), SPANS)
@@ -108,18 +107,15 @@ def _through(boxes: Floats, path: Floats, limits: Limits, order: int) -> tuple[F
     else:
         return points, spans, False
     improve(task, spans, points, 40, 0.1)
-    parts = np.empty(len(spans), np.int64)
-    for k in range(len(spans)):
-        parts[k] = min(max(math.ceil(spans[k] / FINE), 1), MOST_PARTS)
+    parts = np.ceil(spans / max(FINE, spans.sum() / MOST)).astype(np.int64)
     points, finer = refine(points, spans, parts)
     box_of = np.repeat(box_of, parts)
     low, high = rooms(boxes, box_of)
     task = Task(low, high, box_of, limits, weight, order)
-    improve(task, finer, points, 40, 0.01)
+    improve(task, finer, points, 40, 0.03)
     return points, finer, True
 
 
-@kernel
 def weight_of(limits: Limits, order: int) -> float:
     """Return the weight of the integral of squared jerk, or snap: per what half the limits make."""
     half = 0.5 * limits.jerk
@@ -141,46 +137,31 @@ def rooms(boxes: Floats, box_of: Ints) -> tuple[Floats, Floats]:
     return low, high
 
 
-@kernel
 def first_guess(path: Floats, low: Floats, high: Floats, box_of: Ints) -> tuple[Floats, Floats]:
-    """Return control points strictly inside their rooms, and durations: near the path, and slow.
+    """Return control points strictly inside their rooms, and durations that are the same for all.
 
-    Where boxes overlap the points stand together, off the walls; between, they go in a straight line.
+    Where boxes overlap the points stand together, near the path but off the walls; between, they go straight.
     """
     n, s = len(low), len(box_of)
-    points, spans = np.empty((n, 3)), np.empty(s)
-    points[:FIXED], points[n - FIXED :] = path[0], path[-1]
-    begin = FIXED - 1
-    for k in range(1, s + 1):
-        if k < s and box_of[k] == box_of[k - 1]:
-            continue
-        stop = k if k < s else n - FIXED
-        if k < s:
-            anchor = nearest_inside(path, low[k], high[k])
-            points[k : k + DEGREE] = anchor
-        for i in range(begin + 1, stop):
-            points[i] = points[begin] + (i - begin) / (stop - begin) * (points[stop] - points[begin])
-        begin = k + DEGREE - 1
-    for i in range(FIXED, n - FIXED):
-        room = np.minimum(0.45 * (high[i] - low[i]), 0.02)
-        points[i] = np.minimum(np.maximum(points[i], low[i] + room), high[i] - room)
-    spans[:] = 0.1
-    return points, spans
+    passes = np.flatnonzero(np.diff(box_of)) + 1  # the first of the control points that stand in two boxes
+    there = [_nearest_inside(path, low[k], high[k]) for k in passes]
+    stops = np.r_[FIXED - 1, np.ravel(np.column_stack([passes, passes + DEGREE - 1])), s]
+    at = np.vstack([path[:1], np.repeat(np.reshape(there, (-1, 3)), 2, axis=0), path[-1:]])
+    points = np.column_stack([np.interp(np.arange(n), stops, at[:, a]) for a in range(3)])
+    free = slice(FIXED, n - FIXED)
+    room = np.minimum(0.45 * (high - low)[free], 0.02)
+    points[free] = np.clip(points[free], low[free] + room, high[free] - room)
+    return points, np.full(s, 0.1)
 
 
-@kernel
-def nearest_inside(path: Floats, low: Floats, high: Floats) -> Floats:
+def _nearest_inside(path: Floats, low: Floats, high: Floats) -> Floats:
     """Return the point of a box, off its walls, that is nearest to a path, about."""
-    best, least = 0.5 * (low + high), np.inf
+    shares = np.linspace(0.0, 1.0, 21)[:, None, None]
+    on_path = ((1.0 - shares) * path[:-1] + shares * path[1:]).reshape(-1, 3)
     room = np.minimum(0.45 * (high - low), 0.3)
-    for leg in range(len(path) - 1):
-        for share in range(21):
-            on_path = path[leg] + share / 20.0 * (path[leg + 1] - path[leg])
-            inside = np.minimum(np.maximum(on_path, low + room), high - room)
-            apart = ((inside - on_path) ** 2).sum()
-            if apart < least:
-                best, least = inside, apart
-    return best
+    inside = np.clip(on_path, low + room, high - room)
+    nearest: Floats = inside[np.argmin(np.sum((inside - on_path) ** 2, axis=1))]
+    return nearest
 
 
 @kernel
@@ -224,7 +205,7 @@ def improve(task: Task, spans: Floats, points: Floats, rounds: int, least: float
                 further[FIXED + j // 3, j % 3] += share * system.rise[j]
             there = value(task, longer, further, mu)
             if there < here - 0.01 * share * promise:
-                spans[:], points[:] = longer, further
+                _copy(longer, further, spans, points)
                 moved = True
                 break
             share *= 0.6
@@ -272,6 +253,15 @@ def value(task: Task, spans: Floats, points: Floats, mu: float) -> float:
                 x, y = control[k, a], control[k + 1, a]
                 energy += spans[k] / 3.0 * (x * x + x * y + y * y)
     return spans.sum() + task.weight * energy + mu * (total - np.log(product))
+
+
+@kernel
+def _copy(spans: Floats, points: Floats, to_spans: Floats, to_points: Floats) -> None:
+    for k in range(len(spans)):
+        to_spans[k] = spans[k]
+    for i in range(len(points)):
+        for a in range(3):
+            to_points[i, a] = points[i, a]
 
 
 @kernel

@@ -82,12 +82,15 @@ def row_jet(spans: Floats, box_of: Ints, left: int, i: int, order: int, work: Fl
     """
     per = work[0, 4, 4]
     for j in range(order + 1):
-        work[0, j, 0, :] = 0.0
+        for e in range(JET):
+            work[0, j, 0, e] = 0.0
         work[0, j, 0, 0] = 1.0
     for k in range(1, order + 1):
         above, below = work[(k + 1) % 2], work[k % 2]
         for j in range(order + 1 - k):
-            below[j, : k + 1, :] = 0.0
+            for c in range(k + 1):
+                for e in range(JET):
+                    below[j, c, e] = 0.0
             at = i + j
             per = out[5]
             _per_time(spans, box_of, left, at - DEGREE + k, at, float(DEGREE + 1 - k), per)
@@ -95,7 +98,8 @@ def row_jet(spans: Floats, box_of: Ints, left: int, i: int, order: int, work: Fl
                 multiply(per, above[j, c], below[j, c], -1.0)
                 multiply(per, above[j + 1, c], below[j, c + 1], 1.0)
     for c in range(order + 1):
-        out[c] = work[order % 2, 0, c]
+        for e in range(JET):
+            out[c, e] = work[order % 2, 0, c, e]
 
 
 @kernel
@@ -104,8 +108,7 @@ def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
 
     A control point is the spline's polar form, taken at four knots in a row.
     """
-    begins = np.zeros(len(spans) + 1)
-    begins[1:] = np.cumsum(spans)
+    begins = _instants(spans)
     count = parts.sum()
     finer, old = np.empty(count), np.empty(count, np.int64)
     at = 0
@@ -113,15 +116,16 @@ def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
         for _ in range(parts[k]):
             finer[at], old[at] = spans[k] / parts[k], k
             at += 1
-    knots = np.zeros(count + 1)
-    knots[1:] = np.cumsum(finer)
+    knots = _instants(finer)
     knots[-1] = begins[-1]
     n = count + DEGREE
     result = np.empty((n, 3))
     work = np.empty((DEGREE + 1, 3))
     for i in range(n):
         k = old[min(max(i - DEGREE // 2, 0), count - 1)]  # the span in the middle of those that the point rules
-        work[:] = points[k : k + DEGREE + 1]
+        for j in range(DEGREE + 1):
+            for a in range(3):
+                work[j, a] = points[k + j, a]
         for level in range(1, DEGREE + 1):
             t = knots[min(max(i - DEGREE + level, 0), count)]
             for j in range(DEGREE + 1 - level):
@@ -130,5 +134,14 @@ def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
                 share = (t - before) / (after - before)
                 for a in range(3):
                     work[j, a] += share * (work[j + 1, a] - work[j, a])
-        result[i] = work[0]
+        for a in range(3):
+            result[i, a] = work[0, a]
     return result, finer
+
+
+@kernel
+def _instants(spans: Floats) -> Floats:
+    instants = np.zeros(len(spans) + 1)
+    for k in range(len(spans)):
+        instants[k + 1] = instants[k] + spans[k]
+    return instants

@@ -1,0 +1,93 @@
+"""What leaves a planner as a trajectory is proven, by the referee too, and says where it is not what was asked for."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.trajectory import along, fly_along
+from skyverse.trajectory.proof import Proof
+
+
+def flown(scenario, planner=None, shape="minimum-snap", uav=0):
+    problem = sky.Problem(scenario, uav, uav)
+    return fly_along(problem, (planner or sky.Taut()).plan(problem), shape)
+
+
+@pytest.mark.parametrize("name", ["map1", "map2", "map3"])
+@pytest.mark.parametrize("shape", ["minimum-snap", "minimum-jerk", "stop-and-go"])
+def test_flights_through_the_maps_are_what_was_asked_for_and_proven(name, shape):
+    scenario = sky.read(name)
+    mission = sky.plan_mission(scenario, sky.Taut(), shape=shape)
+    trajectory = mission.trajectories[0]
+    assert trajectory.form == ("stop-and-go" if shape == "stop-and-go" else "smooth")
+    assert trajectory.note == ""
+    assert mission.violations == ()
+    assert mission.certificates[0].verdict is sky.Verdict.PROVEN
+
+
+@pytest.mark.parametrize(("name", "share"), [("map1", 0.55), ("map2", 0.56), ("map3", 0.42)])
+def test_smooth_flights_take_about_half_the_time_of_those_that_stop(name, share):
+    scenario = sky.read(name)
+    assert flown(scenario).end < share * flown(scenario, shape="stop-and-go").end
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 10**6))
+def test_every_flight_through_a_random_room_is_proven_by_the_referee(seed):
+    mission = sky.plan_mission(sky.random_room(seed=seed), sky.Taut())
+    assert [v for v in mission.violations if v.fault is not sky.Fault.ASSIGNMENT] == []
+
+
+def hall_with_slit(width):
+    return sky.Scenario(
+        name="slit",
+        bounds={"min": (0, 0, 0), "max": (30, 20, 10)},
+        obstacles=[
+            {"min": (15, 0, 0), "max": (16, 10 - width / 2, 10)},
+            {"min": (15, 10 + width / 2, 0), "max": (16, 20, 10)},
+        ],
+        clearance=0.25,
+        lattice={"step": (1, 1, 1)},
+        uavs=[{"start": (2, 3, 5)}],
+        targets=[{"position": (28, 12, 5)}],
+    )
+
+
+def test_a_slit_too_narrow_to_fly_through_without_stopping_is_flown_from_stop_to_stop_and_said_so():
+    narrow = flown(hall_with_slit(0.501))
+    assert narrow.form == "stop-and-go"
+    assert narrow.note == "The passage is too narrow to be flown without stopping."
+    wide = flown(hall_with_slit(0.6))
+    assert wide.form == "smooth"
+
+
+def test_what_is_not_proven_is_slowed_then_straightened_then_stopped(monkeypatch):
+    forms = []
+
+    def refuse(world, uav, trajectory):
+        forms.append(trajectory.form)
+        return Proof(sky.Verdict.UNDECIDED, "clearance", 0.0, 0)
+
+    monkeypatch.setattr(along, "prove", refuse)
+    assert flown(hall_with_slit(2.0)) is None
+    assert forms == ["smooth", "slowed", "straightened", "stop-and-go"]
+
+
+def test_a_flight_keeps_close_to_a_path_that_was_priced_by_where_it_leads():
+    scenario = sky.read("map1")
+    objective = scenario.objective.model_copy(update={"altitude": sky.AltitudeBand(low=1, high=2, weight=5)})
+    problem = sky.Problem(scenario.model_copy(update={"objective": objective}))
+    result = sky.AStar().plan(problem)
+    trajectory = fly_along(problem, result)
+    path = np.vstack([problem.start, result.path, problem.end])
+    shares = np.linspace(0, 1, 11)[:, None, None]
+    near = ((1 - shares) * path[:-1] + shares * path[1:]).reshape(-1, 3)
+    away = [np.abs(p - near).max(axis=1).min() for p in trajectory.at(np.linspace(0, trajectory.end, 500)).position]
+    assert max(away) < 1.0
+
+
+def test_a_shape_that_is_none_is_refused():
+    with pytest.raises(sky.InputError, match=r"shape is one of 'minimum-snap', .*'stop-and-go', not 'best'"):
+        flown(sky.read("map1"), shape="best")

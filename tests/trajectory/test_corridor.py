@@ -1,0 +1,61 @@
+"""Corridors: free, along the path, joined; by brute force over random boxes."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.trajectory.corridor import NARROW, grow_corridor
+
+
+def assert_a_corridor(scenario, path, boxes):
+    low, high = boxes[:, :3], boxes[:, 3:]
+    for obstacle in scenario.obstacles:
+        inside = np.minimum(high, np.array(obstacle.max) + scenario.clearance) - np.maximum(
+            low, np.array(obstacle.min) - scenario.clearance
+        )
+        assert inside.min(axis=1).max() <= 1e-8, "a box reaches into an obstacle"
+    assert (low >= np.array(scenario.bounds.min) - 1e-12).all()
+    assert (high <= np.array(scenario.bounds.max) + 1e-12).all()
+    joints = np.minimum(high[:-1], high[1:]) - np.maximum(low[:-1], low[1:])
+    assert (joints >= NARROW).all()
+    shares = np.linspace(0, 1, 201)[:, None]
+    at = 0  # the path goes through the boxes in their order
+    for a, b in itertools.pairwise(path):
+        for p in a + shares * (b - a):
+            ahead = [k for k in range(len(boxes)) if (p >= low[k] - 1e-6).all() and (p <= high[k] + 1e-6).all()]
+            assert ahead, "the path leaves the corridor"
+            assert max(ahead) >= at
+            at = max(at, min(ahead))
+
+
+@pytest.mark.parametrize("name", ["map1", "map2", "map3"])
+@pytest.mark.parametrize("reach", [0.5, 10.0])
+def test_a_shortest_path_of_a_map_has_a_corridor_though_it_touches_the_obstacles(name, reach):
+    scenario = sky.read(name)
+    problem = sky.Problem(scenario)
+    path = sky.Taut().plan(problem).path
+    boxes = grow_corridor(problem.airspace.world.space, path, reach, 2 * reach)
+    assert len(boxes)
+    assert_a_corridor(scenario, path, boxes)
+
+
+@given(st.integers(0, 10**6))
+def test_corridors_of_random_rooms_are_free_and_joined_or_there_is_none(seed):
+    scenario = sky.random_room(seed=seed)
+    problem = sky.Problem(scenario)
+    result = sky.Taut().plan(problem)
+    if result.status.reached and len(result.path) > 1:
+        boxes = grow_corridor(problem.airspace.world.space, np.ascontiguousarray(result.path), 10.0, np.inf)
+        if len(boxes):
+            assert_a_corridor(scenario, result.path, boxes)
+
+
+def test_where_nothing_is_in_the_way_one_box_is_all_there_is():
+    scenario = sky.read("map1").model_copy(update={"obstacles": ()})
+    problem = sky.Problem(scenario)
+    boxes = grow_corridor(problem.airspace.world.space, np.array([problem.start, problem.end]), 100.0, np.inf)
+    assert boxes.tolist() == [[*scenario.bounds.min, *scenario.bounds.max]]
