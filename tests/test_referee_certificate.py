@@ -231,7 +231,7 @@ def smooth(rng, count):
     return Trajectory(knots, np.stack([curve(knots[:-1], nu=k) / factorial(k) for k in range(6)], axis=1), "smooth")
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     count=st.integers(2, 6),
@@ -268,7 +268,8 @@ def test_certificates_agree_with_dense_sampling(seed, count, share, field):
         near = np.abs(t - found.time).argmin()
         some = slice(max(near - 1, 0), near + 2)
         bad = norms[field][some].max()
-        assert bad >= peak * (1 - 1e-3) - 1e-3
+        worst = share if field == "max_tilt" else 1  # of tilt a bad instant is told, but not always the worst
+        assert bad >= peak * worst * (1 - 1e-3) - 1e-3
     if share > 1 and (field != "max_jerk" or share > 1.05):  # finite differences are not that good
         assert found.verdict is PROVEN, found.sentence
 

