@@ -7,6 +7,7 @@ trajectory takes to make, and to prove again, is the median of some calls' milli
 other processes had, after a call that compiles.
 """
 
+import math
 import statistics
 import sys
 import time
@@ -72,7 +73,8 @@ def segments(problem: sky.Problem, result: sky.Result) -> int:
     """Count the boxes of the corridor along a path."""
     ends = problem.scenario.uavs[problem.uav].start, problem.scenario.targets[problem.target].position
     waypoints = drop_collinear(np.vstack([ends[0], result.path, ends[1]]))
-    return len(grow_corridor(problem.airspace.world.space, shortcut(problem.airspace.world, waypoints), REACH))
+    world = problem.airspace.world
+    return len(grow_corridor(world.space, shortcut(world, waypoints), REACH, math.inf))
 
 
 def milliseconds(call: Callable[[], object], runs: int) -> float:
