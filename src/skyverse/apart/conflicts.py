@@ -68,12 +68,15 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
         spans = meetings(curves, a, at[a], 1.0, b, at[b], 1.0, w, t, max(end, 1e-3))
         begins, ends = both_ends_meet(curves, a, b, w, t)
         moved = not (absent[a] or absent[b])
-        for since, until, when, square in spans.tolist():
+        true = (w + FORGIVEN, w + FORGIVEN, t + FORGIVEN)
+        for since, until, when, _ in spans.tolist():
             given = (begins and since <= 0.0) or (moved and ends and until >= end)
-            middle = (place(curves, a, when - at[a]) + place(curves, b, when - at[b])) / 2
-            spot = (float(middle[0]), float(middle[1]), float(middle[2]))
-            near = float(np.sqrt(max(square, 0.0)))
-            found.append(Conflict((int(a), int(b)), since, min(until, end), min(when, end), near, spot, bool(given)))
+            one, other = place(curves, a, when - at[a]), place(curves, b, when - at[b])
+            x, y, z = ((one + other) / 2).tolist()
+            near = float(np.linalg.norm((one - other) / true))
+            found.append(
+                Conflict((int(a), int(b)), since, min(until, end), min(when, end), near, (x, y, z), bool(given))
+            )
     return tuple(sorted(found, key=lambda conflict: (conflict.begin, conflict.uavs)))
 
 

@@ -40,7 +40,7 @@ class Place:
 
 
 class Others(NamedTuple):
-    """Those placed, as kernels take them: flights, semi-axes that count, and who starts or ends about too close; (n,)."""
+    """Those placed, as kernels take them: flights, semi-axes, and who starts or ends about too close; (n,)."""
 
     placed: Placed
     wide: Floats
