@@ -59,9 +59,10 @@ def judge_separation(
 
 
 class _Cells(NamedTuple):
-    """Intervals of time in each of which two UAVs fly one piece each: (m,) pair, seconds, and 1 - nearness^2."""
+    """Intervals of time in each of which two UAVs fly one piece each: (m,) pair, pieces, seconds, 1 - nearness^2."""
 
     pair: Ints
+    pieces: tuple[Ints, Ints]
     begins: Floats
     ends: Floats
     excess: Polynomials
@@ -71,15 +72,15 @@ def _cells(fleet: _Fleet, pairs: Ints, intervals: list[tuple[Floats, Floats]], f
     of = np.repeat(np.arange(len(pairs)), [len(begins) for begins, _ in intervals])
     begins, ends = (np.concatenate(column) for column in zip(*intervals, strict=True))
     tracks = fleet.tracks
-    pieces = [
+    first, second = (
         np.concatenate([tracks.piece(pair[side], some) for pair, (some, _) in zip(pairs, intervals, strict=True)])
         for side in (0, 1)
-    ]
-    x, y, z = relative(tracks, pieces[0], pieces[1], begins, ends)
+    )
+    x, y, z = relative(tracks, first, second, begins, ends)
     i, j = pairs[of].T
     level, upright = fleet.across[i, j] - forgiven, fleet.above[i, j] - forgiven
     nearness = squared([_divided(x, level), _divided(y, level), _divided(z, upright)])
-    return _Cells(of, begins, ends, nearness * -1.0 + 1.0)
+    return _Cells(of, (first, second), begins, ends, nearness * -1.0 + 1.0)
 
 
 def _divided(part: Polynomials, by: Floats) -> Polynomials:
@@ -103,11 +104,11 @@ def _judge_pairs(fleet: _Fleet, pairs: Ints, slices: list[Ints]) -> tuple[list[V
             if any(given):
                 found += _judge_given(fleet, pairs[k : k + 1], *given)
                 continue
-            time = _instant(cells, int(peaks.piece[k]), float(peaks.share[k]))
-            found.append(_too_close(fleet, pairs[k], time, Fault.SEPARATION))
+            meeting = _meeting(fleet, cells, peaks.piece[k], peaks.share[k])
+            found.append(_too_close(fleet, pairs[k], meeting, Fault.SEPARATION))
         else:
-            time = _instant(cells, int(peaks.stuck[k]), float(peaks.stuck_share[k]))
-            found.append(_undecided(fleet, pairs[k], time, int(peaks.halvings[k])))
+            meeting = _meeting(fleet, cells, peaks.stuck[k], peaks.stuck_share[k])
+            found.append(_undecided(fleet, pairs[k], meeting, int(peaks.halvings[k])))
     return found, int(peaks.halvings.sum())
 
 
@@ -116,8 +117,18 @@ def _common(fleet: _Fleet, i: int, j: int) -> tuple[Floats, Floats]:
     return edges[:-1], edges[1:]
 
 
-def _instant(cells: _Cells, cell: int, share: float) -> float:
-    return float(cells.begins[cell] + share * (cells.ends[cell] - cells.begins[cell]))
+class _Meeting(NamedTuple):
+    """An instant, seconds, and where two UAVs are then, evaluated directly, (3,) metres."""
+
+    time: float
+    first: Floats
+    second: Floats
+
+
+def _meeting(fleet: _Fleet, cells: _Cells, cell: int, share: float) -> _Meeting:
+    time = np.array([cells.begins[cell] + share * (cells.ends[cell] - cells.begins[cell])])
+    first, second = (fleet.tracks.begun_at(piece[[cell]], time)[0, 0] for piece in cells.pieces)
+    return _Meeting(float(time[0]), first, second)
 
 
 def _given(fleet: _Fleet, i: int, j: int) -> tuple[bool, bool]:
@@ -153,11 +164,10 @@ def _judge_given(fleet: _Fleet, pair: Ints, starts: bool, ends: bool) -> Iterato
         within = _cells(fleet, pair, [some], TOLERANCE)
         peaks = greatest(within.excess.b, within.excess.error, 0.0, FINE)
         if peaks.refuted(0.0)[0]:
-            time = _instant(within, int(peaks.piece[0]), float(peaks.share[0]))
-            yield _too_close(fleet, pair[0], time, fault)
+            yield _too_close(fleet, pair[0], _meeting(fleet, within, peaks.piece[0], peaks.share[0]), fault)
         elif not peaks.proven(0.0)[0]:
-            time = _instant(within, int(peaks.stuck[0]), float(peaks.stuck_share[0]))
-            yield _undecided(fleet, pair[0], time, int(peaks.halvings[0]))
+            meeting = _meeting(fleet, within, peaks.stuck[0], peaks.stuck_share[0])
+            yield _undecided(fleet, pair[0], meeting, int(peaks.halvings[0]))
 
 
 def _within(intervals: tuple[Floats, Floats], begin: float, end: float) -> tuple[Floats, Floats]:
@@ -168,7 +178,8 @@ def _within(intervals: tuple[Floats, Floats], begin: float, end: float) -> tuple
 
 def _reversed(cells: _Cells) -> _Cells:
     excess = Polynomials(cells.excess.b[::-1, ::-1], cells.excess.error[::-1])
-    return _Cells(cells.pair, -cells.ends[::-1], -cells.begins[::-1], excess)
+    first, second = cells.pieces
+    return _Cells(cells.pair, (first[::-1], second[::-1]), -cells.ends[::-1], -cells.begins[::-1], excess)
 
 
 def _first_apart(cells: _Cells) -> float:
@@ -187,10 +198,10 @@ def _first_apart(cells: _Cells) -> float:
     return float(cells.ends[-1])
 
 
-def _too_close(fleet: _Fleet, pair: Ints, time: float, fault: Fault) -> Violation:
+def _too_close(fleet: _Fleet, pair: Ints, meeting: _Meeting, fault: Fault) -> Violation:
     i, j = (int(k) for k in pair)
     uavs = fleet.tracks.uavs[i], fleet.tracks.uavs[j]
-    first, second = (fleet.tracks.place(k, time) for k in (i, j))
+    time, first, second = meeting
     across, above = fleet.across[i, j], fleet.above[i, j]
     apart, middle = first - second, (first + second) / 2
     nearness = float(np.linalg.norm(apart / [across, across, above]))
@@ -207,10 +218,10 @@ def _too_close(fleet: _Fleet, pair: Ints, time: float, fault: Fault) -> Violatio
     return Violation(fault, uavs, message, time, triple(middle))
 
 
-def _undecided(fleet: _Fleet, pair: Ints, time: float, halvings: int) -> Violation:
+def _undecided(fleet: _Fleet, pair: Ints, meeting: _Meeting, halvings: int) -> Violation:
     i, j = (int(k) for k in pair)
     uavs = fleet.tracks.uavs[i], fleet.tracks.uavs[j]
-    middle = (fleet.tracks.place(i, time) + fleet.tracks.place(j, time)) / 2
+    time, middle = meeting.time, (meeting.first + meeting.second) / 2
     names = " and ".join(fleet.scenario.uavs[uav].name for uav in uavs)
     message = (
         f"Whether {names} keep their separation could not be decided at t = {time:.6g} s, around {place(middle)}, "

@@ -65,12 +65,6 @@ class Tracks(NamedTuple):
         parts = bernstein(self.begun_at(piece, edges[:-1]), np.diff(edges))
         return _with(parts, self.shift_error(piece, edges[1:]))
 
-    def place(self, k: int, instant: float) -> Floats:
-        """Return where the k-th UAV is, (3,) metres."""
-        at = np.array([instant])
-        place: Floats = self.begun_at(self.piece(k, at), at)[0, 0]
-        return place
-
 
 def _with(parts: list[Polynomials], error: Floats) -> list[Polynomials]:
     return [Polynomials(part.b, part.error + error[:, axis]) for axis, part in enumerate(parts)]
