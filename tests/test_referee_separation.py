@@ -82,6 +82,15 @@ def test_an_ellipsoid_may_be_touched(place, less):
         assert verdict(mission) is Verdict.REFUTED
 
 
+def test_a_separation_missed_by_the_tolerance_itself_is_undecided():
+    mission = fleet(PASSING, (0.3, 0.5 - 1e-6, 0))
+    (found,) = between(mission)
+    assert (found.fault, found.uavs) == (Fault.UNDECIDED, (0, 1))
+    assert "could not be decided" in found.message
+    assert found.position == pytest.approx((0.3, 0.25, 0), abs=1e-3)
+    assert verdict(mission) is Verdict.UNDECIDED
+
+
 @pytest.mark.parametrize("axes", [(0.5, 1.0), (1.0, 0.3)])
 def test_of_two_uavs_the_larger_axes_count_each(axes):
     one, other = (
