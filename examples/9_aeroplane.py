@@ -49,7 +49,7 @@ for uav, result, trajectory in zip(scenario.uavs, mission.results, mission.traje
     )
 
 # %%
-# Seen from above, and the heights along the way. Where a climb does not fit its leg, full turns are flown.
+# Seen from above, and the heights along the way. Where a climb does not fit the way, the way is made longer.
 
 figure, (above, aside) = plt.subplots(2, figsize=(8, 7), height_ratios=(2, 1), layout="constrained")
 for box, shade in zip(scenario.obstacles, ("0.6", "0.6", "0.85"), strict=True):

@@ -227,6 +227,14 @@ def planes(draw):
     return plane(speed, radius, draw(st.floats(1, 60)), share * speed**2 / radius)
 
 
+def test_steep_ways_between_close_walls_are_flown_by_helices():
+    """Map 2 leads over and under seven walls, with 1.7 m between one wall's clearance and the next one's."""
+    problem = sky.Problem(sky.read("map2"))
+    world, path = problem.airspace.world, sky.Taut().plan(problem).path
+    narrow = plane(speed=1, turn_radius=0.4, climb=30)
+    assert prove(world, narrow, fly_aeroplane(world, path, narrow)).verdict is Verdict.PROVEN
+
+
 @settings(max_examples=25)
 @given(st.lists(PLACES, min_size=2, max_size=5), planes())
 def test_whatever_is_flown_among_pillars_is_proven(places, uav):

@@ -26,13 +26,12 @@ _MARGIN = 1e-4
 """The share of a limit that is left: polynomials are not quite arcs."""
 _TURNING = 0.98
 """The share of `max_acceleration` that turns may take; the rest is for climbs."""
-_HEADINGS = 16
 _AHEAD = 5
 """How many waypoints further a leg may lead at most."""
 _NEAR = 2
 """How many of them even if they are not in sight."""
-_TRIES = 20_000
-"""Legs that are tested for obstacles before a search gives up."""
+_TRIES = 10_000
+"""Legs that are tested for obstacles, and full turns in them, before a search gives up."""
 
 
 class _Search(NamedTuple):
@@ -44,25 +43,31 @@ class _Search(NamedTuple):
         Of poses from their waypoint: outwards and along the way, in least radii.
     radii
         Of turns, in least radii.
+    headings
+        At each place.
+    greed
+        What the way that is left counts; above 1, what leads on is preferred to what is short.
     wide
         Whether there are poses between waypoints that are far apart, and waypoints out of sight are flown to directly.
     """
 
     offsets: tuple[tuple[float, float], ...]
     radii: tuple[float, ...]
+    headings: int
+    greed: float
     wide: bool
 
 
-_OUTWARD = ((0.0, 0.0), (0.3, 0.0), (0.8, 0.0))
-_AROUND = tuple(
-    (reach * math.cos(turn), reach * math.sin(turn))
-    for reach in (0.6, 1.5)
-    for turn in np.arange(6) * (math.pi / 3)
-)
+def _cross(reach: float) -> tuple[tuple[float, float], ...]:
+    return ((0.0, 0.0), (0.4, 0.0), (reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach))
+
+
 _SEARCHES = (
-    _Search(_OUTWARD, (1.0, 1.5), wide=False),
-    _Search((*_OUTWARD, *_AROUND), (1.0, 1.5), wide=True),
+    _Search(((0.0, 0.0), (0.3, 0.0), (0.8, 0.0)), (1.0, 1.5), headings=16, greed=1.0, wide=False),
+    _Search(_cross(1.3), (1.0,), headings=16, greed=3.0, wide=False),
+    _Search(_cross(1.5), (1.0, 1.5), headings=8, greed=3.0, wide=True),
 )
+"""One after the other until one finds a way: what is short, then what is found soon, then what is out of the way."""
 
 
 class _Able(NamedTuple):
@@ -83,12 +88,15 @@ class _Poses(NamedTuple):
     first
         (waypoints + 1,) where each waypoint's begin.
     left
-        (n,) metres of way that are left, seen from above: along the waypoints, or straight on where that is more.
+        (n,) metres of way that are left, about: along the waypoints, or straight on where that is more.
+    headings
+        As many poses follow each other at one place.
     """
 
     at: Floats
     first: Ints
     left: Floats
+    headings: int
 
 
 def fly_aeroplane(world: World, waypoints: Floats, uav: UAV) -> Trajectory | None:
@@ -125,7 +133,7 @@ def fly_aeroplane(world: World, waypoints: Floats, uav: UAV) -> Trajectory | Non
         able = _Able(
             least * np.array(search.radii), slope * (1.0 - _MARGIN), vertical / wing.speed**2 * (1.0 - _MARGIN)
         )
-        poses = _poses(world, _between(points, 4.0 * least) if search.wide else points, search.offsets, least)
+        poses = _poses(world, points, search, least, slope)
         way = _cheapest(world.space, poses, able, search.wide)
         if len(way):
             return _flown(poses.at, way, able, wing.speed)
@@ -141,8 +149,10 @@ def _between(points: Floats, least: float) -> Floats:
     return np.vstack(rows)
 
 
-def _poses(world: World, points: Floats, offsets: tuple[tuple[float, float], ...], radius: float) -> _Poses:
+def _poses(world: World, points: Floats, search: _Search, radius: float, slope: float) -> _Poses:
     """Set poses at the waypoints, and beside those in between: outwards and along the way, by so many radii."""
+    if search.wide:
+        points = _between(points, 4.0 * radius)
     courses = np.arctan2(*np.diff(points, axis=0).T[1::-1])
     moving = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1) > 1e-9
     rows, counts = [], []
@@ -160,18 +170,31 @@ def _poses(world: World, points: Floats, offsets: tuple[tuple[float, float], ...
             outward = -outward
         places = np.array([point])
         if 0 < i < len(points) - 1:
-            shifts = radius * np.array([out * outward + on * along for out, on in offsets])
+            shifts = radius * np.array([out * outward + on * along for out, on in search.offsets])
             places = point + np.column_stack([shifts, np.zeros(len(shifts))])
         places = places[world.free(places)]
-        headings = heading + np.arange(_HEADINGS) * (2.0 * math.pi / _HEADINGS)
-        rows.append(np.column_stack([np.repeat(places, _HEADINGS, axis=0), np.tile(headings, len(places))]))
+        headings = heading + np.arange(search.headings) * (2.0 * math.pi / search.headings)
+        rows.append(np.column_stack([np.repeat(places, search.headings, axis=0), np.tile(headings, len(places))]))
         counts.append(len(rows[-1]))
     at = np.vstack(rows)
-    steps = np.hypot(*np.diff(points[:, :2], axis=0).T)
-    ahead = np.repeat(np.r_[np.cumsum(steps[::-1])[::-1], 0.0], counts)
+    ahead = np.repeat(_left(points, slope), counts)
     aside = np.hypot(*(at[:, :2] - np.repeat(points[:, :2], counts, axis=0)).T)
     straight = np.hypot(*(points[-1] - at[:, :3])[:, :2].T)
-    return _Poses(at, np.r_[0, np.cumsum(counts)], np.maximum(ahead - aside, straight))
+    left = search.greed * np.maximum(ahead - aside, straight)
+    return _Poses(at, np.r_[0, np.cumsum(counts)], left, search.headings)
+
+
+def _left(points: Floats, slope: float) -> Floats:
+    """Return the metres of way (n,) that are left from each waypoint on, nowhere climbing steeper than a slope."""
+    steps = np.diff(points, axis=0)
+    left = np.zeros(len(points))
+    end, way, rise = 0.0, 0.0, 0.0  # what is left after the rise or descent that a step belongs to, and the part of it
+    for i in range(len(steps) - 1, -1, -1):
+        if rise * steps[i, 2] < 0.0:
+            end, way, rise = left[i + 1], 0.0, 0.0
+        way, rise = way + math.hypot(steps[i, 0], steps[i, 1]), rise + steps[i, 2]
+        left[i] = end + max(way, abs(rise) / slope)
+    return left
 
 
 def _flown(poses: Floats, way: Ints, able: _Able, speed: float) -> Trajectory:
@@ -204,14 +227,14 @@ def _cheapest(space: Space, poses: _Poses, able: _Able, blind: bool) -> Ints:
         u, v, option = entry // options // n, entry // options % n, entry % options
         if length[v] < np.inf:
             continue
-        tries -= 1
         if tries < 0:
             break
+        leg = _leg(poses.at[u], poses.at[v], able, option, 0)
+        tries -= 1 + int((leg.a + leg.c) / (2.0 * math.pi * leg.radius))
         profile = _clear_profile(space, poses.at[u], poses.at[v], able, option)
         if profile < 0:
             heap = _push_next(heap, poses, able, length, u, v, option)
             continue
-        leg = _leg(poses.at[u], poses.at[v], able, option, profile)
         length[v] = length[u] + leg.a + leg.b + leg.c
         come[v, 0], come[v, 1], come[v, 2], come[v, 3] = u, v, option, profile
         if v >= poses.first[layers - 1]:
@@ -244,7 +267,7 @@ def _expand(
     far = poses.first[min(layers, layer + 1 + _NEAR)]
     seen = True
     for v in range(poses.first[layer + 1], poses.first[min(layers, layer + 1 + _AHEAD)]):
-        if not blind and v >= far and v % _HEADINGS == 0:
+        if not blind and v >= far and (v - far) % poses.headings == 0:
             seen = segment_free(space, poses.at[u, :3], poses.at[v, :3])
         if seen and length[v] == np.inf:
             heap = _push_next(heap, poses, able, length, u, v, -1)
@@ -262,15 +285,16 @@ def _push_next(heap: Heap, poses: _Poses, able: _Able, length: Floats, u: int, v
             found = i
     if found < 0:
         return heap
-    n = len(poses.at)
-    left = max(poses.left[v], climb_length(poses.at[n - 1, 2] - poses.at[v, 2], able.slope, able.bend))
-    return push(heap, length[u] + lengths[found] + left, (u * n + v) * len(lengths) + found)
+    key = length[u] + lengths[found] + poses.left[v]
+    return push(heap, key, (u * len(poses.at) + v) * len(lengths) + found)
 
 
 @kernel
 def _options(a: Floats, b: Floats, able: _Able) -> Floats:
     """Return the metres of all legs between two poses: by radius, word, and full turns at the first or last letter."""
     lengths = np.full(12 * len(able.radii), np.inf)
+    turning = np.full((len(able.radii), 2, 2), np.inf)
+    held = np.zeros((len(able.radii), 2, 2), np.int64)
     needed = climb_length(b[2] - a[2], able.slope, able.bend)
     for r in range(len(able.radii)):
         words = all_words(a[0], a[1], a[3], b[0], b[1], b[3], able.radii[r])
@@ -279,9 +303,17 @@ def _options(a: Floats, b: Floats, able: _Able) -> Floats:
             if plain == np.inf:
                 continue
             turns = _full_turns(plain, needed, able.radii[r])
-            lengths[12 * r + 2 * word] = plain + turns * 2.0 * math.pi * able.radii[r]
-            if turns:
-                lengths[12 * r + 2 * word + 1] = lengths[12 * r + 2 * word]
+            whole = plain + turns * 2.0 * math.pi * able.radii[r]
+            if turns == 0:
+                lengths[12 * r + 2 * word] = whole
+                continue
+            for end in range(2):  # of the words that begin, or end, with the same turn, the shortest
+                side = word % 2 if end == 0 or word not in (2, 3) else 1 - word % 2
+                if whole < turning[r, end, side]:
+                    if turning[r, end, side] < np.inf:
+                        lengths[held[r, end, side]] = np.inf
+                    turning[r, end, side], held[r, end, side] = whole, 12 * r + 2 * word + end
+                    lengths[12 * r + 2 * word + end] = whole
     return lengths
 
 

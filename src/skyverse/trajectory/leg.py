@@ -17,7 +17,7 @@ from skyverse.space.world import Space
 from skyverse.trajectory.dubins import curvature, pose
 
 _BRIEF = 1e-9
-"""Metres of way that are passed over: they would be lost in rounding."""
+"""Metres of way, and of height, that are passed over: they would be lost in rounding."""
 _TIGHT = 1e-3
 """Metres that an arc may seem nearer to an obstacle than it is."""
 _ARC = math.pi / 12.0
@@ -53,15 +53,15 @@ class Leg(NamedTuple):
 @kernel
 def climb_length(rise: float, slope: float, bend: float) -> float:
     """Return the metres of way that a change of height takes at least, with a steepest slope and its greatest rate."""
-    ramps, held = _steepest(abs(rise), slope, bend)
-    return 2.0 * ramps + held
+    if abs(rise) <= _BRIEF:
+        return 0.0
+    ramp, hold = _steepest(abs(rise), slope, bend)
+    return 2.0 * ramp + hold
 
 
 @kernel
 def _steepest(rise: float, slope: float, bend: float) -> tuple[float, float]:
     slope = min(slope, math.sqrt(rise * bend / 1.5))
-    if slope == 0.0:
-        return 0.0, 0.0
     ramp = 1.5 * slope / bend
     return ramp, max(0.0, rise / slope - ramp)
 
@@ -69,7 +69,7 @@ def _steepest(rise: float, slope: float, bend: float) -> tuple[float, float]:
 @kernel
 def climb_along(rise: float, length: float, slope: float, bend: float, profile: int) -> Climb:
     """Spread a change of height over a leg of a length that suffices: 0 all along, 1 at its beginning, 2 at its end."""
-    if rise == 0.0:
+    if abs(rise) <= _BRIEF:
         return Climb(0.0, 0.0, 0.0, 0.0)
     up = abs(rise)
     if profile == 0:
@@ -177,7 +177,7 @@ def _halved(space: Space, leg: Leg, begin: float, end: float, curved: float, cli
         if verdict == CLEAR:
             begin = end
             waiting -= 1
-        elif verdict == _UNSURE:
+        elif verdict == _UNSURE and waiting < len(ends):
             ends[waiting] = 0.5 * (begin + end)
             waiting += 1
         else:
