@@ -31,7 +31,7 @@ ASSIGNMENTS = ("identity", "euclidean", "path-cost")
 @pytest.mark.parametrize("fleet", TOTALS)
 @pytest.mark.parametrize(("which", "assignment"), list(enumerate(ASSIGNMENTS)))
 def test_every_fleet_of_the_thesis_has_its_known_total(fleet, which, assignment):
-    mission = sky.plan_mission(sky.read(fleet), sky.AStar(), assignment=assignment)
+    mission = sky.plan_mission(sky.read(fleet), sky.AStar(), assignment=assignment, keep_apart=False)
     assert mission.cost == TOTALS[fleet][which]
     assert mission.complete
     assert {v.fault for v in mission.violations} <= {Fault.SEPARATION}
@@ -41,13 +41,13 @@ def test_every_fleet_of_the_thesis_has_its_known_total(fleet, which, assignment)
 
 @pytest.mark.parametrize(("assignment", "longest"), list(zip(ASSIGNMENTS, (201, 168, 244), strict=True)))
 def test_the_longest_path_of_table_4_8_is_known(assignment, longest):
-    mission = sky.plan_mission(sky.read("table-4.8"), sky.AStar(), assignment=assignment)
+    mission = sky.plan_mission(sky.read("table-4.8"), sky.AStar(), assignment=assignment, keep_apart=False)
     assert max(result.cost for result in mission.results) == longest
 
 
 def test_the_smallest_longest_path_of_table_4_8_is_146():
     scenario = sky.read("table-4.8")
-    mission = sky.plan_mission(scenario, sky.AStar(), criterion="min-max")
+    mission = sky.plan_mission(scenario, sky.AStar(), criterion="min-max", keep_apart=False)
     assert max(result.cost for result in mission.results) == 146
     # of all assignments with that maximum it has the smallest sum
     costs = cost_matrix(Airspace(scenario), "path-cost")
@@ -74,7 +74,7 @@ def fleet(starts, targets, **changes):
 @pytest.mark.parametrize(("uavs", "targets"), [(4, 2), (2, 4), (1, 3), (3, 1), (0, 2), (2, 0)])
 def test_more_uavs_than_targets_and_the_reverse_leave_some_without(assignment, uavs, targets):
     scenario = fleet(SIDE[:uavs], OTHER[:targets])
-    mission = sky.plan_mission(scenario, sky.AStar(), assignment=assignment)
+    mission = sky.plan_mission(scenario, sky.AStar(), assignment=assignment, keep_apart=False)
     sent = [j for j in mission.assignment if j is not None]
     assert len(mission.assignment) == len(mission.results) == len(mission.trajectories) == uavs
     assert len(set(sent)) == len(sent) == min(uavs, targets)
@@ -129,11 +129,14 @@ SMALL = [sky.MVO(universes=4), sky.MVO(universes=4, as_run=True), sky.RandomRest
     st.sampled_from(["min-sum", "min-max"]),
     st.integers(0, 2**32),
 )
-@settings(max_examples=80)
+@settings(max_examples=40)
 def test_nothing_that_is_planned_is_ever_refused_by_the_referee(scenario, planner, assignment, criterion, seed):
     stop = sky.MaxIterations(4)
     mission = sky.plan_mission(scenario, planner, stop=stop, rng=seed, assignment=assignment, criterion=criterion)
-    assert [v for v in mission.violations if v.fault is not Fault.SEPARATION] == []
+    close = {Fault.SEPARATION, Fault.GIVEN}  # in such little rooms not all can be kept apart, nor hidden
+    assert {v.fault for v in mission.violations} <= close
+    left = {(conflict.uavs, conflict.given) for conflict in mission.deconfliction.left}
+    assert left == {(v.uavs, v.fault is Fault.GIVEN) for v in mission.violations}
     assert list(mission.violations) == sky.check(scenario, mission)
     for result, trajectory in zip(mission.results, mission.trajectories, strict=True):
         assert (trajectory is not None) == (result is not None and result.status.reached)
