@@ -262,6 +262,7 @@ def test_a_mission_carries_it_and_the_referee_finds_nothing_wrong():
     mission = sky.plan_mission(given, sky.Taut())
     assert mission.trajectories[0].form == "dubins"
     assert mission.violations == ()
+    assert mission.certificates[0].verdict is Verdict.PROVEN
 
 
 def test_without_a_fixed_wing_it_refuses():
