@@ -175,6 +175,7 @@ def test_a_uav_draws_the_same_numbers_whatever_the_others_do():
             stop=sky.MaxIterations(5),
             rng=3,
             assignment="identity",
+            keep_apart=False,
         )
         for start in (SIDE[0], SIDE[3])
     )
