@@ -171,7 +171,7 @@ def _bend(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g
     if limits.thrust < np.inf:
         _ball(x, y, up, limits.thrust, mu, g, h)
     if limits.tilt < np.inf:
-        t = limits.tilt**2
+        t, up = limits.tilt**2, z + limits.fall
         slack = t * up**2 - x * x - y * y
         rise = (-2.0 * x, -2.0 * y, 2.0 * t * up)
         for a in range(3):

@@ -30,7 +30,7 @@ STANDSTILL = 1e-9
 """Metres of way below which there is nothing to fly."""
 
 
-WEIGHT = 0.3
+WEIGHT = 0.1
 """What jerk or snap may cost: of the time, for a trajectory that uses half of its limit all the time."""
 REACH = 10.0
 """Metres that the corridor's boxes may reach beyond their stretches of the path."""
@@ -296,6 +296,7 @@ def _slack(limits: Limits, order: int, x: float, y: float, z: float) -> float:
             return -1.0
         slack *= room
     if limits.tilt < np.inf:
+        up = z + limits.fall  # a hair less than it is: thrust never points down
         room = (limits.tilt * up) ** 2 - level
         if not (room > 0.0 and up > 0.0 and slack > 0.0):
             return -1.0
