@@ -76,8 +76,13 @@ def main() -> None:
     kept("table-4.8")  # compiles
     kept("table-4.13")
     head = ["fleet", "conflicts", "violations", "apart", "total, s", "makespan, s", "over the bound", "done", "seconds"]
-    rows = [kept(name) for name in asked if name != "flights"]
+    rows = []
+    for name in asked:
+        if name != "flights":
+            rows.append(kept(name))
+            print(" | ".join(rows[-1]), flush=True)
     if rows:
+        print()
         table(head, rows)
     if "flights" in asked:
         lines = []
