@@ -20,6 +20,10 @@ LEAF = 0.01
 TICK = 0.02
 """Seconds between the delays that are considered."""
 MOST_LEAVES = 1 << 16
+STRIDE = 4
+"""Delays from one that is asked exactly to the next."""
+COARSENESS = 0.15
+"""Metres, more than two leaves' boxes are wide: what is so much too close in boxes is too close in truth."""
 COARSE = 4
 """Leaves that are taken together where an estimate is enough."""
 SPREAD = 0.5
@@ -268,14 +272,24 @@ def earliest(
 ) -> float:
     """Return the least delay, seconds, at which curve c is apart from all that are placed; -1 if there is none.
 
-    Those whose starts or targets are so near to its own that boxes are too coarse, (n,) booleans, are asked one
-    delay after the other.
+    Those whose starts or targets are so near to its own that boxes are too coarse, (n,) booleans, are asked every few
+    delays, where a smaller ellipsoid does not forbid it, or that they never let it pass once they stand.
     """
     seconds = scale * length(curves, c)
     for p in range(len(placed.curve)):
-        if wide[p] > 0.0 and not tight[p] and _next_free(free, 0) < len(free) - 1:
-            both = wide[p], tall[p]
+        if wide[p] > 0.0 and _next_free(free, 0) < len(free) - 1:
+            less = COARSENESS if tight[p] else 0.0
+            both = max(wide[p] - less, 1e-3), max(tall[p] - less, 1e-3)
             forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, 1, free)
+            if not tight[p]:
+                continue
+            a, at, factor = placed.curve[p], placed.at[p], placed.scale[p]
+            landed = math.ceil((at + factor * length(curves, a)) / TICK) + 1
+            if landed < len(free) - 1 and clash(
+                curves, a, at, factor, c, landed * TICK, scale, wide[p], tall[p]
+            ):  # it stands from then on, so that all later departures are alike
+                for k in range(landed, len(free) - 1):
+                    free[k] = max(free[k], k + 1)
     i = _next_free(free, 0)
     while i < len(free) - 1:
         apart = True
@@ -285,7 +299,7 @@ def earliest(
                 apart = not clash(curves, a, at, factor, c, i * TICK, scale, wide[p], tall[p])
         if apart:
             return i * TICK
-        i = _next_free(free, i + 1)
+        i = _next_free(free, min(i + STRIDE, len(free) - 1) if tight.any() else i + 1)
     return -1.0
 
 
