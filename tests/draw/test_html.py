@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import skyverse as sky
 from skyverse.draw.html import banner, page, slider_step, write_html
 from skyverse.draw.scene import scene
 from skyverse.draw.table import number, percent, seconds
@@ -197,3 +198,9 @@ def test_the_fleet_flies_in_a_browser(mission, tmp_path, tab):
 
     assert tab.errors == []
     assert tab.requests == [target.as_uri()]
+
+
+def test_a_page_says_that_all_is_proven_only_where_it_is():
+    mission = sky.plan_mission(sky.read("map1"), sky.Taut())
+    assert "this is proven" in banner(scene(mission))
+    assert "this is proven" not in banner(scene(dataclasses.replace(mission, apart=None)))

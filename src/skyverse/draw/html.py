@@ -149,7 +149,8 @@ def _what_was_judged(scene: Scene) -> str:
     if flights == 0:
         return "<p>There are no trajectories; it judged the paths alone.</p>"
     things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
-    return f"<p>It judged {things}, not only the paths.</p>"
+    proven = " At every instant they are clear of obstacles, in bounds, within limits and apart: this is proven."
+    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}</p>"
 
 
 def card(tone: str, sign: str, heading: str, body: str) -> str:

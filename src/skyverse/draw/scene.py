@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.draw.track import Floats, Point, Track, track
-from skyverse.result import Fault, Mission, Provenance, Result, Status, Violation
+from skyverse.result import Fault, Mission, Provenance, Result, Status, Verdict, Violation
 from skyverse.scenario import Bounds, Box, Objective, Scenario, Target, Zone
 
 Thing = TypeVar("Thing")
@@ -91,6 +91,7 @@ class Scene:
     although the referee may have found nothing wrong with what there is. The mission is `complete` when every
     UAV that has a target has a path to it, and, where any UAV flies, a trajectory along it. `bound` says what the
     optimum is: exact on the lattice; a lower bound where a path leaves it, or pays for more than fuel and turns.
+    It is `proven` when the mission says that the referee proved all of it, at every instant.
     """
 
     title: str
@@ -109,6 +110,7 @@ class Scene:
     totals: Totals
     complete: bool
     interrupted: bool
+    proven: bool
     provenance: Provenance
 
 
@@ -147,6 +149,7 @@ def scene(mission: Mission) -> Scene:
         totals=_totals(tracks, [result for result in results if result is not None]),
         complete=not any(note and target is not None for note, target in zip(notes, targets, strict=True)),
         interrupted=mission.interrupted,
+        proven=mission.apart is not None and mission.apart.verdict is Verdict.PROVEN and not mission.violations,
         provenance=mission.provenance,
     )
 
