@@ -9,6 +9,7 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse import cli
+from skyverse.draw import animation
 from skyverse.draw.animation import instants
 from skyverse.draw.as_flown import as_flown
 
@@ -59,11 +60,16 @@ def test_what_is_no_flight_is_refused(mission_file, flight, tmp_path):
         sky.read_flight(tmp_path / "wrong.json")
 
 
-def test_films_open_elsewhere_and_have_a_frame_for_every_instant(flight, tmp_path):
-    image = pytest.importorskip("PIL.Image")
+def test_a_film_shows_twenty_instants_a_second(flight):
     times, speed = instants(as_flown(flight))
     assert speed == 1
     assert times == pytest.approx([*np.arange(0, 1.9, 0.05), 1.9])
+
+
+def test_films_open_elsewhere_and_have_a_frame_for_every_instant(flight, tmp_path, monkeypatch):
+    image = pytest.importorskip("PIL.Image")
+    times = [0.0, 0.5, 0.9, 1.9]
+    monkeypatch.setattr(animation, "instants", lambda drawn: (times, 1))
     sky.write_animation(flight, tmp_path / "film.gif")
     with image.open(tmp_path / "film.gif") as film:
         assert film.n_frames == len(times)
@@ -110,34 +116,33 @@ def test_the_page_tells_the_verdict_and_shows_planned_and_flown(flight, tmp_path
         sky.write_animation(flight, tmp_path / "page.avi")
 
 
-def test_three_instants_are_drawn(flight, tmp_path):
-    written = sky.write_instants(flight, tmp_path)
-    assert [path.name for path in written] == ["flown-initial.png", "flown-middle.png", "flown-final.png"]
-    assert len({path.read_bytes() for path in written}) == 3
+def test_figures_have_known_suffixes(flight, tmp_path):
     with pytest.raises(ValueError, match="not as 'jpg'"):
         sky.write_instants(flight, tmp_path, suffix="jpg")
 
 
 def test_the_command_flies_and_reports(skyverse, mission_file, tmp_path):
-    code, out, err = skyverse(
-        "fly", mission_file, "--wind", "1,0,0", "--seed", "3", "-o", "flight.json", "-j", "1", "--animation", "a.html"
-    )
+    files = "-o", "flight.json", "--animation", "a.html", "--figures", "pictures"
+    code, out, err = skyverse("fly", mission_file, "--wind", "1,0,0", "--seed", "3", "-j", "1", *files)
     assert code == 0, err
     assert "uav-2" in out
     assert "Safe: " in out
     assert sky.read_flight(tmp_path / "flight.json").wind == (1, 0, 0)
     assert "Tracking error" in (tmp_path / "a.html").read_text()
+    figures = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
+    assert set(figures) == {"flown-initial.png", "flown-middle.png", "flown-final.png"}
+    assert len(set(figures.values())) == 3
+    assert set(out.splitlines()[-5:]) == {"flight.json", "a.html", *(f"pictures/{name}" for name in figures)}
 
 
 def test_the_command_reports_as_json_and_fails_on_what_is_not_safe(skyverse, tmp_path):
     sky.write(mission(straight((0, 0, 2), (0.4, 0, 2), 0.6), boxes=[((0.2, -1, 0), (0.3, 1, 3))]), tmp_path / "m.json")
-    code, out, _ = skyverse("fly", "m.json", "--json", "-j", "1", "--figures", "pictures")
+    code, out, _ = skyverse("fly", "m.json", "--json", "-j", "1")
     told = json.loads(out)
     assert code == 1
     assert not told["safe"]
     assert told["violations"][0]["fault"] == "trajectory too close"
     assert told["uavs"][0]["clearance"] < 0
-    assert (tmp_path / "pictures" / "flown-middle.png").exists()
 
 
 @pytest.mark.parametrize(

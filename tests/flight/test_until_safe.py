@@ -8,7 +8,7 @@ from skyverse.flight.slower import farther, slowed
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 
 BRISK = straight((0, 0, 2), (2, 0, 2), 1.6)
-WALL = ((-1, 0.25, 0), (3, 1, 3))
+THROUGH = mission(straight((0, 0, 2), (1.2, 0, 2), 1.2), boxes=[((0.5, -0.2, 0), (0.7, 0.2, 3))])
 
 
 @pytest.mark.parametrize("factor", [1.25, 3.0])
@@ -38,26 +38,25 @@ def test_it_slows_down_until_it_is_safe():
     hasty = mission(BRISK, boxes=[((2.2505, -1, 0), (3, 1, 3))])
     told = []
     flight = sky.fly_until_safe(hasty, margin=0.001, rounds=6, on_round=told.append)
-    assert not sky.fly(hasty, margin=0.001).safe
     assert flight.rounds == tuple(told) != ()
     assert told[0].startswith("Round 1: slowed down to 80% of its speed; ")
-    assert flight.safe == told[-1].endswith("; safe.")
+    assert flight.safe
+    assert told[-1].endswith("; safe.")
     assert flight.mission.makespan > hasty.makespan
 
 
 def test_it_says_so_when_it_did_not_end_safe():
-    flight = sky.fly_until_safe(mission(BRISK, boxes=[((0.9, -0.2, 0), (1.1, 0.2, 3))]), margin=0.0, rounds=1)
+    flight = sky.fly_until_safe(THROUGH, margin=0.0, rounds=1)
     assert not flight.safe
     assert len(flight.rounds) == 1
     assert "not safe: uav-1 touches an obstacle" in flight.rounds[0]
 
 
 def test_what_slowing_does_not_mend_is_planned_farther_off():
-    through = mission(BRISK, boxes=[((0.9, -0.2, 0), (1.1, 0.2, 3))])
-    flight = sky.fly_until_safe(through, rounds=3)
+    flight = sky.fly_until_safe(THROUGH, rounds=3)
     assert flight.safe
     assert "planned anew at a clearance of" in flight.rounds[-1]
-    assert flight.mission.scenario == through.scenario
+    assert flight.mission.scenario == THROUGH.scenario
     assert flight.flown[0].clearance > 0.125
 
 
@@ -76,6 +75,13 @@ def test_uavs_that_are_planned_too_close_are_not_slowed_in_vain():
     flight = sky.fly_until_safe(mission(*flights))
     assert not flight.safe
     assert flight.rounds == ("Round 1: uav-1 and uav-2 are planned too close, which no slower flight mends; ended.",)
+
+
+def test_uavs_given_too_close_are_slowed_where_they_keep_apart_as_planned():
+    flights = straight((0, 0, 2), (0.1, 0, 2), 0.3), straight((0.2, 0, 2), (0.3, 0, 2), 0.3)
+    flight = sky.fly_until_safe(mission(*flights), wind=(3, 0, 0), noise=0.03, rng=1, margin=0.0, rounds=1)
+    assert not flight.safe
+    assert flight.rounds[0].startswith("Round 1: slowed down to 80% of its speed; ")
 
 
 def test_rounds_are_a_number():

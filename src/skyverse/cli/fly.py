@@ -94,9 +94,11 @@ def fly(
         "rng": seed,
         "workers": cores() if jobs is None else jobs,
     }
+    if rounds is not None:
+        options["rounds"] = rounds
     with _bar() as on_progress:
         if until_safe:
-            flight = sky.fly_until_safe(given, **options, rounds=rounds or 5, on_progress=on_progress)
+            flight = sky.fly_until_safe(given, **options, on_progress=on_progress)
         else:
             flight = sky.fly(given, **options, on_progress=on_progress)
     written = []
@@ -199,10 +201,6 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     print(flight.sentence)
     for path in written:
         print(path)
-
-
-def _cell(value: Any, unit: str) -> str:
-    return "-" if value is None else unit.format(value)
 
 
 _UNITS = {

@@ -36,7 +36,7 @@ def fly(
     what it is told. Aeroplanes are not flown: the others are judged against their trajectories. The flight is safe
     where it is nowhere nearer to an obstacle than the scenario's clearance less the margin, nor out of bounds by more
     than the margin, ends within the margin of the targets, and where no two UAVs come into their ellipsoid of
-    separation, made smaller by twice the margin.
+    separation, made smaller by twice the margin, nor, where they are given in it, nearer in it than they are given.
 
     Parameters
     ----------

@@ -11,6 +11,9 @@ from skyverse.result import Fault, Floats, Mission, Violation
 from skyverse.scenario import Scenario
 from skyverse.space.world import World
 
+TOLERANCE = 1e-6
+"""Of nearness."""
+
 
 def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle: Vehicle) -> Flown:
     """Return what one UAV's samples say."""
@@ -44,8 +47,9 @@ def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle:
 def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -> tuple[list[Passing], list[Violation]]:
     """Return every pair when it was closest, and those that strayed too far into their separation.
 
-    A UAV that was not flown is where its trajectory says, or stands at its start. While starts or targets are given
-    too close, as they are planned, nobody is to blame.
+    A UAV that was not flown is where its trajectory says, or stands at its start. Where starts or targets are given
+    too close, the nearness that is given must be kept until the pair is first apart, or from when it last is, as
+    planned; less the same share of it as the margin is of the separation.
     """
     uavs = mission.scenario.uavs
     ends = [f.times[-1] for f in flown if f is not None] + [mission.makespan]
@@ -54,7 +58,7 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
     actual = [p if f is None else _held(f, times) for p, f in zip(planned, flown, strict=True)]
     found, wrong = [], []
     for i, j in itertools.combinations(range(len(uavs)), 2):
-        level, upright = np.maximum(uavs[i].ellipsoid, uavs[j].ellipsoid)
+        level, upright = _separation(mission, i, j)
         if level == 0:
             continue
         meant = _nearness(planned[i] - planned[j], level, upright)
@@ -66,16 +70,29 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
             Passing(pair, float(times[k]), float(np.linalg.norm(apart[k])), float(nearness[k]), float(meant.min()))
         )
         strayed = _nearness(apart, max(level - 2 * margin, 1e-9), max(upright - 2 * margin, 1e-9))
-        strayed[_given(meant)] = np.inf
-        k = int(np.argmin(strayed))
-        if strayed[k] < 1.0:
+        asked = _asked(mission, i, j, meant)
+        k = int(np.argmin(strayed - asked))
+        if strayed[k] < asked[k]:
             middle = (actual[i][k] + actual[j][k]) / 2
+            given = f", {asked[k]:.2f} as their starts or targets are given" if asked[k] < 1.0 - TOLERANCE else ""
             message = (
                 f"{uavs[i].name} and {uavs[j].name} come within {np.linalg.norm(apart[k]):.3f} m of each other at "
-                f"{times[k]:.2f} s, {nearness[k]:.2f} of their separation; {margin:.3g} m each may be strayed"
+                f"{times[k]:.2f} s, {nearness[k]:.2f} of their separation{given}; {margin:.3g} m each may be strayed"
             )
             wrong.append(Violation(Fault.SEPARATION, pair, message, float(times[k]), _place(middle)))
     return found, wrong
+
+
+def planned_close(mission: Mission, i: int, j: int) -> bool:
+    """Tell whether two UAVs come closer than is asked of them as planned already."""
+    times = np.arange(np.ceil(mission.makespan * RATE) + 1) / RATE
+    meant = _nearness(_planned(mission, i, times) - _planned(mission, j, times), *_separation(mission, i, j))
+    return bool(np.any(meant < _asked(mission, i, j, meant) - 10 * TOLERANCE))
+
+
+def _separation(mission: Mission, i: int, j: int) -> tuple[float, float]:
+    level, upright = np.maximum(mission.scenario.uavs[i].ellipsoid, mission.scenario.uavs[j].ellipsoid)
+    return float(level), float(upright)
 
 
 def _planned(mission: Mission, uav: int, times: Floats) -> Floats:
@@ -94,15 +111,22 @@ def _nearness(apart: Floats, level: float, upright: float) -> Floats:
     return nearness
 
 
-def _given(meant: Floats) -> Floats:
-    """Tell at which of the instants a pair is too close because its starts or its targets are given so."""
-    clear = np.flatnonzero(meant >= 1.0 - 1e-6)
-    given = np.zeros(len(meant), dtype=bool)
-    if meant[0] < 1.0 - 1e-6:
-        given[: clear[0] if len(clear) else None] = True
-    if meant[-1] < 1.0 - 1e-6:
-        given[clear[-1] + 1 if len(clear) else 0 :] = True
-    return given
+def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
+    """Return the nearness to be kept, (m,): less than 1 while it is because starts, or targets, are given too close."""
+    uavs, targets = mission.scenario.uavs, mission.scenario.targets
+    asked = np.full(len(meant), 1.0 - TOLERANCE)
+    clear = np.flatnonzero(meant >= 1.0 - TOLERANCE)
+    first, last = (clear[0], clear[-1] + 1) if len(clear) else (len(meant), 0)
+
+    def given(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+        return float(_nearness(np.subtract([one], [other]), *_separation(mission, i, j))[0]) - TOLERANCE
+
+    asked[:first] = np.minimum(asked[:first], given(uavs[i].start, uavs[j].start))
+    if mission.trajectories[i] is not None and mission.trajectories[j] is not None:
+        one, other = mission.assignment[i], mission.assignment[j]
+        if one is not None and other is not None:
+            asked[last:] = np.minimum(asked[last:], given(targets[one].position, targets[other].position))
+    return asked
 
 
 def strayed(scenario: Scenario, flown: Flown, margin: float) -> list[Violation]:

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from skyverse.flight.lead import UP
-from skyverse.flight.vehicle import GRAVITY, Vehicle
+from skyverse.flight.vehicle import Vehicle
 from skyverse.result import Floats
+from skyverse.trajectory.limits import GRAVITY
 
 BANDWIDTH = 8.0
 """How fast the observer follows, 1/s."""

@@ -8,8 +8,9 @@ from skyverse.errors import InputError
 from skyverse.flight.lead import reference
 from skyverse.flight.observer import Observer, upward
 from skyverse.flight.runge_kutta import RungeKutta
-from skyverse.flight.vehicle import GRAVITY, vehicle_of
+from skyverse.flight.vehicle import vehicle_of
 from skyverse.result import Floats, Trajectory
+from skyverse.trajectory.limits import GRAVITY
 
 RATE = 100.0
 """Commands, and samples, a second."""

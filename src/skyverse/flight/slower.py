@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from skyverse.errors import InputError
 from skyverse.mission import plan_mission
 from skyverse.planners.taut import Taut
@@ -35,12 +33,8 @@ def slowed(mission: Mission, factor: float) -> Mission:
 
 
 def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
-    powers = np.arange(trajectory.coefficients.shape[1])
     return replace(
-        trajectory,
-        knots=trajectory.knots * factor,
-        coefficients=trajectory.coefficients / factor ** powers[None, :, None],
-        form="slowed" if trajectory.form == "smooth" else trajectory.form,
+        trajectory.retimed(trajectory.start * factor, factor),
         note=trajectory.note if _SLOWED in trajectory.note else f"{trajectory.note} {_SLOWED}".strip(),
     )
 

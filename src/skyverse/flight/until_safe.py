@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from skyverse.errors import InputError
 from skyverse.flight.fly import OnFlown, fly
+from skyverse.flight.judge import planned_close
 from skyverse.flight.slower import farther, slowed
 from skyverse.flown import Flight
 from skyverse.planners.base import Seed, seeded
@@ -112,10 +113,9 @@ def _say(said: list[str], on_round: Callable[[str], None] | None, sentence: str)
 
 def _planned_close(flight: Flight) -> str:
     """Return two UAVs that strayed into a separation that their trajectories do not keep either, or nothing."""
-    wrong = {violation.uavs for violation in flight.violations if violation.fault is Fault.SEPARATION}
     names = [uav.name for uav in flight.mission.scenario.uavs]
-    close = (passing.uavs for passing in flight.passings if passing.uavs in wrong and passing.planned < 1 - 1e-5)
-    return next((f"{names[i]} and {names[j]}" for i, j in close), "")
+    wrong = (violation.uavs for violation in flight.violations if violation.fault is Fault.SEPARATION)
+    return next((f"{names[i]} and {names[j]}" for i, j in wrong if planned_close(flight.mission, i, j)), "")
 
 
 def _shortfall(flight: Flight) -> float:

@@ -10,8 +10,8 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.scenario import UAV
+from skyverse.trajectory.limits import GRAVITY
 
-GRAVITY = 9.81
 ARM, HUMMINGBIRD_ARM = 0.086, 0.17
 
 

@@ -1,0 +1,77 @@
+"""Pairs judged as planned: what is not flown is where its trajectory says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from handmade import mission, straight
+from skyverse.flight.judge import passings
+
+
+def judged(made, margin=0.05):
+    """Return the nearness of the first two, and whether they are apart: 0.5 m, in height 1 m, less twice the margin."""
+    found, wrong = passings(made, (None,) * len(made.scenario.uavs), margin)
+    assert all(v.fault is sky.Fault.SEPARATION and v.uavs == (0, 1) for v in wrong)
+    return found[0].nearness, not wrong
+
+
+def standing(*flights):
+    """Return a mission in which only the first UAV flies."""
+    made = mission(*flights)
+    return replace(made, trajectories=(flights[0], None), assignment=(0, None))
+
+
+AWAY = straight((0, 0, 2), (-0.5, 0, 2), 1.0), straight((0.2, 0, 2), (0.6, 0, 2), 1.0)
+HOME = straight((-0.5, 0, 2), (0, 0, 2), 1.0), straight((0.6, 0, 2), (0.2, 0, 2), 1.0)
+
+
+@pytest.mark.parametrize("flights", [AWAY, HOME])
+@pytest.mark.parametrize("margin", [0.0, 0.125])
+def test_starts_or_targets_given_too_close_are_excused_while_no_nearer_than_given(flights, margin):
+    nearness, apart = judged(mission(*flights), margin)
+    assert nearness == pytest.approx(0.4)
+    assert apart
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.05, 0.125])
+def test_a_collision_is_not_excused_by_starts_given_too_close(margin):
+    swapped = straight((0, 0, 2), (3, 0, 2), 1.0), straight((0.2, 0, 2), (-3, 0, 2), 1.0)
+    nearness, apart = judged(mission(*swapped), margin)
+    assert nearness < 0.05
+    assert not apart
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.05, 0.125])
+def test_a_collision_is_not_excused_by_targets_given_too_close(margin):
+    swapped = straight((3, 0, 2), (0, 0, 2), 1.0), straight((-3, 0, 2), (0.2, 0, 2), 1.0)
+    nearness, apart = judged(mission(*swapped), margin)
+    assert nearness < 0.05
+    assert not apart
+
+
+@pytest.mark.parametrize(("nearest", "apart"), [(0.38, True), (0.34, True), (0.3, False)])
+def test_of_the_nearness_given_the_same_share_may_be_strayed_as_of_the_separation(nearest, apart):
+    # 0.4 m are given; of 0.5 m, 2 * 0.05 m may be strayed, a fifth: 0.32 m must be left
+    behind = straight((0, 0, 2), (3, 0, 2), 2.0)
+    first = straight((0.4, 0, 2), (nearest, 0, 2), 0.001)
+    assert judged(standing(first, behind))[1] == apart
+
+
+def test_starts_given_at_one_place_are_excused():
+    assert judged(mission(straight((0, 0, 2), (2, 0, 2), 1.0), straight((0, 0, 2), (-2, 0, 2), 1.0)), 0.0)[1]
+
+
+def test_starts_given_too_close_excuse_nothing_once_they_were_apart():
+    forth, back = straight((0, 0, 2), (3, 0, 2), 1.0), straight((3, 0, 2), (0, 0, 2), 1.0, begin=1.0)
+    rows = np.concatenate([forth.coefficients, back.coefficients])
+    there_and_back, other = sky.Trajectory(np.arange(3.0), rows), straight((-0.2, 0, 2), (-3, 0, 2), 1.0)
+    assert judged(standing(forth, other))[1]
+    assert not judged(standing(there_and_back, other))[1]
+
+
+def test_who_stands_at_anothers_target_is_not_excused():
+    nearness, apart = judged(standing(straight((2, 0, 2), (0, 0, 2), 1.0), straight((-0.02, 0, 2), (3, 0, 2), 1.0)))
+    assert nearness == pytest.approx(0.04)
+    assert not apart
