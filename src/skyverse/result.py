@@ -1,6 +1,6 @@
 """What is answered: results, trajectories, missions, violations. Plain frozen data; arrays are read-only."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -266,6 +266,18 @@ class Trajectory(_Record):
     def end(self) -> float:
         """The last instant, seconds."""
         return float(self.knots[-1])
+
+    def retimed(self, start: float, factor: float = 1.0) -> "Trajectory":
+        """Return the same flight from the instant `start` on, in `factor` times the time; `form` tells if slowed."""
+        if start == self.start and factor == 1.0:
+            return self
+        powers = factor ** np.arange(self.coefficients.shape[1], dtype=np.float64)
+        return replace(
+            self,
+            knots=start + (self.knots - self.start) * factor,
+            coefficients=self.coefficients / powers[:, None],
+            form="slowed" if factor > 1.0 and self.form == "smooth" else self.form,
+        )
 
     def at(self, t: ArrayLike) -> Motion:
         """Evaluate at the instants `t`, (m,) seconds; before `start` and after `end` the UAV holds its place."""

@@ -16,7 +16,7 @@ from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
 from skyverse.trajectory.shortcut import drop_collinear, shortcut
-from skyverse.trajectory.smooth import smooth
+from skyverse.trajectory.smooth import STANDSTILL, smooth
 
 Shape = Literal["minimum-snap", "minimum-jerk", "stop-and-go"]
 SLOWER = 1.1
@@ -74,23 +74,20 @@ def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool
             yield flown
         return
     note = ""
-    if shape != "stop-and-go":
+    stops = rest_to_rest(waypoints, uav)
+    moves = np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() > STANDSTILL
+    if shape != "stop-and-go" and moves:
         order = 4 if shape == "minimum-snap" else 3
         flown = smooth(world, waypoints, uav, order, close=close)
         if flown is None:
             note = "The passage is too narrow to be flown without stopping."
+        elif flown.end > stops.end:
+            note = "To stop at every waypoint takes less time."
         else:
             yield flown
             note = "The faster trajectory could not be proven safe."
-            yield replace(slower(flown, SLOWER), form="slowed", note=note)
+            yield replace(flown.retimed(flown.start, SLOWER), note=note)
             straight = smooth(world, waypoints, uav, order, close=True)
             if straight is not None:
                 yield replace(straight, form="straightened", note=note)
-    yield replace(rest_to_rest(waypoints, uav), note=note)
-
-
-def slower(trajectory: Trajectory, factor: float) -> Trajectory:
-    """Return the same flight in `factor` times the time, from the same instant on."""
-    powers = factor ** np.arange(trajectory.coefficients.shape[1])
-    knots = trajectory.start + factor * (trajectory.knots - trajectory.start)
-    return replace(trajectory, knots=knots, coefficients=trajectory.coefficients / powers[:, None])
+    yield replace(stops, note=note)
