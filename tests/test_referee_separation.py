@@ -129,13 +129,13 @@ def test_a_late_start_takes_no_longer_to_judge():
 
 
 def test_starts_too_close_are_given_until_first_apart():
-    out, back = stops((0, 0, 0), (3, 0, 0)), stops((0, 0, 0), (3, 0, 0), (0.3, 0, 0), (0, 3, 0))
+    out, back = stops((0, 0, 0), (-3, 0, 0)), stops((0, 0, 0), (-3, 0, 0), (-0.1, 0, 0), (0, 3, 0))
     (found,) = between(fleet(out, (0.2, 0, 0)))
     assert (found.fault, found.uavs) == (Fault.GIVEN, (0, 1))
     assert "as their starts or targets are given" in found.message
     given, blamed = between(fleet(back, (0.2, 0, 0)))
     assert (given.fault, blamed.fault) == (Fault.GIVEN, Fault.SEPARATION)
-    assert given.time < 1 < blamed.time < 3
+    assert given.time == 0 < 1 < blamed.time < 3
     assert sky.certify(fleet(back, (0.2, 0, 0)).scenario, fleet(back, (0.2, 0, 0))).apart.time == blamed.time
 
 
@@ -154,6 +154,61 @@ def test_targets_too_close_are_given_from_when_last_apart():
     blamed, given = sorted(between(fleet(there, visits)), key=lambda found: found.time)
     assert (blamed.fault, given.fault) == (Fault.SEPARATION, Fault.GIVEN)
     assert blamed.time < 4 < given.time
+
+
+@pytest.mark.parametrize("far", [0.0, 5e5])
+@pytest.mark.parametrize("at_start", [True, False])
+def test_what_is_given_excuses_nothing_that_is_nearer(far, at_start):
+    # 0.4 m of 0.5 m are given; then one flies through the other
+    one, other = [(far, 0, 0), (far + 8, 0.01, 0)], [(far + 0.4, 0, 0), (far - 8, 0, 0)]
+    through = fleet(*(stops(*(way if at_start else way[::-1])) for way in (one, other)))
+    found = {violation.fault: violation for violation in between(through)}
+    assert set(found) == {Fault.GIVEN, Fault.SEPARATION}
+    assert (found[Fault.GIVEN].time < 1e-9) == at_start
+    assert "0.8 of the separation" in found[Fault.GIVEN].message
+    assert "nearer than their starts or targets are given" in found[Fault.SEPARATION].message
+    assert nearness_in(found[Fault.SEPARATION]) < 0.02
+    judged = sky.certify(through.scenario, through).apart
+    assert (judged.verdict, judged.sentence) == (Verdict.REFUTED, found[Fault.SEPARATION].message)
+
+
+def nearness_in(violation):
+    return float(violation.message.split(": ")[-1].split()[0])
+
+
+@pytest.mark.parametrize(
+    ("nearer", "faults"),
+    [(0, {Fault.GIVEN}), (9e-7, {Fault.GIVEN}), (1.1e-6, {Fault.GIVEN, Fault.SEPARATION})],
+)
+def test_the_nearness_that_is_given_is_kept_but_for_the_tolerance(nearer, faults):
+    flight = stops((0, 0, 0), (nearer, 0, 0), (-3, 0, 0))
+    assert {violation.fault for violation in between(fleet(flight, (0.4, 0, 0)))} == faults
+    assert {violation.fault for violation in between(fleet(flight, (0, 0, 0)))} == {Fault.GIVEN}  # nothing to keep
+
+
+def test_a_pair_that_is_never_apart_may_come_as_near_as_either_end_is_given():
+    for gaps, faults in (
+        ((0.4, 0.2), {Fault.GIVEN}),
+        ((0.2, 0.4), {Fault.GIVEN}),
+        ((0.4, 0.1, 0.2), {Fault.GIVEN, Fault.SEPARATION}),
+    ):
+        steps = np.linspace(0, 5, len(gaps))
+        both = [stops(*((x, y, 0) for x, y in zip(steps, ys, strict=True))) for ys in (gaps, np.zeros(len(gaps)))]
+        assert {violation.fault for violation in between(fleet(*both))} == faults
+
+
+def test_starts_that_miss_by_what_is_let_pass_excuse_no_more():
+    flight = stops((9e-7, 0, 0), (1.8e-6, 0, 0), (-3, 0, 0))
+    (found,) = between(fleet(flight, (0.5, 0, 0)))
+    assert found.fault is Fault.SEPARATION
+
+
+def test_what_the_instant_named_does_not_show_is_undecided():
+    # so late that instants are 0.12 us from one another, which is 12 mm of a flight at 10^5 m/s
+    for nearest, faults in ((2**-7 + 2**-24, [Fault.UNDECIDED]), (2**-7 + 2**-23, [Fault.SEPARATION])):
+        line = np.array([[[-nearest * 1e5, 0.5 - 1e-5, 0], [1e5, 0, 0]]])
+        mission = fleet(Trajectory(2.0**29 + np.array([0, 2**-6]), line), (0, 0, 0))
+        assert [found.fault for found in between(mission)] == faults
 
 
 def test_a_uav_that_stands_at_anothers_target_is_not_given():

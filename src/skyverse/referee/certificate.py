@@ -28,7 +28,7 @@ class Certificates(NamedTuple):
     apart: Certificate
 
 
-class Flown(NamedTuple):
+class Findings(NamedTuple):
     """The certificates, and the violations behind them: of each UAV's trajectory, and of the fleet's separation."""
 
     certificates: Certificates
@@ -61,7 +61,7 @@ def certify(scenario: Scenario, mission: Mission) -> Certificates:
         return judge_flight(scenario, shut_boxes(scenario), mission).certificates
 
 
-def judge_flight(scenario: Scenario, boxes: Boxes, mission: Mission) -> Flown:
+def judge_flight(scenario: Scenario, boxes: Boxes, mission: Mission) -> Findings:
     """Judge all trajectories, and the fleet's separation."""
     count = len(scenario.uavs)
     targets = [target_of(scenario, entry(mission.assignment, uav)) for uav in range(count)]
@@ -84,7 +84,7 @@ def judge_flight(scenario: Scenario, boxes: Boxes, mission: Mission) -> Flown:
     if unknown and fleet.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
         fleet = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.")
-    return Flown(Certificates(tuple(certificates), fleet), tuple(violations), apart.violations)
+    return Findings(Certificates(tuple(certificates), fleet), tuple(violations), apart.violations)
 
 
 def entry(values: Sequence[Any], index: int) -> Any:

@@ -11,6 +11,7 @@ from skyverse.scenario import UAV, Scenario
 
 LATEST = 1e9  # seconds
 HIGHEST = 30  # degree
+ROUNDING = 8 * float(np.finfo(np.float64).eps)
 SMOOTH = ("smooth", "slowed", "straightened")
 
 
@@ -104,7 +105,9 @@ def judge_continuity(vehicle: UAV, uav: int, curve: Curve, form: object) -> Iter
     each = np.arange(len(pieces))
     before, after = curve.motions(each[:-1], curve.durations[:-1]), curve.motions(each[1:], np.zeros(len(each) - 1))
     jumps = np.linalg.norm(before - after, axis=2)[:, :kinds]
-    let_pass = TOLERANCE * np.maximum(1.0, np.linalg.norm(after, axis=2))[:, :kinds]
+    sizes = np.linalg.norm(after, axis=2)[:, :kinds]
+    let_pass = TOLERANCE * np.maximum(1.0, sizes)
+    let_pass[:, 0] = TOLERANCE + ROUNDING * sizes[:, 0]  # a jump through a wall is one however far from zero
     k = int(np.argmax((jumps / let_pass).max(axis=1)))
     if not (jumps[k] <= let_pass[k]).all():
         numbers = [f"{jump:.6g} {unit}" for jump, unit in zip(jumps[k], ("m", "m/s", "m/s^2", "m/s^3"), strict=False)]

@@ -8,7 +8,7 @@ import numpy as np
 from skyverse.referee.boxes import TOLERANCE, Floats, Ints, place, triple
 from skyverse.referee.curve import Curve
 from skyverse.referee.flight import FINE
-from skyverse.referee.polynomial import DEPTH, Polynomials, greatest, halve, squared
+from skyverse.referee.polynomial import DEPTH, Peaks, Polynomials, greatest, halve, squared
 from skyverse.referee.tracks import Tracks, near_pairs, relative, time_slices, tracks_of
 from skyverse.result import Fault, Violation
 from skyverse.scenario import Scenario
@@ -59,16 +59,26 @@ def judge_separation(
 
 
 class _Cells(NamedTuple):
-    """Intervals of time in each of which two UAVs fly one piece each: (m,) pair, pieces, seconds, 1 - nearness^2."""
+    """Intervals of time in each of which two UAVs fly one piece each.
+
+    (m,) pair, pieces, seconds, 1 - (nearness / kept)^2, and kept: which share of the separation must be.
+    """
 
     pair: Ints
     pieces: tuple[Ints, Ints]
     begins: Floats
     ends: Floats
     excess: Polynomials
+    kept: Floats
 
 
-def _cells(fleet: _Fleet, pairs: Ints, intervals: list[tuple[Floats, Floats]], forgiven: float) -> _Cells:
+_Intervals = tuple[Floats, Floats]
+
+
+def _cells(
+    fleet: _Fleet, pairs: Ints, intervals: list[_Intervals], forgiven: float, shares: Floats | float = 1.0
+) -> _Cells:
+    """Return the cells of (n, 2) pairs in intervals of each, where they must keep (n,) shares of the separation."""
     of = np.repeat(np.arange(len(pairs)), [len(begins) for begins, _ in intervals])
     begins, ends = (np.concatenate(column) for column in zip(*intervals, strict=True))
     tracks = fleet.tracks
@@ -78,9 +88,10 @@ def _cells(fleet: _Fleet, pairs: Ints, intervals: list[tuple[Floats, Floats]], f
     )
     x, y, z = relative(tracks, first, second, begins, ends)
     i, j = pairs[of].T
-    level, upright = fleet.across[i, j] - forgiven, fleet.above[i, j] - forgiven
+    kept = np.broadcast_to(shares, len(pairs))[of]
+    level, upright = kept * fleet.across[i, j] - forgiven, kept * fleet.above[i, j] - forgiven
     nearness = squared([_divided(x, level), _divided(y, level), _divided(z, upright)])
-    return _Cells(of, (first, second), begins, ends, nearness * -1.0 + 1.0)
+    return _Cells(of, (first, second), begins, ends, nearness * -1.0 + 1.0, kept)
 
 
 def _divided(part: Polynomials, by: Floats) -> Polynomials:
@@ -104,15 +115,23 @@ def _judge_pairs(fleet: _Fleet, pairs: Ints, slices: list[Ints]) -> tuple[list[V
             if any(given):
                 found += _judge_given(fleet, pairs[k : k + 1], *given)
                 continue
-            meeting = _meeting(fleet, cells, peaks.piece[k], peaks.share[k])
-            found.append(_too_close(fleet, pairs[k], meeting, Fault.SEPARATION))
-        else:
-            meeting = _meeting(fleet, cells, peaks.stuck[k], peaks.stuck_share[k])
-            found.append(_undecided(fleet, pairs[k], meeting, int(peaks.halvings[k])))
+        found.append(_found(fleet, pairs[k], cells, peaks, int(k)))
     return found, int(peaks.halvings.sum())
 
 
-def _common(fleet: _Fleet, i: int, j: int) -> tuple[Floats, Floats]:
+def _found(fleet: _Fleet, pair: Ints, cells: _Cells, peaks: Peaks, k: int) -> Violation:
+    """Return what is wrong with a pair, of which the k-th question was not proven."""
+    spot = peaks.stuck[k], peaks.stuck_share[k]
+    if peaks.refuted(0.0)[k]:
+        spot = peaks.piece[k], peaks.share[k]
+        meeting, kept = _meeting(fleet, cells, *spot), float(cells.kept[spot[0]])
+        if _nearness(fleet, pair, meeting, kept, TOLERANCE) < 1:
+            why = ", nearer than their starts or targets are given" if kept < 1 else ""
+            return _too_close(fleet, pair, meeting, Fault.SEPARATION, why)
+    return _undecided(fleet, pair, _meeting(fleet, cells, *spot), int(peaks.halvings[k]))
+
+
+def _common(fleet: _Fleet, i: int, j: int) -> _Intervals:
     edges = np.unique(np.concatenate([fleet.tracks.knots[i], fleet.tracks.knots[j], fleet.edges]))
     return edges[:-1], edges[1:]
 
@@ -131,46 +150,61 @@ def _meeting(fleet: _Fleet, cells: _Cells, cell: int, share: float) -> _Meeting:
     return _Meeting(float(time[0]), first, second)
 
 
-def _given(fleet: _Fleet, i: int, j: int) -> tuple[bool, bool]:
-    """Tell whether two UAVs are given too close at their starts, and, where both fly, at their targets."""
+def _nearness(fleet: _Fleet, pair: Ints, meeting: _Meeting, kept: float = 1.0, forgiven: float = 0.0) -> float:
+    """Return how near two UAVs are, of a share of their separation less what is let pass."""
+    across, above = kept * fleet.across[*pair] - forgiven, kept * fleet.above[*pair] - forgiven
+    return float(np.linalg.norm((meeting.first - meeting.second) / [across, across, above]))
+
+
+def _given(fleet: _Fleet, i: int, j: int) -> tuple[_Meeting | None, _Meeting | None]:
+    """Return where two UAVs are given too close: their starts, and, where both fly, their targets."""
     scenario, tracks = fleet.scenario, fleet.tracks
     uavs = [tracks.uavs[k] for k in (i, j)]
-    keep = np.array([fleet.across[i, j], fleet.across[i, j], fleet.above[i, j]])
+    starts = _Meeting(0.0, *(np.array(scenario.uavs[uav].start) for uav in uavs))
+    meetings: list[_Meeting | None] = [starts, None]
+    places = [np.array(scenario.targets[target].position) for uav in uavs if (target := fleet.targets[uav]) is not None]
+    if len(places) == 2 and all(len(tracks.knots[k]) > 2 for k in (i, j)):
+        meetings[1] = _Meeting(float(max(tracks.knots[k][-2] for k in (i, j))), *places)
+    pair = np.array([i, j])
+    begin, end = (one if one and _nearness(fleet, pair, one, forgiven=TOLERANCE) < 1 else None for one in meetings)
+    return begin, end
 
-    def near(places: list[tuple[float, float, float]]) -> bool:
-        return float(np.sum((np.subtract(places[0], places[1]) / keep) ** 2)) < 1
 
-    starts = near([scenario.uavs[uav].start for uav in uavs])
-    both_fly = all(len(tracks.knots[k]) > 2 for k in (i, j))
-    targets = [scenario.targets[target].position for uav in uavs if (target := fleet.targets[uav]) is not None]
-    return starts, both_fly and len(targets) == 2 and near(targets)
+def _judge_given(fleet: _Fleet, pair: Ints, starts: _Meeting | None, ends: _Meeting | None) -> Iterator[Violation]:
+    """Judge a pair given too close.
 
-
-def _judge_given(fleet: _Fleet, pair: Ints, starts: bool, ends: bool) -> Iterator[Violation]:
-    """Judge a pair given too close: nobody is to blame until it is first apart, or from when it is last apart on."""
-    begin, end = 0.0, fleet.tracks.end
+    Until it is first apart, or from when it is last apart on, nobody is to blame while it is no nearer than given.
+    """
+    end = fleet.tracks.end
+    near = [_nearness(fleet, pair[0], given) if given else np.inf for given in (starts, ends)]
+    nearest = starts if starts and near[0] <= near[1] else ends
+    if nearest:
+        yield _too_close(fleet, pair[0], nearest, Fault.GIVEN, ", as their starts or targets are given")
     whole = _common(fleet, *pair[0])
     cells = _cells(fleet, pair, [whole], 0.0)
-    apart = _first_apart(cells) if starts else begin
+    apart = _first_apart(cells) if starts else 0.0
     again = max(apart, -_first_apart(_reversed(cells))) if ends else end
-    for fault, spans in (
-        (Fault.GIVEN, [(begin, apart), (again, end)]),
-        (Fault.SEPARATION, [(apart, again)]),
-    ):
-        intervals = [_within(whole, *span) for span in spans]
-        some = np.concatenate([begins for begins, _ in intervals]), np.concatenate([ends for _, ends in intervals])
-        if not len(some[0]):
-            continue
-        within = _cells(fleet, pair, [some], TOLERANCE)
+    if apart == end:
+        near[0] = min(near)  # never apart: both excuse all of it
+    keep = min(fleet.across[*pair[0]], fleet.above[*pair[0]])
+    some = [
+        (span, share)
+        for span, share in (
+            (_within(whole, 0.0, apart), near[0]),
+            (_within(whole, apart, again), 1.0),
+            (_within(whole, again, end), near[1]),
+        )
+        if len(span[0]) and share * keep > TOLERANCE
+    ]
+    if some:
+        spans, shares = zip(*some, strict=True)
+        within = _cells(fleet, np.repeat(pair, len(some), axis=0), list(spans), TOLERANCE, np.array(shares))
         peaks = greatest(within.excess.b, within.excess.error, 0.0, FINE)
-        if peaks.refuted(0.0)[0]:
-            yield _too_close(fleet, pair[0], _meeting(fleet, within, peaks.piece[0], peaks.share[0]), fault)
-        elif not peaks.proven(0.0)[0]:
-            meeting = _meeting(fleet, within, peaks.stuck[0], peaks.stuck_share[0])
-            yield _undecided(fleet, pair[0], meeting, int(peaks.halvings[0]))
+        if not peaks.proven(0.0)[0]:
+            yield _found(fleet, pair[0], within, peaks, 0)
 
 
-def _within(intervals: tuple[Floats, Floats], begin: float, end: float) -> tuple[Floats, Floats]:
+def _within(intervals: _Intervals, begin: float, end: float) -> _Intervals:
     begins, ends = np.maximum(intervals[0], begin), np.minimum(intervals[1], end)
     some = begins < ends
     return begins[some], ends[some]
@@ -179,7 +213,8 @@ def _within(intervals: tuple[Floats, Floats], begin: float, end: float) -> tuple
 def _reversed(cells: _Cells) -> _Cells:
     excess = Polynomials(cells.excess.b[::-1, ::-1], cells.excess.error[::-1])
     first, second = cells.pieces
-    return _Cells(cells.pair, (first[::-1], second[::-1]), -cells.ends[::-1], -cells.begins[::-1], excess)
+    begins, ends = -cells.ends[::-1], -cells.begins[::-1]
+    return _Cells(cells.pair, (first[::-1], second[::-1]), begins, ends, excess, cells.kept)
 
 
 def _first_apart(cells: _Cells) -> float:
@@ -198,18 +233,16 @@ def _first_apart(cells: _Cells) -> float:
     return float(cells.ends[-1])
 
 
-def _too_close(fleet: _Fleet, pair: Ints, meeting: _Meeting, fault: Fault) -> Violation:
+def _too_close(fleet: _Fleet, pair: Ints, meeting: _Meeting, fault: Fault, why: str) -> Violation:
     i, j = (int(k) for k in pair)
     uavs = fleet.tracks.uavs[i], fleet.tracks.uavs[j]
     time, first, second = meeting
     across, above = fleet.across[i, j], fleet.above[i, j]
-    apart, middle = first - second, (first + second) / 2
-    nearness = float(np.linalg.norm(apart / [across, across, above]))
-    metres = float(np.linalg.norm(apart))
+    middle, metres = (first + second) / 2, float(np.linalg.norm(first - second))
+    nearness = _nearness(fleet, pair, meeting)
     deed = f"come within {metres:.6g} m of each other"
     if time == 0:
         deed = f"are {metres:.6g} m apart already at the start,"
-    why = ", as their starts or targets are given" if fault is Fault.GIVEN else ""
     names = " and ".join(fleet.scenario.uavs[uav].name for uav in uavs)
     message = (
         f"{names} {deed} at t = {time:.6g} s, around {place(middle)}{why}: {nearness:.6g} of the separation, "
