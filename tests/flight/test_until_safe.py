@@ -78,7 +78,7 @@ def test_uavs_that_are_planned_too_close_are_not_slowed_in_vain():
 
 
 def test_uavs_given_too_close_are_slowed_where_they_keep_apart_as_planned():
-    flights = straight((0, 0, 2), (0.1, 0, 2), 0.3), straight((0.2, 0, 2), (0.3, 0, 2), 0.3)
+    flights = straight((0, 0, 2), (1, 0, 2), 1.0), straight((0.2, 0, 2), (1.2, 0, 2), 1.0)
     flight = sky.fly_until_safe(mission(*flights), wind=(3, 0, 0), noise=0.03, rng=1, margin=0.0, rounds=1)
     assert not flight.safe
     assert flight.rounds[0].startswith("Round 1: slowed down to 80% of its speed; ")
