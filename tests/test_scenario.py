@@ -102,8 +102,8 @@ def test_an_outline_may_turn_either_way_and_have_straight_and_inward_corners(cor
         (("zones",), [prism((0, 0), (2, 0), (1, 0), (1, 1))], "edges 0 and 1 meet"),
         (("zones",), [prism((0, 0), (4, 0), (4, 4), (2, 0), (0, 4))], "touch or cross itself"),
         (("zones",), [prism((0, 0), (1, 0), (2, 0))], "touch or cross itself"),
-        (("uavs", 0, "max_speed"), 0, "greater than 0"),
-        (("uavs", 0, "max_acceleration"), -1, "greater than 0"),
+        (("uavs", 0, "max_speed"), 0, "greater than or equal to 0.001"),
+        (("uavs", 0, "max_acceleration"), -1, "greater than or equal to 0.001"),
         (("uavs", 0, "separation"), -1, "greater than or equal"),
         (("uavs",), [{"name": "a", "start": [0, 0, 0]}] * 2, "'a' stands 2 times"),
         (("uavs",), [{"name": "uav-2", "start": [0, 0, 0]}, {"start": [0, 0, 0]}], "'uav-2' stands 2 times"),
@@ -233,3 +233,38 @@ def test_the_built_in_maps_are_those_of_the_thesis():
         assert scenario.clearance == 0.25
         assert scenario.lattice == sky.Lattice(step=(0.1, 0.1, 0.5))
         assert scenario.objective == PRESETS["thesis"]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("max_speed", 0),
+        ("max_speed", -1),
+        ("max_acceleration", 1e200),
+        ("max_jerk", 1e-200),
+        ("max_jerk", float("nan")),
+        ("max_tilt", 90),
+        ("max_tilt", 0),
+        ("thrust_to_weight", 1),
+        ("thrust_to_weight", 1e9),
+        ("separation", -0.1),
+        ("priority", 1.5),
+    ],
+)
+def test_limits_that_no_vehicle_has_are_refused_by_name(field, value):
+    with pytest.raises(ValidationError) as error:
+        sky.UAV(start=(0, 0, 0), **{field: value})
+    assert error.value.errors()[0]["loc"][0] == field
+
+
+@pytest.mark.parametrize(
+    ("more", "complaint"),
+    [
+        ({"fixed_wing": {"speed": 5, "turn_radius": 50, "climb": 10}}, "above max_speed"),
+        ({"fixed_wing": {"speed": 4, "turn_radius": 2, "climb": 10}}, "not below max_acceleration"),
+        ({"separation": 0, "vertical_separation": 1}, "must both be above 0, or both 0"),
+    ],
+)
+def test_limits_that_contradict_each_other_are_refused_in_a_sentence(more, complaint):
+    with pytest.raises(ValidationError, match=complaint):
+        sky.UAV(start=(0, 0, 0), **more)

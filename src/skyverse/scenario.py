@@ -14,6 +14,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_valida
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 NonNegative = Annotated[Number, Field(ge=0)]
+Limit = Annotated[Number, Field(ge=1e-3, le=1e6)]
+"""What no vehicle is outside of, so that durations and their powers stay numbers."""
 
 
 def _listed(value: object) -> object:
@@ -258,8 +260,8 @@ class FixedWing(_Model):
         The steepest climb or descent, degrees.
     """
 
-    speed: Positive
-    turn_radius: Positive
+    speed: Limit
+    turn_radius: Limit
     climb: Annotated[Positive, Field(lt=90)]
 
 
@@ -291,11 +293,11 @@ class UAV(_Model):
 
     name: str = ""
     start: Point
-    max_speed: Positive = 5.0
-    max_acceleration: Positive = 3.5
-    max_jerk: Positive = 50.0
-    max_tilt: Annotated[Positive, Field(lt=90)] = 40.0
-    thrust_to_weight: Annotated[Number, Field(gt=1)] = 2.5
+    max_speed: Limit = 5.0
+    max_acceleration: Limit = 3.5
+    max_jerk: Limit = 50.0
+    max_tilt: Annotated[Number, Field(ge=0.1, lt=90)] = 40.0
+    thrust_to_weight: Annotated[Number, Field(gt=1, le=1000)] = 2.5
     separation: NonNegative = 0.5
     vertical_separation: NonNegative | None = None
     priority: Annotated[int, Field(strict=True)] = 0

@@ -1,5 +1,7 @@
 """What leaves a planner as a trajectory is proven, by the referee too, and says where it is not what was asked for."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -91,3 +93,38 @@ def test_a_flight_keeps_close_to_a_path_that_was_priced_by_where_it_leads():
 def test_a_shape_that_is_none_is_refused():
     with pytest.raises(sky.InputError, match=r"shape is one of 'minimum-snap', .*'stop-and-go', not 'best'"):
         flown(sky.read("map1"), shape="best")
+
+
+def test_a_flight_far_from_the_zero_of_the_frame_is_proven_too():
+    scenario = hall_with_slit(2.0)
+    far = np.array([5e5, -3e6, 100.0])
+
+    def moved(place):
+        return tuple(np.add(place, far).tolist())
+
+    data = scenario.model_dump()
+    data["bounds"] = {corner: moved(place) for corner, place in data["bounds"].items()}
+    data["obstacles"] = [{"min": moved(box.min), "max": moved(box.max)} for box in scenario.obstacles]
+    data["uavs"] = [{"start": moved(scenario.uavs[0].start)}]
+    data["targets"] = [{"position": moved(scenario.targets[0].position)}]
+    mission = sky.plan_mission(sky.Scenario(**data), sky.Taut())
+    assert mission.trajectories[0].form == "smooth"
+    assert mission.violations == ()
+
+
+def test_a_looser_limit_makes_no_flight_slower():
+    scenario = sky.read("map3")
+    times = []
+    for limit in (3.5, 9.0, 100.0, 1e4):
+        uav = scenario.uavs[0].model_copy(update={"max_acceleration": limit})
+        times.append(flown(scenario.model_copy(update={"uavs": (uav,)})).end)
+    assert all(later <= 1.01 * earlier for earlier, later in itertools.pairwise(times))
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-9, 1e-7])
+def test_hardly_any_way_is_flown_and_proven_without_a_complaint(apart):
+    scenario = hall_with_slit(2.0)
+    target = sky.Target(position=(2 + apart, 3, 5))
+    mission = sky.plan_mission(scenario.model_copy(update={"targets": (target,)}), sky.Taut())
+    assert mission.violations == ()
+    assert mission.trajectories[0].note == ""

@@ -59,3 +59,22 @@ def test_where_nothing_is_in_the_way_one_box_is_all_there_is():
     problem = sky.Problem(scenario)
     boxes = grow_corridor(problem.airspace.world.space, np.array([problem.start, problem.end]), 100.0, np.inf)
     assert boxes.tolist() == [[*scenario.bounds.min, *scenario.bounds.max]]
+
+
+@given(st.integers(1, 200), st.sampled_from([0.05, 0.1, 0.25, 0.3]))
+def test_a_path_along_a_wall_exactly_at_the_clearance_has_a_corridor(twentieths, clearance):
+    wall = twentieths / 20
+    scenario = sky.Scenario(
+        name="along a wall",
+        bounds={"min": (0, 0, 0), "max": (20, 10, 5)},
+        obstacles=[{"min": (wall, 2, 0), "max": (wall + 0.1, 8, 5)}],
+        clearance=clearance,
+        lattice={"step": (1, 1, 1)},
+    )
+    for x in (wall - clearance, wall + 0.1 + clearance):
+        path = np.array([(x, 1, 2), (x, 9, 2), (x, 9, 4.0)])
+        if x < 0:
+            continue
+        boxes = grow_corridor(sky.World(scenario).space, path, 10.0, np.inf)
+        assert len(boxes)
+        assert_a_corridor(scenario, path, boxes)

@@ -29,7 +29,7 @@ def dense(trajectory, count=400):
 
 @pytest.mark.parametrize("length", [0.01, 0.5, 4.0, 8.0, 300.0])
 def test_no_segment_takes_longer_than_a_limit_demands(length):
-    uav = sky.UAV(start=(0, 0, 0), max_speed=5, max_acceleration=3.5, max_jerk=1e9)
+    uav = sky.UAV(start=(0, 0, 0), max_speed=5, max_acceleration=3.5, max_jerk=1e6)
     trajectory = rest_to_rest(np.array([(0, 0, 0), (0, length, 0)]), uav)
     motion = trajectory.at(dense(trajectory, 100_001))
     top_speed = np.linalg.norm(motion.velocity, axis=1).max()

@@ -78,7 +78,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print(f"{violation.fault.value}: {violation.message}")
     if not mission.violations:
         print("The referee found nothing wrong.")
-        if mission.apart is not None and not mission.interrupted:
+        if mission.complete and mission.apart is not None:
             print("Proven at every instant: clear of obstacles, in bounds, within limits, apart.")
     for path in written:
         print(path)

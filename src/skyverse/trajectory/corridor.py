@@ -176,9 +176,9 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
             width = b[axis + 3] - b[axis]
             low, high = space.boxes[i, axis] - space.clearance, space.boxes[i, axis + 3] + space.clearance
             if low >= seed[axis + 3] - box.TOLERANCE and (low - b[axis]) / width > best:
-                best, best_face, best_place = (low - b[axis]) / width, axis + 3, low
+                best, best_face, best_place = (low - b[axis]) / width, axis + 3, max(low, seed[axis + 3])
             if high <= seed[axis] + box.TOLERANCE and (b[axis + 3] - high) / width > best:
-                best, best_face, best_place = (b[axis + 3] - high) / width, axis, high
+                best, best_face, best_place = (b[axis + 3] - high) / width, axis, min(high, seed[axis])
         if best_face >= 0:
             b[best_face] = best_place
     return b
@@ -191,9 +191,9 @@ def _leaves(b: Floats, path: Floats, leg: int) -> tuple[int, float]:
         share = 1.0
         for axis in range(3):
             begin, d = path[at, axis], path[at + 1, axis] - path[at, axis]
-            if begin + d > b[axis + 3]:
+            if begin + d > b[axis + 3] and d > 0.0:
                 share = min(share, (b[axis + 3] - begin) / d)
-            elif begin + d < b[axis]:
+            elif begin + d < b[axis] and d < 0.0:
                 share = min(share, (b[axis] - begin) / d)
         if share < 1.0:
             return at, max(share, 0.0)

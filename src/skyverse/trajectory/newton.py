@@ -69,6 +69,9 @@ def solve(system: System) -> float:
     factor = schur.copy()
     while not _cholesky(factor):
         more = max(4.0 * more, 1e-3)
+        if not more < 1e12:  # numbers have overflowed: no step is worth taking
+            system.rise[:], system.slope[:] = 0.0, 0.0
+            return 0.0
         factor = schur.copy()
         for b in range(boxes):
             factor[b, b] += more * (abs(system.small[b, b]) + 1e-9)

@@ -26,7 +26,7 @@ from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
 from skyverse.trajectory.newton import BAND, System, solve
 from skyverse.trajectory.spline import DEGREE, refine
 
-STANDSTILL = 1e-9
+STANDSTILL = 1e-6
 """Metres of way below which there is nothing to fly."""
 
 
@@ -72,6 +72,8 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
     boxes = grow_corridor(world.space, path, *((CLOSE, CLOSE) if close else (REACH, math.inf)))
     if not len(boxes):
         return None
+    origin = path[0].copy()  # far from zero, derivatives would drown in rounding
+    path, boxes = path - origin, boxes - np.tile(origin, 2)
     limits = _binding(uav)
     points, spans, done = _through(boxes, path, limits, order)
     if not done:
@@ -79,6 +81,7 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
     knots = np.r_[0.0, np.cumsum(spans)]
     spline = BSpline(np.r_[[0.0] * DEGREE, knots, [knots[-1]] * DEGREE], points, DEGREE)
     rows = [spline(knots[:-1], nu=j) / math.factorial(j) for j in range(DEGREE + 1)]
+    rows[0] += origin
     return Trajectory(knots, np.stack(rows, axis=1), "smooth")
 
 
@@ -120,7 +123,8 @@ def weight_of(limits: Limits, order: int) -> float:
     """Return the weight of the integral of squared jerk, or snap: per what half the limits make."""
     half = 0.5 * limits.jerk
     if order == 4:
-        half *= limits.jerk / limits.acceleration
+        hardest = min(limits.acceleration, limits.thrust - GRAVITY, limits.tilt * GRAVITY)
+        half *= limits.jerk / hardest
     return WEIGHT / half**2
 
 
