@@ -272,6 +272,28 @@ def test_pairs_agree_with_dense_sampling(seeds, points, late, share):
         assert verdict(mission) is Verdict.REFUTED
 
 
+@pytest.mark.parametrize("seed", range(24))
+def test_pairs_given_too_close_agree_with_dense_sampling(seed):
+    rng = np.random.default_rng(seed)
+    a, b = spline(seed, 4, 0.0), spline(seed + 999, 4, 0.4 * (seed % 3))
+    there, here = ((a.start, b.start), (a.end, b.end))[seed % 2]  # starts, or targets
+    rows = b.coefficients.copy()
+    rows[:, 0] += a.at(there).position[0] - b.at(here).position[0] + 0.15 * rng.normal(size=3)
+    b = Trajectory(b.knots, rows)
+    t = np.linspace(0, max(a.end, b.end) + 0.1, 20_001)
+    nearness = np.linalg.norm((sampled(a, t) - sampled(b, t)) / [0.5, 0.5, 1], axis=1)
+    apart, kept = nearness >= 1, np.ones(len(t))
+    if nearness[0] < 1:
+        kept[np.cumsum(apart) == 0] = nearness[0]
+    if nearness[-1] < 1:
+        kept[np.cumsum(apart[::-1])[::-1] == 0] = nearness[-1]
+    if not apart.any():
+        kept[:] = min(nearness[0], nearness[-1])
+    faults = {violation.fault for violation in between(fleet(a, b))}
+    assert (Fault.GIVEN in faults) == (kept.min() < 1)
+    assert (Fault.SEPARATION in faults) == ((nearness / kept).min() < 1 - 1e-5)
+
+
 def test_a_fleet_is_judged_as_its_pairs_are():
     flights = [spline(seed, 4, 0.2 * seed) for seed in range(12)]
     whole = fleet(*flights, separation=(0.5, 0.8))
