@@ -106,17 +106,22 @@ def plan_mission(
     if keep_apart and not interrupted:
         fly = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
-        mission = _kept_apart(airspace, mission, fly, replan)
+        mission = _kept_apart(airspace, mission, fly, replan, stop)
     violations, (certificates, apart) = judge(scenario, mission)
     return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
 
 
-def _kept_apart(airspace: Airspace, mission: Mission, fly: Fly, replan: Replan | None) -> Mission:
+def _kept_apart(airspace: Airspace, mission: Mission, fly: Fly, replan: Replan | None, stop: Stop | None) -> Mission:
     assigned, results, trajectories, deconfliction = resolve_conflicts(
-        airspace, mission.assignment, mission.results, mission.trajectories, fly=fly, replan=replan
+        airspace, mission.assignment, mission.results, mission.trajectories, fly=fly, replan=replan, stop=stop
     )
     return replace(
-        mission, assignment=assigned, results=results, trajectories=trajectories, deconfliction=deconfliction
+        mission,
+        assignment=assigned,
+        results=results,
+        trajectories=trajectories,
+        interrupted=stop is not None and stop.met(Progress()) == "Cancelled",
+        deconfliction=deconfliction,
     )
 
 

@@ -17,7 +17,7 @@ from skyverse.apart.curves import (
     standing,
     stretch,
 )
-from skyverse.apart.meeting import both_ends_meet, meetings
+from skyverse.apart.meeting import is_given, meetings, near_at_ends
 from skyverse.kernel import kernel
 from skyverse.result import Conflict, Floats, Trajectory
 from skyverse.scenario import Scenario
@@ -66,11 +66,13 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     for a, b in close_pairs(curves, placed, wide, tall, end):
         w, t = max(wide[a], wide[b]), max(tall[a], tall[b])
         spans = meetings(curves, a, at[a], 1.0, b, at[b], 1.0, w, t, max(end, 1e-3))
-        begins, ends = both_ends_meet(curves, a, b, w, t)
-        moved = not (absent[a] or absent[b])
+        begins, ends = near_at_ends(curves, a, b, w, t)
+        if absent[a] or absent[b]:
+            ends = np.inf
         true = (w + FORGIVEN, w + FORGIVEN, t + FORGIVEN)
-        for since, until, when, _ in spans.tolist():
-            given = (begins and since <= 0.0) or (moved and ends and until >= end)
+        for span in spans:
+            since, until, when, _ = span.tolist()
+            given = is_given(span, begins, ends, end)
             one, other = place(curves, a, when - at[a]), place(curves, b, when - at[b])
             x, y, z = ((one + other) / 2).tolist()
             near = float(np.linalg.norm((one - other) / true))

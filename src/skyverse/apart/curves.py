@@ -1,7 +1,6 @@
 """Trajectories as kernels see them: Bernstein pieces side by side in a few arrays, from each one's own instant zero."""
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -142,12 +141,3 @@ def stretch(curves: Curves, k: int, since: float, until: float) -> Floats:
     if v <= 0.0:
         return np.zeros(curves.rows[k].shape) + curves.rows[k, 0]
     return part(curves.rows[k], u, v)
-
-
-def restarted(trajectory: Trajectory, at: float, scale: float) -> Trajectory:
-    """Return a trajectory that departs at an instant and takes `scale` times as long: slower, so within its limits."""
-    if at == trajectory.start and scale == 1.0:
-        return trajectory
-    knots = at + (trajectory.knots - trajectory.start) * scale
-    powers = scale ** np.arange(trajectory.coefficients.shape[1], dtype=np.float64)
-    return replace(trajectory, knots=knots, coefficients=trajectory.coefficients / powers[None, :, None])

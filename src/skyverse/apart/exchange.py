@@ -37,6 +37,8 @@ def exchange_targets(fleet: Fleet, first: Solved, replan: Replan) -> Solved:
     """Let pairs in conflict exchange their targets, and return the best that comes out, or `first`."""
     best = first
     for _, (a, b) in zip(range(TRIED), _pairs(first), strict=False):
+        if fleet.cancelled:
+            break
         own = list(best.own)
         for uav, other in ((a, b), (b, a)):
             target = best.own[other].target

@@ -15,6 +15,7 @@ from skyverse.apart.shelf import Shelf
 from skyverse.apart.tubes import all_free, clashes_with, earliest, survey
 from skyverse.problem import Airspace
 from skyverse.result import Floats, Result, Trajectory
+from skyverse.stop import Progress, Stop
 
 Bools = NDArray[np.bool_]
 
@@ -57,15 +58,22 @@ class Fleet:
         Of the scenario.
     fly
         Turns a way into a trajectory.
+    stop
+        Ends the search where it is `Cancelled`.
     """
 
-    def __init__(self, airspace: Airspace, fly: Fly) -> None:
-        self.airspace, self.scenario, self.fly = airspace, airspace.scenario, fly
+    def __init__(self, airspace: Airspace, fly: Fly, stop: Stop | None = None) -> None:
+        self.airspace, self.scenario, self.fly, self._stop = airspace, airspace.scenario, fly, stop
         self.shelf = Shelf()
         wide, tall = semi_axes(self.scenario)
         self._wide, self._tall = np.maximum.outer(wide, wide), np.maximum.outer(tall, tall)
         self._gates: dict[tuple[int, int], Gates] = {}
         self._ways: dict[tuple[int, Gate], Option | None] = {}
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether no better places are looked for any more."""
+        return self._stop is not None and self._stop.met(Progress()) == "Cancelled"
 
     def own(self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory | None) -> Option:
         """Return a UAV's own path as an option; it stands at its start where it has none."""
@@ -136,13 +144,13 @@ class Fleet:
     def share_of_clash(self, option: Option, others: Others, who: Bools) -> float | None:
         """Return after which share of its time an option, flown at once, clashes in flight: the middle one of them."""
         curves = self.shelf.laid.curves
-        end = float(max([option.seconds, *(others.placed.at + others.placed.scale)]))
         shares = []
         at = option.trajectory.start
+        end = at + option.seconds
         for p in np.flatnonzero(who):
             flight = (int(others.placed.curve[p]), float(others.placed.at[p]), float(others.placed.scale[p]))
             mine = (option.curve, at, 1.0)
-            spans = meetings(curves, *flight, *mine, float(others.wide[p]), float(others.tall[p]), end + at + 1e-3)
+            spans = meetings(curves, *flight, *mine, float(others.wide[p]), float(others.tall[p]), end)
             shares += [(when - at) / option.seconds for when in spans[:, 2].tolist()]
         within = sorted(share for share in shares if 0.0 < share < 1.0)
         return within[len(within) // 2] if within else None

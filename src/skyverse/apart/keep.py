@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 
 from skyverse.apart.conflicts import find_conflicts
-from skyverse.apart.curves import restarted
 from skyverse.apart.exchange import Replan, Solved, exchange_targets, solve
 from skyverse.apart.fleet import Fleet
 from skyverse.apart.options import Fly
 from skyverse.problem import Airspace
 from skyverse.result import Action, Deconfliction, Result, Trajectory
 from skyverse.scenario import Scenario
+from skyverse.stop import Stop
 
 Targets = tuple[int | None, ...]
 Results = tuple[Result | None, ...]
@@ -24,6 +24,7 @@ def keep_apart(
     *,
     fly: Fly,
     replan: Replan | None = None,
+    stop: Stop | None = None,
 ) -> tuple[Targets, Results, Trajectories, Deconfliction]:
     """Resolve the conflicts between trajectories; UAVs of lower priority give way to those of higher.
 
@@ -41,6 +42,8 @@ def keep_apart(
         Turns a problem's result into a trajectory.
     replan
         Plans a UAV's path to another's target; without it, no targets are exchanged.
+    stop
+        A `Cancelled` that is met ends this with the best that was found.
 
     Returns
     -------
@@ -52,7 +55,7 @@ def keep_apart(
     before = _ends(trajectories)
     if all(conflict.given for conflict in found):
         return assignment, results, trajectories, Deconfliction(found, found, (), *_twice(before))
-    fleet = Fleet(airspace, fly)
+    fleet = Fleet(airspace, fly, stop)
     planned = zip(range(len(results)), assignment, results, trajectories, strict=True)
     solved = solve(fleet, [fleet.own(*given) for given in planned], found)
     if replan is not None:
@@ -61,9 +64,7 @@ def keep_apart(
     places = solved.places
     targets = tuple(p.option.target if f else t for p, f, t in zip(places, flies, assignment, strict=True))
     kept = tuple(p.option.result if f else r for p, f, r in zip(places, flies, results, strict=True))
-    flown = tuple(
-        restarted(p.option.trajectory, p.at, p.scale) if f else None for p, f in zip(places, flies, strict=True)
-    )
+    flown = tuple(p.option.trajectory.retimed(p.at, p.scale) if f else None for p, f in zip(places, flies, strict=True))
     after = _ends(flown)
     actions = tuple(_actions(scenario, assignment, trajectories, solved))
     deconfliction = Deconfliction(
@@ -86,7 +87,7 @@ def _actions(scenario: Scenario, assignment: Targets, trajectories: Trajectories
     """Say what was done to whom."""
     for uav, (place, given, own) in enumerate(zip(solved.places, trajectories, solved.own, strict=True)):
         name, option = scenario.uavs[uav].name, place.option
-        if given is None or place.clashes:
+        if given is None:
             continue
         if option.target is not None and option.target != assignment[uav]:
             yield Action(uav, "exchange", f"{name} flies to {scenario.targets[option.target].name}.")

@@ -14,6 +14,8 @@ from skyverse.result import Floats
 
 SHORTEST = 1e-6
 """Seconds below which a doubt counts as too close."""
+SAME = 1e-7
+"""By how much nearer than its starts or targets a pair may come and still count as given: less than is forgiven."""
 MOST = 64
 """Spans that are told apart, of one pair."""
 
@@ -158,11 +160,27 @@ def _least(b: Floats) -> tuple[float, float]:
 
 
 @kernel
-def both_ends_meet(curves: Curves, a: int, b: int, wide: float, tall: float) -> tuple[bool, bool]:
-    """Tell whether two curves' beginnings are too close, and whether their ends are."""
-    begins = nearness(place(curves, a, 0.0), place(curves, b, 0.0), wide, tall) < 1.0
-    ends = nearness(place(curves, a, length(curves, a)), place(curves, b, length(curves, b)), wide, tall) < 1.0
+def near_at_ends(curves: Curves, a: int, b: int, wide: float, tall: float) -> tuple[float, float]:
+    """Return how near two curves' beginnings are, and how near their ends."""
+    begins = nearness(place(curves, a, 0.0), place(curves, b, 0.0), wide, tall)
+    ends = nearness(place(curves, a, length(curves, a)), place(curves, b, length(curves, b)), wide, tall)
     return begins, ends
+
+
+@kernel
+def is_given(span: Floats, begins: float, ends: float, end: float) -> bool:
+    """Tell whether a pair is too close in a span of `meetings` only as its starts or its targets are, never closer.
+
+    Parameters
+    ----------
+    begins, ends
+        How near its starts and its targets are; 1 or more where they are not too close.
+    end
+        Until when the spans were looked for.
+    """
+    least = math.sqrt(max(span[3], 0.0)) + SAME
+    at_start = begins < 1.0 and span[0] <= 0.0 and least >= begins
+    return at_start or (ends < 1.0 and span[1] >= end and least >= ends)
 
 
 @kernel
@@ -177,12 +195,14 @@ def clash(
     wide: float,
     tall: float,
 ) -> bool:
-    """Tell whether two flights are ever too close, but for what their starts and targets leave no choice about."""
+    """Tell whether two flights are ever too close, and closer than their starts and targets leave no choice about."""
     end = max(at_a + scale_a * length(curves, a), at_b + scale_b * length(curves, b)) + 1.0
-    begins, ends = both_ends_meet(curves, a, b, wide, tall)
-    hasty = not (begins or ends)
+    begins, ends = near_at_ends(curves, a, b, wide, tall)
+    hasty = min(begins, ends) >= 1.0
     spans = meetings(curves, a, at_a, scale_a, b, at_b, scale_b, wide, tall, end, hasty)
-    forgiven = 0
-    for i in range(len(spans)):
-        forgiven += (begins and spans[i, 0] <= 0.0) or (ends and spans[i, 1] >= end)
-    return forgiven < len(spans)
+    if hasty:
+        return len(spans) > 0
+    ordinary = 0
+    for span in spans:
+        ordinary += not is_given(span, begins, ends, end)
+    return ordinary > 0

@@ -38,7 +38,7 @@ def resolve(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int =
         places = _in_turn(fleet, own, order)
         for _ in range(AGAIN):
             failed = [uav for uav in order if places[uav].clashes]
-            if not failed:
+            if not failed or fleet.cancelled:
                 break
             front = set(failed)
             order = failed + [uav for uav in order if uav not in front]
@@ -48,6 +48,8 @@ def resolve(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int =
             places = again
         if best is None or worth(places) < worth(best):
             best = places
+        if fleet.cancelled:
+            break
     assert best is not None
     return _earlier(fleet, own, best)
 
@@ -107,6 +109,8 @@ def _earlier(fleet: Fleet, own: Sequence[Option], places: list[Place]) -> list[P
     """Let each UAV in turn, the last to arrive first, choose again among all the others."""
     for uav in sorted(range(len(own)), key=lambda u: -places[u].arrival):
         place = places[uav]
+        if fleet.cancelled:
+            break
         if place.option.target is None or (place.arrival <= own[uav].trajectory.end and not place.clashes):
             continue
         again = _choose(fleet, own[uav], [p for p in places if p is not place])
@@ -116,11 +120,14 @@ def _earlier(fleet: Fleet, own: Sequence[Option], places: list[Place]) -> list[P
 
 
 def _choose(fleet: Fleet, own: Option, placed: Sequence[Place]) -> Place:
-    """Return where a UAV arrives first without a clash: by its own path, as it is or later, or by a way around."""
+    """Return where a UAV arrives first without a clash: by its own path, as it is or later, or by a way around.
+
+    Where it is cancelled, it flies as it was.
+    """
     at = own.trajectory.start
     others = fleet.others(own, placed)
     who = fleet.clashes(own, at, 1.0, others)
-    if own.target is None or not who.any():
+    if own.target is None or not who.any() or fleet.cancelled:
         return Place(own, at, clashes=bool(who.any()))
     latest = max(place.arrival for place in placed) + TICK
     best = _later(fleet, own, others, latest, None)

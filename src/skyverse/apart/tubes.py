@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.apart.curves import Curves, Ints, Placed, length, place, point
-from skyverse.apart.meeting import clash
+from skyverse.apart.meeting import clash, near_at_ends
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 
@@ -273,17 +273,19 @@ def earliest(
     """Return the least delay, seconds, at which curve c is apart from all that are placed; -1 if there is none.
 
     Those whose starts or targets are so near to its own that boxes are too coarse, (n,) booleans, are asked every few
-    delays, where a smaller ellipsoid does not forbid it, or that they never let it pass once they stand.
+    delays; but where a smaller ellipsoid forbids it, unless they are given too close, or they never let it pass once
+    they stand.
     """
     seconds = scale * length(curves, c)
     for p in range(len(placed.curve)):
         if wide[p] > 0.0 and _next_free(free, 0) < len(free) - 1:
-            less = COARSENESS if tight[p] else 0.0
-            both = max(wide[p] - less, 1e-3), max(tall[p] - less, 1e-3)
-            forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, 1, free)
+            a, at, factor = placed.curve[p], placed.at[p], placed.scale[p]
+            if not tight[p] or min(near_at_ends(curves, a, c, wide[p], tall[p])) >= 1.0:
+                less = COARSENESS if tight[p] else 0.0
+                both = max(wide[p] - less, 1e-3), max(tall[p] - less, 1e-3)
+                forbid(curves, tubes, placed, p, both, tubes.boxes, tubes.base[c], tubes.leaves[c], seconds, 1, free)
             if not tight[p]:
                 continue
-            a, at, factor = placed.curve[p], placed.at[p], placed.scale[p]
             landed = math.ceil((at + factor * length(curves, a)) / TICK) + 1
             if landed < len(free) - 1 and clash(
                 curves, a, at, factor, c, landed * TICK, scale, wide[p], tall[p]

@@ -1,6 +1,7 @@
 """A circle of UAVs each of which has to get to the opposite side."""
 
 import math
+from numbers import Real
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def circle_swap(uavs: int = 8, radius: float = 20.0) -> Scenario:
         raise InputError(f"circle_swap's uavs is an even number from 2 on, not {uavs!r}")
     separation = UAV(start=(0, 0, 0)).separation
     least = separation / (2.0 * math.sin(math.pi / uavs))
-    if not least < radius < math.inf:
+    if isinstance(radius, bool) or not isinstance(radius, Real) or not least < radius < math.inf:
         raise InputError(f"circle_swap's radius for {uavs} UAVs is above {least:.4g} m, not {radius!r}")
     angles = 2.0 * math.pi * np.arange(uavs) / uavs
     places = [(radius * math.cos(a), radius * math.sin(a), HEIGHT / 2) for a in angles.tolist()]

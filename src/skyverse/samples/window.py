@@ -30,7 +30,7 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
     Raises
     ------
     InputError
-        If the number is not even, or out of range.
+        If the number is not even, or out of range, or a place is not free in the room.
     """
     if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or not 2 <= uavs <= 100 or uavs % 2:
         raise InputError(f"window_swap's uavs is an even number from 2 to 100, not {uavs!r}")
@@ -38,6 +38,9 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
     near, far = _places(half, -3.0, -1), _places(half, 7.0, 1)
     starts = near + far
     targets = far + near
+    taken = next((place for place in starts if not _free(room, place)), None)
+    if taken is not None:
+        raise InputError(f"window_swap's room is free at its {uavs} UAVs' places, but {room.name} is not at {taken}")
     return room.model_copy(
         update={
             "name": f"window-{uavs}",
@@ -45,6 +48,18 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
             "uavs": tuple(UAV(name=f"uav-{i}", start=p, separation=0.3) for i, p in enumerate(starts, 1)),
             "targets": tuple(Target(name=f"target-{i}", position=p) for i, p in enumerate(targets, 1)),
         }
+    )
+
+
+def _free(room: Scenario, place: tuple[float, float, float]) -> bool:
+    """Tell whether a place is in the room's bounds and clear of its obstacles."""
+    inside = all(low <= p <= high for low, p, high in zip(room.bounds.min, place, room.bounds.max, strict=True))
+    return inside and not any(
+        all(
+            low - room.clearance < p < high + room.clearance
+            for low, p, high in zip(obstacle.min, place, obstacle.max, strict=True)
+        )
+        for obstacle in room.obstacles
     )
 
 
