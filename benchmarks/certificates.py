@@ -114,42 +114,43 @@ def separation(
         across = max(scenario.uavs[k].ellipsoid[0] for k in (i, j))
         above = max(scenario.uavs[k].ellipsoid[1] for k in (i, j))
         axes = np.array([across, across, above])
-        near = norm((places[i] - places[j]) / (axes - 1e-6))
-        touches = norm((places[i] - places[j]) / axes) >= 1
-        blameless = given(mission, (i, j), axes, touches)
-        for fault, some in ((sky.Fault.SEPARATION, ~blameless), (sky.Fault.GIVEN, blameless)):
-            violation = named.get(((i, j), fault))
-            undecided = ((i, j), sky.Fault.UNDECIDED) in named
-            closest = near[some].min(initial=np.inf)
-            if violation is None:
-                if closest < 1 - ROUNDING and not undecided:
-                    wrong.append(f"UAVs {i} and {j} come to {closest:.9g} ({fault.value}), unnoticed")
-                continue
-            counted["violation", fault] += 1
-            at = np.array([violation.time])
-            one, other = (where(flown[k], np.array(scenario.uavs[k].start), at)[0] for k in (i, j))
-            there = float(np.sqrt((((one - other) / (axes - 1e-6)) ** 2).sum()))
-            if not there < 1 + ROUNDING:
-                wrong.append(f"{violation.message} But they are at {there:.12g} of it then.")
-            if closest < there - 1e-6:
-                wrong.append(f"{violation.message} But they come to {closest:.9g}, closer than {there:.9g}.")
-            when = np.clip(np.searchsorted(t, violation.time), 1, len(t) - 1)
-            if not some[when - 1 : when + 1].any():
-                wrong.append(f"{violation.message} But that instant is not {fault.value}.")
+        floor = given(mission, (i, j), axes, norm((places[i] - places[j]) / axes) >= 1)
+        keep = axes * floor[:, None] - 1e-6
+        near = np.where(keep.min(axis=1) > 0, norm((places[i] - places[j]) / np.where(keep > 0, keep, 1.0)), np.inf)
+        undecided = ((i, j), sky.Fault.UNDECIDED) in named
+        told = ((i, j), sky.Fault.GIVEN) in named
+        if told != bool((floor < 1).any()) and not undecided:
+            wrong.append(f"UAVs {i} and {j} are {'not ' if told else ''}given too close")
+        counted["violation", sky.Fault.GIVEN] += told
+        violation = named.get(((i, j), sky.Fault.SEPARATION))
+        if violation is None:
+            if near.min() < 1 - ROUNDING and not undecided:
+                wrong.append(f"UAVs {i} and {j} come to {near.min():.9g}, unnoticed")
+            continue
+        counted["violation", sky.Fault.SEPARATION] += 1
+        when = int(np.clip(np.searchsorted(t, violation.time), 1, len(t) - 1))
+        least = axes * max(floor[when - 1 : when + 1]) - 1e-6
+        at = np.array([violation.time])
+        one, other = (where(flown[k], np.array(scenario.uavs[k].start), at)[0] for k in (i, j))
+        there = float(np.sqrt((((one - other) / least) ** 2).sum()))
+        if not there < 1 + ROUNDING:
+            wrong.append(f"{violation.message} But they are at {there:.12g} of it then.")
     return wrong
 
 
 def given(mission: sky.Mission, pair: tuple[int, int], axes: np.ndarray, apart: np.ndarray) -> np.ndarray:
-    """Return at which samples two UAVs are as close as given: until first apart, or from when last apart on."""
+    """Return the nearness to keep at each sample: less than 1 until first apart, or from when last apart, if given."""
     starts = [np.array(mission.scenario.uavs[k].start) for k in pair]
-    blameless = np.zeros(len(apart), dtype=bool)
-    if norm(((starts[0] - starts[1]) / axes)[None])[0] < 1:
-        blameless |= np.cumsum(apart) == 0
+    spans = [(starts, np.cumsum(apart) == 0)]
     if all(mission.trajectories[k] is not None for k in pair):
         ends = [np.array(mission.scenario.targets[mission.assignment[k]].position) for k in pair]
-        if norm(((ends[0] - ends[1]) / axes)[None])[0] < 1:
-            blameless |= np.cumsum(apart[::-1])[::-1] == 0
-    return blameless
+        spans.append((ends, np.cumsum(apart[::-1])[::-1] == 0))
+    floor = np.ones(len(apart))
+    for places, span in spans:
+        if norm(((places[0] - places[1]) / (axes - 1e-6))[None])[0] < 1:
+            nearness = norm(((places[0] - places[1]) / axes)[None])[0]
+            floor[span] = np.minimum(floor[span], nearness)
+    return floor
 
 
 def main(worlds: int, first: int, processes: int) -> int:

@@ -19,7 +19,9 @@ scenario = sky.read("table-4.8")
 # path in nodes, the seconds until the last UAV arrives, and the target of each UAV.
 
 missions = {
-    (assignment, criterion): sky.plan_mission(scenario, sky.AStar(), assignment=assignment, criterion=criterion)
+    (assignment, criterion): sky.plan_mission(
+        scenario, sky.AStar(), assignment=assignment, criterion=criterion, keep_apart=False
+    )
     for assignment in ("identity", "euclidean", "path-cost")
     for criterion in ("min-sum", "min-max")
     if (assignment, criterion) != ("identity", "min-max")

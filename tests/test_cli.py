@@ -108,7 +108,8 @@ def test_plan_speaks_json(skyverse):
 
 @pytest.mark.parametrize(("assignment", "cost"), [("identity", 732), ("euclidean", 540), ("path-cost", 538)])
 def test_plan_assigns_as_told(skyverse, assignment, cost):
-    words = ("plan", "table-4.8", "--planner", "astar", "--assignment", assignment, "--json", "--no-page")
+    words = ("plan", "table-4.8", "--planner", "astar", "--assignment", assignment)
+    words += ("--json", "--no-page", "--no-keep-apart")
     assert json.loads(skyverse(*words)[1])["cost"] == cost
 
 

@@ -496,7 +496,10 @@ class Mission(_Record):
 
     @property
     def cost(self) -> float:
-        """The sum of the results' costs, in the objective's unit."""
+        """The sum of the results' costs, in the objective's unit.
+
+        A detour that keeps UAVs apart is priced in metres: where the others' paths count nodes, the sum means nothing.
+        """
         return sum(result.cost for result in self.results if result is not None)
 
     @property

@@ -7,7 +7,8 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.flight.judge import passings
+from skyverse.flight.judge import passings, strayed
+from skyverse.flown import Flown
 
 
 def judged(made, margin=0.05):
@@ -75,3 +76,12 @@ def test_who_stands_at_anothers_target_is_not_excused():
     nearness, apart = judged(standing(straight((2, 0, 2), (0, 0, 2), 1.0), straight((-0.02, 0, 2), (3, 0, 2), 1.0)))
     assert nearness == pytest.approx(0.04)
     assert not apart
+
+
+def test_a_uav_that_is_lost_before_it_is_due_is_not_safe():
+    mission = sky.plan_mission(sky.read("map1"), sky.Taut())
+    trajectory = mission.trajectories[0]
+    times = np.array([0.0, 0.01])
+    place = trajectory.at(times).position
+    flown = Flown(0, times, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
+    assert "is lost at 0.01 s" in strayed(mission.scenario, flown, 0.1, trajectory.end)[0].message

@@ -144,7 +144,8 @@ def plan(
     output
         The mission file, .json; the page is put beside it. By default out/NAME.json.
     planner
-        mvo, gso, bbo, random-restart, astar, cma-es, pso, ga, de, l-shade, woa, mfo, gwo or da.
+        mvo, gso, bbo, random-restart, hybrid-mvo, taut, theta-star, astar, cma-es, pso, ga, de, l-shade, woa, mfo, gwo
+        or da.
     settings
         A planner's setting, as in `--set universes=50`; repeat for more.
     seed

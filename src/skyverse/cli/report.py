@@ -25,6 +25,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     results = [result for result in mission.results if result is not None]
     terms = max((list(result.terms) for result in results if len(result.terms) > 3), key=len, default=[])
     exact = not terms and not any(result.any_angle for result in results)
+    nodes = mission.scenario.objective.unit == "nodes"
+    comparable = mission.complete and not (nodes and len({result.any_angle for result in results}) > 1)
     rows = []
     for uav, target, result, trajectory in zip(
         mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, strict=True
@@ -49,7 +51,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         summary = {
             "mission": str(written[0]),
             "page": str(written[1]) if len(written) > 1 else None,
-            "cost": mission.cost if mission.complete else None,
+            "cost": mission.cost if comparable else None,
             "total_time": mission.total_time,
             "makespan": mission.makespan,
             "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
@@ -63,7 +65,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print(json_text(summary), end="")
         return
     table(list(rows[0]) if rows else ["uav"], [[_cell(k, v) for k, v in row.items()] for row in rows])
-    total = _cell("total", mission.cost if mission.complete else None)
+    total = _cell("total", mission.cost if comparable else None)
     times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"
     print(f"total cost {total}, {times}, seed {mission.provenance.seed}")
     _report_conflicts(mission)
@@ -95,8 +97,9 @@ def _report_conflicts(mission: "Mission") -> None:
     if done is None or not done.found:
         return
     before, after = f"{done.total_before:.1f} s", f"{done.total_after:.1f} s"
+    many = "1 conflict" if len(done.found) == 1 else f"{len(done.found)} conflicts"
     print(
-        f"{len(done.found)} conflicts between UAVs found, {len(done.left)} left: total time {before} -> {after}, "
+        f"{many} between UAVs found, {len(done.left)} left: total time {before} -> {after}, "
         f"makespan {done.makespan_before:.1f} s -> {done.makespan_after:.1f} s"
     )
     for action in done.actions:

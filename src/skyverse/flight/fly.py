@@ -18,6 +18,11 @@ from skyverse.space.world import World
 OnFlown = Callable[[int, int], None]
 """Called with how many UAVs have been flown, of how many."""
 
+MOST_WIND = 100.0
+"""m/s."""
+MOST_NOISE = 10.0
+"""Metres, and m/s."""
+
 
 def fly(
     mission: Mission,
@@ -65,8 +70,8 @@ def fly(
         If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or an option makes no sense.
     """
     blown = _wind(wind)
-    if not (isinstance(noise, (int, float)) and 0 <= noise < math.inf):
-        raise InputError(f"noise: expected metres from 0 on, found {noise!r}")
+    if not (isinstance(noise, (int, float)) and 0 <= noise <= MOST_NOISE):
+        raise InputError(f"noise: expected metres from 0 to {MOST_NOISE:g}, found {noise!r}")
     if margin is None:
         margin = mission.scenario.clearance / 2
     if not (isinstance(margin, (int, float)) and 0 <= margin < math.inf):
@@ -94,7 +99,7 @@ def fly(
         if on_progress is not None:
             on_progress(done, len(jobs))
     found, wrong = passings(mission, tuple(flown), margin)
-    violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin)] + wrong
+    violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin, flying[f.uav].end)] + wrong
     return Flight(
         mission, vehicle, blown, float(noise), seed, float(margin), tuple(flown), tuple(found), tuple(violations)
     )
@@ -107,6 +112,8 @@ def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         raise InputError(f"wind: expected east,north,up in m/s, or speed,degrees, found {wind!r}")
+    if max(map(abs, numbers if len(numbers) == 3 else numbers[:1])) > MOST_WIND:
+        raise InputError(f"wind: expected at most {MOST_WIND:g} m/s, found {wind!r}")
     if len(numbers) == 2:
         speed, heading = numbers[0], math.radians(numbers[1])
         return round(speed * math.cos(heading), 12), round(speed * math.sin(heading), 12), 0.0

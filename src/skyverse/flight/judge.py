@@ -129,8 +129,8 @@ def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
     return asked
 
 
-def strayed(scenario: Scenario, flown: Flown, margin: float) -> list[Violation]:
-    """Return what one UAV did wrong: too near an obstacle, out of bounds, or not at its target."""
+def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list[Violation]:
+    """Return what one UAV did wrong: too near an obstacle, out of bounds, not at its target, or lost too early."""
     name, wrong = scenario.uavs[flown.uav].name, []
 
     def note(fault: Fault, message: str, k: int) -> None:
@@ -151,7 +151,9 @@ def strayed(scenario: Scenario, flown: Flown, margin: float) -> list[Violation]:
             k,
         )
     off = float(np.linalg.norm(flown.positions[-1] - flown.commanded[-1]))
-    if off > max(margin, 0.01):
+    if flown.times[-1] < due:
+        note(Fault.TRAJECTORY_ENDS, f"is lost at {flown.times[-1]:.2f} s, of {due:.2f} s to fly", -1)
+    elif off > max(margin, 0.01):
         note(Fault.TRAJECTORY_ENDS, f"is {off:.3f} m off its trajectory when it is flown no more", -1)
     return wrong
 

@@ -246,7 +246,7 @@ def _too_close(fleet: _Fleet, pair: Ints, meeting: _Meeting, fault: Fault, why: 
     names = " and ".join(fleet.scenario.uavs[uav].name for uav in uavs)
     message = (
         f"{names} {deed} at t = {time:.6g} s, around {place(middle)}{why}: {nearness:.6g} of the separation, "
-        f"{across:.6g} m across and {above:.6g} m above."
+        f"{across:.6g} m to the side and {above:.6g} m above."
     )
     return Violation(fault, uavs, message, time, triple(middle))
 

@@ -74,4 +74,12 @@ def _at(share: float, drawn: Scene) -> "figure.Figure":
 def _planned(scenario: str, assignment: Assignment = "path-cost") -> Mission:
     made = planner("MVO", "as described", POPULATION)
     given = case(scenario, assignment).scenario
-    return plan_mission(given, made, stop=MaxIterations(ITERATIONS), rng=SEED, assignment=assignment)
+    return plan_mission(
+        given,
+        made,
+        stop=MaxIterations(ITERATIONS),
+        rng=SEED,
+        assignment=assignment,
+        shape="stop-and-go",  # as the thesis flies, and nothing kept its UAVs apart
+        keep_apart=False,
+    )
