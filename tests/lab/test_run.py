@@ -31,7 +31,7 @@ def test_a_row_of_a_fleet_sums_the_mission_up(assignment):
     asked = job(sky.MVO(), seed=3, scenario=fleet, stop=sky.MaxPaths(60))
     asked = replace(asked, case=replace(asked.case, assignment=assignment))
     row = run_job(asked)
-    mission = sky.plan_mission(fleet, sky.MVO(), stop=sky.MaxPaths(60), rng=3, assignment=assignment)
+    mission = sky.plan_mission(fleet, sky.MVO(), stop=sky.MaxPaths(60), rng=3, assignment=assignment, keep_apart=False)
     results = mission.results
     assert row.cost == mission.cost
     assert row.bound == sum(result.bound for result in results) == {"identity": 732, "path-cost": 538}[assignment]

@@ -63,7 +63,9 @@ def test_fitness_is_price_and_metres_inside_and_the_free_part_is_kept(scenario, 
     sampled = [metres_inside(scenario, a, b) for a, b in itertools.pairwise(path)]
     inside, doubt = (sum(part) for part in zip(*sampled, strict=True))
     without = straight.judge_legs(run.task._replace(collision=0.0), run.desk, run.best, path)
-    assert (fitness - without) / 100 == pytest.approx(inside, abs=doubt + 1e-6)
+    closed = scenario.model_copy(update={"clearance": scenario.clearance + 1e-6})  # a leg along a face is inside
+    most = sum(sum(metres_inside(closed, a, b)) for a, b in itertools.pairwise(path))
+    assert inside - doubt - 1e-6 <= (fitness - without) / 100 <= max(inside + doubt, most) + 1e-6
     np.testing.assert_array_equal(run.desk.spent, [2, 2 * (len(path) - 1), 2])
 
 
