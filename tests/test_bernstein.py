@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.polynomial import polynomial
 
-from skyverse.bernstein import binomials, derivative, halve, part, product, to_bernstein
+from skyverse.bernstein import binomials, halve, part, product, to_bernstein
 
 DURATIONS = st.floats(0.01, 50)
 SHARES = st.floats(0, 1)
@@ -64,15 +64,6 @@ def test_a_product_is_the_product(one, other):
     a, b = to_bernstein(one, 1.0)[:, 0], to_bernstein(other, 1.0)[:, 0]
     true = polynomial.polyval(GRID, polynomial.polymul(one[:, 0], other[:, 0]))
     np.testing.assert_allclose(values(product(a, b)[:, None], GRID)[:, 0], true, rtol=1e-9, atol=1e-8)
-
-
-@given(polynomials(), DURATIONS)
-def test_a_derivative_is_the_rate_of_change(rows, duration):
-    in_seconds = in_time(rows, duration)
-    b = derivative(to_bernstein(in_seconds, duration), duration)
-    true = polynomial.polyval(GRID * duration, polynomial.polyder(in_seconds)).T
-    assert len(b) == max(len(rows) - 1, 1)
-    np.testing.assert_allclose(values(b, GRID) * duration, true * duration, rtol=1e-9, atol=1e-8)
 
 
 def test_binomials_are_pascals_rows():

@@ -95,12 +95,3 @@ def product(a: Floats, b: Floats) -> Floats:
         for j in range(n + 1):
             result[i + j] += of_a[i] * a[i] * of_b[j] * b[j]
     return result / binomials(m + n)
-
-
-@kernel
-def derivative(b: Floats, duration: float) -> Floats:
-    """Return the coefficients (n, k) of the rate of change; of a constant (1, k) zeros."""
-    n = len(b) - 1
-    if n == 0:
-        return np.zeros(b.shape)
-    return (b[1:] - b[:-1]) * (n / duration)
