@@ -1,5 +1,6 @@
 """What every test shares: the way hypothesis runs, and `worlds` on the path."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -10,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 settings.register_profile(
     "skyverse",
     deadline=None,
-    max_examples=40,
+    max_examples=int(os.environ.get("SKYVERSE_EXAMPLES", "20")),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
 )
 settings.load_profile("skyverse")

@@ -677,7 +677,7 @@ point = st.tuples(coordinate, coordinate, coordinate)
 side = st.sampled_from([1e-7, 1e-3, 0.2, 1.0, 3.0])
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     start=point,
     end=point,
@@ -727,7 +727,7 @@ junk = st.sampled_from(
 result_field = st.sampled_from(["status", "path", "cost", "terms", "bound", "start", "goal", "history"])
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     of_result=st.dictionaries(result_field, junk),
     of_trajectory=st.dictionaries(st.sampled_from(["knots", "coefficients", "form"]), junk),

@@ -116,7 +116,7 @@ def test_what_a_user_named_breaks_neither_page_nor_markdown(name):
         assert not harmful & {tag for tag, _ in seen.tags}
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=80)
 @given(st.text(st.characters(codec="ascii", categories=("L", "N", "P", "S", "Zs")), min_size=1).map(str.strip))
 def test_literal_text_reads_as_it_was(text):
     shown = Reader(MarkdownIt("commonmark").enable("table").render(f"so {literal(text)}")).text
