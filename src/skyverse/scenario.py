@@ -297,7 +297,7 @@ class UAV(_Model):
     max_acceleration: Limit = 3.5
     max_jerk: Limit = 50.0
     max_tilt: Annotated[Number, Field(ge=0.1, lt=90)] = 40.0
-    thrust_to_weight: Annotated[Number, Field(gt=1, le=1000)] = 2.5
+    thrust_to_weight: Annotated[Number, Field(gt=1, le=1e6)] = 2.5
     separation: NonNegative = 0.5
     vertical_separation: NonNegative | None = None
     priority: Annotated[int, Field(strict=True)] = 0

@@ -152,7 +152,7 @@ def test_the_command_reports_as_json_and_fails_on_what_is_not_safe(skyverse, tmp
         (["--animation", "a.avi"], "--animation: expected a file ending in .html, .mp4, .gif, found 'a.avi'"),
         (["-o", "a.csv"], "--output: a.csv: a flight is written as .json"),
         (["--rounds", "3"], "--rounds: expected --until-safe with it, found it alone"),
-        (["--noise", "-1"], "noise: expected metres from 0 on, found -1.0"),
+        (["--noise", "-1"], "noise: expected metres from 0 to 10, found -1.0"),
         (["--vehicle", "balloon"], "balloon"),
     ],
 )

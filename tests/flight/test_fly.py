@@ -228,7 +228,7 @@ SHORT = mission(straight((0, 0, 2), (0.1, 0, 2), 0.3))
         ({"wind": (1,)}, "wind: expected"),
         ({"wind": "gale"}, "wind: expected"),
         ({"wind": (1, math.nan, 0)}, "wind: expected"),
-        ({"noise": -1}, "noise: expected metres from 0 on, found -1"),
+        ({"noise": -1}, "noise: expected metres from 0 to 10, found -1"),
         ({"margin": math.inf}, "margin: expected metres from 0 on, found inf"),
         ({"workers": 0}, "workers is a whole number from 1 on, not 0"),
         ({"rng": "seed"}, "seed"),
