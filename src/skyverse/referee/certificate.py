@@ -16,12 +16,7 @@ from skyverse.scenario import Scenario
 class Certificates(NamedTuple):
     """What is proven of a mission.
 
-    Attributes
-    ----------
-    trajectories
-        Of each UAV in the scenario's order; ``None`` where it has no trajectory.
-    apart
-        Of the fleet's separation.
+    Of each UAV's trajectory in the scenario's order, ``None`` where it has none; and of the fleet's separation.
     """
 
     trajectories: tuple[Certificate | None, ...]
