@@ -3,7 +3,9 @@
 import numpy as np
 
 from skyverse.result import Mission, Provenance, Trajectory
-from skyverse.scenario import UAV, Bounds, Box, Lattice, Scenario, Target
+from skyverse.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV
 
 
 def straight(start, end, seconds, begin=0.0):

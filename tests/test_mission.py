@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.mission import cost_matrix
 from skyverse.problem import Airspace
-from skyverse.result import Fault, Status
+from skyverse.result import Status
+from skyverse.verdict import Fault
 from worlds import ROOM, scenarios
 
 TOTALS = {  # nodes without coordination, with Munkres on straight lines, and on exact path costs

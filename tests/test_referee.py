@@ -10,19 +10,11 @@ from hypothesis import strategies as st
 
 from skyverse.referee import check
 from skyverse.referee.boxes import deepest, shut_boxes
-from skyverse.result import (
-    Effort,
-    Fault,
-    History,
-    Mission,
-    Provenance,
-    Result,
-    Status,
-    Trajectory,
-    Violation,
-    no_history,
-)
-from skyverse.scenario import UAV, Bounds, Box, Lattice, Objective, Scenario, Target
+from skyverse.result import Effort, History, Mission, Provenance, Result, Status, Trajectory, no_history
+from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV
+from skyverse.verdict import Fault, Violation
 
 MADE_BY = Provenance("0", "by hand", "", None, "")
 

@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
 import skyverse as sky
-from skyverse.result import Certificate, Fault, Mission, Provenance, Trajectory, Verdict
-from skyverse.scenario import UAV, Bounds, Box, FixedWing, Lattice, Scenario, Target
+from skyverse.result import Mission, Provenance, Trajectory
+from skyverse.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV, FixedWing
+from skyverse.verdict import Certificate, Fault, Verdict
 
 MADE_BY = Provenance("0", "by hand", "", None, "")
 AGILE = {"max_speed": 1e3, "max_acceleration": 1e4, "max_jerk": 1e6, "max_tilt": 89.9, "thrust_to_weight": 1e3}

@@ -9,7 +9,9 @@ import itertools
 import numpy as np
 from hypothesis import strategies as st
 
-from skyverse.scenario import UAV, Bounds, Box, Lattice, Objective, Scenario, Target
+from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV
 
 UNITS = 20  # to a metre
 

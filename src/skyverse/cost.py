@@ -8,7 +8,8 @@ import numpy as np
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats
-from skyverse.scenario import Cylinder, Objective, Prism, Scenario
+from skyverse.scenario import Objective, Scenario
+from skyverse.shapes import Cylinder, Prism
 from skyverse.space import cylinder, prism
 from skyverse.space.lattice import Grid, Ints, position
 

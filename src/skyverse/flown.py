@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from skyverse.result import FloatArray, Mission, PointArray, Violation, _Record
+from skyverse.result import FloatArray, Mission, PointArray, _Record
+from skyverse.verdict import Violation
 
 
 @dataclass(frozen=True, eq=False)

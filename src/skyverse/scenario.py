@@ -3,146 +3,21 @@
 SI units throughout; positions are local east-north-up metres, with an optional WGS84 origin in the frame.
 """
 
-import math
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
-from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[Number, Field(gt=0)]
-NonNegative = Annotated[Number, Field(ge=0)]
-Limit = Annotated[Number, Field(ge=1e-3, le=1e6)]
-"""What no vehicle is outside of, so that durations and their powers stay numbers."""
+from skyverse.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
+from skyverse.shapes import Obstacle, Terrain, Zone
+from skyverse.vehicle import UAV
 
 
-def _listed(value: object) -> object:
-    return value.tolist() if isinstance(value, np.ndarray) else value
-
-
-Point = Annotated[tuple[Number, Number, Number], BeforeValidator(_listed)]
-"""x, y, z in metres; a numpy array of three is accepted."""
-Place = Annotated[tuple[Number, Number], BeforeValidator(_listed)]
-"""x, y in metres."""
-Steps = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_listed)]
-
-
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class _Extent(_Model):
-    min: Point
-    max: Point
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        for axis, low, high in zip("xyz", self.min, self.max, strict=True):
-            if not low < high:
-                raise ValueError(f"min must be below max on every axis, but {axis} runs from {low:g} to {high:g}")
-        return self
-
-
-class Bounds(_Extent):
+class Bounds(Extent):
     """The closed box that every UAV stays in: ``min`` and ``max`` corner, metres."""
 
 
-class Box(_Extent):
-    """An axis-aligned obstacle: ``min`` and ``max`` corner, metres."""
-
-    shape: Literal["box"] = "box"
-
-
-Obstacle = Box  # cylinder, polygon prism, terrain, voxels: further members of this union, told apart by `shape`
-
-
-class Cylinder(_Model):
-    """A vertical cylinder that may be flown through, at a risk.
-
-    Attributes
-    ----------
-    centre
-        x, y, metres.
-    radius
-        Metres.
-    low, high
-        Where it begins and ends, z in metres.
-    risk
-        What a metre flown inside adds to the path's risk.
-    """
-
-    shape: Literal["cylinder"] = "cylinder"
-    centre: Place
-    radius: Positive
-    low: Number
-    high: Number
-    risk: Positive
-
-    @model_validator(mode="after")
-    def _upright(self) -> Self:
-        _require_rise(self.low, self.high)
-        return self
-
-
-class Prism(_Model):
-    """A vertical prism on a polygon, convex or not, that may be flown through, at a risk.
-
-    Attributes
-    ----------
-    vertices
-        x, y of three corners or more, metres, in either sense of rotation, the first not repeated. The outline must
-        not touch or cross itself.
-    low, high
-        Where it begins and ends, z in metres.
-    risk
-        What a metre flown inside adds to the path's risk.
-    """
-
-    shape: Literal["prism"] = "prism"
-    vertices: Annotated[tuple[Place, ...], BeforeValidator(_listed), Field(min_length=3)]
-    low: Number
-    high: Number
-    risk: Positive
-
-    @model_validator(mode="after")
-    def _upright(self) -> Self:
-        _require_rise(self.low, self.high)
-        met = _edges_that_meet(np.array(self.vertices))
-        if met is not None:
-            raise ValueError(f"the outline must not touch or cross itself, but its edges {met[0]} and {met[1]} meet")
-        return self
-
-
-def _require_rise(low: float, high: float) -> None:
-    if not low < high:
-        raise ValueError(f"low must be below high, but they are {low:g} and {high:g}")
-
-
-def _edges_that_meet(corners: NDArray[np.float64]) -> tuple[int, int] | None:
-    """Return two edges of an outline (n, 2) that meet, or ``None``; neighbours do where one folds back."""
-    n = len(corners)
-    following = np.roll(np.arange(n), -1)
-    ahead = corners[following] - corners
-    to = corners[None] - corners[:, None]
-    side = np.sign(ahead[:, None, 0] * to[..., 1] - ahead[:, None, 1] * to[..., 0])  # (edge, corner)
-    apart = side * side[:, following] > 0
-    low, high = np.minimum(corners, corners[following]), np.maximum(corners, corners[following])
-    meet = ~(apart | apart.T | np.any((low[:, None] > high[None]) | (high[:, None] < low[None]), axis=2))
-    onward = np.sum(ahead * ahead[following], axis=1)
-    each = np.arange(n)
-    folds = (side[each, following[following]] == 0) & (onward <= 0)
-    meet[each, each] = False
-    meet[each, following] = meet[following, each] = folds
-    first = np.argwhere(meet)
-    return (int(first[0, 0]), int(first[0, 1])) if len(first) else None
-
-
-Zone = Annotated[Cylinder | Prism, Field(discriminator="shape")]
-
-
-class Lattice(_Model):
+class Lattice(Model):
     """The nodes that lattice planners walk on: ``bounds.min + i * step``, both ends included.
 
     Attributes
@@ -157,20 +32,24 @@ class Lattice(_Model):
     connectivity: Literal[6, 26] = 6
 
 
-class AltitudeBand(_Model):
+class AltitudeBand(Model):
     """The altitudes to keep to, if it pays.
 
     Attributes
     ----------
     low, high
-        z, metres.
+        Metres: z, or above ground.
     weight
         The price of a metre flown a metre outside the band.
+    above
+        What `low` and `high` are counted from: ``"zero"``, the frame's, or ``"ground"``. It must be said where the
+        scenario has a terrain.
     """
 
     low: Number
     high: Number
     weight: Positive
+    above: Literal["zero", "ground"] | None = None
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -179,7 +58,7 @@ class AltitudeBand(_Model):
         return self
 
 
-class ClimbLimit(_Model):
+class ClimbLimit(Model):
     """The steepness to keep to, if it pays.
 
     Attributes
@@ -194,7 +73,7 @@ class ClimbLimit(_Model):
     weight: Positive
 
 
-class Objective(_Model):
+class Objective(Model):
     """C = fuel * C_fuel + divergence * C_divergence + end * C_end (thesis, equation 3.4), and three soft terms.
 
     The soft terms are paid by every path; the exact searches on the lattice do not seek to lower them.
@@ -247,113 +126,58 @@ def _preset(value: object) -> object:
     return value
 
 
-class FixedWing(_Model):
-    """What an aeroplane can do that cannot hover: it flies on, level speed held, and turns and climbs gently.
-
-    Attributes
-    ----------
-    speed
-        Its horizontal speed, m/s.
-    turn_radius
-        Of its tightest turn seen from above, metres.
-    climb
-        The steepest climb or descent, degrees.
-    """
-
-    speed: Limit
-    turn_radius: Limit
-    climb: Annotated[Positive, Field(lt=90)]
-
-
-class UAV(_Model):
-    """One vehicle: where it starts and what it can do.
-
-    Attributes
-    ----------
-    name
-        Unique in its scenario; ``uav-1``, ``uav-2`` ... when left out.
-    start
-        Metres.
-    max_speed, max_acceleration, max_jerk
-        Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
-    max_tilt
-        Of a multirotor: degrees between its thrust and the vertical.
-    thrust_to_weight
-        Of a multirotor: the most thrust, as a multiple of its weight; above 1, or it cannot hover.
-    separation
-        The horizontal distance in metres that other UAVs at its height must keep; of two UAVs the larger counts.
-    vertical_separation
-        The vertical distance that those above and below must keep, metres, because of its downwash; twice `separation`
-        when left out. Between the two an ellipsoid is kept free.
-    priority
-        Of two UAVs in conflict the one of lower priority gives way.
-    fixed_wing
-        Given for an aeroplane; then tilt and thrust are not limited, nor is it at rest at its start and target.
-    """
-
-    name: str = ""
-    start: Point
-    max_speed: Limit = 5.0
-    max_acceleration: Limit = 3.5
-    max_jerk: Limit = 50.0
-    max_tilt: Annotated[Number, Field(ge=0.1, lt=90)] = 40.0
-    thrust_to_weight: Annotated[Number, Field(gt=1, le=1e6)] = 2.5
-    separation: NonNegative = 0.5
-    vertical_separation: NonNegative | None = None
-    priority: Annotated[int, Field(strict=True)] = 0
-    fixed_wing: FixedWing | None = None
-
-    @property
-    def ellipsoid(self) -> tuple[float, float]:
-        """Horizontal and vertical semi-axis of what it keeps free of others, metres."""
-        vertical = 2.0 * self.separation if self.vertical_separation is None else self.vertical_separation
-        return self.separation, vertical
-
-    @model_validator(mode="after")
-    def _within_limits(self) -> Self:
-        if (self.separation == 0) != (self.ellipsoid[1] == 0):
-            raise ValueError(
-                "separation and vertical_separation must both be above 0, or both 0, but they are "
-                f"{self.separation:g} and {self.ellipsoid[1]:g}"
-            )
-        wing = self.fixed_wing
-        if wing is None:
-            return self
-        fastest = wing.speed / math.cos(math.radians(wing.climb))
-        if fastest > self.max_speed:
-            raise ValueError(
-                f"fixed_wing.speed of {wing.speed:g} m/s at a climb of {wing.climb:g} degrees is {fastest:.4g} m/s, "
-                f"above max_speed, {self.max_speed:g}"
-            )
-        turning = wing.speed**2 / wing.turn_radius
-        if turning >= self.max_acceleration:
-            raise ValueError(
-                f"fixed_wing.turn_radius of {wing.turn_radius:g} m at {wing.speed:g} m/s takes {turning:.4g} m/s^2, "
-                f"not below max_acceleration, {self.max_acceleration:g}"
-            )
-        return self
-
-
-class Target(_Model):
+class Target(Model):
     """A place that some UAV must reach: ``position`` in metres, and a name (``target-1`` ... when left out)."""
 
     name: str = ""
     position: Point
 
 
-class Origin(_Model):
-    """Where the local frame's zero lies: WGS84 degrees, and metres above mean sea level."""
+class Origin(Model):
+    """Where the local frame's zero lies.
+
+    Attributes
+    ----------
+    latitude, longitude
+        WGS84 degrees.
+    altitude
+        Metres above mean sea level.
+    geoid
+        How far mean sea level lies above the WGS84 ellipsoid there, metres.
+    """
 
     latitude: Annotated[Number, Field(ge=-90, le=90)]
     longitude: Annotated[Number, Field(ge=-180, le=180)]
     altitude: Number
+    geoid: Number = 0.0
 
 
-class Frame(_Model):
+class Frame(Model):
     """How positions are to be read: local east-north-up metres (``"enu"``), at ``origin`` where one is known."""
 
     axes: Literal["enu"] = "enu"
     origin: Origin | None = None
+
+
+class Source(Model):
+    """A file that a scenario was made of.
+
+    Attributes
+    ----------
+    file
+        Its name.
+    gives
+        What was taken from it, such as ``"terrain"``.
+    licence
+        Under which it may be used, and who is to be named.
+    crs
+        The coordinates that it was in, such as ``"EPSG:21781"``.
+    """
+
+    file: str
+    gives: str
+    licence: str = ""
+    crs: str = ""
 
 
 def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
@@ -368,7 +192,7 @@ def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
     return named
 
 
-class Scenario(_Model):
+class Scenario(Model):
     """All that is given. Every field is validated; unknown keys are refused.
 
     Attributes
@@ -377,8 +201,12 @@ class Scenario(_Model):
         Every obstacle is grown by this many metres on every side; what is inside a grown obstacle is unsafe.
     zones
         May be flown through, at a risk.
+    terrain
+        The ground, which must cover the bounds.
     objective
         The weights, or the name of a preset: ``"thesis"`` or ``"turns"``.
+    sources
+        The files that it was made of.
     """
 
     format: Literal["skyverse/scenario/1"] = "skyverse/scenario/1"
@@ -387,6 +215,7 @@ class Scenario(_Model):
     bounds: Bounds
     obstacles: tuple[Obstacle, ...] = ()
     zones: tuple[Zone, ...] = ()
+    terrain: Terrain | None = None
     clearance: NonNegative
     lattice: Lattice
     objective: Annotated[
@@ -395,6 +224,7 @@ class Scenario(_Model):
     uavs: tuple[UAV, ...] = ()
     targets: tuple[Target, ...] = ()
     frame: Frame = Frame()
+    sources: tuple[Source, ...] = ()
 
     @field_validator("uavs")
     @classmethod
@@ -405,6 +235,27 @@ class Scenario(_Model):
     @classmethod
     def _name_targets(cls, targets: tuple[Target, ...]) -> tuple[Target, ...]:
         return _named(targets, "target")
+
+    @model_validator(mode="after")
+    def _on_the_ground(self) -> Self:
+        band = self.objective.altitude
+        if self.terrain is None:
+            if band is not None and band.above == "ground":
+                raise ValueError("objective.altitude.above is 'ground', but the scenario has no terrain")
+            return self
+        if band is not None and band.above is None:
+            raise ValueError(
+                "objective.altitude.above: with a terrain, say what low and high are counted from, 'zero' or 'ground'"
+            )
+        first, last = self.terrain.extent
+        for axis in range(2):
+            low, high = self.bounds.min[axis], self.bounds.max[axis]
+            if not (first[axis] <= low + 1e-6 and high <= last[axis] + 1e-6):
+                raise ValueError(
+                    f"the terrain must cover the bounds, but along {'xy'[axis]} it runs from {first[axis]:g} to "
+                    f"{last[axis]:g} and they from {low:g} to {high:g}"
+                )
+        return self
 
     @model_validator(mode="after")
     def _lattice_fits(self) -> Self:

@@ -11,8 +11,8 @@ from skyverse.apart.exchange import Solved
 from skyverse.apart.fleet import Fleet, Place
 from skyverse.apart.keep import _actions, keep_apart
 from skyverse.problem import Airspace, Problem
-from skyverse.result import Fault, Verdict
 from skyverse.trajectory import fly_along
+from skyverse.verdict import Fault, Verdict
 
 
 def scenario(uavs, targets, obstacles=(), height=(0, 2), width=10.0, clearance=0.0):

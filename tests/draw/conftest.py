@@ -3,19 +3,11 @@
 import numpy as np
 import pytest
 
-from skyverse.result import (
-    Effort,
-    Fault,
-    History,
-    Mission,
-    Provenance,
-    Result,
-    Status,
-    Trajectory,
-    Violation,
-    no_history,
-)
-from skyverse.scenario import UAV, Bounds, Box, Lattice, Scenario, Target
+from skyverse.result import Effort, History, Mission, Provenance, Result, Status, Trajectory, no_history
+from skyverse.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV
+from skyverse.verdict import Fault, Violation
 
 PROVENANCE = Provenance("0.1.0", "MVO(universes=25)", "MaxIterations(4)", 1, "test")
 

@@ -12,7 +12,7 @@ from skyverse.draw.traces import in_space, of_search
 from skyverse.draw.track import PALETTE, sample
 from skyverse.draw.zones import surface
 from skyverse.result import Status, Trajectory
-from skyverse.scenario import Cylinder, Prism
+from skyverse.shapes import Cylinder, Prism
 
 
 def test_a_track_carries_names_places_and_arrival(mission):

@@ -12,11 +12,13 @@ from hypothesis.extra.numpy import arrays
 import skyverse as sky
 from skyverse.referee.boxes import shut_boxes
 from skyverse.referee.flight import judge_trajectory
-from skyverse.result import Fault, Trajectory, Verdict
-from skyverse.scenario import Bounds, Box
+from skyverse.result import Trajectory
+from skyverse.scenario import Bounds
+from skyverse.shapes import Box
 from skyverse.trajectory import rest_to_rest
 from skyverse.trajectory.limits import stretch
 from skyverse.trajectory.proof import DEMANDS, prove
+from skyverse.verdict import Fault, Verdict
 from worlds import ROOM
 
 FREE = ROOM.model_copy(update={"obstacles": (), "bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3)})

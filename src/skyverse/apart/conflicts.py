@@ -19,8 +19,9 @@ from skyverse.apart.curves import (
 )
 from skyverse.apart.meeting import is_given, meetings, near_at_ends
 from skyverse.kernel import kernel
-from skyverse.result import Conflict, Floats, Trajectory
+from skyverse.result import Floats, Trajectory
 from skyverse.scenario import Scenario
+from skyverse.verdict import Conflict
 
 SLICE = 0.25
 """Seconds: for so long UAVs that are nowhere near each other need no closer look."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from skyverse.bernstein import part, to_bernstein
 from skyverse.kernel import kernel
 from skyverse.result import Floats, Trajectory
-from skyverse.scenario import UAV
+from skyverse.vehicle import UAV
 
 Ints = NDArray[np.int64]
 

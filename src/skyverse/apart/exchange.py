@@ -8,7 +8,8 @@ from skyverse.apart.fleet import Fleet, Place
 from skyverse.apart.options import Option
 from skyverse.apart.resolve import resolve, worth
 from skyverse.problem import Problem
-from skyverse.result import Conflict, Result
+from skyverse.result import Result
+from skyverse.verdict import Conflict
 
 Replan = Callable[[Problem], Result]
 

@@ -7,9 +7,10 @@ from skyverse.apart.exchange import Replan, Solved, exchange_targets, solve
 from skyverse.apart.fleet import Fleet
 from skyverse.apart.options import Fly
 from skyverse.problem import Airspace
-from skyverse.result import Action, Deconfliction, Result, Trajectory
+from skyverse.result import Result, Trajectory
 from skyverse.scenario import Scenario
 from skyverse.stop import Stop
+from skyverse.verdict import Action, Deconfliction
 
 Targets = tuple[int | None, ...]
 Results = tuple[Result | None, ...]

@@ -11,7 +11,8 @@ from skyverse.planners.base import planned_any_angle
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 from skyverse.result import Floats, Result, Trajectory
-from skyverse.scenario import UAV, Box
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV
 
 Fly = Callable[[Problem, Result], Trajectory | None]
 

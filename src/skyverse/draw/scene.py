@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.draw.track import Floats, Point, Track, track
-from skyverse.result import Fault, Mission, Provenance, Result, Status, Verdict, Violation
-from skyverse.scenario import Bounds, Box, Objective, Scenario, Target, Zone
+from skyverse.result import Mission, Provenance, Result, Status
+from skyverse.scenario import Bounds, Objective, Scenario, Target
+from skyverse.shapes import Box, Zone
+from skyverse.verdict import Fault, Verdict, Violation
 
 Thing = TypeVar("Thing")
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.result import Result, Trajectory
-from skyverse.scenario import UAV, Bounds, Target
+from skyverse.scenario import Bounds, Target
+from skyverse.vehicle import UAV
 
 Floats = NDArray[np.float64]
 Point = tuple[float, float, float]

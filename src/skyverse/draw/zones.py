@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.draw.track import Floats
-from skyverse.scenario import Cylinder, Prism
+from skyverse.shapes import Cylinder, Prism
 
 _CORNERS_OF_A_CIRCLE = 48
 

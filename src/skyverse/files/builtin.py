@@ -1,6 +1,8 @@
 """The thesis's scenarios by name: its maps (Tables 3.1, 3.2, misprints mended) and fleets (4.1, 4.8 to 4.13)."""
 
-from skyverse.scenario import UAV, Bounds, Box, Lattice, Scenario, Target
+from skyverse.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV
 
 Corner = tuple[float, float, float]
 

@@ -59,6 +59,8 @@ def _dump(data: Any, allow_unicode: bool) -> str:
     return out.getvalue()
 
 
+_SHAPES = ("box", "cylinder", "sphere", "prism", "voxels")
+"""What pydantic adds to the place of an error in a shape."""
 _UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 """What pydantic calls it in a model, and in a dataclass."""
 
@@ -96,7 +98,7 @@ def _place(loc: tuple[int | str, ...]) -> str:
     for part in loc:
         if isinstance(part, int):
             place += f"[{part}]"
-        elif not part.startswith(("function-", "tuple[", "literal[")):
+        elif part not in _SHAPES and not part.startswith(("function-", "tuple[", "literal[")):
             place += f".{part}" if place else part
     return place
 

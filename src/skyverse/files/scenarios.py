@@ -9,7 +9,8 @@ from pydantic import ValidationError
 from skyverse.errors import InputError
 from skyverse.files.builtin import CLEARANCE, LATTICE
 from skyverse.files.document import explain, yaml_text
-from skyverse.scenario import Bounds, Box, Scenario
+from skyverse.scenario import Bounds, Scenario
+from skyverse.shapes import Box
 
 
 def scenario_from_data(source: object, data: Any) -> Scenario:

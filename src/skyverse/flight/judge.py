@@ -7,9 +7,10 @@ import numpy as np
 from skyverse.flight.simulate import RATE, Samples
 from skyverse.flight.vehicle import Vehicle
 from skyverse.flown import Flown, Passing
-from skyverse.result import Fault, Floats, Mission, Violation
+from skyverse.result import Floats, Mission
 from skyverse.scenario import Scenario
 from skyverse.space.world import World
+from skyverse.verdict import Fault, Violation
 
 TOLERANCE = 1e-6
 """Of nearness."""

@@ -6,8 +6,9 @@ from skyverse.errors import InputError
 from skyverse.mission import plan_mission
 from skyverse.planners.taut import Taut
 from skyverse.referee import certify, check
-from skyverse.result import Deconfliction, Mission, Result, Status, Trajectory
+from skyverse.result import Mission, Result, Status, Trajectory
 from skyverse.trajectory import Shape
+from skyverse.verdict import Deconfliction
 
 _SLOWED = "Slowed down with the whole mission, to be flown safely."
 

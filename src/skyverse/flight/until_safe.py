@@ -9,8 +9,9 @@ from skyverse.flight.judge import planned_close
 from skyverse.flight.slower import farther, slowed
 from skyverse.flown import Flight
 from skyverse.planners.base import Seed, seeded
-from skyverse.result import Fault, Mission
+from skyverse.result import Mission
 from skyverse.trajectory import Shape
+from skyverse.verdict import Fault
 
 SLOWER = 1.25
 """How much longer a mission takes after a round."""

@@ -15,9 +15,10 @@ from skyverse.mission import Assignment, assign_targets
 from skyverse.planners.base import Planner
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import check_result
-from skyverse.result import History, Result, Status, Violation, no_history
+from skyverse.result import History, Result, Status, no_history
 from skyverse.scenario import Scenario
 from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
+from skyverse.verdict import Violation
 
 _PILOT = 200
 """Paths of the first pilot run, and of the shortest second one."""

@@ -11,8 +11,9 @@ import numpy as np
 from skyverse.referee.boxes import shut_boxes
 from skyverse.referee.certificate import Certificates, certify, entry, judge_flight, target_of
 from skyverse.referee.path import judge_result
-from skyverse.result import Certificate, Fault, Mission, Result, Status, Trajectory, Verdict, Violation
+from skyverse.result import Mission, Result, Status, Trajectory
 from skyverse.scenario import Scenario
+from skyverse.verdict import Certificate, Fault, Verdict, Violation
 
 __all__ = ["Certificates", "certify", "check", "check_result", "judge"]
 

@@ -9,8 +9,9 @@ from skyverse.referee.boxes import Boxes, shut_boxes
 from skyverse.referee.curve import Curve
 from skyverse.referee.flight import judge_trajectory
 from skyverse.referee.separation import judge_separation
-from skyverse.result import Certificate, Fault, Mission, Trajectory, Verdict, Violation
+from skyverse.result import Mission, Trajectory
 from skyverse.scenario import Scenario
+from skyverse.verdict import Certificate, Fault, Verdict, Violation
 
 
 class Certificates(NamedTuple):

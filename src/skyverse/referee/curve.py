@@ -6,8 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.referee.boxes import TOLERANCE, Floats, Ints, array, place, triple
-from skyverse.result import Fault, Trajectory, Violation
-from skyverse.scenario import UAV, Scenario
+from skyverse.result import Trajectory
+from skyverse.scenario import Scenario
+from skyverse.vehicle import UAV
+from skyverse.verdict import Fault, Violation
 
 LATEST = 1e9  # seconds
 HIGHEST = 30  # degree

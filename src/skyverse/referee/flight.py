@@ -9,8 +9,9 @@ from skyverse.referee.boxes import TOLERANCE, Boxes, Closest, Floats, Ints, beyo
 from skyverse.referee.curve import Curve, curve_of, judge_continuity, judge_ends
 from skyverse.referee.limits import FORGIVEN, limits
 from skyverse.referee.polynomial import Peaks, Polynomials, bernstein, greatest, stack
-from skyverse.result import Fault, Trajectory, Violation
+from skyverse.result import Trajectory
 from skyverse.scenario import Scenario
+from skyverse.verdict import Fault, Violation
 
 FINE = 1e-9
 """How near to the worst instant (metres, or a share of the limit) is near enough."""

@@ -9,8 +9,8 @@ import numpy as np
 from skyverse.referee.boxes import Floats
 from skyverse.referee.curve import Curve, derivative
 from skyverse.referee.polynomial import Polynomials, bernstein, squared, stack
-from skyverse.result import Fault
-from skyverse.scenario import UAV, FixedWing
+from skyverse.vehicle import UAV, FixedWing
+from skyverse.verdict import Fault
 
 GRAVITY = 9.81  # m/s^2
 FORGIVEN = 1e-6  # of each limit

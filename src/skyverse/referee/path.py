@@ -6,8 +6,9 @@ import numpy as np
 
 from skyverse.referee.boxes import TOLERANCE, Boxes, Floats, array, beyond_bounds, deepest, place, triple
 from skyverse.referee.soft import altitude, climb, risk
-from skyverse.result import Fault, Result, Status, Violation
+from skyverse.result import Result, Status
 from skyverse.scenario import Scenario
+from skyverse.verdict import Fault, Violation
 
 
 def judge_result(

@@ -10,8 +10,8 @@ from skyverse.referee.curve import Curve
 from skyverse.referee.flight import FINE
 from skyverse.referee.polynomial import DEPTH, Peaks, Polynomials, greatest, halve, squared
 from skyverse.referee.tracks import Tracks, near_pairs, relative, time_slices, tracks_of
-from skyverse.result import Fault, Violation
 from skyverse.scenario import Scenario
+from skyverse.verdict import Fault, Violation
 
 AT_ONCE = 2000  # pairs
 

@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 
 from skyverse.referee.boxes import TOLERANCE, Floats
-from skyverse.scenario import AltitudeBand, ClimbLimit, Cylinder, Prism, Scenario
+from skyverse.scenario import AltitudeBand, ClimbLimit, Scenario
+from skyverse.shapes import Cylinder, Prism
 
 _NUDGES = TOLERANCE * np.array([(0, 0, 0), *(n for n in itertools.product((-1, 0, 1), repeat=3) if any(n))])
 

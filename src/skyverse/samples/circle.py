@@ -6,7 +6,8 @@ from numbers import Real
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import UAV, Bounds, Lattice, Objective, Scenario, Target
+from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.vehicle import UAV
 
 HEIGHT = 20.0
 """Metres of air under and over the circle, together."""

@@ -3,7 +3,9 @@
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import UAV, Bounds, Box, Lattice, Objective, Scenario, Target
+from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.shapes import Box
+from skyverse.vehicle import UAV
 
 QUARTER = 0.25
 

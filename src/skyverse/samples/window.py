@@ -3,7 +3,8 @@
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import UAV, Scenario, Target
+from skyverse.scenario import Scenario, Target
+from skyverse.vehicle import UAV
 
 SPACING = (0.9, 0.9, 1.1)
 """Metres between places."""

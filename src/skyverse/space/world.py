@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.scenario import Scenario
+from skyverse.shapes import Box
 from skyverse.space import box, tree
 from skyverse.space.tree import Tree
 
@@ -88,7 +89,9 @@ class World:
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        boxes = np.array([[*b.min, *b.max] for b in scenario.obstacles], dtype=np.float64).reshape(-1, 6)
+        boxes = np.array(
+            [[*b.min, *b.max] for b in scenario.obstacles if isinstance(b, Box)], dtype=np.float64
+        ).reshape(-1, 6)
         index, self._order = tree.build(boxes)
         self.space = Space(
             low=np.array(scenario.bounds.min),

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from skyverse.heap import Heap, make_heap, pop, push
 from skyverse.kernel import kernel
 from skyverse.result import Floats, Trajectory
-from skyverse.scenario import UAV
 from skyverse.space.world import Space, World, segment_free
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.leg import CLEAR, SHUT, Leg, climb_along, climb_length, leg_clear, leg_pieces, place
 from skyverse.trajectory.shortcut import drop_collinear
+from skyverse.vehicle import UAV
 
 Ints = NDArray[np.int64]
 

@@ -13,7 +13,7 @@ import numpy as np
 from skyverse.bernstein import product, split, to_bernstein
 from skyverse.kernel import kernel
 from skyverse.result import Floats, Trajectory
-from skyverse.scenario import UAV
+from skyverse.vehicle import UAV
 
 GRAVITY = 9.81
 LIFT = 0.01

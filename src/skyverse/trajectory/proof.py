@@ -11,8 +11,7 @@ import numpy as np
 
 from skyverse.bernstein import split, to_bernstein
 from skyverse.kernel import kernel
-from skyverse.result import Floats, Trajectory, Verdict
-from skyverse.scenario import UAV
+from skyverse.result import Floats, Trajectory
 from skyverse.space import box, tree
 from skyverse.space.box import Ints
 from skyverse.space.world import Space, World
@@ -29,6 +28,8 @@ from skyverse.trajectory.limits import (
     peak,
     rate,
 )
+from skyverse.vehicle import UAV
+from skyverse.verdict import Verdict
 
 _METRES = 0.5e-6
 _RELATIVE = 0.5e-6

@@ -17,7 +17,6 @@ from scipy.interpolate import BSpline
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats, Trajectory
-from skyverse.scenario import UAV
 from skyverse.space.box import Ints
 from skyverse.space.world import World
 from skyverse.trajectory.corridor import grow_corridor
@@ -25,6 +24,7 @@ from skyverse.trajectory.equations import FIXED, Task, assemble
 from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
 from skyverse.trajectory.newton import BAND, System, solve
 from skyverse.trajectory.spline import DEGREE, refine
+from skyverse.vehicle import UAV
 
 STANDSTILL = 1e-6
 """Metres of way below which there is nothing to fly."""

@@ -1,0 +1,330 @@
+"""The shapes that fill space: boxes, cylinders, spheres, prisms, voxels, and the ground.
+
+Each may be an obstacle, or, with a risk, a zone that may be flown through; the ground is the ground.
+"""
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    SerializationInfo,
+    Tag,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
+
+from skyverse.quantities import (
+    Extent,
+    GridModel,
+    Model,
+    NonNegative,
+    Number,
+    Place,
+    Point,
+    Positive,
+    Steps,
+    frozen,
+    listed,
+)
+
+
+class Shape(Model):
+    """What all shapes have.
+
+    Attributes
+    ----------
+    name
+        What it is called, if anything.
+    kind
+        What it stands for, such as ``"building"`` or ``"no-fly zone"``; pictures tell kinds apart.
+    risk
+        Of a zone: what a metre flown inside adds to the path's risk. Obstacles have none.
+    """
+
+    name: str | None = None
+    kind: str | None = None
+    risk: Positive | None = None
+
+
+class Upright(Shape):
+    """A shape with vertical walls, from ``low`` to ``high``, z in metres."""
+
+    low: Number
+    high: Number
+
+    @model_validator(mode="after")
+    def _upright(self) -> Self:
+        if not self.low < self.high:
+            raise ValueError(f"low must be below high, but they are {self.low:g} and {self.high:g}")
+        return self
+
+
+class Box(Extent, Shape):
+    """An axis-aligned box: ``min`` and ``max`` corner, metres. Grown by the clearance it is a box."""
+
+    shape: Literal["box"] = "box"
+
+
+class Cylinder(Upright):
+    """A vertical cylinder. Grown by the clearance it is a cylinder.
+
+    Attributes
+    ----------
+    centre
+        x, y, metres.
+    radius
+        Metres.
+    low, high
+        Where it begins and ends, z in metres.
+    """
+
+    shape: Literal["cylinder"] = "cylinder"
+    centre: Place
+    radius: Positive
+
+
+class Sphere(Shape):
+    """A sphere: ``centre`` and ``radius``, metres."""
+
+    shape: Literal["sphere"] = "sphere"
+    centre: Point
+    radius: Positive
+
+
+Ring = Annotated[tuple[Place, ...], BeforeValidator(listed), Field(min_length=3)]
+"""x, y of three corners or more, metres, in either sense of rotation, the first not repeated."""
+
+
+class Prism(Upright):
+    """A vertical prism on a polygon, convex or not, with or without holes.
+
+    Grown by the clearance, it ends at that distance from the polygon, with rounded corners, and that much lower and
+    higher.
+
+    Attributes
+    ----------
+    vertices
+        The outline: x, y of three corners or more, metres, in either sense of rotation, the first not repeated. It
+        must not touch or cross itself.
+    holes
+        Outlines of what is left out, inside the first one; no outline may touch another.
+    low, high
+        Where it begins and ends, z in metres.
+    """
+
+    shape: Literal["prism"] = "prism"
+    vertices: Ring
+    holes: tuple[Ring, ...] = ()
+
+    @model_validator(mode="after")
+    def _simple(self) -> Self:
+        rings = [np.array(ring) for ring in (self.vertices, *self.holes)]
+        met = _edges_that_meet(rings)
+        if met is not None:
+            (ring, edge), (other, another) = met
+            names = ["the outline", *(f"holes[{k}]" for k in range(len(self.holes)))]
+            if ring == other:
+                raise ValueError(
+                    f"{names[ring]} must not touch or cross itself, but its edges {edge} and {another} meet"
+                )
+            raise ValueError(
+                f"{names[ring]} and {names[other]} must not touch or cross, but edges {edge} and {another} meet"
+            )
+        for k, hole in enumerate(rings[1:]):
+            others = [other for other in rings[1:] if other is not hole]
+            if not _inside(hole[0], rings[0]) or any(_inside(hole[0], other) for other in others):
+                raise ValueError(f"holes[{k}] must lie inside the outline and outside of other holes")
+        return self
+
+
+def _edges_that_meet(rings: list[NDArray[np.float64]]) -> tuple[tuple[int, int], tuple[int, int]] | None:
+    """Return two edges of outlines (n, 2), each as ring and number, that meet, or ``None``.
+
+    Neighbours do where one folds back.
+    """
+    corners = np.concatenate(rings)
+    sizes = [len(ring) for ring in rings]
+    starts = np.cumsum([0, *sizes[:-1]])
+    following = np.concatenate([s + np.roll(np.arange(n), -1) for s, n in zip(starts, sizes, strict=True)])
+    ahead = corners[following] - corners
+    to = corners[None] - corners[:, None]
+    side = np.sign(ahead[:, None, 0] * to[..., 1] - ahead[:, None, 1] * to[..., 0])  # (edge, corner)
+    apart = side * side[:, following] > 0
+    low, high = np.minimum(corners, corners[following]), np.maximum(corners, corners[following])
+    meet = ~(apart | apart.T | np.any((low[:, None] > high[None]) | (high[:, None] < low[None]), axis=2))
+    onward = np.sum(ahead * ahead[following], axis=1)
+    each = np.arange(len(corners))
+    folds = (side[each, following[following]] == 0) & (onward <= 0)
+    meet[each, each] = False
+    meet[each, following] = meet[following, each] = folds
+    first = np.argwhere(meet)
+    if not len(first):
+        return None
+    numbered = [(ring, edge) for ring, size in enumerate(sizes) for edge in range(size)]
+    return numbered[first[0, 0]], numbered[first[0, 1]]
+
+
+def _inside(place: NDArray[np.float64], ring: NDArray[np.float64]) -> bool:
+    """Tell whether a place is inside an outline (n, 2): a ray along x crosses it an odd number of times."""
+    a, b = ring, np.roll(ring, -1, axis=0)
+    spans = (a[:, 1] > place[1]) != (b[:, 1] > place[1])
+    a, b = a[spans], b[spans]
+    crossings = a[:, 0] + (place[1] - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
+    return bool(np.count_nonzero(crossings > place[0]) % 2)
+
+
+def _stored(value: object, info: ValidationInfo) -> object:
+    """Return an array; a reference stands for one in the side file that the reader has opened."""
+    if isinstance(value, dict):
+        grids = (info.context or {}).get("grids", {})
+        name = value.get("array")
+        if set(value) != {"file", "array"} or name not in grids:
+            raise ValueError(
+                "expected rows of numbers, or 'file' and 'array' naming an array in a file beside this one"
+            )
+        return grids[name]
+    return value
+
+
+def _heights(value: object, info: ValidationInfo) -> NDArray[np.float64]:
+    try:
+        heights = np.asarray(_stored(value, info), dtype=np.float64)
+    except (TypeError, OverflowError, ValueError) as error:
+        raise ValueError(str(error) if "array" in str(error) else "expected rows of numbers of equal length") from None
+    if heights.ndim != 2 or min(heights.shape) < 2:
+        raise ValueError(f"expected two rows of two numbers or more, found an array of shape {heights.shape}")
+    holes = np.argwhere(~np.isfinite(heights))
+    if len(holes):
+        raise ValueError(f"expected a height everywhere, but there is none at [{holes[0, 0]}][{holes[0, 1]}]")
+    return frozen(heights)
+
+
+def _occupied(value: object, info: ValidationInfo) -> NDArray[np.bool_]:
+    try:
+        occupied = np.asarray(_stored(value, info))
+    except ValueError as error:
+        raise ValueError(str(error) if "array" in str(error) else "expected layers of rows of equal length") from None
+    if occupied.ndim != 3 or not occupied.size:
+        raise ValueError(f"expected an array of three dimensions, found one of shape {occupied.shape}")
+    if not np.isin(occupied, (0, 1)).all():
+        raise ValueError("expected 0 for what is free and 1 for what is occupied")
+    return frozen(occupied.astype(bool))
+
+
+INLINE = 4096
+"""Numbers at most that a file holds itself; larger arrays go to a file beside it."""
+
+
+def _filed(array: NDArray[Any], info: SerializationInfo) -> object:
+    """Return an array as lists; a large one as a reference, where the writer has given a side file to put it in."""
+    side = (info.context or {}).get("side")
+    if side is None or array.size <= INLINE:
+        return array.astype(int).tolist() if array.dtype == bool else array.tolist()
+    return {"file": side["file"], "array": side["put"](array)}
+
+
+_REFERENCE = {"type": "object", "properties": {"file": {"type": "string"}, "array": {"type": "string"}}}
+
+
+def _schema(depth: int) -> WithJsonSchema:
+    rows: dict[str, Any] = {"type": "number"}
+    for _ in range(depth):
+        rows = {"type": "array", "items": rows}
+    return WithJsonSchema({"anyOf": [rows, _REFERENCE]})
+
+
+Occupied = Annotated[
+    NDArray[np.bool_], PlainValidator(_occupied), PlainSerializer(_filed, when_used="json"), _schema(3)
+]
+Heights = Annotated[
+    NDArray[np.float64], PlainValidator(_heights), PlainSerializer(_filed, when_used="json"), _schema(2)
+]
+
+
+class Voxels(Shape, GridModel):
+    """Equal cells of space, each free or occupied. Each occupied cell is a box, and grown by the clearance a box.
+
+    Attributes
+    ----------
+    origin
+        The min corner of the first cell, metres.
+    step
+        How long, wide and high a cell is, metres.
+    occupied
+        (nx, ny, nz) booleans.
+    """
+
+    shape: Literal["voxels"] = "voxels"
+    origin: Point
+    step: Steps
+    occupied: Occupied
+
+
+class Terrain(GridModel):
+    """The ground: heights on a grid, bilinear between. Nothing flies below `clearance` above it.
+
+    The clearance is vertical: over a place on the map, z must not be below the ground's z there and `clearance`.
+
+    Attributes
+    ----------
+    origin
+        x, y of the first height, metres.
+    step
+        Between heights along x and along y, metres.
+    heights
+        (nx, ny) z in metres; ``heights[i][j]`` stands at ``origin + (i * step[0], j * step[1])``.
+    clearance
+        Metres above ground; the scenario's clearance when left out.
+    """
+
+    origin: Place
+    step: Annotated[tuple[Positive, Positive], BeforeValidator(listed)]
+    heights: Heights
+    clearance: NonNegative | None = None
+
+    @property
+    def extent(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The least and the greatest x, y that it covers, metres."""
+        (x, y), (dx, dy), (nx, ny) = self.origin, self.step, self.heights.shape
+        return (x, y), (x + dx * (nx - 1), y + dy * (ny - 1))
+
+
+def _kind_of(value: object) -> str:
+    """Return which shape it is; a box where nothing is said."""
+    said = value.get("shape", "box") if isinstance(value, dict) else getattr(value, "shape", "box")
+    return said if isinstance(said, str) else "box"
+
+
+AnyShape = Annotated[
+    Annotated[Box, Tag("box")]
+    | Annotated[Cylinder, Tag("cylinder")]
+    | Annotated[Sphere, Tag("sphere")]
+    | Annotated[Prism, Tag("prism")]
+    | Annotated[Voxels, Tag("voxels")],
+    Discriminator(_kind_of),
+]
+"""Told apart by `shape`; a box where that is left out."""
+
+
+def _forbidden(shape: Shape) -> Shape:
+    if shape.risk is not None:
+        raise ValueError("an obstacle has no risk; what may be flown through belongs to zones")
+    return shape
+
+
+def _risky(shape: Shape) -> Shape:
+    if shape.risk is None:
+        raise ValueError("a zone needs a risk, per metre flown inside; what must not be entered belongs to obstacles")
+    return shape
+
+
+Obstacle = Annotated[AnyShape, AfterValidator(_forbidden)]
+Zone = Annotated[AnyShape, AfterValidator(_risky)]

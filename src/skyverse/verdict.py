@@ -1,0 +1,165 @@
+"""What is said of an answer: what is wrong with it, what is proven, which UAVs are in conflict and what was done."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Literal
+
+
+class Fault(Enum):
+    """What the referee can find wrong."""
+
+    SCENARIO = "scenario"
+    ASSIGNMENT = "assignment"
+    STATUS = "status"
+    PATH_SHAPE = "path shape"
+    PATH_BOUNDS = "path out of bounds"
+    PATH_CLEARANCE = "path too close"
+    PATH_ENDS = "path ends"
+    PATH_STEP = "path off the lattice"
+    COST = "cost"
+    BOUND = "bound"
+    TRAJECTORY_SHAPE = "trajectory shape"
+    TRAJECTORY_BOUNDS = "trajectory out of bounds"
+    TRAJECTORY_CLEARANCE = "trajectory too close"
+    TRAJECTORY_ENDS = "trajectory ends"
+    CONTINUITY = "trajectory jumps"
+    SPEED = "too fast"
+    ACCELERATION = "accelerates too hard"
+    JERK = "jerks too hard"
+    THRUST = "too much thrust"
+    TILT = "tilts too far"
+    TURN = "turns too tightly"
+    CLIMB = "climbs too steeply"
+    AIRSPEED = "off its airspeed"
+    SEPARATION = "UAVs too close"
+    GIVEN = "given too close"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True)
+class Violation:
+    """One thing that the referee found wrong.
+
+    Attributes
+    ----------
+    fault
+        Its kind.
+    uavs
+        Indices of the UAVs concerned: one, two for a separation, none for the mission as a whole.
+    message
+        One sentence with the numbers.
+    time
+        Seconds into the mission, where it has an instant.
+    position
+        Metres, where it has a place.
+    """
+
+    fault: Fault
+    uavs: tuple[int, ...]
+    message: str
+    time: float | None = None
+    position: tuple[float, float, float] | None = None
+
+
+class Verdict(Enum):
+    """What the referee says of a trajectory, or of the fleet."""
+
+    PROVEN = "proven"
+    REFUTED = "refuted"
+    UNDECIDED = "undecided"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What the referee can say at every instant, not only at samples.
+
+    Attributes
+    ----------
+    verdict
+        Proven, refuted, or undecided after `subdivisions`.
+    sentence
+        What is proven; or what is wrong, when and where; or what could not be decided.
+    time, position
+        The offending or the undecided instant, seconds into the mission, and where the UAV is then, metres.
+    subdivisions
+        How often pieces were cut in two.
+    """
+
+    verdict: Verdict
+    sentence: str
+    time: float | None = None
+    position: tuple[float, float, float] | None = None
+    subdivisions: int = 0
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Two UAVs that come closer than their separation.
+
+    Attributes
+    ----------
+    uavs
+        Their indices.
+    begin, end
+        Seconds into the mission between which they are too close.
+    time
+        When they are closest, seconds.
+    nearness
+        How close then, as a share of the separation: 1 is on the ellipsoid, 0 at one place.
+    position
+        Midway between them then, metres.
+    given
+        Whether their starts or their targets are given too close, so that nobody can resolve it.
+    """
+
+    uavs: tuple[int, int]
+    begin: float
+    end: float
+    time: float
+    nearness: float
+    position: tuple[float, float, float]
+    given: bool = False
+
+
+@dataclass(frozen=True)
+class Action:
+    """What was done to one UAV to keep the fleet apart.
+
+    Attributes
+    ----------
+    uav
+        Its index.
+    kind
+        ``"delay"``, ``"slow down"``, ``"exchange"`` (of targets) or ``"detour"``.
+    sentence
+        With the numbers.
+    """
+
+    uav: int
+    kind: Literal["delay", "slow down", "exchange", "detour"]
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Deconfliction:
+    """How the fleet was kept apart.
+
+    Attributes
+    ----------
+    found, left
+        The conflicts before, and those that could not be resolved, or were given.
+    actions
+        What was done, in order.
+    total_before, total_after
+        The sum of the UAVs' arrival times, seconds.
+    makespan_before, makespan_after
+        The last arrival, seconds.
+    """
+
+    found: tuple[Conflict, ...]
+    left: tuple[Conflict, ...]
+    actions: tuple[Action, ...]
+    total_before: float
+    total_after: float
+    makespan_before: float
+    makespan_after: float
