@@ -1,0 +1,59 @@
+"""Altitudes that know what they are counted from: mean sea level, home, or the ground below."""
+
+import re
+from dataclasses import dataclass
+
+FOOT = 0.3048
+"""Metres."""
+
+
+@dataclass(frozen=True)
+class AboveSea:
+    """Metres above mean sea level."""
+
+    metres: float
+
+
+@dataclass(frozen=True)
+class AboveHome:
+    """Metres above the place where the UAV takes off."""
+
+    metres: float
+
+
+@dataclass(frozen=True)
+class AboveGround:
+    """Metres above the ground below."""
+
+    metres: float
+
+
+Altitude = AboveSea | AboveHome | AboveGround
+
+_FRAMES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
+    "amsl": AboveSea,
+    "msl": AboveSea,
+    "home": AboveHome,
+    "agl": AboveGround,
+}
+_WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(m|ft)?\s*(amsl|msl|home|agl)?\s*", re.IGNORECASE)
+
+
+def parse_altitude(text: str) -> Altitude:
+    """Read an altitude such as ``60 m agl``, ``1250amsl``, ``30 home`` or ``400 ft agl``; metres where no unit is said.
+
+    Raises
+    ------
+    ValueError
+        If it is not one, or if it does not say what it is counted from.
+    """
+    found = _WRITTEN.fullmatch(text)
+    if found is None:
+        raise ValueError(f"expected an altitude such as '60 m agl', found {text!r:.40}")
+    number, unit, frame = found.groups()
+    if frame is None:
+        raise ValueError(
+            f"expected an altitude with what it is counted from, amsl (mean sea level), agl (the ground) or home, "
+            f"found {text.strip()!r:.40}"
+        )
+    return _FRAMES[frame.lower()](float(number) * (FOOT if (unit or "").lower() == "ft" else 1.0))
