@@ -38,6 +38,16 @@ def touches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> 
     return meet
 
 
+@kernel
+def reaches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
+    """Tell whether the interior of box i, grown by `growth`, reaches into the open box between two corners."""
+    margin = growth - TOLERANCE
+    meet = True
+    for axis in range(3):
+        meet &= boxes[i, axis] - margin < high[axis] and boxes[i, axis + 3] + margin > low[axis]
+    return meet
+
+
 class Ray(NamedTuple):
     """A segment made ready for many slab tests: where it begins, and one over its extent on each axis, 0 for none."""
 

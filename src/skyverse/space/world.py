@@ -8,9 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.scenario import Scenario
-from skyverse.shapes import Box
-from skyverse.space import box, tree
+from skyverse.shapes import Box, Voxels
+from skyverse.space import box, ground, solids, tree
+from skyverse.space.ground import Ground
+from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree
+from skyverse.space.voxels import merged
 
 ROOM = 1e-7
 """A hair of room, metres: touching obstacles leave none between them, so that no line of sight slips through a seam.
@@ -21,13 +24,31 @@ either side: so whatever passage there is has edges to bend at, and each edge li
 
 
 class Space(NamedTuple):
-    """What the kernels see: bounds (3,) each, the obstacles in the index's order, and the growth in metres."""
+    """What the kernels see: one type for all worlds, with empty arrays for what is not there.
+
+    Attributes
+    ----------
+    low, high
+        (3,) metres: the bounds.
+    boxes
+        (n, 6) metres, in the order of `tree`: obstacles that are boxes, and voxels merged into boxes.
+    clearance
+        The scenario's, metres.
+    tree
+        The index over `boxes`.
+    solids
+        Cylinders, spheres and prisms.
+    ground
+        The terrain.
+    """
 
     low: Floats
     high: Floats
     boxes: Floats
     clearance: float
     tree: Tree
+    solids: Solids
+    ground: Ground
 
 
 @kernel
@@ -40,17 +61,76 @@ def in_bounds(space: Space, p: Floats) -> bool:
 
 
 @kernel
+def shut(space: Space, growth: float, p: Floats) -> bool:
+    """Tell whether the interior of some obstacle, grown by `growth`, holds a point.
+
+    A growth other than the clearance raises or lowers the ground's own clearance by the difference.
+    """
+    return (
+        tree.containing(space.tree, space.boxes, growth, p[0], p[1], p[2]) >= 0
+        or solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0
+        or p[2] < ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra - box.TOLERANCE
+    )
+
+
+@kernel
+def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
+    """Tell whether a segment meets the interior of some obstacle, grown by `growth`: exact."""
+    return (
+        tree.crossed(space.tree, space.boxes, growth, a, b) >= 0
+        or solids.crossed(space.solids, growth, a, b) >= 0
+        or ground.crossed(space.ground, growth + space.ground.extra, 0.0, a, b)
+    )
+
+
+@kernel
+def swept_crosses(space: Space, growth: float, dev: float, a: Floats, b: Floats) -> bool:
+    """Tell whether what lies within `dev` metres of a segment may meet the interior of an obstacle grown by `growth`.
+
+    Exact but for the ground, where the steepness of every cell nearby counts; never False where it should be True.
+    """
+    return (
+        tree.crossed(space.tree, space.boxes, growth + dev, a, b) >= 0
+        or solids.crossed(space.solids, growth + dev, a, b) >= 0
+        or ground.crossed(space.ground, growth + space.ground.extra, dev, a, b)
+    )
+
+
+@kernel
+def box_meets(space: Space, growth: float, low: Floats, high: Floats) -> bool:
+    """Tell whether some obstacle, grown by `growth`, reaches into the open box between two corners."""
+    return (
+        tree.reaching(space.tree, space.boxes, growth, low, high) >= 0
+        or solids.reaching(space.solids, growth, low, high) >= 0
+        or ground_reaches(space, growth, low, high)
+    )
+
+
+@kernel
+def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
+    """Tell whether the ground, raised as `growth` raises it, reaches into the open box between two corners."""
+    floor = low[2] - growth - space.ground.extra + box.TOLERANCE
+    return ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor
+
+
+@kernel
+def gap(space: Space, p: Floats) -> float:
+    """Return the metres to the nearest obstacle as given, or to the ground below: the least; negative inside."""
+    nearest = tree.distance(space.tree, space.boxes, p[0], p[1], p[2])
+    nearest = solids.distance(space.solids, nearest, p[0], p[1], p[2])
+    return min(nearest, p[2] - ground.height(space.ground, p[0], p[1]))
+
+
+@kernel
 def point_free(space: Space, p: Floats) -> bool:
     """Tell whether a point is in bounds and outside every grown obstacle."""
-    return in_bounds(space, p) and tree.containing(space.tree, space.boxes, space.clearance, p[0], p[1], p[2]) < 0
+    return in_bounds(space, p) and not shut(space, space.clearance, p)
 
 
 @kernel
 def segment_free(space: Space, a: Floats, b: Floats) -> bool:
     """Tell whether a whole segment is in bounds and outside every grown obstacle."""
-    return (
-        in_bounds(space, a) and in_bounds(space, b) and tree.crossed(space.tree, space.boxes, space.clearance, a, b) < 0
-    )
+    return in_bounds(space, a) and in_bounds(space, b) and not crosses(space, space.clearance, a, b)
 
 
 @kernel
@@ -73,7 +153,7 @@ def _segments_free(space: Space, starts: Floats, ends: Floats) -> NDArray[np.boo
 def _distances(space: Space, points: Floats) -> Floats:
     distances = np.empty(len(points))
     for i in range(len(points)):
-        distances[i] = tree.distance(space.tree, space.boxes, points[i, 0], points[i, 1], points[i, 2])
+        distances[i] = gap(space, points[i])
     return distances
 
 
@@ -89,16 +169,29 @@ class World:
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        boxes = np.array(
-            [[*b.min, *b.max] for b in scenario.obstacles if isinstance(b, Box)], dtype=np.float64
-        ).reshape(-1, 6)
-        index, self._order = tree.build(boxes)
+        blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
+        for number, obstacle in enumerate(scenario.obstacles):
+            if isinstance(obstacle, Box | Voxels):
+                rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else merged(obstacle)
+                blocks.append(rows)
+                boxes += [number] * len(rows)
+            else:
+                shapes.append(obstacle)
+                others.append(number)
+        table = np.concatenate(blocks, dtype=np.float64)
+        index, order = tree.build(table)
+        round_, rank = solids.make_solids(shapes)
+        self._boxes = np.array(boxes[1:], dtype=np.int64)[order]
+        self._solids = np.array(others, dtype=np.int64)[rank]
+        self._obstacles = scenario.obstacles
         self.space = Space(
             low=np.array(scenario.bounds.min),
             high=np.array(scenario.bounds.max),
-            boxes=boxes[self._order],
+            boxes=table[order],
             clearance=scenario.clearance,
             tree=index,
+            solids=round_,
+            ground=ground.make_ground(scenario.terrain, scenario.clearance),
         )
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
@@ -113,7 +206,10 @@ class World:
         return _segments_free(self.space, a, b)
 
     def distance(self, points: ArrayLike) -> Floats:
-        """Return for each of (m, 3) points the Euclidean metres to the nearest obstacle as given; negative inside."""
+        """Return for each of (m, 3) points the metres to the nearest obstacle as given, or above ground; the least.
+
+        Euclidean to obstacles, vertical to the ground; negative inside.
+        """
         return _distances(self.space, _rows(points))
 
     def why_unsafe(self, point: ArrayLike) -> str | None:
@@ -122,10 +218,29 @@ class World:
         if not in_bounds(self.space, p):
             low, high = (", ".join(f"{v:g}" for v in side) for side in (self.space.low, self.space.high))
             return f"lies outside the bounds ({low}) to ({high})"
-        found = tree.containing(self.space.tree, self.space.boxes, self.space.clearance, p[0], p[1], p[2])
-        if found >= 0:
-            return f"lies inside obstacles[{self._order[found]}] grown by the clearance of {self.space.clearance:g} m"
+        found = self.blocker(p)
+        if found is not None:
+            return f"lies inside {self.named(found)} grown by the clearance of {self.space.clearance:g} m"
+        margin = self.space.clearance + self.space.ground.extra
+        above = p[2] - ground.height(self.space.ground, p[0], p[1])
+        if above < margin - box.TOLERANCE:
+            return f"lies {above:g} m above ground, but {margin:g} m are required"
         return None
+
+    def blocker(self, point: ArrayLike) -> int | None:
+        """Return which of the scenario's obstacles, grown by the clearance, holds a point, or ``None``."""
+        x, y, z = _rows(point)[0]
+        found = tree.containing(self.space.tree, self.space.boxes, self.space.clearance, x, y, z)
+        if found >= 0:
+            return int(self._boxes[found])
+        found = solids.containing(self.space.solids, self.space.clearance, x, y, z)
+        return int(self._solids[found]) if found >= 0 else None
+
+    def named(self, number: int) -> str:
+        """Return an obstacle in words: its place in the scenario, and its name and kind where it has them."""
+        obstacle = self._obstacles[number]
+        known = [repr(obstacle.name)] * bool(obstacle.name) + [str(obstacle.kind)] * bool(obstacle.kind)
+        return f"obstacles[{number}]" + (f" ({', '.join(known)})" if known else "")
 
 
 def _rows(points: ArrayLike) -> Floats:

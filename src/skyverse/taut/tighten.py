@@ -98,7 +98,7 @@ def _around(space: Space, growth: float, way: Floats) -> tuple[Space, Ints]:
     own = tree.touching(space.tree, space.boxes, growth, low, high)
     index, order = tree.build(space.boxes[own])
     own = own[order]
-    return Space(space.low, space.high, space.boxes[own], space.clearance, index), own
+    return Space(space.low, space.high, space.boxes[own], space.clearance, index, space.solids, space.ground), own
 
 
 @kernel

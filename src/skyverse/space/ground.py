@@ -1,0 +1,239 @@
+"""The ground: heights on a grid, bilinear in each cell, under a pyramid of least and greatest heights of blocks.
+
+Level 0 are the cells; a block of level L are two by two of level L - 1. A query goes down where the ground may be in
+the way, block by block in a fixed order, without a stack.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.shapes import Terrain
+from skyverse.space.box import TOLERANCE, Ints
+
+RIM = 1e-5
+"""Metres by which the outermost cells go on beyond the last heights, as bounds may."""
+
+
+class Ground(NamedTuple):
+    """A terrain compiled; without one, all arrays are empty.
+
+    Attributes
+    ----------
+    heights
+        (nx, ny) z in metres.
+    origin, step
+        (2,) x, y in metres.
+    extra
+        Metres by which its clearance is above the scenario's, which is the other obstacles' growth.
+    slope
+        The steepest slope anywhere, metres upward a metre.
+    extremes
+        (k, 2) metres: the least and the greatest height of every block, level after level from level 1.
+    levels
+        (top + 1, 3) of every level: where it begins in `extremes`, and its rows and columns.
+    """
+
+    heights: Floats
+    origin: Floats
+    step: Floats
+    extra: float
+    slope: float
+    extremes: Floats
+    levels: Ints
+
+
+def make_ground(terrain: Terrain | None, clearance: float) -> Ground:
+    """Compile a terrain, or none, in a scenario with this clearance."""
+    if terrain is None:
+        none = np.zeros(0)
+        return Ground(np.zeros((0, 0)), none, none, 0.0, 0.0, np.zeros((0, 2)), np.zeros((0, 3), np.int64))
+    heights = terrain.heights.copy()  # kernels are compiled for arrays that could be written to
+    extremes, levels = _pyramid(heights)
+    own = clearance if terrain.clearance is None else terrain.clearance
+    dx, dy = terrain.step
+    slope = math.hypot(np.abs(np.diff(heights, axis=0)).max() / dx, np.abs(np.diff(heights, axis=1)).max() / dy)
+    return Ground(
+        heights, np.array(terrain.origin), np.array(terrain.step), float(own - clearance), slope, extremes, levels
+    )
+
+
+def _pyramid(heights: Floats) -> tuple[Floats, Ints]:
+    low = np.minimum(np.minimum(heights[:-1, :-1], heights[1:, :-1]), np.minimum(heights[:-1, 1:], heights[1:, 1:]))
+    high = np.maximum(np.maximum(heights[:-1, :-1], heights[1:, :-1]), np.maximum(heights[:-1, 1:], heights[1:, 1:]))
+    levels, extremes, total = [(0, *low.shape)], [np.zeros((0, 2))], 0
+    while low.size > 1:
+        low, high = _halved(low, np.minimum), _halved(high, np.maximum)
+        levels.append((total, *low.shape))
+        extremes.append(np.column_stack((low.ravel(), high.ravel())))
+        total += low.size
+    return np.concatenate(extremes), np.array(levels, dtype=np.int64)
+
+
+def _halved(values: Floats, least: np.ufunc) -> Floats:
+    n, m = values.shape
+    values = np.pad(values, ((0, n % 2), (0, m % 2)), mode="edge")
+    values = least(values[::2], values[1::2])
+    return np.asarray(least(values[:, ::2], values[:, 1::2]))
+
+
+@kernel
+def _cell(ground: Ground, axis: int, at: float) -> tuple[int, float]:
+    """Return the row or column that a coordinate lies in, and the share of the way through it; -1 beyond the rim."""
+    along = at - ground.origin[axis]
+    cells = ground.heights.shape[axis] - 1
+    if not -RIM <= along <= cells * ground.step[axis] + RIM:
+        return -1, 0.0
+    along /= ground.step[axis]
+    i = min(max(math.floor(along), 0), cells - 1)
+    return i, along - i
+
+
+@kernel
+def _bilinear(ground: Ground, i: int, j: int, u: float, v: float) -> float:
+    h = ground.heights
+    return (h[i, j] * (1.0 - u) + h[i + 1, j] * u) * (1.0 - v) + (h[i, j + 1] * (1.0 - u) + h[i + 1, j + 1] * u) * v
+
+
+@kernel
+def height(ground: Ground, x: float, y: float) -> float:
+    """Return the ground's z at a place; minus infinity beyond the terrain, or without one."""
+    if len(ground.heights) == 0:
+        return -math.inf
+    i, u = _cell(ground, 0, x)
+    j, v = _cell(ground, 1, y)
+    return _bilinear(ground, i, j, u, v) if i >= 0 and j >= 0 else -math.inf
+
+
+@kernel
+def _side(ground: Ground, axis: int, level: int, block: int) -> tuple[float, float]:
+    """Return where a block begins and ends along an axis."""
+    cells = ground.heights.shape[axis] - 1
+    first, last = block << level, min((block + 1) << level, cells)
+    low, high = ground.origin[axis] + first * ground.step[axis], ground.origin[axis] + last * ground.step[axis]
+    return low - RIM if first == 0 else low, high + RIM if last == cells else high
+
+
+@kernel
+def _extreme(ground: Ground, level: int, i: int, j: int, greatest: bool) -> float:
+    """Return the least or the greatest height of a block."""
+    if level > 0:
+        return ground.extremes[ground.levels[level, 0] + i * ground.levels[level, 2] + j, 1 if greatest else 0]
+    h = ground.heights
+    if greatest:
+        return max(max(h[i, j], h[i + 1, j]), max(h[i, j + 1], h[i + 1, j + 1]))
+    return min(min(h[i, j], h[i + 1, j]), min(h[i, j + 1], h[i + 1, j + 1]))
+
+
+@kernel
+def _next(level: int, i: int, j: int, top: int) -> tuple[int, int, int]:
+    """Return the block that follows one and all that is in it; of a level above the top after the last."""
+    while level < top and i & 1 and j & 1:
+        level, i, j = level + 1, i >> 1, j >> 1
+    if level == top:
+        return top + 1, 0, 0
+    return (level, i - 1, j + 1) if i & 1 else (level, i + 1, j)
+
+
+@kernel
+def _clipped(low: float, high: float, a: float, d: float, enter: float, leave: float) -> tuple[float, float]:
+    """Narrow the shares of a segment to those within a slab; none are left if they are swapped."""
+    if d == 0.0:
+        return (enter, leave) if low <= a <= high else (2.0, -1.0)
+    one, other = (low - a) / d, (high - a) / d
+    return max(enter, min(one, other)), min(leave, max(one, other))
+
+
+@kernel
+def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> bool:
+    """Tell whether what is within `dev` of the segment a-b may come nearer than a margin above ground.
+
+    Exact for a `dev` of 0, by the least of a quadratic in every cell. Otherwise each cell, with the slope that is
+    steepest in it, stands for what is above it; it is never False where it should be True.
+    """
+    if len(ground.heights) == 0:
+        return False
+    margin -= TOLERANCE
+    dx, dy, rise = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    top = len(ground.levels) - 1
+    level, i, j = top, 0, 0
+    while level <= top:
+        if i < ground.levels[level, 1] and j < ground.levels[level, 2]:
+            x0, x1 = _side(ground, 0, level, i)
+            enter, leave = _clipped(x0 - dev, x1 + dev, a[0], dx, 0.0, 1.0)
+            if enter <= leave:
+                y0, y1 = _side(ground, 1, level, j)
+                enter, leave = _clipped(y0 - dev, y1 + dev, a[1], dy, enter, leave)
+            if enter <= leave:
+                lowest = a[2] + min(enter * rise, leave * rise) - dev
+                if lowest < _extreme(ground, level, i, j, True) + margin:
+                    if level > 0:
+                        level, i, j = level - 1, 2 * i, 2 * j
+                        continue
+                    if _least(ground, i, j, dev, a, b, enter, leave) < margin:
+                        return True
+        level, i, j = _next(level, i, j, top)
+    return False
+
+
+@kernel
+def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, enter: float, leave: float) -> float:
+    """Return the least height of a segment above a cell's ground between two shares, less what `dev` may take."""
+    sx, sy = ground.step[0], ground.step[1]
+    u, v = (a[0] - ground.origin[0]) / sx - i, (a[1] - ground.origin[1]) / sy - j
+    du, dv = (b[0] - a[0]) / sx, (b[1] - a[1]) / sy
+    rise = b[2] - a[2]
+    h = ground.heights
+    twist = h[i, j] + h[i + 1, j + 1] - h[i + 1, j] - h[i, j + 1]
+    begin = a[2] + enter * rise - _bilinear(ground, i, j, u + enter * du, v + enter * dv)
+    end = a[2] + leave * rise - _bilinear(ground, i, j, u + leave * du, v + leave * dv)
+    curved = -twist * du * dv * (leave - enter) ** 2  # the height is begin + (end - begin - curved) s + curved s^2
+    least = min(begin, end)
+    if curved > 0.0:
+        at = (begin + curved - end) / (2.0 * curved)
+        if 0.0 < at < 1.0:
+            least = min(least, begin - curved * at * at)
+    if dev > 0.0:
+        over_x, over_y = abs(twist) * dev / sy, abs(twist) * dev / sx
+        along_x = max(abs(h[i + 1, j] - h[i, j]), abs(h[i + 1, j + 1] - h[i, j + 1])) + over_x
+        along_y = max(abs(h[i, j + 1] - h[i, j]), abs(h[i + 1, j + 1] - h[i + 1, j])) + over_y
+        least -= dev * math.sqrt(1.0 + (along_x / sx) ** 2 + (along_y / sy) ** 2)
+    return least
+
+
+@kernel
+def highest(ground: Ground, above: float, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Return the ground's greatest z in a closed rectangle, or `above` if nothing there is higher: exact."""
+    if len(ground.heights) == 0:
+        return above
+    top = len(ground.levels) - 1
+    level, i, j = top, 0, 0
+    while level <= top:
+        if i < ground.levels[level, 1] and j < ground.levels[level, 2]:
+            left, right = _side(ground, 0, level, i)
+            near, far = _side(ground, 1, level, j)
+            if left <= x1 and x0 <= right and near <= y1 and y0 <= far:
+                greatest = _extreme(ground, level, i, j, True)
+                if greatest > above:
+                    if x0 <= left and right <= x1 and y0 <= near and far <= y1:
+                        above = greatest
+                    elif level > 0:
+                        level, i, j = level - 1, 2 * i, 2 * j
+                        continue
+                    else:
+                        near, far = max(y0, near), min(y1, far)
+                        above = max(above, _highest_in_cell(ground, i, j, max(x0, left), near, min(x1, right), far))
+        level, i, j = _next(level, i, j, top)
+    return above
+
+
+@kernel
+def _highest_in_cell(ground: Ground, i: int, j: int, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Return the greatest z in a rectangle within a cell: at one of its corners."""
+    u0, u1 = (x0 - ground.origin[0]) / ground.step[0] - i, (x1 - ground.origin[0]) / ground.step[0] - i
+    v0, v1 = (y0 - ground.origin[1]) / ground.step[1] - j, (y1 - ground.origin[1]) / ground.step[1] - j
+    one = max(_bilinear(ground, i, j, u0, v0), _bilinear(ground, i, j, u1, v0))
+    return max(one, max(_bilinear(ground, i, j, u0, v1), _bilinear(ground, i, j, u1, v1)))

@@ -1,0 +1,188 @@
+"""Polygons on the map, with or without holes: the edges of all their rings, (m, 4) rows x, y, x, y in metres.
+
+One array holds the edges of many; ``first`` and ``stop`` say which are a polygon's.
+"""
+
+import math
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+
+
+@kernel
+def inside(edges: Floats, first: int, stop: int, x: float, y: float) -> bool:
+    """Tell whether a polygon holds a place: a ray from it crosses the rings an odd number of times."""
+    odd = False
+    for e in range(first, stop):
+        ay, by = edges[e, 1], edges[e, 3]
+        if (ay > y) != (by > y) and edges[e, 0] + (y - ay) / (by - ay) * (edges[e, 2] - edges[e, 0]) > x:
+            odd = not odd
+    return odd
+
+
+@kernel
+def to_edge(edges: Floats, e: int, x: float, y: float) -> float:
+    """Return the squared distance from a place to an edge."""
+    ax, ay = edges[e, 0] - x, edges[e, 1] - y
+    dx, dy = edges[e, 2] - edges[e, 0], edges[e, 3] - edges[e, 1]
+    squared = dx * dx + dy * dy
+    t = min(max(-(ax * dx + ay * dy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
+    return (ax + t * dx) ** 2 + (ay + t * dy) ** 2
+
+
+@kernel
+def to_outline(edges: Floats, first: int, stop: int, x: float, y: float) -> float:
+    """Return the distance from a place to the nearest edge."""
+    least = math.inf
+    for e in range(first, stop):
+        least = min(least, to_edge(edges, e, x, y))
+    return math.sqrt(least)
+
+
+@kernel
+def holds(edges: Floats, first: int, stop: int, margin: float, x: float, y: float) -> bool:
+    """Tell whether a place lies less than a margin from a polygon; for one below 0, more than it inside."""
+    if margin > 0.0:
+        for e in range(first, stop):
+            if to_edge(edges, e, x, y) < margin * margin:
+                return True
+        return inside(edges, first, stop, x, y)
+    return inside(edges, first, stop, x, y) and to_outline(edges, first, stop, x, y) > -margin
+
+
+@kernel
+def crosses(edges: Floats, first: int, stop: int, margin: float, ax: float, ay: float, bx: float, by: float) -> bool:
+    """Tell whether a segment comes nearer to a polygon than a margin; for one below 0, deeper than it inside."""
+    if margin <= 0.0:
+        return _dives(edges, first, stop, -margin, ax, ay, bx, by)
+    low_x, high_x = min(ax, bx) - margin, max(ax, bx) + margin
+    low_y, high_y = min(ay, by) - margin, max(ay, by) + margin
+    squared = margin * margin
+    for e in range(first, stop):
+        px, py, qx, qy = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
+        if min(px, qx) >= high_x or max(px, qx) <= low_x or min(py, qy) >= high_y or max(py, qy) <= low_y:
+            continue
+        if between_segments(ax, ay, bx, by, px, py, qx, qy) < squared:
+            return True
+    return inside(edges, first, stop, ax, ay)
+
+
+@kernel
+def between_segments(ax: float, ay: float, bx: float, by: float, px: float, py: float, qx: float, qy: float) -> float:
+    """Return the squared distance between the segments a-b and p-q."""
+    dx, dy, ex, ey = bx - ax, by - ay, qx - px, qy - py
+    p_side, q_side = dx * (py - ay) - dy * (px - ax), dx * (qy - ay) - dy * (qx - ax)
+    a_side, b_side = ex * (ay - py) - ey * (ax - px), ex * (by - py) - ey * (bx - px)
+    if ((p_side > 0.0) != (q_side > 0.0)) and ((a_side > 0.0) != (b_side > 0.0)) and p_side != q_side:
+        return 0.0
+    return min(
+        min(_to_segment(px, py, ax, ay, dx, dy), _to_segment(qx, qy, ax, ay, dx, dy)),
+        min(_to_segment(ax, ay, px, py, ex, ey), _to_segment(bx, by, px, py, ex, ey)),
+    )
+
+
+@kernel
+def _to_segment(x: float, y: float, ax: float, ay: float, dx: float, dy: float) -> float:
+    squared = dx * dx + dy * dy
+    t = min(max(((x - ax) * dx + (y - ay) * dy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
+    return (ax + t * dx - x) ** 2 + (ay + t * dy - y) ** 2
+
+
+@kernel
+def _dives(edges: Floats, first: int, stop: int, depth: float, ax: float, ay: float, bx: float, by: float) -> bool:
+    """Tell whether a segment goes deeper into a polygon than `depth`.
+
+    Where it is nearer to an edge than that, it is not deep; what is left are pieces that no edge meets, each of them
+    inside, or outside, as a whole.
+    """
+    at = 0.0
+    while True:
+        moved = True
+        while moved:  # past every edge that is near to here
+            moved = False
+            following = 1.0
+            for e in range(first, stop):
+                enter, leave = _near(edges, e, depth, ax, ay, bx, by)
+                if enter <= at < leave:
+                    at, moved = leave, True
+                elif at < enter <= leave:
+                    following = min(following, enter)
+        middle = (at + following) / 2
+        x, y = ax + middle * (bx - ax), ay + middle * (by - ay)
+        if at <= 1.0 and inside(edges, first, stop, x, y) and to_outline(edges, first, stop, x, y) > depth:
+            return True
+        if following >= 1.0 or at >= 1.0:
+            return False
+        at = following
+
+
+@kernel
+def _near(edges: Floats, e: int, reach: float, ax: float, ay: float, bx: float, by: float) -> tuple[float, float]:
+    """Return the shares of a segment between which an edge is no farther than `reach`; none if they are swapped."""
+    px, py = edges[e, 0], edges[e, 1]
+    ex, ey = edges[e, 2] - px, edges[e, 3] - py
+    size = math.sqrt(ex * ex + ey * ey)
+    if size == 0.0:
+        return 2.0, -1.0
+    ex, ey = ex / size, ey / size
+    dx, dy = bx - ax, by - ay
+    # along the edge and across it: the segment against a rectangle about the edge, and a disc about either end
+    u, v = (ax - px) * ex + (ay - py) * ey, (ay - py) * ex - (ax - px) * ey
+    du, dv = dx * ex + dy * ey, dy * ex - dx * ey
+    enter, leave = _slab(0.0, size, u, du, 0.0, 1.0)
+    enter, leave = _slab(-reach, reach, v, dv, enter, leave)
+    if enter > leave:
+        enter, leave = 2.0, -1.0
+    squared = dx * dx + dy * dy
+    for end in range(2):
+        ox = u - end * size
+        half = reach * reach - (ox * dv - v * du) ** 2 / squared if squared > 0.0 else reach * reach - ox * ox - v * v
+        if half < 0.0:
+            continue
+        middle = -(ox * du + v * dv) / squared if squared > 0.0 else 0.5
+        half = math.sqrt(half / squared) if squared > 0.0 else 0.5
+        one, other = max(0.0, middle - half), min(1.0, middle + half)
+        if one <= other:
+            enter, leave = min(enter, one), max(leave, other)
+    return enter, leave
+
+
+@kernel
+def _slab(low: float, high: float, a: float, d: float, enter: float, leave: float) -> tuple[float, float]:
+    if d == 0.0:
+        return (enter, leave) if low <= a <= high else (2.0, -1.0)
+    one, other = (low - a) / d, (high - a) / d
+    return max(enter, min(one, other)), min(leave, max(one, other))
+
+
+@kernel
+def reaches(edges: Floats, first: int, stop: int, margin: float, x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Tell whether a rectangle comes nearer to a polygon than a margin; for one of 0 or less, meets it at all."""
+    if margin <= 0.0:  # what is deeper than -margin inside leaves room for half as much about it
+        shrink_x, shrink_y = min(-margin / 2, (x1 - x0) / 2), min(-margin / 2, (y1 - y0) / 2)
+        x0, x1, y0, y1 = x0 + shrink_x, x1 - shrink_x, y0 + shrink_y, y1 - shrink_y
+    squared = margin * margin
+    for e in range(first, stop):
+        apart = to_rectangle(edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3], x0, y0, x1, y1)
+        if apart < squared if margin > 0.0 else apart <= 0.0:
+            return True
+    return inside(edges, first, stop, x0, y0)
+
+
+@kernel
+def to_rectangle(px: float, py: float, qx: float, qy: float, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Return the squared distance between the segment p-q and a rectangle."""
+    enter, leave = _slab(x0, x1, px, qx - px, 0.0, 1.0)
+    enter, leave = _slab(y0, y1, py, qy - py, enter, leave)
+    if enter <= leave:
+        return 0.0
+    dx, dy = qx - px, qy - py
+    least = min(_outside(px, py, x0, y0, x1, y1), _outside(qx, qy, x0, y0, x1, y1))
+    least = min(least, min(_to_segment(x0, y0, px, py, dx, dy), _to_segment(x1, y0, px, py, dx, dy)))
+    return min(least, min(_to_segment(x0, y1, px, py, dx, dy), _to_segment(x1, y1, px, py, dx, dy)))
+
+
+@kernel
+def _outside(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
+    """Return the squared distance from a place to a rectangle."""
+    return max(x0 - x, x - x1, 0.0) ** 2 + max(y0 - y, y - y1, 0.0) ** 2

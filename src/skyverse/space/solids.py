@@ -1,0 +1,251 @@
+"""Solids other than boxes: vertical cylinders, spheres, and prisms on polygons, in one table with one index."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.shapes import Box, Cylinder, Prism, Sphere
+from skyverse.space import box, polygon, tree
+from skyverse.space.box import TOLERANCE, Ints
+from skyverse.space.tree import Tree
+
+BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
+"""Kinds. Obstacles that are boxes have a table of their own; among zones, they stand here."""
+
+
+class Solids(NamedTuple):
+    """Solids in the order of their index.
+
+    Attributes
+    ----------
+    bounds
+        (n, 6) metres: min and max corner.
+    round
+        (n, 4) metres: centre and radius of cylinders and spheres.
+    kind
+        (n, 3) what each is, and which `edges` are its: the first, and the one after the last.
+    edges
+        (m, 4) x, y, x, y in metres: of all rings of all prisms; outlines counterclockwise, holes clockwise.
+    tree
+        The index over `bounds`.
+    """
+
+    bounds: Floats
+    round: Floats
+    kind: Ints
+    edges: Floats
+    tree: Tree
+
+
+def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Solids, Ints]:
+    """Compile solids; return them, and (n,) which of the shapes each is."""
+    count = len(shapes)
+    bounds, round_ = np.zeros((count, 6)), np.zeros((count, 4))
+    kind = np.zeros((count, 3), np.int64)
+    edges = [np.zeros((0, 4))]
+    total = 0
+    for i, shape in enumerate(shapes):
+        if isinstance(shape, Box):
+            bounds[i] = *shape.min, *shape.max
+        elif isinstance(shape, Sphere):
+            middle, r = np.array(shape.centre), shape.radius
+            bounds[i] = *(middle - r), *(middle + r)
+            round_[i] = *middle, r
+            kind[i, 0] = SPHERE
+        elif isinstance(shape, Cylinder):
+            (x, y), r = shape.centre, shape.radius
+            bounds[i] = x - r, y - r, shape.low, x + r, y + r, shape.high
+            round_[i] = x, y, 0.0, r
+            kind[i, 0] = CYLINDER
+        else:
+            outline = np.array(shape.vertices)
+            bounds[i] = *outline.min(axis=0), shape.low, *outline.max(axis=0), shape.high
+            rings = [_edges(outline, True), *(_edges(np.array(hole), False) for hole in shape.holes)]
+            edges += rings
+            kind[i] = PRISM, total, total + sum(map(len, rings))
+            total = int(kind[i, 2])
+    index, order = tree.build(bounds)
+    return Solids(bounds[order], round_[order], kind[order], np.concatenate(edges), index), order
+
+
+def _edges(ring: Floats, counterclockwise: bool) -> Floats:
+    """Return a ring's edges (n, 4) in the wanted sense."""
+    following = np.roll(ring, -1, axis=0)
+    middle = ring.mean(axis=0)
+    a, b = ring - middle, following - middle
+    area = np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    edges = np.hstack((ring, following) if (area > 0) == counterclockwise else (following, ring))
+    return np.ascontiguousarray(edges)
+
+
+@kernel
+def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -> bool:
+    """Tell whether the interior of solid i, grown by `growth`, holds the point."""
+    margin = growth - TOLERANCE
+    kind = solids.kind[i, 0]
+    if kind == SPHERE:
+        reach = solids.round[i, 3] + margin
+        dx, dy, dz = x - solids.round[i, 0], y - solids.round[i, 1], z - solids.round[i, 2]
+        return reach > 0.0 and dx * dx + dy * dy + dz * dz < reach * reach
+    if not box.holds(solids.bounds, i, growth, x, y, z):
+        return False
+    if kind == CYLINDER:
+        reach = solids.round[i, 3] + margin
+        dx, dy = x - solids.round[i, 0], y - solids.round[i, 1]
+        return reach > 0.0 and dx * dx + dy * dy < reach * reach
+    return kind == BOX or polygon.holds(solids.edges, solids.kind[i, 1], solids.kind[i, 2], margin, x, y)
+
+
+@kernel
+def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
+    """Tell whether a segment that meets the interior of solid i's grown bounds meets that of the grown solid: exact."""
+    margin = growth - TOLERANCE
+    kind = solids.kind[i, 0]
+    if kind == BOX:
+        return True
+    if kind == SPHERE:
+        reach = solids.round[i, 3] + margin
+        return reach > 0.0 and _nearest(solids.round, i, 3, a, b, 0.0, 1.0) < reach * reach
+    enter, leave = 0.0, 1.0
+    rise = b[2] - a[2]
+    low, high = solids.bounds[i, 2] - margin, solids.bounds[i, 5] + margin
+    if rise == 0.0:
+        if not low < a[2] < high:
+            return False
+    else:
+        one, other = (low - a[2]) / rise, (high - a[2]) / rise
+        enter, leave = max(0.0, min(one, other)), min(1.0, max(one, other))
+        if enter >= leave:
+            return False
+    if kind == CYLINDER:
+        reach = solids.round[i, 3] + margin
+        return reach > 0.0 and _nearest(solids.round, i, 2, a, b, enter, leave) < reach * reach
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    px, py, qx, qy = a[0] + enter * dx, a[1] + enter * dy, a[0] + leave * dx, a[1] + leave * dy
+    return polygon.crosses(solids.edges, solids.kind[i, 1], solids.kind[i, 2], margin, px, py, qx, qy)
+
+
+@kernel
+def _nearest(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
+    """Return the least squared distance to a centre, over two axes or three, between two shares of a segment."""
+    squared = along = 0.0
+    for axis in range(axes):
+        d = b[axis] - a[axis]
+        squared += d * d
+        along += (round_[i, axis] - a[axis]) * d
+    t = min(max(along / squared, enter), leave) if squared > 0.0 else enter
+    least = 0.0
+    for axis in range(axes):
+        least += (a[axis] + t * (b[axis] - a[axis]) - round_[i, axis]) ** 2
+    return least
+
+
+@kernel
+def reaches(solids: Solids, i: int, growth: float, low: Floats, high: Floats) -> bool:
+    """Tell whether the interior of solid i, grown by `growth`, reaches into the open box between two corners."""
+    if not box.reaches(solids.bounds, i, growth, low, high):
+        return False
+    margin = growth - TOLERANCE
+    kind = solids.kind[i, 0]
+    if kind == PRISM:
+        return polygon.reaches(
+            solids.edges, solids.kind[i, 1], solids.kind[i, 2], margin, low[0], low[1], high[0], high[1]
+        )
+    if kind == BOX:
+        return True
+    outside = 0.0
+    for axis in range(3 if kind == SPHERE else 2):
+        centre = solids.round[i, axis]
+        outside += max(low[axis] - centre, centre - high[axis], 0.0) ** 2
+    reach = solids.round[i, 3] + margin
+    return reach > 0.0 and outside < reach * reach
+
+
+@kernel
+def gap(solids: Solids, i: int, x: float, y: float, z: float) -> float:
+    """Return the Euclidean distance to solid i as given, negative inside."""
+    kind = solids.kind[i, 0]
+    dx, dy, dz = x - solids.round[i, 0], y - solids.round[i, 1], z - solids.round[i, 2]
+    if kind == SPHERE:
+        return math.sqrt(dx * dx + dy * dy + dz * dz) - solids.round[i, 3]
+    if kind == BOX:
+        return box.gap(solids.bounds, i, x, y, z)
+    if kind == CYLINDER:
+        across = math.sqrt(dx * dx + dy * dy) - solids.round[i, 3]
+    else:
+        first, stop = solids.kind[i, 1], solids.kind[i, 2]
+        across = polygon.to_outline(solids.edges, first, stop, x, y)
+        if polygon.inside(solids.edges, first, stop, x, y):
+            across = -across
+    upright = max(solids.bounds[i, 2] - z, z - solids.bounds[i, 5])
+    if across <= 0.0 or upright <= 0.0:
+        return max(across, upright)
+    return math.sqrt(across * across + upright * upright)
+
+
+@kernel
+def containing(solids: Solids, growth: float, x: float, y: float, z: float) -> int:
+    """Return a solid whose interior, grown by `growth`, holds the point, or -1."""
+    index = solids.tree
+    node = 0
+    while node < len(index.skip):
+        if not box.holds(index.bounds, node, growth, x, y, z):
+            node = index.skip[node]
+            continue
+        for i in range(index.first[node], index.stop[node]):
+            if holds(solids, i, growth, x, y, z):
+                return i
+        node += 1
+    return -1
+
+
+@kernel
+def crossed(solids: Solids, growth: float, a: Floats, b: Floats) -> int:
+    """Return a solid whose interior, grown by `growth`, the segment a-b meets, or -1."""
+    index = solids.tree
+    r = box.ray(a, b)
+    node = 0
+    while node < len(index.skip):
+        if not box.meets(index.bounds, node, growth, r):
+            node = index.skip[node]
+            continue
+        for i in range(index.first[node], index.stop[node]):
+            if box.meets(solids.bounds, i, growth, r) and meets(solids, i, growth, a, b):
+                return i
+        node += 1
+    return -1
+
+
+@kernel
+def reaching(solids: Solids, growth: float, low: Floats, high: Floats) -> int:
+    """Return a solid that, grown by `growth`, reaches into the open box between two corners, or -1."""
+    index = solids.tree
+    node = 0
+    while node < len(index.skip):
+        if not box.reaches(index.bounds, node, growth, low, high):
+            node = index.skip[node]
+            continue
+        for i in range(index.first[node], index.stop[node]):
+            if reaches(solids, i, growth, low, high):
+                return i
+        node += 1
+    return -1
+
+
+@kernel
+def distance(solids: Solids, nearest: float, x: float, y: float, z: float) -> float:
+    """Return the Euclidean distance to the nearest solid as given, negative inside, or `nearest` if that is less."""
+    index = solids.tree
+    node = 0
+    while node < len(index.skip):
+        if box.gap(index.bounds, node, x, y, z) >= nearest:
+            node = index.skip[node]
+            continue
+        for i in range(index.first[node], index.stop[node]):
+            nearest = min(nearest, gap(solids, i, x, y, z))
+        node += 1
+    return nearest

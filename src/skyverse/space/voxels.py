@@ -1,0 +1,68 @@
+"""Voxels as boxes: occupied cells that fill a box together are one."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.shapes import Voxels
+from skyverse.space.box import Ints
+
+
+def merged(voxels: Voxels) -> Floats:
+    """Return boxes (n, 6), metres, that fill what the occupied cells fill, and do not overlap."""
+    origin, step = np.array(voxels.origin), np.array(voxels.step)
+    cells = _merged(voxels.occupied.astype(np.uint8))
+    return np.hstack((origin + cells[:, :3] * step, origin + cells[:, 3:] * step))
+
+
+@kernel
+def _merged(left: NDArray[np.uint8]) -> Ints:
+    """Return the first cell of each box and the one beyond its last, (n, 6); `left` is used up.
+
+    From every cell that is left, a box grows as far as it can along z, then y, then x.
+    """
+    nx, ny, nz = left.shape
+    found = np.empty((64, 6), np.int64)
+    count = 0
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                if not left[i, j, k]:
+                    continue
+                i1, j1, k1 = i + 1, j + 1, k + 1
+                while k1 < nz and left[i, j, k1]:
+                    k1 += 1
+                while j1 < ny and _full(left, i, i1, j1, j1 + 1, k, k1):
+                    j1 += 1
+                while i1 < nx and _full(left, i1, i1 + 1, j, j1, k, k1):
+                    i1 += 1
+                for x in range(i, i1):
+                    for y in range(j, j1):
+                        for z in range(k, k1):
+                            left[x, y, z] = 0
+                if count == len(found):
+                    found = _longer(found)
+                found[count, 0], found[count, 1], found[count, 2] = i, j, k
+                found[count, 3], found[count, 4], found[count, 5] = i1, j1, k1
+                count += 1
+    return found[:count].copy()
+
+
+@kernel
+def _full(left: NDArray[np.uint8], i: int, i1: int, j: int, j1: int, k: int, k1: int) -> bool:
+    for x in range(i, i1):
+        for y in range(j, j1):
+            for z in range(k, k1):
+                if not left[x, y, z]:
+                    return False
+    return True
+
+
+@kernel
+def _longer(rows: Ints) -> Ints:
+    longer = np.empty((2 * len(rows), 6), np.int64)
+    for i in range(len(rows)):
+        for c in range(6):
+            longer[i, c] = rows[i, c]
+    return longer
