@@ -1,0 +1,334 @@
+"""Rasters of heights as files have them: opened, checked, and read in windows, never whole where a part will do."""
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.altitude import FOOT
+from skyverse.errors import InputError
+from skyverse.geodesy import to_local, to_wgs84
+from skyverse.maps.smooth import Smooth
+from skyverse.scenario import Origin
+
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+Floats = NDArray[np.float64]
+
+UNITS = {"m": 1.0, "ft": FOOT, "us-ft": 1200 / 3937}
+"""Metres to each."""
+_SPELT = {
+    **dict.fromkeys(("", "m", "metre", "metres", "meter", "meters"), "m"),
+    **dict.fromkeys(("ft", "foot", "feet", "international foot"), "ft"),
+    **dict.fromkeys(("us-ft", "ussft", "ftus", "us survey foot", "us survey feet", "foot_us"), "us-ft"),
+}
+_NO_HEIGHT = (-32768.0, -32767.0, -9999.0, 32767.0, 65535.0)
+"""What files write for no data, and sometimes forget to declare."""
+DEEPEST, HIGHEST = -11_000.0, 9_000.0
+
+
+@dataclass(frozen=True)
+class Raster:
+    """A file of ground heights that rasterio can read, and what it does not say itself.
+
+    Attributes
+    ----------
+    path
+        GeoTIFF, ASCII grid, .hgt and others.
+    crs
+        The coordinates that it is in, such as ``"EPSG:2056"``, where the file does not say.
+    band
+        Which band holds the heights, from 1 on; needed where there are several.
+    unit
+        ``"m"``, ``"ft"`` or ``"us-ft"``, in place of what the file says; metres where neither says.
+    nodata
+        The number that stands for no data, in place of what the file says.
+    """
+
+    path: str | Path
+    crs: str | None = None
+    band: int | None = None
+    unit: str | None = None
+    nodata: float | None = None
+
+
+def tools() -> tuple[Any, Any]:
+    """Return rasterio and pyproj, or say how they are installed."""
+    try:
+        import pyproj
+        import rasterio
+    except ImportError:
+        raise InputError('reading terrain needs rasterio and pyproj: pip install "skyverse[maps]"') from None
+    return rasterio, pyproj
+
+
+class Opened:
+    """A raster that is open, with heights in metres and a way between its pixels and the globe."""
+
+    def __init__(self, raster: Raster, data: Any) -> None:
+        _, pyproj = tools()
+        self.path, self.data = str(raster.path), data
+        self.nodata = raster.nodata
+        self.band = self._which(raster.band)
+        self.crs, metres = self._where(raster.crs)
+        self.ellipsoidal = len(self.crs.axis_info) == 3
+        said = raster.unit if raster.unit is not None else (data.units[self.band - 1] or "")
+        if said.strip().lower() not in _SPELT:
+            raise InputError(f"{self.path}: its heights are in {said!r}, not metres or feet; say which (m, ft, us-ft)")
+        self.unit = UNITS[_SPELT[said.strip().lower()]]
+        if said == "" and metres is not None:
+            self.unit = metres
+        flat = self.crs.to_2d()
+        self.globe = pyproj.Transformer.from_crs(flat, "EPSG:4326", always_xy=True)
+        self.turn = 2 * np.pi / flat.axis_info[0].unit_conversion_factor if flat.is_geographic else None
+        if data.transform.determinant == 0 or data.transform.is_identity or min(data.shape) < 2:
+            raise InputError(f"{self.path}: it does not say where on Earth its pixels lie (no geotransform)")
+
+    def _which(self, band: int | None) -> int:
+        count = self.data.count
+        if band is None and count > 1:
+            raise InputError(f"{self.path}: it has {count} bands; say which holds the heights, as in --terrain-band 1")
+        if band is not None and not 1 <= band <= count:
+            raise InputError(f"{self.path}: expected a band from 1 to {count}, found {band}")
+        chosen = band or 1
+        if "complex" in self.data.dtypes[chosen - 1]:
+            raise InputError(f"{self.path}: band {chosen} holds complex numbers, not heights")
+        return chosen
+
+    def _where(self, given: str | None) -> tuple["CRS", float | None]:
+        """Return the coordinates, and how many metres a vertical unit has, where they say."""
+        _, pyproj = tools()
+        own = self.data.crs
+        if own is None and given is None:
+            raise InputError(f"{self.path}: it has no coordinate system; say it, as in --terrain-crs EPSG:4326")
+        try:
+            crs = pyproj.CRS.from_user_input(given if own is None else own.to_epsg() or own.to_wkt())
+        except pyproj.exceptions.CRSError:
+            shown = given if own is None else own.to_wkt()
+            raise InputError(f"{self.path}: expected a coordinate system, found {shown!r:.60}") from None
+        metres = None
+        if crs.is_compound:
+            crs, vertical = crs.sub_crs_list[0], crs.sub_crs_list[1]
+            metres = vertical.axis_info[0].unit_conversion_factor
+        elif len(crs.axis_info) == 3:
+            metres = crs.axis_info[2].unit_conversion_factor
+        if not (crs.is_geographic or crs.is_projected):
+            raise InputError(f"{self.path}: its coordinate system, {crs.name!r}, does not lie on Earth")
+        return crs, metres
+
+    @property
+    def name(self) -> str:
+        """The coordinate system, as ``EPSG:n`` where it has a number."""
+        code = self.crs.to_authority()
+        return ":".join(code) if code else str(self.crs.name)
+
+    @property
+    def licence(self) -> str:
+        """What the file says of its copyright."""
+        return str(self.data.tags().get("TIFFTAG_COPYRIGHT", ""))
+
+    def places(self, columns: Floats, rows: Floats) -> tuple[Floats, Floats]:
+        """Return longitudes and latitudes of pixel coordinates; a pixel's centre is at a half."""
+        longitude, latitude = self.globe.transform(*(self.data.transform * (columns, rows)))
+        return np.asarray(longitude), np.asarray(latitude)
+
+    def pixels(self, longitude: Floats, latitude: Floats, around: float, turns: int) -> tuple[Floats, Floats]:
+        """Return pixel coordinates of places; longitudes are those nearest to `around`, turned that often."""
+        first, second = self.globe.transform(longitude, latitude, direction="INVERSE")
+        if self.turn is not None:
+            middle = around * self.turn / 360
+            first = middle + (first - middle + self.turn / 2) % self.turn - self.turn / 2 + turns * self.turn
+        columns, rows = ~self.data.transform * (np.asarray(first), np.asarray(second))
+        return columns, rows
+
+    def heights(self, column: int, row: int, columns: int, rows: int) -> Floats:
+        """Return a window's heights in metres, ``nan`` where there is none."""
+        rasterio, _ = tools()
+        window = rasterio.windows.Window(column, row, columns, rows)
+        try:
+            raw = self.data.read(self.band, window=window, masked=True)
+        except rasterio.errors.RasterioError as error:
+            raise InputError(f"{self.path}: cannot be read: {_first(error)}") from None
+        values: Floats = np.ma.getdata(raw).astype(np.float64)
+        holes = np.ma.getmaskarray(raw) | ~np.isfinite(values)
+        if self.nodata is not None:
+            holes |= values == self.nodata
+        odd = np.isin(values, _NO_HEIGHT) & ~holes
+        if odd.any():
+            raise InputError(
+                f"{self.path}: it holds {values[odd][0]:g}, which is hardly a height; "
+                f"if it stands for no data, say --nodata {values[odd][0]:g}"
+            )
+        values = (values * self.data.scales[self.band - 1] + self.data.offsets[self.band - 1]) * self.unit
+        wild = ~holes & ((values < DEEPEST) | (values > HIGHEST))
+        if wild.any():
+            raise InputError(
+                f"{self.path}: it holds a height of {values[wild][0]:g} m, which is nowhere on Earth; "
+                "check its unit (--terrain-unit) and what stands for no data (--nodata)"
+            )
+        values[holes] = np.nan
+        return values
+
+
+@contextmanager
+def opened(raster: Raster) -> Iterator[Opened]:
+    """Open a raster, or raise `InputError`."""
+    rasterio, _ = tools()
+    path = Path(raster.path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        try:
+            data = rasterio.open(path)
+        except rasterio.errors.RasterioError as error:
+            raise InputError(f"{path}: expected a raster such as a GeoTIFF: {_first(error)}") from None
+        with data:
+            yield Opened(raster, data)
+
+
+def _first(error: BaseException) -> str:
+    return (str(error.__cause__ or error).strip().splitlines() or [type(error).__name__])[0]
+
+
+LEVELS = (0.0, 4000.0)
+"""Two altitudes; what lies between them or beyond is straight enough on a line through them."""
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A window of a raster, and how it lies in the local frame whose origin is at altitude 0.
+
+    Attributes
+    ----------
+    heights
+        (rows, columns) metres above sea level, ``nan`` where there is none. Where `block` is above 1, the greatest
+        of so many by so many pixels.
+    corner
+        Column and row of the first pixel.
+    block
+        How many pixels wide and high what a height stands for is.
+    local
+        Column and row to local metres at sea level, and to how far they move for each metre of height: 6 numbers.
+    pixel
+        x and y to column, row and altitude, at both `LEVELS` of z: 6 numbers.
+    """
+
+    heights: Floats
+    corner: tuple[int, int]
+    block: int
+    local: Smooth
+    pixel: Smooth
+
+
+Rectangle = tuple[float, float, float, float]
+"""The least x and y, the greatest x and y, metres."""
+DIRECT, POOLED = 8e6, 2e6
+"""Pixels that are looked at one by one, at most; and what is left of more, where the step allows."""
+
+
+def tiles(opened: Opened, origin: Origin, region: Rectangle, step: float) -> list[Tile]:
+    """Return what a raster has over a region of the local frame; a raster on the globe may reach it twice."""
+    x0, y0, x1, y1 = region
+    found = []
+    for turns in (0,) if opened.turn is None else (-1, 0, 1):
+
+        def pixel(x: Floats, y: Floats, turns: int = turns) -> Floats:
+            rows: list[Floats] = []
+            for z in LEVELS:
+                latitude, longitude, altitude = to_wgs84(origin, np.column_stack([x, y, np.full_like(x, z)])).T
+                rows += [*opened.pixels(longitude, latitude, origin.longitude, turns), altitude]
+            return np.array(rows)
+
+        to_pixel = Smooth(pixel, (x0, x1), (y0, y1))
+        reach = to_pixel.grid(np.linspace(x0, x1, 33), np.linspace(y0, y1, 33))
+        if not np.isfinite(reach).all():
+            raise InputError(f"{opened.path}: its coordinate system, {opened.name}, does not reach the area")
+        across, down = reach[[0, 3]], reach[[1, 4]]
+        width, height = opened.data.width, opened.data.height
+        left, right = max(0, int(across.min()) - 3), min(width, int(across.max()) + 4)
+        top, bottom = max(0, int(down.min()) - 3), min(height, int(down.max()) + 4)
+        if left >= right or top >= bottom:
+            continue
+
+        def local(columns: Floats, rows: Floats) -> Floats:
+            longitude, latitude = opened.places(columns, rows)
+            low, high = (
+                to_local(origin, np.column_stack([latitude, longitude, np.full_like(latitude, level)]))
+                for level in LEVELS
+            )
+            return np.concatenate([low.T, (high - low).T / (LEVELS[1] - LEVELS[0])])
+
+        to_metres = Smooth(local, (left, right), (top, bottom))
+        _refuse_crooked(opened, to_pixel, to_metres, region)
+        pitch = _pitch(to_metres, (left, right), (top, bottom))
+        block = _block((right - left) * (bottom - top), pitch, step)
+        heights = _read(opened, left, top, right - left, bottom - top, block)
+        if opened.ellipsoidal:
+            heights -= origin.geoid
+        found.append(Tile(heights, (left, top), block, to_metres, to_pixel))
+    return found
+
+
+def _block(pixels: int, pitch: float, step: float) -> int:
+    wanted = 1 if pixels <= DIRECT else int(np.ceil(np.sqrt(pixels / POOLED)))
+    return max(1, min(wanted, int(step / (1.5 * pitch))))
+
+
+def pitch(opened: Opened, origin: Origin) -> float:
+    """Return the longest side of a pixel near the origin, metres."""
+    at = np.array([origin.longitude]), np.array([origin.latitude])
+    column, row = opened.pixels(*at, origin.longitude, 0)
+    longitude, latitude = opened.places(column + np.eye(3)[1], row + np.eye(3)[2])
+    places = to_local(origin, np.column_stack([latitude, longitude, np.zeros(3)]))
+    found = float(np.hypot(*(places[1:] - places[0])[:, :2].T).max())
+    if not 0 < found < np.inf:
+        raise InputError(f"{opened.path}: its coordinate system, {opened.name}, does not reach the area")
+    return found
+
+
+def _pitch(to_metres: Smooth, columns: tuple[int, int], rows: tuple[int, int]) -> float:
+    """Return the longest side of a pixel, metres."""
+    at = [np.linspace(low, high, 5) for low, high in (columns, rows)]
+    places = to_metres.grid(*at)[:2]
+    sides = [np.hypot(*np.diff(places, axis=1 + axis)).max() / (at[axis][1] - at[axis][0]) for axis in range(2)]
+    return float(max(sides))
+
+
+def _refuse_crooked(opened: Opened, to_pixel: Smooth, to_metres: Smooth, region: Rectangle) -> None:
+    """Go from metres to pixels and back: where a pole lies in the region, that does not come out."""
+    x0, y0, x1, y1 = region
+    x, y = x0 + (x1 - x0) * _PROBES, y0 + (y1 - y0) * _PROBES
+    column, row, altitude = to_pixel.grid(x, y)[:3].reshape(3, -1)
+    each, other = (at.ravel() for at in np.meshgrid(x, y, indexing="ij"))
+    inside = (column > 0) & (column < opened.data.width) & (row > 0) & (row < opened.data.height)
+    for k in np.flatnonzero(inside):
+        base, lean = np.split(to_metres.grid(column[k : k + 1], row[k : k + 1])[:, 0, 0], 2)
+        back = base + altitude[k] * lean
+        if not np.hypot(back[0] - each[k], back[1] - other[k]) < 0.01:
+            raise InputError(f"{opened.path}: its coordinate system, {opened.name}, is not smooth over the area")
+
+
+_PROBES = np.array([0.13, 0.37, 0.61, 0.89])
+
+
+def _read(opened: Opened, left: int, top: int, width: int, height: int, block: int) -> Floats:
+    """Read a window, strip by strip; of each block of pixels the highest, none where one is missing."""
+    if block == 1:
+        return opened.heights(left, top, width, height)
+    columns, rows = -(-width // block), -(-height // block)
+    pooled = np.empty((rows, columns))
+    strip = max(1, int(2e6 / (width * block)))
+    for first in range(0, rows, strip):
+        last = min(rows, first + strip)
+        tall = min(height, last * block) - first * block
+        part = opened.heights(left, top + first * block, width, tall)
+        part = np.pad(part, ((0, (last - first) * block - tall), (0, columns * block - width)), mode="edge")
+        pooled[first:last] = part.reshape(last - first, block, columns, block).max(axis=(1, 3))
+    return pooled
