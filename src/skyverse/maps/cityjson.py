@@ -1,0 +1,228 @@
+"""CityJSON 1.0 to 2.0: each building and part as the ground that all its surfaces lie over, from its lowest corner up.
+
+https://www.cityjson.org/specs/
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+import shapely
+from numpy.typing import NDArray
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from skyverse.altitude import AboveSea, Altitude
+from skyverse.errors import InputError
+from skyverse.maps.choices import Choices
+from skyverse.maps.feature import Feature
+from skyverse.maps.heights import building
+from skyverse.maps.limits import Properties, printable
+from skyverse.maps.outlines import filled, named_crs, polygons, to_globe
+
+_DEPTH = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
+"""How many lists there are around a geometry's surfaces."""
+_THIN = 0.02
+"""Half the thickness, metres, of a wall that stands outside of what roofs and floors cover."""
+
+
+def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Feature]:
+    """Return each Building and BuildingPart that has a geometry, in its most detailed one or that of `choices.lod`.
+
+    Raises
+    ------
+    InputError
+        If the document is not as CityJSON should be, or does not say in which coordinates it is.
+    """
+    if str(document.get("version")) not in ("1.0", "1.1", "2.0"):
+        raise InputError(f"{path}: expected CityJSON 1.0, 1.1 or 2.0, found version {_shown(document.get('version'))}")
+    vertices = _vertices(document, path)
+    crs, unit = _system(document, path, choices)
+    objects = document.get("CityObjects")
+    if not isinstance(objects, dict):
+        raise InputError(f"{path}: 'CityObjects': expected objects by name, found {_shown(objects)}")
+    outlines: list[BaseGeometry] = []
+    spans: list[tuple[float, float]] = []
+    said: list[tuple[str, str, dict[str, Any]]] = []
+    for name, one in objects.items():
+        where = f"{path}: {printable(name)}"
+        if not isinstance(one, dict):
+            raise InputError(f"{where}: expected an object, found {_shown(one)}")
+        if one.get("type") not in ("Building", "BuildingPart"):
+            continue
+        solid = _solid(one, vertices, where, choices)
+        if solid is None:
+            continue
+        footprint, low, high = solid
+        attributes = one.get("attributes") or {}
+        if not isinstance(attributes, dict):
+            raise InputError(f"{where}: 'attributes': expected fields, found {_shown(attributes)}")
+        outlines.append(footprint)
+        spans.append((low * unit, high * unit))
+        said.append((where, printable(name), attributes))
+    if not outlines:
+        raise InputError(f"{path}: expected buildings with surfaces, found none")
+    array = np.empty(len(outlines), dtype=object)
+    array[:] = outlines
+    moved = to_globe(array, crs, str(path), lambda k: said[k][0], choices.tell)
+    return [
+        feature
+        for place, span, (where, name, fields) in zip(moved, spans, said, strict=True)
+        for feature in _features(place, span, where, name, fields, choices)
+    ]
+
+
+def _features(
+    footprint: BaseGeometry,
+    span: tuple[float, float],
+    where: str,
+    name: str,
+    attributes: dict[str, Any],
+    choices: Choices,
+) -> Iterator[Feature]:
+    low: Altitude | None
+    high: Altitude
+    if span[0] < span[1]:
+        low, high = AboveSea(span[0]), AboveSea(span[1])
+    else:  # LoD0: flat
+        low, high = building(Properties(attributes), where, choices)
+    for part in polygons(footprint, where, choices.tell, lenient=True):
+        holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
+        yield Feature(np.array(part.exterior.coords)[:-1], holes, low, high, choices.kind or "building", name, where)
+
+
+def _shown(value: object) -> str:
+    return f"{printable(repr(value)[:60]):.40}"
+
+
+def _vertices(document: dict[str, Any], path: Path) -> NDArray[np.float64]:
+    listed = document.get("vertices")
+    good = isinstance(listed, list) and all(
+        isinstance(v, list) and len(v) == 3 and all(type(c) in (int, float) and abs(c) < 1e15 for c in v)
+        for v in listed
+    )
+    if not good:
+        raise InputError(f"{path}: 'vertices': expected rows of three numbers")
+    vertices = np.array(listed, dtype=np.float64).reshape(-1, 3)
+    transform = document.get("transform")
+    if transform is None:
+        return vertices
+    factors = [_three(transform, name, path) for name in ("scale", "translate")]
+    moved: NDArray[np.float64] = vertices * factors[0] + factors[1]
+    return moved
+
+
+def _three(transform: Any, name: str, path: Path) -> NDArray[np.float64]:
+    three = transform.get(name) if isinstance(transform, dict) else None
+    if (
+        not isinstance(three, list)
+        or len(three) != 3
+        or not all(type(c) in (int, float) and abs(c) < 1e12 for c in three)
+    ):
+        raise InputError(f"{path}: 'transform.{name}': expected three numbers, found {_shown(three)}")
+    return np.array(three, dtype=np.float64)
+
+
+def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyproj.CRS, float]:
+    """Return the coordinates it is in, and how many metres its z counts in."""
+    metadata = document.get("metadata") or {}
+    if not isinstance(metadata, dict):
+        raise InputError(f"{path}: 'metadata': expected fields, found {_shown(metadata)}")
+    said = metadata.get("referenceSystem") or metadata.get("crs") or document.get("crs")
+    if isinstance(said, dict):  # before 1.0: {"epsg": 7415}
+        said = f"EPSG:{said.get('epsg')}"
+    where = f"{path}: 'metadata.referenceSystem'"
+    if said is None:
+        if choices.crs is None:
+            raise InputError(f"{where}: expected a coordinate system, found none; --crs EPSG:... gives it")
+        said, where = choices.crs, str(path)
+    if not isinstance(said, str):
+        raise InputError(f"{where}: expected a coordinate system, found {_shown(said)}")
+    crs = named_crs(said.replace("https://", "http://", 1) if "/def/crs/" in said else said, where)
+    vertical = [axis for axis in crs.axis_info if axis.direction in ("up", "down")]
+    if vertical and vertical[0].direction == "up" and crs.is_compound:
+        return crs, vertical[0].unit_conversion_factor or 1.0
+    if vertical:
+        raise InputError(f"{where}: expected altitudes above mean sea level, but those of {crs.name} are not")
+    if choices.altitudes != "amsl":
+        raise InputError(
+            f"{where}: {crs.name} says nothing of altitudes; --altitudes amsl takes them as above mean sea level"
+        )
+    return crs, 1.0
+
+
+def _solid(
+    one: dict[str, Any], vertices: NDArray[np.float64], where: str, choices: Choices
+) -> tuple[BaseGeometry, float, float] | None:
+    """Return what lies under all surfaces, and the least and the greatest z."""
+    geometries = one.get("geometry") or []
+    if not isinstance(geometries, list) or not all(isinstance(geometry, dict) for geometry in geometries):
+        raise InputError(f"{where}: 'geometry': expected a list of geometries, found {_shown(geometries)}")
+    usable = [geometry for geometry in geometries if geometry.get("type") in _DEPTH]
+    if choices.lod is not None:
+        usable = [geometry for geometry in usable if _lod(geometry, where) == float(choices.lod)]
+    if not usable:
+        if geometries or not one.get("children"):
+            level = f" of level {choices.lod}" if choices.lod is not None else ""
+            choices.tell(f"{where}: left out, it has no surfaces{level}")
+        return None
+    best = max(_lod(geometry, where) for geometry in usable)
+    rings = [
+        ring
+        for geometry in usable
+        if _lod(geometry, where) == best
+        for ring in _rings(geometry.get("boundaries"), _DEPTH[geometry["type"]], len(vertices), where)
+    ]
+    if not rings:
+        choices.tell(f"{where}: left out, it has no surfaces")
+        return None
+    z = np.concatenate([vertices[np.concatenate(surface)][:, 2] for surface in rings])
+    return _shadow([[vertices[ring][:, :2] for ring in surface] for surface in rings]), float(z.min()), float(z.max())
+
+
+def _lod(geometry: dict[str, Any], where: str) -> float:
+    said = geometry.get("lod")
+    try:
+        if isinstance(said, str | int | float) and math.isfinite(float(said)):
+            return float(said)
+    except (ValueError, OverflowError):
+        pass
+    raise InputError(f"{where}: 'lod': expected a level of detail such as 2.2, found {_shown(said)}")
+
+
+def _rings(boundaries: Any, depth: int, count: int, where: str) -> Iterator[list[NDArray[np.int64]]]:
+    """Return each surface as its rings of numbers of vertices."""
+    if not isinstance(boundaries, list):
+        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {_shown(boundaries)}")
+    if depth:
+        for inner in boundaries:
+            yield from _rings(inner, depth - 1, count, where)
+        return
+    for surface in boundaries:
+        rings = []
+        for ring in surface if isinstance(surface, list) and surface else [None]:
+            good = isinstance(ring, list) and len(ring) >= 3 and all(type(n) is int and 0 <= n < count for n in ring)
+            if not good:
+                raise InputError(f"{where}: 'boundaries': expected rings of vertices, found {_shown(ring)}")
+            rings.append(np.array(ring, dtype=np.int64))
+        yield rings
+
+
+def _shadow(surfaces: list[list[NDArray[np.float64]]]) -> BaseGeometry:
+    """Return what lies under surfaces, each an outline and its holes (n, 2)."""
+    flat = np.array([Polygon(rings[0], rings[1:]) for rings in surfaces], dtype=object)
+    upright = shapely.area(shapely.convex_hull(flat)) < 1e-6
+    level = shapely.is_valid(flat) & ~upright
+    folded = [filled(np.array(polygon.exterior.coords)) for polygon in flat[~level & ~upright]]
+    whole = shapely.union_all([*flat[level], *folded])
+    walls = shapely.get_exterior_ring(flat[upright])
+    near = whole.buffer(1e-3)
+    shapely.prepare(near)
+    beside = [LineString(wall.coords).difference(near) for wall in walls[~shapely.covers(near, walls)]]
+    if beside:
+        thick = shapely.buffer(beside, _THIN, cap_style="square", join_style="mitre")
+        whole = shapely.union_all([whole, *thick])
+    return whole

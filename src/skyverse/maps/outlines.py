@@ -1,0 +1,275 @@
+"""From geometries as a file has them to sound outlines on the globe, never smaller; or a reason why not."""
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pyproj
+import shapely
+from numpy.typing import NDArray
+from shapely import LineString, MultiPolygon, Point, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from skyverse.errors import InputError
+
+Tell = Callable[[str], object]
+WGS84 = pyproj.CRS("OGC:CRS84")
+EDGE = 0.005
+"""Degrees; longer edges get corners between, as what is straight in a file is not quite so on the ground."""
+SIDES = 64
+ROUND = 1 + 1e-5
+"""What a circle is widened by, for what the Earth's curvature takes."""
+
+
+def named_crs(text: str, where: str) -> pyproj.CRS:
+    """Return the coordinate system of a name such as ``EPSG:7415`` or ``urn:ogc:def:crs:EPSG::7415``."""
+    try:
+        return pyproj.CRS.from_user_input(text)
+    except pyproj.exceptions.CRSError:
+        raise InputError(f"{where}: expected a coordinate system such as EPSG:4326, found {text!r:.60}") from None
+
+
+def to_globe(
+    geometries: NDArray[Any], crs: pyproj.CRS, file: str, names: Callable[[int], str], tell: Tell
+) -> NDArray[Any]:
+    """Return geometries in WGS84 longitude, latitude, with z as it was; refuse what is not on the globe.
+
+    Parameters
+    ----------
+    names
+        Gives the name of a geometry for messages, by its number.
+    """
+    if len(geometries) == 0:
+        return geometries
+    flat = crs.to_2d() if len(crs.axis_info) == 3 else crs
+    same = flat.is_geographic and flat.equals(WGS84, ignore_axis_order=True)
+    if not same and flat.is_geographic:
+        same = flat.equals(pyproj.CRS("EPSG:4326"), ignore_axis_order=True)
+    if same:
+        _in_range(geometries, names)
+        return geometries
+    try:
+        transformer = pyproj.Transformer.from_crs(flat, WGS84, always_xy=True)
+    except pyproj.exceptions.ProjError as error:
+        raise InputError(f"{file}: coordinates in {crs.name} cannot be brought to WGS84: {error}") from None
+    if transformer.accuracy > 1:
+        tell(f"{file}: coordinates in {crs.name} are known to {transformer.accuracy:g} m on the globe")
+    if flat.is_projected:
+        unit = flat.axis_info[0].unit_conversion_factor or 1.0
+        _finite(geometries, names)
+        step = _sensible(geometries, 500.0 / unit)
+        geometries = np.array([*(densified(geometry, step) for geometry in geometries), None], dtype=object)[:-1]
+
+    def moved(places: NDArray[np.float64]) -> NDArray[np.float64]:
+        x, y = transformer.transform(places[:, 0], places[:, 1])
+        return np.column_stack([x, y, *places.T[2:]])
+
+    geometries = (
+        shapely.transform(geometries, moved, include_z=True)
+        if _any_z(geometries)
+        else shapely.transform(geometries, moved)
+    )
+    _finite(geometries, names, f" in {crs.name}")
+    return geometries
+
+
+def densified(geometry: Any, step: float) -> Any:
+    """Return a geometry with corners added to edges longer than a step; nothing else about it changes."""
+    x0, y0, x1, y1 = geometry.bounds
+    if geometry.is_empty or max(x1 - x0, y1 - y0) <= step or isinstance(geometry, Point):
+        return geometry
+    if isinstance(geometry, Polygon):
+        return Polygon(_stepped(geometry.exterior, step), [_stepped(ring, step) for ring in geometry.interiors])
+    if isinstance(geometry, LineString):
+        return LineString(_stepped(geometry, step))
+    return type(geometry)([densified(part, step) for part in geometry.geoms])
+
+
+def _stepped(line: LineString, step: float) -> NDArray[np.float64]:
+    places = shapely.get_coordinates(line, include_z=line.has_z)
+    counts = np.maximum(1, np.ceil(np.hypot(*np.diff(places[:, :2], axis=0).T) / step)).astype(np.int64)
+    edge = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[edge]
+    between = places[edge] + share[:, None] * (places[edge + 1] - places[edge])
+    return np.vstack([between, places[-1:]])
+
+
+def _any_z(geometries: NDArray[Any]) -> bool:
+    return bool(np.any(shapely.has_z(geometries)))
+
+
+def _sensible(geometries: NDArray[Any], step: float) -> float:
+    """Return a step that does not end in millions of corners."""
+    bounds = shapely.total_bounds(geometries)
+    across = float(np.max(bounds[2:] - bounds[:2])) if np.all(np.isfinite(bounds)) else 0.0
+    return max(step, across / 1e5)
+
+
+def _finite(geometries: NDArray[Any], names: Callable[[int], str], system: str = "") -> None:
+    places, owner = shapely.get_coordinates(geometries, return_index=True)
+    bad = np.flatnonzero(~np.isfinite(places).all(axis=1))
+    if len(bad):
+        raise InputError(f"{names(int(owner[bad[0]]))}: expected coordinates on the globe{system}, found others")
+
+
+def _in_range(geometries: NDArray[Any], names: Callable[[int], str]) -> None:
+    _finite(geometries, names)
+    places, owner = shapely.get_coordinates(geometries, return_index=True)
+    bad = np.flatnonzero((np.abs(places[:, 1]) > 90) | (np.abs(places[:, 0]) > 360))
+    if not len(bad):
+        return
+    x, y = places[bad[0]]
+    if abs(x) > 360 or abs(y) > 360:
+        hint = "these look like metres, so the file needs to say its coordinate system, or --crs"
+    else:
+        hint = "longitude stands first: are the two swapped?"
+    raise InputError(
+        f"{names(int(owner[bad[0]]))}: expected longitude and latitude in degrees, found {x:.10g}, {y:.10g}; {hint}"
+    )
+
+
+def polygons(
+    geometry: BaseGeometry,
+    where: str,
+    tell: Tell,
+    *,
+    radius: float | None = None,
+    buffer: float | None = None,
+    lenient: bool = False,
+) -> list[Polygon]:
+    """Return the polygons that cover a geometry in longitude and latitude; lines and points need a width.
+
+    Parameters
+    ----------
+    radius
+        Of a point, metres.
+    buffer
+        Around lines and points, metres.
+    lenient
+        Leave out, and tell, outlines without an area; without it they are refused.
+    """
+    geometry = shapely.force_2d(geometry)
+    if geometry.is_empty:
+        return []
+    if geometry.geom_type in ("MultiPolygon", "GeometryCollection", "MultiPoint", "MultiLineString"):
+        options: dict[str, Any] = {"radius": radius, "buffer": buffer, "lenient": lenient}
+        return _joined_at_180([part for one in geometry.geoms for part in polygons(one, where, tell, **options)])
+    if isinstance(geometry, Polygon):
+        return sound(densified(_unwrapped(geometry, where, tell), EDGE), where, tell, lenient=lenient)
+    if isinstance(geometry, Point):
+        width = radius if radius is not None else buffer
+        if width is None:
+            raise InputError(f"{where}: expected a polygon, found a point without a radius; --buffer gives it one")
+        return [circle(geometry.x, geometry.y, width)]
+    if isinstance(geometry, LineString):
+        if buffer is None:
+            raise InputError(f"{where}: expected a polygon, found a line; --buffer gives it a width")
+        return sound(_along(geometry, buffer), where, tell)
+    raise InputError(f"{where}: expected a polygon, found a {geometry.geom_type}")
+
+
+def circle(longitude: float, latitude: float, radius: float) -> Polygon:
+    """Return a polygon around a disc of a radius in metres, which touches it at the middle of each side."""
+    bearings = np.arange(SIDES) * (360 / SIDES)
+    reach = np.full(SIDES, radius * ROUND / math.cos(math.pi / SIDES))
+    same = np.ones(SIDES)
+    x, y, _ = pyproj.Geod(ellps="WGS84").fwd(longitude * same, latitude * same, bearings, reach)
+    return Polygon(np.column_stack([longitude + (np.asarray(x) - longitude + 180) % 360 - 180, y]))
+
+
+def _along(line: LineString, buffer: float) -> Polygon:
+    """Return what lies within metres of a line, a little wider."""
+    x, y = (line.bounds[0] + line.bounds[2]) / 2, (line.bounds[1] + line.bounds[3]) / 2
+    local = pyproj.CRS(f"+proj=aeqd +lat_0={y} +lon_0={x} +datum=WGS84")
+    there = pyproj.Transformer.from_crs(WGS84, local, always_xy=True)
+    flat = shapely.transform(densified(line, EDGE), there.transform, interleaved=False)
+    wide = flat.buffer(buffer * ROUND / math.cos(math.pi / 32), quad_segs=8)
+    return shapely.transform(wide, lambda a, b: there.transform(a, b, direction="INVERSE"), interleaved=False)
+
+
+def _unwrapped(polygon: Polygon, where: str, tell: Tell) -> Polygon:
+    """Return a polygon across the antimeridian in one piece, beyond 180 degrees."""
+    if polygon.bounds[2] - polygon.bounds[0] <= 180:
+        return polygon
+    rings = []
+    for ring in (polygon.exterior, *polygon.interiors):
+        places = np.array(ring.coords)
+        places[:, 0] = np.unwrap(places[:, 0], period=360)
+        if abs(places[-1, 0] - places[0, 0]) > 1:
+            raise InputError(f"{where}: its outline goes around a pole, which has no inside on a flat map")
+        rings.append(places)
+    middle = (rings[0][:, 0].min() + rings[0][:, 0].max()) / 2
+    for hole in rings[1:]:
+        hole[:, 0] += 360 * round((middle - (hole[:, 0].min() + hole[:, 0].max()) / 2) / 360)
+    if not np.array_equal(rings[0], np.array(polygon.exterior.coords)):
+        tell(f"{where}: taken to cross the antimeridian, as its outline jumps by more than 180 degrees")
+    return Polygon(rings[0], rings[1:])
+
+
+def _joined_at_180(parts: list[Polygon]) -> list[Polygon]:
+    """Return polygons that were cut at the antimeridian in one piece."""
+    if len(parts) < 2:
+        return parts
+    bounds = shapely.bounds(np.array(parts, dtype=object))
+    east, west = bounds[:, 2] >= 180 - 1e-9, bounds[:, 0] <= -180 + 1e-9
+    if not (east & ~west).any() or not (west & ~east).any():
+        return parts
+    shifted = [
+        shapely.transform(part, lambda places: places + np.array([360.0, 0.0])) if w and not e else part
+        for part, e, w in zip(parts, east, west, strict=True)
+    ]
+    return _pieces(shapely.union_all(shifted))
+
+
+def _pieces(geometry: BaseGeometry) -> list[Polygon]:
+    """Return the polygons of a geometry that have an area."""
+    parts = geometry.geoms if hasattr(geometry, "geoms") else [geometry]
+    return [part for part in parts if isinstance(part, Polygon) and part.area > 0]
+
+
+def sound(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False) -> list[Polygon]:
+    """Return a polygon as it is if it is valid; else polygons that cover it, whichever way it was meant."""
+    if polygon.is_valid and polygon.area > 0:
+        return [polygon]
+    outer = filled(np.array(polygon.exterior.coords)[:, :2])
+    if outer.is_empty:
+        found = f"an outline of {_corners(polygon)} corners without an area"
+        if not lenient:
+            raise InputError(f"{where}: expected a polygon, found {found}")
+        tell(f"{where}: left out, {found}")
+        return []
+    kept: list[Polygon] = []
+    for ring in polygon.interiors:
+        hole = Polygon(ring)
+        if hole.is_valid and hole.area > 0 and outer.covers(hole) and not any(hole.intersects(k) for k in kept):
+            kept.append(hole)
+    tell(f"{where}: its outline meets itself or a hole; repaired so that nothing that it may enclose is lost")
+    return _pieces(outer.difference(shapely.union_all(kept)) if kept else outer)
+
+
+def _corners(polygon: Polygon) -> int:
+    return len({(x, y) for x, y, *_ in polygon.exterior.coords})
+
+
+def filled(ring: NDArray[np.float64]) -> MultiPolygon | Polygon:
+    """Return all that a closed ring (n, 2) winds around, however it crosses itself."""
+    loop = ring[np.concatenate([[True], np.any(np.diff(ring, axis=0) != 0, axis=1)])]
+    if len(loop) < 4:
+        return Polygon()
+    if not np.array_equal(loop[0], loop[-1]):
+        loop = np.vstack([loop, loop[:1]])
+    edges = shapely.union_all([LineString(pair) for pair in pairwise(loop)])
+    faces = [face for face in shapely.polygonize(shapely.get_parts(edges)).geoms if isinstance(face, Polygon)]
+    inside = [face for face in faces if _winds(loop, np.array(face.representative_point().coords[0]))]
+    return shapely.union_all(inside) if inside else Polygon()
+
+
+def _winds(loop: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
+    """Tell whether a closed ring (n, 2) winds around a place."""
+    a, b = loop[:-1] - place, loop[1:] - place
+    side = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    up = (a[:, 1] <= 0) & (b[:, 1] > 0) & (side > 0)
+    down = (a[:, 1] > 0) & (b[:, 1] <= 0) & (side < 0)
+    return bool(np.count_nonzero(up) != np.count_nonzero(down))

@@ -1,0 +1,41 @@
+"""XML that is read without a document type, so that it can neither grow nor fetch."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import IO
+from xml.parsers import expat
+
+from skyverse.errors import InputError
+
+
+def parse(
+    stream: IO[bytes],
+    path: Path,
+    start: Callable[[str, Mapping[str, str]], None],
+    end: Callable[[str], None],
+    text: Callable[[str], None] | None = None,
+) -> None:
+    """Call `start`, `end` and `text` as a file's elements come; names are without their namespace's prefix.
+
+    Raises
+    ------
+    InputError
+        If it is no XML, ends too early, or declares a document type.
+    """
+
+    def refuse(*_: object) -> None:
+        raise InputError(f"{path}: expected plain XML, found a document type declaration")
+
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartDoctypeDeclHandler = refuse
+    parser.StartElementHandler = lambda name, attributes: start(name.rpartition(":")[2], attributes)
+    parser.EndElementHandler = lambda name: end(name.rpartition(":")[2])
+    if text is not None:
+        parser.CharacterDataHandler = text
+    try:
+        parser.ParseFile(stream)
+    except (expat.ExpatError, UnicodeError, LookupError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: expected XML, found something else: {error}") from None
