@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from skyverse.referee.boxes import shut_boxes
 from skyverse.referee.certificate import Certificates, certify, entry, judge_flight, target_of
+from skyverse.referee.clearance import shut_space
 from skyverse.referee.path import judge_result
 from skyverse.result import Mission, Result, Status, Trajectory
 from skyverse.scenario import Scenario
@@ -55,8 +55,8 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
     """Return what `check` and `certify` do, for the price of one."""
     with np.errstate(all="ignore"):
         violations = _judge_assignment(scenario, mission)
-        boxes = shut_boxes(scenario)
-        flown = judge_flight(scenario, boxes, mission)
+        space = shut_space(scenario)
+        flown = judge_flight(scenario, space, mission)
         for uav in range(len(scenario.uavs)):
             target = target_of(scenario, entry(mission.assignment, uav))
             result, trajectory = entry(mission.results, uav), entry(mission.trajectories, uav)
@@ -64,7 +64,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                 if result.status is Status.NOT_PLANNED and not mission.interrupted:
                     message = f"{scenario.uavs[uav].name} was not planned, but the mission was not interrupted."
                     violations.append(Violation(Fault.STATUS, (uav,), message))
-                violations += judge_result(scenario, boxes, uav, target, result, isinstance(trajectory, Trajectory))
+                violations += judge_result(scenario, space, uav, target, result, isinstance(trajectory, Trajectory))
             violations += flown.trajectories[uav]
         violations += [*flown.apart, *_judge_claims(scenario, mission, flown.certificates)]
         return violations, flown.certificates
@@ -108,7 +108,7 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
         if not 0 <= index < len(things):
             raise ValueError(f"scenario {scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}")
     with np.errstate(all="ignore"):
-        return list(judge_result(scenario, shut_boxes(scenario), uav, target, result, None))
+        return list(judge_result(scenario, shut_space(scenario), uav, target, result, None))
 
 
 def _judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:

@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import Boxes, shut_boxes
+from skyverse.referee.boxes import GROUND, keeps
+from skyverse.referee.clearance import Space, shut_space
 from skyverse.referee.curve import Curve
 from skyverse.referee.flight import judge_trajectory
 from skyverse.referee.separation import judge_separation
@@ -54,10 +55,10 @@ def certify(scenario: Scenario, mission: Mission) -> Certificates:
         Those refuted name the worst instant of the first thing that is wrong.
     """
     with np.errstate(all="ignore"):
-        return judge_flight(scenario, shut_boxes(scenario), mission).certificates
+        return judge_flight(scenario, shut_space(scenario), mission).certificates
 
 
-def judge_flight(scenario: Scenario, boxes: Boxes, mission: Mission) -> Findings:
+def judge_flight(scenario: Scenario, space: Space, mission: Mission) -> Findings:
     """Judge all trajectories, and the fleet's separation."""
     count = len(scenario.uavs)
     targets = [target_of(scenario, entry(mission.assignment, uav)) for uav in range(count)]
@@ -69,7 +70,7 @@ def judge_flight(scenario: Scenario, boxes: Boxes, mission: Mission) -> Findings
         trajectory = entry(mission.trajectories, uav)
         if not isinstance(trajectory, Trajectory):
             continue
-        judged = judge_trajectory(scenario, boxes, uav, targets[uav], trajectory)
+        judged = judge_trajectory(scenario, space, uav, targets[uav], trajectory)
         violations[uav], curves[uav] = judged.violations, judged.curve
         if judged.curve is None:
             unknown.add(uav)
@@ -100,8 +101,9 @@ def _sound(scenario: Scenario, uav: int, curve: Curve | None) -> str:
     limits = "speed, acceleration, jerk, thrust and tilt"
     if vehicle.fixed_wing is not None:
         limits = "speed, acceleration, airspeed, turn and climb"
+    ground = "" if scenario.terrain is None else f"{keeps(scenario, GROUND):.6g} m above ground, "
     return (
-        f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, inside the bounds "
+        f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, {ground}inside the bounds "
         f"and within its limits of {limits}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s."
     )
 

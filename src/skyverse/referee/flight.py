@@ -1,20 +1,15 @@
 """Judges a trajectory at every instant: clearance, bounds, and what the UAV can do."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
-import numpy as np
-
-from skyverse.referee.boxes import TOLERANCE, Boxes, Closest, Floats, Ints, beyond_bounds, place, triple
+from skyverse.referee.boxes import TOLERANCE, Floats, beyond_bounds, place, triple
+from skyverse.referee.clearance import FINE, Space, judge_curve
 from skyverse.referee.curve import Curve, curve_of, judge_continuity, judge_ends
 from skyverse.referee.limits import FORGIVEN, limits
 from skyverse.referee.polynomial import Peaks, Polynomials, bernstein, greatest, stack
 from skyverse.result import Trajectory
 from skyverse.scenario import Scenario
 from skyverse.verdict import Fault, Violation
-
-FINE = 1e-9
-"""How near to the worst instant (metres, or a share of the limit) is near enough."""
 
 
 class Judged(NamedTuple):
@@ -25,7 +20,7 @@ class Judged(NamedTuple):
     curve: Curve | None
 
 
-def judge_trajectory(scenario: Scenario, boxes: Boxes, uav: int, target: int | None, trajectory: Trajectory) -> Judged:
+def judge_trajectory(scenario: Scenario, space: Space, uav: int, target: int | None, trajectory: Trajectory) -> Judged:
     """Judge UAV number `uav`'s trajectory; what is not proven is a violation."""
     vehicle = scenario.uavs[uav]
     curve = curve_of(trajectory)
@@ -36,7 +31,7 @@ def judge_trajectory(scenario: Scenario, boxes: Boxes, uav: int, target: int | N
         *judge_continuity(vehicle, uav, curve, trajectory.form),
     ]
     position = bernstein(curve.pieces, curve.durations)
-    questions = [_bounds(scenario, uav, curve, position), _clearance(scenario, boxes, uav, curve, position)]
+    questions = [_bounds(scenario, uav, curve, position), _clearance(scenario, space, uav, curve, position)]
     for limit in limits(vehicle, curve):
         peaks = greatest(limit.excess.b, limit.excess.error, 0.0, FINE)
         found = None
@@ -100,50 +95,11 @@ def _bounds(scenario: Scenario, uav: int, curve: Curve, position: list[Polynomia
     return "place within the bounds", peaks, found
 
 
-def _clearance(scenario: Scenario, boxes: Boxes, uav: int, curve: Curve, position: list[Polynomials]) -> Question:
-    b = np.stack([part.b for part in position], axis=2)
-    error = np.max([part.error for part in position], axis=0)
-    near = [np.zeros((0, 2), dtype=np.intp), *_near(boxes, b, error)]
-    piece, box = np.concatenate(near).T
-
-    def depth(part: Floats, pair: Ints) -> Floats:
-        """Return how deep parts of pieces may be inside a box: what is not, is on one side of it along some axis."""
-        low, high = boxes.shut_low[box[pair]], boxes.shut_high[box[pair]]
-        deep: Floats = np.minimum(part.max(axis=1) - low, high - part.min(axis=1)).min(axis=1)
-        return deep
-
-    # the last term: rounding where a box's face is subtracted
-    peaks = greatest(b[piece], error[piece] + _face_error(boxes), 0.0, FINE, depth)
+def _clearance(scenario: Scenario, space: Space, uav: int, curve: Curve, position: list[Polynomials]) -> Question:
+    peaks, met = judge_curve(scenario, space, curve, position)
     found = None
-    if peaks.refuted(0.0)[0]:
-        pair = int(peaks.piece[0])
-        time, motion = _instant(curve, int(piece[pair]), float(peaks.share[0]))
-        k = int(box[pair])
-        if np.all((motion[0] > boxes.shut_low[k]) & (motion[0] < boxes.shut_high[k])):
-            gap = float(np.maximum(boxes.low[k] - motion[0], motion[0] - boxes.high[k]).max())
-            met = Closest(gap, k, int(piece[pair]), float(peaks.share[0]), motion[0])
-            message = met.sentence(scenario.uavs[uav].name, f"at t = {time:.6g} s", scenario.clearance)
-            found = Violation(Fault.TRAJECTORY_CLEARANCE, (uav,), message, time, triple(motion[0]))
-    # from pairs back to pieces, for whoever asks where
-    stuck = np.where(peaks.stuck >= 0, piece[peaks.stuck] if len(piece) else -1, -1)
-    spot = piece[peaks.piece] if len(piece) else peaks.piece
-    return "clearance", peaks._replace(piece=spot, stuck=stuck), found
-
-
-def _near(boxes: Boxes, b: Floats, error: Floats) -> Iterator[Ints]:
-    """Yield (pairs, 2) indices of pieces and boxes that may meet: those whose hulls do."""
-    low, high = b.min(axis=1) - error[:, None], b.max(axis=1) + error[:, None]
-    reach = _face_error(boxes)
-    at_once = max(1, 1_000_000 // len(b))
-    for first in range(0, len(boxes.low), at_once):
-        these = slice(first, first + at_once)
-        apart = np.zeros((len(b), len(boxes.low[these])), dtype=bool)
-        for axis in range(3):
-            apart |= low[:, None, axis] >= boxes.shut_high[None, these, axis] + reach
-            apart |= high[:, None, axis] <= boxes.shut_low[None, these, axis] - reach
-        piece, box = np.nonzero(~apart)
-        yield np.column_stack([piece, box + first])
-
-
-def _face_error(boxes: Boxes) -> float:
-    return float(np.abs([boxes.shut_low, boxes.shut_high]).max(initial=0.0)) * 4e-16
+    if met is not None:
+        time = float(curve.knots[met.segment] + met.fraction * curve.durations[met.segment])
+        message = met.sentence(scenario.uavs[uav].name, f"at t = {time:.6g} s", scenario)
+        found = Violation(Fault.TRAJECTORY_CLEARANCE, (uav,), message, time, triple(met.position))
+    return "clearance", peaks, found

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from skyverse.referee.boxes import TOLERANCE, Boxes, Floats, array, beyond_bounds, deepest, place, triple
+from skyverse.referee.boxes import TOLERANCE, Floats, array, beyond_bounds, place, triple
+from skyverse.referee.clearance import Space, judge_legs
 from skyverse.referee.soft import altitude, climb, risk
 from skyverse.result import Result, Status
 from skyverse.scenario import Scenario
@@ -12,7 +13,7 @@ from skyverse.verdict import Fault, Violation
 
 
 def judge_result(
-    scenario: Scenario, boxes: Boxes, uav: int, target: int | None, result: Result, has_trajectory: bool | None
+    scenario: Scenario, space: Space, uav: int, target: int | None, result: Result, has_trajectory: bool | None
 ) -> Iterator[Violation]:
     """Yield what is wrong with UAV number `uav`'s result; `target` is its target's index where it has one.
 
@@ -51,7 +52,7 @@ def judge_result(
         message = f"{name}'s path ({status.value}) must be one or more rows of x, y, z, but it has {found}."
         yield Violation(Fault.PATH_SHAPE, (uav,), message)
         return
-    yield from _judge_safety(scenario, boxes, uav, path)
+    yield from _judge_safety(scenario, space, uav, path)
     if not isinstance(result.any_angle, bool):
         message = f"{name}'s any_angle must be true or false, but is {result.any_angle!r}."
         yield Violation(Fault.PATH_SHAPE, (uav,), message)
@@ -61,10 +62,10 @@ def judge_result(
     yield from _judge_ends(scenario, uav, target, path, result)
     goal = array(result.goal)
     if goal is not None and goal.shape == (3,) and np.isfinite(goal).all():
-        yield from _judge_cost(scenario, uav, path, goal, result)
+        yield from _judge_cost(scenario, space, uav, path, goal, result)
 
 
-def _judge_safety(scenario: Scenario, boxes: Boxes, uav: int, path: Floats) -> Iterator[Violation]:
+def _judge_safety(scenario: Scenario, space: Space, uav: int, path: Floats) -> Iterator[Violation]:
     name = scenario.uavs[uav].name
     excess = beyond_bounds(scenario, path)
     worst = int(np.argmax(excess))
@@ -73,10 +74,14 @@ def _judge_safety(scenario: Scenario, boxes: Boxes, uav: int, path: Floats) -> I
         yield Violation(Fault.PATH_BOUNDS, (uav,), message, position=triple(path[worst]))
     # A path of one node is a segment of length zero.
     starts, ends = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
-    met = deepest(boxes, starts, ends)
+    peaks, met = judge_legs(scenario, space, starts, ends)
     if met is not None:
-        message = met.sentence(f"{name}'s path", f"after node {met.segment}", scenario.clearance)
+        message = met.sentence(f"{name}'s path", f"after node {met.segment}", scenario)
         yield Violation(Fault.PATH_CLEARANCE, (uav,), message, position=triple(met.position))
+    elif not peaks.proven(0.0)[0]:
+        leg = max(int(peaks.stuck[0]), 0)
+        message = f"Whether {name}'s path keeps clearance could not be decided after node {leg}, {place(starts[leg])}."
+        yield Violation(Fault.UNDECIDED, (uav,), message, position=triple(starts[leg]))
 
 
 def _judge_steps(scenario: Scenario, uav: int, path: Floats) -> Iterator[Violation]:
@@ -143,7 +148,9 @@ def _same(a: Floats, b: Floats) -> bool:
     return bool((np.abs(a - b) <= TOLERANCE).all())
 
 
-def _judge_cost(scenario: Scenario, uav: int, path: Floats, goal: Floats, result: Result) -> Iterator[Violation]:
+def _judge_cost(
+    scenario: Scenario, space: Space, uav: int, path: Floats, goal: Floats, result: Result
+) -> Iterator[Violation]:
     name, objective = scenario.uavs[uav].name, scenario.objective
     steps = np.diff(path, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
@@ -157,7 +164,7 @@ def _judge_cost(scenario: Scenario, uav: int, path: Floats, goal: Floats, result
     }
     terms = result.terms if isinstance(result.terms, dict) else {}
     claimed = {str(term): _number(share) for term, share in terms.items()}
-    true |= _soft_terms(scenario, path, claimed)
+    true |= _soft_terms(scenario, space, path, claimed)
     cost = sum(true.values())
     agree = claimed.keys() == true.keys() and all(_close(claimed[term], true[term]) for term in true)
     if not agree or not _close(_number(result.cost), cost):
@@ -173,13 +180,13 @@ def _judge_cost(scenario: Scenario, uav: int, path: Floats, goal: Floats, result
         yield Violation(Fault.BOUND, (uav,), message)
 
 
-def _soft_terms(scenario: Scenario, path: Floats, claimed: dict[str, float]) -> dict[str, float]:
+def _soft_terms(scenario: Scenario, space: Space, path: Floats, claimed: dict[str, float]) -> dict[str, float]:
     """Return the soft terms that the objective prices; of the risks that can stand, the one nearest to the claim."""
     objective = scenario.objective
     true: dict[str, float] = {}
     corners = _without_straight_nodes(path)
     if objective.altitude is not None:
-        true["altitude"] = objective.altitude.weight * altitude(objective.altitude, corners)
+        true["altitude"] = objective.altitude.weight * altitude(objective.altitude, corners, space.ground)
     if objective.risk > 0 and scenario.zones:
         stands, least, most = (objective.risk * metres for metres in risk(scenario, corners))
         says = claimed.get("risk", np.nan)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.referee.boxes import TOLERANCE, Floats, Ints, place, triple
+from skyverse.referee.clearance import FINE
 from skyverse.referee.curve import Curve
-from skyverse.referee.flight import FINE
 from skyverse.referee.polynomial import DEPTH, Peaks, Polynomials, greatest, halve, squared
 from skyverse.referee.tracks import Tracks, near_pairs, relative, time_slices, tracks_of
 from skyverse.scenario import Scenario

@@ -5,22 +5,54 @@ import itertools
 import numpy as np
 
 from skyverse.referee.boxes import TOLERANCE, Floats
+from skyverse.referee.ground import Ground
+from skyverse.referee.zones import hulls, metres_inside, pieces
 from skyverse.scenario import AltitudeBand, ClimbLimit, Scenario
-from skyverse.shapes import Cylinder, Prism
 
 _NUDGES = TOLERANCE * np.array([(0, 0, 0), *(n for n in itertools.product((-1, 0, 1), repeat=3) if any(n))])
 
 
-def altitude(band: AltitudeBand, path: Floats) -> float:
-    """Return the integral over the path (n, 3) of the metres outside the band."""
+def altitude(band: AltitudeBand, path: Floats, ground: Ground | None = None) -> float:
+    """Return the integral over the path (n, 3) of the metres outside the band; above ground if it counts from there."""
     total = 0.0
     for a, b in itertools.pairwise(path):
+        if band.above == "ground" and ground is not None:
+            total += float(np.linalg.norm(b - a)) * _outside(band, *ground.pieces(a, b))
+            continue
         # straight between the ends and where it crosses the band's edges: there the mean of both ends is exact
-        cuts = _pieces([_crossing(a[2], b[2], edge) for edge in (band.low, band.high)])
+        cuts = pieces([(edge - a[2]) / (b[2] - a[2]) if a[2] != b[2] else 0.0 for edge in (band.low, band.high)])
         z = a[2] + cuts * (b[2] - a[2])
         outside = np.maximum(0.0, np.maximum(band.low - z, z - band.high))
         total += float(np.linalg.norm(b - a) * np.sum(np.diff(cuts) * (outside[:-1] + outside[1:]) / 2))
     return total
+
+
+def _outside(band: AltitudeBand, cuts: Floats, above: Floats) -> float:
+    """Return the integral over the leg, as a share of it, of the metres outside the band.
+
+    The height above ground (n, 3) is a quadratic between two cuts (n + 1,). Cut where it crosses the band's edges too,
+    what is outside is one as well, and Simpson's rule is exact.
+    """
+    roots = [root for edge in (band.low, band.high) for root in _roots(above - [edge, 0.0, 0.0])]
+    ends = np.sort(np.column_stack([np.clip(each, cuts[:-1], cuts[1:]) for each in (cuts[:-1], *roots, cuts[1:])]))
+    total = 0.0
+    for begin, end in zip(ends[:, :-1].T, ends[:, 1:].T, strict=True):
+        for share, weight in ((0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6)):
+            t = begin + share * (end - begin)
+            height = above[:, 0] + t * (above[:, 1] + t * above[:, 2])
+            outside = np.maximum(0.0, np.maximum(band.low - height, height - band.high))
+            total += weight * float(np.sum((end - begin) * outside))
+    return total
+
+
+def _roots(rows: Floats) -> tuple[Floats, Floats]:
+    """Return both roots of quadratics (n, 3), the constant first; 0 where there are none."""
+    c, b, a = rows.T
+    square = b**2 - 4 * a * c
+    q = -(b + np.copysign(np.sqrt(np.maximum(square, 0.0)), b)) / 2
+    first = np.where((square >= 0) & (a != 0), q / np.where(a != 0, a, 1.0), 0.0)
+    second = np.where((square >= 0) & (q != 0), c / np.where(q != 0, q, 1.0), 0.0)
+    return np.nan_to_num(first), np.nan_to_num(second)
 
 
 def climb(limit: ClimbLimit, path: Floats) -> float:
@@ -39,58 +71,12 @@ def risk(scenario: Scenario, path: Floats) -> tuple[float, float, float]:
     places that are off by no more than the tolerance along each axis.
     """
     stands = least = most = 0.0
-    for zone in scenario.zones:
-        low, high = _hull(zone)
+    low, high = hulls(scenario.zones)
+    near = np.all(path.min(axis=0) <= high + TOLERANCE, axis=1) & np.all(path.max(axis=0) >= low - TOLERANCE, axis=1)
+    for k in np.flatnonzero(near):
+        zone = scenario.zones[k]
         for a, b in itertools.pairwise(path):
-            if np.all(np.minimum(a, b) <= high + TOLERANCE) and np.all(np.maximum(a, b) >= low - TOLERANCE):
-                inside = [zone.risk * _metres_inside(zone, a + nudge, b + nudge) for nudge in _NUDGES]
+            if np.all(np.minimum(a, b) <= high[k] + TOLERANCE) and np.all(np.maximum(a, b) >= low[k] - TOLERANCE):
+                inside = [(zone.risk or 0.0) * metres_inside(zone, a + nudge, b + nudge) for nudge in _NUDGES]
                 stands, least, most = stands + inside[0], least + min(inside), most + max(inside)
     return stands, least, most
-
-
-def _hull(zone: Cylinder | Prism) -> tuple[Floats, Floats]:
-    if isinstance(zone, Cylinder):
-        low, high = np.array(zone.centre) - zone.radius, np.array(zone.centre) + zone.radius
-    else:
-        low, high = np.min(zone.vertices, axis=0), np.max(zone.vertices, axis=0)
-    return np.array([*low, zone.low]), np.array([*high, zone.high])
-
-
-def _metres_inside(zone: Cylinder | Prism, a: Floats, b: Floats) -> float:
-    """Cut the segment wherever it meets the surface; a piece is inside if its middle is."""
-    cuts = [_crossing(a[2], b[2], level) for level in (zone.low, zone.high)]
-    if isinstance(zone, Cylinder):
-        to, way = a[:2] - np.array(zone.centre), (b - a)[:2]
-        cuts += [float(t.real) for t in np.roots([way @ way, 2 * to @ way, to @ to - zone.radius**2])]
-    else:
-        corners = np.array(zone.vertices)
-        for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-            columns = np.column_stack([(b - a)[:2], p - q])
-            if np.linalg.det(columns) != 0:
-                cuts.append(float(np.linalg.solve(columns, p - a[:2])[0]))
-    ends = _pieces(cuts)
-    middles = a + ((ends[:-1] + ends[1:]) / 2)[:, None] * (b - a)
-    inside = [_holds(zone, middle) for middle in middles]
-    return float(np.linalg.norm(b - a) * np.sum(np.diff(ends)[inside]))
-
-
-def _holds(zone: Cylinder | Prism, point: Floats) -> bool:
-    if not zone.low <= point[2] <= zone.high:
-        return False
-    if isinstance(zone, Cylinder):
-        return float(np.hypot(*(point[:2] - zone.centre))) <= zone.radius
-    seen = np.array(zone.vertices) - point[:2]  # from inside, the outline goes once round
-    following = np.roll(seen, -1, axis=0)
-    turned = np.arctan2(
-        seen[:, 0] * following[:, 1] - seen[:, 1] * following[:, 0], np.sum(seen * following, axis=1)
-    ).sum()
-    return bool(abs(turned) > np.pi)
-
-
-def _crossing(start: float, end: float, level: float) -> float:
-    return (level - start) / (end - start) if start != end else 0.0
-
-
-def _pieces(cuts: list[float]) -> Floats:
-    """Return the shares at which a segment's pieces begin and end."""
-    return np.unique(np.clip([0.0, *cuts, 1.0], 0.0, 1.0))

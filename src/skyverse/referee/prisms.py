@@ -1,0 +1,131 @@
+"""Prisms on polygons with holes: how deep a part of a curve may be inside, by its chord."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.referee.boxes import TOLERANCE, Floats, Ints
+from skyverse.referee.chord import Chords, chords, distance, distance_error
+from skyverse.scenario import Scenario
+from skyverse.shapes import Prism
+
+AT_ONCE = 2**19
+"""Edges looked at together."""
+
+
+class Prisms(NamedTuple):
+    """Prisms, and what is shut: grown by the clearance, less the tolerance.
+
+    Attributes
+    ----------
+    p, q
+        (e, 2) ends of the edges of all outlines and holes, one prism's after another's.
+    first, edges
+        (m,) index of each prism's first edge, and how many it has.
+    low, high
+        (m,) metres.
+    shut, shut_low, shut_high
+        (m,) metres that must be kept from the polygon, and the altitudes between which that is so.
+    obstacle
+        (m,) to which each belongs.
+    """
+
+    p: Floats
+    q: Floats
+    first: Ints
+    edges: Ints
+    low: Floats
+    high: Floats
+    shut: Floats
+    shut_low: Floats
+    shut_high: Floats
+    obstacle: Ints
+
+    def hulls(self) -> tuple[Floats, Floats]:
+        """Return the corners of boxes about what is shut."""
+        if not len(self.first):
+            return np.zeros((0, 3)), np.zeros((0, 3))
+        low, high = np.minimum.reduceat(self.p, self.first), np.maximum.reduceat(self.p, self.first)
+        level = np.maximum(self.shut, 0.0)[:, None]
+        return np.column_stack([low - level, self.shut_low]), np.column_stack([high + level, self.shut_high])
+
+    def error(self, b: Floats, error: Floats) -> Floats:
+        """Return bounds on the errors of depths, and of hulls."""
+        return distance_error(b, error, float(np.abs(self.hulls()).max(initial=0.0)))
+
+    def depth(self, part: Floats, which: Ints) -> Floats:
+        """Return how deep parts may be inside: what is not, is beside the polygon, or below, or above."""
+        z = part[:, :, 2]
+        deep: Floats = np.minimum(z.max(axis=1) - self.shut_low[which], self.shut_high[which] - z.min(axis=1))
+        some = np.flatnonzero(~(deep <= -TOLERANCE))
+        ends = np.cumsum(self.edges[which[some]])
+        for these in np.split(some, np.flatnonzero(np.diff(ends // AT_ONCE)) + 1):
+            chord = chords(part[these, :, :2])
+            deep[these] = np.minimum(deep[these], self._level(chord, which[these]))
+        return deep
+
+    def gap(self, position: Floats, which: int) -> float:
+        """Return the level distance of one position to a prism as given, or that along z where it is more."""
+        spot = position[None, :2]
+        level = float(self.shut[which] - self._level(Chords(spot, spot, np.zeros(1)), np.array([which]))[0])
+        return max(level, float(self.low[which] - position[2]), float(position[2] - self.high[which]))
+
+    def _level(self, chord: Chords, which: Ints) -> Floats:
+        """Return how deep chords may be inside, seen from above.
+
+        Outside, the distance to the polygon is that to its nearest edge. Inside, no place is deeper than it is far from
+        any one edge, and that distance is greatest at an end of the chord.
+        """
+        if not len(which):
+            return np.zeros(0)
+        count = self.edges[which]
+        begins = np.cumsum(count) - count
+        of = np.repeat(np.arange(len(which)), count)
+        edge = np.arange(len(of)) - begins[of] + self.first[which][of]
+        a, b, p, q = chord.a[of], chord.b[of], self.p[edge], self.q[edge]
+        from_a, from_b = distance(a, p, q), distance(b, p, q)
+        apart = np.minimum(np.minimum(from_a, from_b), np.minimum(distance(p, a, b), distance(q, a, b)))
+        meets = _cross(a, b, p, q)
+        inside = np.add.reduceat(_passes(a, p, q), begins) % 2 == 1
+        touches = inside | np.logical_or.reduceat(meets, begins)
+        deep = np.minimum.reduceat(np.maximum(from_a, from_b), begins)
+        level: Floats = self.shut[which] + chord.off
+        return level + np.where(touches, deep, -np.minimum.reduceat(apart, begins))
+
+
+def _cross(a: Floats, b: Floats, p: Floats, q: Floats) -> NDArray[np.bool_]:
+    """Tell which of the lines a to b and p to q, (n, 2) each, cross; those that only touch have no distance anyway."""
+    crossed: NDArray[np.bool_] = (_side(a, b, p) * _side(a, b, q) < 0) & (_side(p, q, a) * _side(p, q, b) < 0)
+    return crossed
+
+
+def _side(a: Floats, b: Floats, p: Floats) -> Floats:
+    side: Floats = np.sign((b[:, 0] - a[:, 0]) * (p[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (p[:, 0] - a[:, 0]))
+    return side
+
+
+def _passes(a: Floats, p: Floats, q: Floats) -> Ints:
+    """Tell, as 0 or 1, which edges from p to q a ray from a along x crosses."""
+    spans = (p[:, 1] > a[:, 1]) != (q[:, 1] > a[:, 1])
+    rise = np.where(spans, q[:, 1] - p[:, 1], 1.0)
+    passed: Ints = (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
+    return passed
+
+
+def shut_prisms(scenario: Scenario) -> Prisms:
+    """Return the scenario's prisms."""
+    some = [(k, shape) for k, shape in enumerate(scenario.obstacles) if isinstance(shape, Prism)]
+    rings = [[np.array(ring) for ring in (shape.vertices, *shape.holes)] for _, shape in some]
+    none = [np.zeros((0, 2))]
+    p = np.concatenate(none + [ring for outlines in rings for ring in outlines])
+    q = np.concatenate(none + [np.roll(ring, -1, axis=0) for outlines in rings for ring in outlines])
+    count = np.array([sum(len(ring) for ring in outlines) for outlines in rings], dtype=np.intp)
+    low, high = (np.array([getattr(shape, side) for _, shape in some], dtype=np.float64) for side in ("low", "high"))
+    narrow = np.array([np.ptp(outlines[0], axis=0).min() for outlines in rings]) + 2 * scenario.clearance
+    shut = scenario.clearance - np.minimum(TOLERANCE, narrow / 4)
+    grown_low, grown_high = low - scenario.clearance, high + scenario.clearance
+    flat = np.minimum(TOLERANCE, (grown_high - grown_low) / 4)
+    number = np.array([k for k, _ in some], dtype=np.intp)
+    first = np.cumsum(count) - count
+    return Prisms(p, q, first, count, low, high, shut, grown_low + flat, grown_high - flat, number)

@@ -1,0 +1,44 @@
+"""Voxels as few boxes: runs along x, then equal runs side by side along y, then equal plates above one another."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Whole = NDArray[np.int64]
+
+
+def merged(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
+    """Return boxes that hold the occupied cells and no others, each cell once.
+
+    Parameters
+    ----------
+    occupied
+        (nx, ny, nz) booleans.
+
+    Returns
+    -------
+    first, beyond
+        (m, 3) indices of each box's first cell, and of the one diagonally after its last.
+    """
+    edges = np.diff(np.pad(occupied.astype(np.int8), ((1, 1), (0, 0), (0, 0))), axis=0)
+    # with x last, the run that begins as the n-th also ends as the n-th
+    starts = np.argwhere(np.moveaxis(edges == 1, 0, -1))
+    stops = np.argwhere(np.moveaxis(edges == -1, 0, -1))
+    first = np.column_stack([starts[:, 2], starts[:, :2]]).astype(np.int64)
+    beyond = np.column_stack([stops[:, 2], stops[:, :2] + 1]).astype(np.int64)
+    for axis in (1, 2):
+        first, beyond = _joined(first, beyond, axis)
+    return first, beyond
+
+
+def _joined(first: Whole, beyond: Whole, axis: int) -> tuple[Whole, Whole]:
+    """Join boxes that follow one another along an axis and are equal along the others."""
+    others = [k for k in range(3) if k != axis]
+    same = np.column_stack([first[:, others], beyond[:, others]])
+    order = np.lexsort([first[:, axis], *same.T])
+    first, beyond, same = first[order], beyond[order], same[order]
+    follows = (same[1:] == same[:-1]).all(axis=1) & (first[1:, axis] == beyond[:-1, axis])
+    begins = np.r_[True, ~follows][: len(first)]
+    ends = np.r_[~follows, True][: len(first)]
+    joined = beyond[begins].copy()
+    joined[:, axis] = beyond[ends][:, axis]
+    return first[begins], joined
