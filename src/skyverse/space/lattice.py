@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.scenario import Lattice
-from skyverse.space import box
+from skyverse.space import blocks, box
 from skyverse.space.world import Space, World, segment_free
 
 Ints = NDArray[np.int64]
@@ -59,6 +59,8 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     shape = np.floor((space.high - space.low) / step + 1e-9).astype(np.int64) + 1
     touched = np.zeros(tuple(shape), np.uint8)
     box.touch(space.boxes, space.clearance, space.low, step, shape, touched)
+    blocks.touch_solids(space.solids, space.clearance, space.low, step, shape, touched)
+    blocks.touch_ground(space.ground, space.clearance, space.low, step, shape, touched)
     moves = lattice_moves(lattice.connectivity)
     offsets = moves @ np.array([shape[1] * shape[2], shape[2], 1])
     exits = _safe_moves(touched, moves)

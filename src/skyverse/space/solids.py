@@ -46,15 +46,13 @@ def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Soli
     count = len(shapes)
     bounds, round_ = np.zeros((count, 6)), np.zeros((count, 4))
     kind = np.zeros((count, 3), np.int64)
-    edges = [np.zeros((0, 4))]
-    total = 0
     for i, shape in enumerate(shapes):
         if isinstance(shape, Box):
             bounds[i] = *shape.min, *shape.max
         elif isinstance(shape, Sphere):
-            middle, r = np.array(shape.centre), shape.radius
-            bounds[i] = *(middle - r), *(middle + r)
-            round_[i] = *middle, r
+            (x, y, z), r = shape.centre, shape.radius
+            bounds[i] = x - r, y - r, z - r, x + r, y + r, z + r
+            round_[i] = x, y, z, r
             kind[i, 0] = SPHERE
         elif isinstance(shape, Cylinder):
             (x, y), r = shape.centre, shape.radius
@@ -62,23 +60,37 @@ def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Soli
             round_[i] = x, y, 0.0, r
             kind[i, 0] = CYLINDER
         else:
-            outline = np.array(shape.vertices)
-            bounds[i] = *outline.min(axis=0), shape.low, *outline.max(axis=0), shape.high
-            rings = [_edges(outline, True), *(_edges(np.array(hole), False) for hole in shape.holes)]
-            edges += rings
-            kind[i] = PRISM, total, total + sum(map(len, rings))
-            total = int(kind[i, 2])
+            bounds[i, 2], bounds[i, 5] = shape.low, shape.high
+            kind[i, 0] = PRISM
+    edges = _add_edges([shape if isinstance(shape, Prism) else None for shape in shapes], bounds, kind)
     index, order = tree.build(bounds)
-    return Solids(bounds[order], round_[order], kind[order], np.concatenate(edges), index), order
+    return Solids(bounds[order], round_[order], kind[order], edges, index), order
 
 
-def _edges(ring: Floats, counterclockwise: bool) -> Floats:
-    """Return a ring's edges (n, 4) in the wanted sense."""
-    following = np.roll(ring, -1, axis=0)
-    middle = ring.mean(axis=0)
-    a, b = ring - middle, following - middle
-    area = np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    edges = np.hstack((ring, following) if (area > 0) == counterclockwise else (following, ring))
+def _add_edges(prisms: Sequence[Prism | None], bounds: Floats, kind: Ints) -> Floats:
+    """Return the edges of all prisms, (m, 4); note where they are, and the bounds of each."""
+    rings = [ring for prism in prisms if prism for ring in (prism.vertices, *prism.holes)]
+    if not rings:
+        return np.zeros((0, 4))
+    corners = np.array([corner for ring in rings for corner in ring])
+    sizes = np.array([len(ring) for ring in rings])
+    starts = np.cumsum(sizes) - sizes
+    following = np.arange(1, len(corners) + 1)
+    following[starts + sizes - 1] = starts
+    first = np.repeat(corners[starts], sizes, axis=0)
+    a, b = corners - first, corners[following] - first
+    area = np.add.reduceat(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], starts)
+    count = np.array([1 + len(prism.holes) if prism else 0 for prism in prisms])
+    which = np.flatnonzero(count)
+    outline = np.cumsum(count)[which] - count[which]  # the ring that is each prism's outline
+    out = np.zeros(len(rings), bool)
+    out[outline] = True
+    turned = np.repeat((area > 0) != out, sizes)[:, None]
+    edges = np.where(turned, np.hstack((corners[following], corners)), np.hstack((corners, corners[following])))
+    kind[which, 1] = starts[outline]
+    kind[which, 2] = [*starts[outline[1:]], len(corners)]
+    bounds[which, 0:2] = np.minimum.reduceat(corners, starts)[outline]
+    bounds[which, 3:5] = np.maximum.reduceat(corners, starts)[outline]
     return np.ascontiguousarray(edges)
 
 

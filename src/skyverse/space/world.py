@@ -116,9 +116,10 @@ def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bo
 @kernel
 def gap(space: Space, p: Floats) -> float:
     """Return the metres to the nearest obstacle as given, or to the ground below: the least; negative inside."""
-    nearest = tree.distance(space.tree, space.boxes, p[0], p[1], p[2])
-    nearest = solids.distance(space.solids, nearest, p[0], p[1], p[2])
-    return min(nearest, p[2] - ground.height(space.ground, p[0], p[1]))
+    nearest = min(
+        tree.distance(space.tree, space.boxes, p[0], p[1], p[2]), p[2] - ground.height(space.ground, p[0], p[1])
+    )
+    return solids.distance(space.solids, nearest, p[0], p[1], p[2])
 
 
 @kernel
