@@ -182,23 +182,23 @@ def _inside(place: NDArray[np.float64], ring: NDArray[np.float64]) -> bool:
 
 
 def _stored(value: object, info: ValidationInfo) -> object:
-    """Return an array; a reference stands for one in the side file that the reader has opened."""
-    if isinstance(value, dict):
-        grids = (info.context or {}).get("grids", {})
-        name = value.get("array")
-        if set(value) != {"file", "array"} or name not in grids:
-            raise ValueError(
-                "expected rows of numbers, or 'file' and 'array' naming an array in a file beside this one"
-            )
-        return grids[name]
-    return value
+    """Return an array; a reference stands for one in a side file, which the reader's `grids` gives or refuses."""
+    if not isinstance(value, dict):
+        return value
+    grids = (info.context or {}).get("grids")
+    if grids is None:
+        raise ValueError(
+            "expected rows of numbers; a reference to a file beside is followed by reading this from its file"
+        )
+    return grids(value)
 
 
 def _heights(value: object, info: ValidationInfo) -> NDArray[np.float64]:
+    rows = _stored(value, info)
     try:
-        heights = np.asarray(_stored(value, info), dtype=np.float64)
-    except (TypeError, OverflowError, ValueError) as error:
-        raise ValueError(str(error) if "array" in str(error) else "expected rows of numbers of equal length") from None
+        heights = np.asarray(rows, dtype=np.float64)
+    except (TypeError, OverflowError, ValueError):
+        raise ValueError("expected rows of numbers of equal length") from None
     if heights.ndim != 2 or min(heights.shape) < 2:
         raise ValueError(f"expected two rows of two numbers or more, found an array of shape {heights.shape}")
     holes = np.argwhere(~np.isfinite(heights))
@@ -208,13 +208,14 @@ def _heights(value: object, info: ValidationInfo) -> NDArray[np.float64]:
 
 
 def _occupied(value: object, info: ValidationInfo) -> NDArray[np.bool_]:
+    layers = _stored(value, info)
     try:
-        occupied = np.asarray(_stored(value, info))
-    except ValueError as error:
-        raise ValueError(str(error) if "array" in str(error) else "expected layers of rows of equal length") from None
+        occupied = np.asarray(layers)
+    except ValueError:
+        raise ValueError("expected layers of rows of equal length") from None
     if occupied.ndim != 3 or not occupied.size:
         raise ValueError(f"expected an array of three dimensions, found one of shape {occupied.shape}")
-    if not np.isin(occupied, (0, 1)).all():
+    if occupied.dtype != bool and not np.isin(occupied, (0, 1)).all():
         raise ValueError("expected 0 for what is free and 1 for what is occupied")
     return frozen(occupied.astype(bool))
 
@@ -224,14 +225,24 @@ INLINE = 4096
 
 
 def _filed(array: NDArray[Any], info: SerializationInfo) -> object:
-    """Return an array as lists; a large one as a reference, where the writer has given a side file to put it in."""
+    """Return an array as lists; a large one as the reference that the writer's `side` gives for it, if there is one."""
     side = (info.context or {}).get("side")
     if side is None or array.size <= INLINE:
         return array.astype(int).tolist() if array.dtype == bool else array.tolist()
-    return {"file": side["file"], "array": side["put"](array)}
+    return side(array)
 
 
-_REFERENCE = {"type": "object", "properties": {"file": {"type": "string"}, "array": {"type": "string"}}}
+_REFERENCE = {
+    "type": "object",
+    "properties": {
+        "file": {"type": "string"},
+        "array": {"type": "string"},
+        "shape": {"type": "array", "items": {"type": "integer"}},
+        "sha256": {"type": "string"},
+    },
+    "required": ["file", "array", "shape", "sha256"],
+    "additionalProperties": False,
+}
 
 
 def _schema(depth: int) -> WithJsonSchema:

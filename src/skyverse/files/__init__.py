@@ -1,12 +1,14 @@
 """Files in and out, one file a format, chosen by suffix."""
 
+from collections.abc import Callable
 from pathlib import Path
 
-from skyverse.atomic import write_text
+from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError
 from skyverse.files.builtin import NAMES, builtin
 from skyverse.files.document import parse, read_text
 from skyverse.files.flights import flight_from_data, flight_text
+from skyverse.files.grids import Side
 from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
 from skyverse.flown import Flight
@@ -98,15 +100,15 @@ def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 
     if isinstance(what, Scenario):
         if suffix not in (".yaml", ".yml", ".json"):
             raise InputError(f"{path}: a scenario is written as .yaml, .yml or .json, not as {suffix or 'no suffix'!r}")
-        write_text(path, scenario_text(what, suffix))
+        _write(path, lambda side: scenario_text(what, suffix, side))
     elif isinstance(what, Flight):
         if suffix != ".json":
             raise InputError(f"{path}: a flight is written as .json, not as {suffix or 'no suffix'!r}")
-        write_text(path, flight_text(what))
+        _write(path, lambda side: flight_text(what, side))
     elif not isinstance(what, Mission):
         raise TypeError(f"expected a Scenario, a Mission or a Flight to write, got {what!r:.60}")
     elif suffix == ".json":
-        write_text(path, mission_text(what))
+        _write(path, lambda side: mission_text(what, side))
     elif path.name.lower().endswith(".waypoints.csv"):
         write_text(path, waypoints_csv(what))
     elif suffix == ".csv":
@@ -118,3 +120,18 @@ def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 
             f"{path}: a mission is written as .json, .waypoints.csv (waypoints) or .csv (trajectories), "
             f"not as {suffix or 'no suffix'!r}"
         )
+
+
+def _write(path: Path, text: Callable[[Side], str]) -> None:
+    """Write a file, and the file beside it that holds its large arrays; an error leaves both as they were."""
+    side = Side(path)
+    whole = text(side)
+    if not side:
+        write_text(path, whole)
+    elif path.is_dir():  # found out before the file beside it appears
+        raise InputError(f"{path}: cannot be written: it is a folder")
+    else:
+        with whole_file(path) as beside:
+            beside.write_text(whole, encoding="utf-8", newline="\n")
+            with whole_file(side.path) as archive:
+                side.write_to(archive)

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
-from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from skyverse.errors import InputError
+from skyverse.files.yaml import load_yaml, unique_keys
 
 
 def read_text(path: Path) -> str:
@@ -26,8 +26,8 @@ def parse(path: Path, text: str) -> Any:
     """Return a YAML or JSON file's data, or raise `InputError` with the line; duplicate keys are refused."""
     try:
         if path.suffix.lower() == ".json":
-            return json.loads(text, object_pairs_hook=_unique)
-        return YAML(typ="safe", pure=True).load(text)
+            return json.loads(text, object_pairs_hook=unique_keys)
+        return load_yaml(text)
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: line {error.lineno} is not JSON: {error.msg}") from None
     except MarkedYAMLError as error:
@@ -37,26 +37,6 @@ def parse(path: Path, text: str) -> Any:
         raise InputError(f"{path}: {line}is not YAML: {problem}") from None
     except (YAMLError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: {_first_line(error)}") from None
-
-
-def yaml_text(data: Any) -> str:
-    """Return data as YAML, points on one line."""
-    text = _dump(data, allow_unicode=True)
-    # YAML takes these for line breaks, and they would come back as blanks
-    return _dump(data, allow_unicode=False) if set(text) & set("\x85\u2028\u2029") else text
-
-
-def _dump(data: Any, allow_unicode: bool) -> str:
-    import io
-
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    yaml.width = 110
-    yaml.allow_unicode = allow_unicode
-    out = io.StringIO()
-    yaml.dump(data, out)
-    return out.getvalue()
 
 
 _SHAPES = ("box", "cylinder", "sphere", "prism", "voxels")
@@ -82,15 +62,6 @@ def explain(source: object, error: ValidationError, known: set[str]) -> InputErr
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     shown = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {_short(found)}"
     return InputError(f"{source}: {place + ': ' if place else ''}{said}{shown}{more}")
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    data = dict(pairs)
-    if len(data) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
-        raise ValueError(f"the key {twice!r} stands twice in one object")
-    return data
 
 
 def _place(loc: tuple[int | str, ...]) -> str:

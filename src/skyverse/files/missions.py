@@ -3,6 +3,7 @@
 import csv
 import io
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from skyverse.errors import InputError
 from skyverse.files.document import explain
+from skyverse.files.grids import Side, grids_of
 from skyverse.result import Mission
 
 FORMAT = "skyverse/mission/1"
@@ -21,12 +23,12 @@ def _codec() -> TypeAdapter[Mission]:
     return TypeAdapter(Mission)
 
 
-def mission_from_data(source: object, data: Any) -> Mission:
+def mission_from_data(source: str | Path, data: Any) -> Mission:
     """Validate a mission file's data, or raise `InputError` naming file and field."""
     if data["format"] != FORMAT:
         raise InputError(f"{source}: format: expected {FORMAT!r}, found {data['format']!r:.60}")
     try:
-        mission = _codec().validate_python(data)
+        mission = _codec().validate_python(data, context={"grids": grids_of(Path(source))})
     except ValidationError as error:
         raise explain(source, error, set()) from None
     _require_sound(source, mission)
@@ -60,9 +62,9 @@ def _require_sound(source: object, mission: Mission) -> None:
                 raise InputError(f"{source}: results[{i}].history: expected four columns of one length")
 
 
-def mission_text(mission: Mission) -> str:
-    """Return a mission as the text of its JSON file."""
-    return _codec().dump_json(mission, indent=1).decode() + "\n"
+def mission_text(mission: Mission, side: Side | None = None) -> str:
+    """Return a mission as the text of its JSON file; its scenario's large arrays go to `side` if there is one."""
+    return _codec().dump_json(mission, indent=1, context={"side": side}).decode() + "\n"
 
 
 def waypoints_csv(mission: Mission) -> str:

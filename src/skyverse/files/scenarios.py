@@ -8,26 +8,28 @@ from pydantic import ValidationError
 
 from skyverse.errors import InputError
 from skyverse.files.builtin import CLEARANCE, LATTICE
-from skyverse.files.document import explain, yaml_text
+from skyverse.files.document import explain
+from skyverse.files.grids import Side, grids_of
+from skyverse.files.yaml import yaml_text
 from skyverse.scenario import Bounds, Scenario
 from skyverse.shapes import Box
 
 
-def scenario_from_data(source: object, data: Any) -> Scenario:
+def scenario_from_data(source: str | Path, data: Any) -> Scenario:
     """Validate a scenario file's data, or raise `InputError` naming file and field."""
     if not isinstance(data, dict):
         raise InputError(
             f"{source}: expected a scenario, a mapping with the key 'bounds' and others, found {data!r:.40}"
         )
     try:
-        return Scenario.model_validate(data)
+        return Scenario.model_validate(data, context={"grids": grids_of(Path(source))})
     except ValidationError as error:
         raise explain(source, error, _keys(scenario_schema())) from None
 
 
-def scenario_text(scenario: Scenario, suffix: str) -> str:
-    """Return a scenario as the text of a YAML or JSON file."""
-    data = scenario.model_dump(mode="json", exclude_none=True)
+def scenario_text(scenario: Scenario, suffix: str, side: Side | None = None) -> str:
+    """Return a scenario as the text of a YAML or JSON file; its large arrays go to `side` if there is one."""
+    data = scenario.model_dump(mode="json", exclude_none=True, context={"side": side})
     return yaml_text(data) if suffix in (".yaml", ".yml") else json.dumps(data, indent=2) + "\n"
 
 

@@ -1,0 +1,121 @@
+"""Large arrays in one compressed file beside the one that refers to them: ``city.yaml`` and ``city.yaml.grids.npz``.
+
+It is a NumPy archive. Heights are float32 where that loses nothing, else float64; booleans are packed, eight a byte.
+A reference gives the file's name, the array's name and shape, and the SHA-256 of the numbers as they are stored.
+"""
+
+import hashlib
+import io
+import math
+import zipfile
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_NUMBERS = 2**28
+"""Numbers at most in one array that is read: 2 GB of heights."""
+
+
+def side_file(path: Path) -> Path:
+    """Return the name of the file beside, which no other file's name leads to."""
+    return path.with_name(f"{path.name}.grids.npz")
+
+
+class Side:
+    """What goes beside a file: called with an array, it keeps it, and returns the reference to it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = side_file(path)
+        self._entries: dict[str, bytes] = {}
+
+    def __call__(self, array: NDArray[Any]) -> dict[str, object]:
+        """Keep an array; one that is kept already is not kept twice."""
+        data = _entry(array)
+        digest = hashlib.sha256(data).hexdigest()
+        name = f"{'occupied' if array.dtype == bool else 'heights'}-{digest[:16]}"
+        self._entries[name] = data
+        return {"file": self.path.name, "array": name, "shape": list(array.shape), "sha256": digest}
+
+    def __bool__(self) -> bool:
+        return bool(self._entries)
+
+    def write_to(self, file: Path) -> None:
+        """Write the archive; the same arrays give the same bytes."""
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, data in sorted(self._entries.items()):
+                entry = zipfile.ZipInfo(f"{name}.npy")
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                archive.writestr(entry, data, compresslevel=6)
+
+
+def _entry(array: NDArray[Any]) -> bytes:
+    """Return an array as the bytes of an .npy file."""
+    if array.dtype == bool:
+        stored: NDArray[Any] = np.packbits(array)
+    else:
+        with np.errstate(over="ignore", under="ignore"):
+            single = array.astype("<f4")
+        stored = single if np.array_equal(single, array) else array.astype("<f8")
+    out = io.BytesIO()
+    np.lib.format.write_array(out, np.ascontiguousarray(stored), version=(1, 0), allow_pickle=False)
+    return out.getvalue()
+
+
+def grids_of(path: Path) -> Callable[[dict[str, Any]], NDArray[Any]]:
+    """Return what gives the array of a reference in the file `path`, or raises `ValueError`."""
+    return lambda reference: _load(path, reference)
+
+
+def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
+    if set(reference) != {"file", "array", "shape", "sha256"}:
+        raise ValueError("expected rows of numbers, or 'file', 'array', 'shape' and 'sha256' of an array beside")
+    file, name, shape, digest = (reference[key] for key in ("file", "array", "shape", "sha256"))
+    if not (isinstance(file, str) and file.endswith(".npz") and not set(file) & set("/\\:\0") and file.isprintable()):
+        raise ValueError(f"file: expected the plain name of an .npz file in the same folder, found {file!r:.60}")
+    if not (
+        isinstance(shape, list)
+        and 1 <= len(shape) <= 3
+        and all(type(n) is int and n > 0 for n in shape)
+        and math.prod(shape) <= MAX_NUMBERS
+    ):
+        raise ValueError(f"shape: expected two or three counts, {MAX_NUMBERS:.3g} numbers at most, found {shape!r:.60}")
+    beside = path.with_name(file)
+    try:
+        with zipfile.ZipFile(beside) as archive:
+            entry = archive.getinfo(f"{name}.npy")
+            if entry.file_size > 8 * math.prod(shape) + 1024:
+                raise ValueError(f"{file}: {name!r:.60} is larger than its shape {shape} says")
+            data = archive.read(entry)
+    except KeyError:
+        raise ValueError(f"{file} has no array {name!r:.60}") from None
+    except FileNotFoundError:
+        raise ValueError(f"{file}, the file beside this one with its large arrays, is missing") from None
+    except OSError as error:
+        raise ValueError(f"{file} cannot be read: {error.strerror or error}") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise ValueError(f"{file} is damaged: {error}") from None
+    if hashlib.sha256(data).hexdigest() != digest:
+        raise ValueError(f"{file}: {name!r:.60} is not the array that this file was written with (its SHA-256 differs)")
+    stored = _array(data)
+    packed = stored.dtype == np.uint8
+    if stored.size != (-(-math.prod(shape) // 8) if packed else math.prod(shape)):
+        raise ValueError(f"{file}: {name!r:.60} does not have the shape {shape}")
+    if packed:
+        return np.unpackbits(stored, count=math.prod(shape)).astype(bool).reshape(shape)
+    return stored.astype(np.float64).reshape(shape)
+
+
+def _array(data: bytes) -> NDArray[Any]:
+    """Return the array of an .npy file, flat; nothing in it is run, and no more memory taken than it has bytes."""
+    with io.BytesIO(data) as file:
+        version = np.lib.format.read_magic(file)
+        if version != (1, 0):
+            raise ValueError(f"expected an array in version 1.0 of NumPy's format, found {version}")
+        _, _, dtype = np.lib.format.read_array_header_1_0(file)
+        if dtype.str not in ("<f4", "<f8", "|u1"):
+            raise ValueError(f"expected an array of numbers, found one of {dtype.str!r}")
+        return np.frombuffer(data[file.tell() :], dtype)

@@ -1,0 +1,87 @@
+"""YAML to plain data and back; lists of thousands of obstacles in a second, not in minutes.
+
+A long list is written one entry a line, each as JSON, all of which is YAML; such lines are read as JSON.
+"""
+
+import io
+import json
+import re
+import secrets
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+LONG = 100
+"""Entries of a list from which on it is written one a line."""
+_LISTS = re.compile(r"^(obstacles|zones):[ ]*\n((?:[ ]*- \{.*\n){%d,})" % LONG, re.MULTILINE)  # noqa: UP031
+_NO_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+
+
+def load_yaml(text: str) -> Any:
+    """Return the data; duplicate keys are an error of ruamel.yaml's."""
+    lists: dict[str, list[Any]] = {}
+
+    def stand_in(found: re.Match[str]) -> str:
+        try:
+            entries = [_entry(line) for line in found[2].split("\n")[:-1]]
+        except (YAMLError, ValueError):
+            return found[0]
+        token = secrets.token_hex(16)
+        lists[token] = entries
+        return f"{found[1]}: {token!r}" + "\n" * (len(entries) + 1)  # messages still name the right line
+
+    data = YAML(typ="safe", pure=True).load(_LISTS.sub(stand_in, text))
+    for token, entries in lists.items():
+        key = next((key for key in ("obstacles", "zones") if isinstance(data, dict) and data.get(key) == token), None)
+        if key is None:  # it was part of something else
+            return YAML(typ="safe", pure=True).load(text)
+        data[key] = entries
+    return data
+
+
+def _entry(line: str) -> Any:
+    entry = line.lstrip(" ")[2:]
+    try:
+        return json.loads(entry, object_pairs_hook=unique_keys)
+    except json.JSONDecodeError:
+        return YAML(typ="safe", pure=True).load(entry)
+
+
+def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object's keys and values, or raise `ValueError` if a key stands twice."""
+    data = dict(pairs)
+    if len(data) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in keys if keys.count(key) > 1)
+        raise ValueError(f"the key {twice!r} stands twice in one object")
+    return data
+
+
+def yaml_text(data: Any) -> str:
+    """Return data as YAML, points on one line, long lists of obstacles and zones one entry a line."""
+    lists = {}
+    if isinstance(data, dict):
+        lists = {key: data[key] for key in ("obstacles", "zones") if len(data.get(key) or ()) >= LONG}
+        data = {key: [] if key in lists else value for key, value in data.items()}
+    text = _dump(data, allow_unicode=True)
+    # YAML takes these for line breaks, and they would come back as blanks
+    if set(text) & set("\x85\u2028\u2029"):
+        text = _dump(data, allow_unicode=False)
+    for key, entries in lists.items():
+        lines = "".join(f"- {json.dumps(entry, ensure_ascii=False)}\n" for entry in entries)
+        lines = _NO_YAML.sub(lambda found: f"\\u{ord(found[0]):04x}", lines)
+        before, after = re.split(rf"^{key}: \[\]\n", text, maxsplit=1, flags=re.MULTILINE)
+        text = f"{before}{key}:\n{lines}{after}"
+    return text
+
+
+def _dump(data: Any, allow_unicode: bool) -> str:
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.width = 110
+    yaml.allow_unicode = allow_unicode
+    out = io.StringIO()
+    yaml.dump(data, out)
+    return out.getvalue()
