@@ -12,9 +12,9 @@ from hypothesis import given, settings
 
 import skyverse as sky
 from skyverse.planners.sight import pull_tight, without_seams
-from skyverse.planners.theta_star import lazy_theta_star
 from skyverse.space.lattice import positions
 from skyverse.space.world import segment_free
+from skyverse.taut.lazy import lazy_theta_star
 from worlds import scenarios
 
 either = pytest.mark.parametrize("connectivity", [6, 26])
@@ -161,7 +161,7 @@ def test_corners_see_each_other_and_a_path_pulled_tight_keeps_its_ends(scenario)
     if problem.route is None:
         return
     grid, space = problem.airspace.grid, without_seams(problem.airspace.world.space)
-    nodes, _ = lazy_theta_star(grid, space, problem.source, problem.goal)
+    nodes, _ = lazy_theta_star(grid, space, problem.source, problem.goal, math.inf)
     assert nodes[0] == problem.source
     assert nodes[-1] == problem.goal
     corners = positions(grid, nodes)

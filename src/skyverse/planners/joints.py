@@ -171,14 +171,14 @@ def beside(course: Course, rng: np.random.Generator, place: Floats) -> bool:
         Whether there is any.
     """
     space, rates = course.space, course.rates
-    boxes, cylinders, prisms = len(space.boxes), len(rates.cylinders), len(rates.prisms)
+    boxes, cylinders, prisms = len(space.boxes) + len(space.solids.bounds), len(rates.cylinders), len(rates.prisms)
     if boxes + cylinders + prisms == 0:
         return False
     pick = int(rng.random() * (boxes + cylinders + prisms))
     over = rng.random() < 0.2
     room = 1e-3 * (1.0 + 30.0 * rng.random() ** 4) * max(space.high[0] - space.low[0], space.high[1] - space.low[1])
     if pick < boxes:
-        box = space.boxes[pick]
+        box = space.boxes[pick] if pick < len(space.boxes) else space.solids.bounds[pick - len(space.boxes)]
         bottom, top = box[2] - space.clearance, box[5] + space.clearance
         if not over:
             place[0] = box[0] - space.clearance - room if rng.random() < 0.5 else box[3] + space.clearance + room

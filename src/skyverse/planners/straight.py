@@ -13,9 +13,13 @@ from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Desk
 from skyverse.planners.sight import without_seams
 from skyverse.problem import Problem
 from skyverse.result import Effort, Floats, History, Provenance, Result, no_history
+from skyverse.space import ground, solids
 from skyverse.space.lattice import Ints
 from skyverse.space.world import Space, point_free, segment_free
 from skyverse.stop import Stop
+
+_SAMPLES = 32
+"""Places of a leg at which it is asked whether it is inside something other than a box."""
 
 
 class Course(NamedTuple):
@@ -114,8 +118,8 @@ def judge_legs(course: Course, desk: Desk, best: Polylines, path: Floats) -> flo
 
 @kernel
 def _metres_inside(space: Space, a: Floats, b: Floats) -> float:
-    """Return the metres of a segment inside each grown box, added up."""
-    total = 0.0
+    """Return the metres of a segment inside each grown box, added up; and, about, those inside anything else."""
+    total = _share_in_shapes(space, a, b)
     for i in range(len(space.boxes)):
         enter, leave = 0.0, 1.0
         for axis in range(3):
@@ -129,3 +133,18 @@ def _metres_inside(space: Space, a: Floats, b: Floats) -> float:
                 enter, leave = max(enter, min(one, other)), min(leave, max(one, other))
         total += max(0.0, leave - enter)
     return total * math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+
+
+@kernel
+def _share_in_shapes(space: Space, a: Floats, b: Floats) -> float:
+    """Return the share of a segment, about, that lies inside obstacles other than boxes; not 0 if any does."""
+    if len(space.solids.kind) == 0 and space.ground.heights.size == 0:
+        return 0.0
+    inside = 0
+    p = np.empty(3)
+    for k in range(_SAMPLES):
+        for axis in range(3):
+            p[axis] = a[axis] + (k + 0.5) / _SAMPLES * (b[axis] - a[axis])
+        floor = ground.height(space.ground, p[0], p[1]) + space.clearance + space.ground.extra
+        inside += p[2] < floor or solids.containing(space.solids, space.clearance, p[0], p[1], p[2]) >= 0
+    return max(inside, 0.5) / _SAMPLES

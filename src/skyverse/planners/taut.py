@@ -1,5 +1,7 @@
 """Shortest paths of any angle."""
 
+import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,9 +10,10 @@ from skyverse.cost import terms_of_legs
 from skyverse.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, require, unplanned
 from skyverse.problem import Problem
-from skyverse.result import Effort, History, Result, Status
+from skyverse.result import Effort, History, Provenance, Result, Status, no_history
 from skyverse.scenario import Scenario
 from skyverse.stop import OnIteration, Stop
+from skyverse.taut.among import beyond_boxes, way_among
 from skyverse.taut.route import least_length, taut_way
 
 
@@ -32,6 +35,12 @@ class Taut(Planner):
     be read among paths that keep a ten-millionth of a metre of room: through the seam of touching obstacles goes none.
 
     The partition and the edges are made once an `Airspace`; its problems share them.
+
+    Where there are other shapes than boxes and voxels, or a terrain, two first ways are pulled tight along exact lines
+    of sight, and the shorter is taken: Lazy Theta*'s over the scenario's lattice, and the straight line lifted over all
+    that it crosses. Nothing near the answer is shorter by more than about a ten-thousandth, but another way around may
+    be. `NO_PATH` then means that there is none over the lattice at this step, nor over the top; the bound is the
+    straight line's length.
 
     Attributes
     ----------
@@ -61,6 +70,8 @@ class Taut(Planner):
         refusal = problem.any_angle_refusal
         if refusal is not None:
             return unplanned(problem, refusal, origin)
+        if beyond_boxes(problem.airspace.world.space):
+            return self._among_shapes(problem, origin)
         space, cells, edges = problem.airspace.world.space, problem.airspace.cells, problem.airspace.edges
         clock = Stopwatch()
         found = taut_way(space, cells, edges, problem.start, problem.end)
@@ -74,3 +85,18 @@ class Taut(Planner):
         history = History(np.array([price]), *(np.array([n]) for n in (searches, expanded, 1)))
         bound = least * problem.scenario.objective.fuel
         return planned_any_angle(problem, found.way, bound, effort, seconds, history, "finished", origin)
+
+    def _among_shapes(self, problem: Problem, origin: Provenance) -> Result:
+        """Find a way that nothing near it shortens, where there is more than boxes."""
+        space, grid = problem.airspace.world.space, problem.airspace.grid
+        nodes = problem.source, problem.goal
+        clock = Stopwatch()
+        way, expanded = way_among(space, grid, (problem.start, problem.end), nodes)
+        seconds = clock.seconds
+        if len(way) == 0:
+            return unplanned(problem, problem.refusal or Status.NO_PATH, origin)
+        effort = Effort(generated_paths=2, generated_nodes=expanded, evaluations=1)
+        straight = problem.scenario.objective.fuel * math.dist(problem.start, problem.end)
+        result = planned_any_angle(problem, way, straight, effort, seconds, no_history(), "finished", origin)
+        history = History(np.array([result.cost]), *(np.array([n]) for n in dataclasses.astuple(effort)))
+        return dataclasses.replace(result, history=history)

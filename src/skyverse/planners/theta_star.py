@@ -8,16 +8,16 @@ import numpy as np
 
 from skyverse.cost import make_pricing
 from skyverse.exact import shortest_route
-from skyverse.heap import make_heap, pop, push
-from skyverse.kernel import Stopwatch, kernel
+from skyverse.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, unplanned
-from skyverse.planners.sight import far, length_of, pull_tight, without_seams
+from skyverse.planners.sight import length_of, pull_tight, without_seams
 from skyverse.problem import Problem
 from skyverse.result import Effort, Floats, History, Result, Status, no_history
 from skyverse.scenario import Objective, Scenario
-from skyverse.space.lattice import Grid, Ints, position
-from skyverse.space.world import Space, segment_free
+from skyverse.space.lattice import Ints
+from skyverse.space.world import segment_free
 from skyverse.stop import OnIteration, Stop
+from skyverse.taut.lazy import lazy_theta_star
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +65,7 @@ class ThetaStar(Planner):
         if route is None:
             return unplanned(problem, Status.NO_PATH, origin)
         space = without_seams(world.space)
-        corners, expanded = lazy_theta_star(grid, space, problem.source, problem.goal)
+        corners, expanded = lazy_theta_star(grid, space, problem.source, problem.goal, math.inf)
         reach = float(grid.step.max())
         ways = [pull_tight(space, reach, self._joined(problem, nodes)) for nodes in (corners, route.nodes)]
         path = min(ways, key=lambda way: length_of(way, len(way)))
@@ -84,88 +84,3 @@ class ThetaStar(Planner):
             return problem.start[None]
         path = np.vstack([problem.start, problem.places(nodes), problem.end])
         return path[np.r_[True, np.any(np.diff(path, axis=0) != 0.0, axis=1)]]
-
-
-_SEEN = 1
-_CLOSED = 2
-
-
-@kernel
-def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int) -> tuple[Ints, int]:
-    """Search from one node to another that the lattice joins to it.
-
-    A node takes over the parent of the node from which it is reached, and only when it is expanded itself its parent
-    has to see it: if not, the best of its expanded neighbours becomes its parent.
-
-    Returns
-    -------
-    corners
-        (n,) nodes, each seen from the one before.
-    expanded
-        How many nodes were.
-    """
-    flags = np.zeros(len(grid.exits), np.uint8)
-    parent = np.empty(len(grid.exits), np.int64)
-    g = np.empty(len(grid.exits), np.float64)
-    here, above, beside, target = np.empty(3), np.empty(3), np.empty(3), position(grid, goal)
-    steps = grid.moves * grid.step
-    parent[source], g[source], flags[source] = source, 0.0, _SEEN
-    heap = push(make_heap(1024), 0.0, source)
-    expanded = 0
-    while heap.size[0]:
-        _, node = pop(heap)
-        if flags[node] == _CLOSED:
-            continue
-        expanded += 1
-        exits = grid.exits[node]
-        _place(grid, node, here)
-        _place(grid, parent[node], above)
-        if node != source and not segment_free(space, above, here):
-            g[node] = math.inf
-            for m in range(len(grid.offsets)):
-                beyond = node + grid.offsets[m]
-                if (exits >> m) & 1 and flags[beyond] == _CLOSED:
-                    length = g[beyond] + math.sqrt(steps[m, 0] ** 2 + steps[m, 1] ** 2 + steps[m, 2] ** 2)
-                    if length < g[node]:
-                        parent[node], g[node] = beyond, length
-            _place(grid, parent[node], above)
-        flags[node] = _CLOSED
-        if node == goal:
-            break
-        up = parent[node]
-        for m in range(len(grid.offsets)):
-            beyond = node + grid.offsets[m]
-            if not (exits >> m) & 1 or flags[beyond] == _CLOSED:
-                continue
-            for axis in range(3):
-                beside[axis] = here[axis] + steps[m, axis]
-            length = g[up] + far(above, beside)
-            if flags[beyond] == _SEEN and length >= g[beyond]:
-                continue
-            parent[beyond], g[beyond], flags[beyond] = up, length, _SEEN
-            heap = push(heap, length + far(beside, target), beyond)
-    return _corners(parent, source, goal), expanded
-
-
-@kernel
-def _corners(parent: Ints, source: int, goal: int) -> Ints:
-    """Return the nodes from the source to the goal, each the next one's parent."""
-    count = 1
-    node = goal
-    while node != source:
-        node = parent[node]
-        count += 1
-    corners = np.empty(count, np.int64)
-    for i in range(count - 1, -1, -1):
-        corners[i] = goal
-        goal = parent[goal]
-    return corners
-
-
-@kernel
-def _place(grid: Grid, node: int, place: Floats) -> None:
-    """Write a node's place, metres, into (3,)."""
-    rest = node
-    for axis in range(2, -1, -1):
-        place[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
-        rest //= grid.shape[axis]

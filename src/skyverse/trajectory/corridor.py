@@ -1,15 +1,16 @@
 """A safe corridor: free boxes along a path, each overlapping the next.
 
 A box begins as the bounding box of as long a stretch of the path as is free, and is then cut out of all that is within
-reach: every obstacle that it holds is cut off by the face that costs least.
+reach: every box that it holds is cut off by the face that costs least. Where obstacles of other shapes or the ground
+reach into what is left, it is grown anew, face by face, as far as it is free.
 """
 
 import numpy as np
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats
-from skyverse.space import box, tree
-from skyverse.space.world import Space
+from skyverse.space import box, solids, tree
+from skyverse.space.world import Space, ground_reaches
 
 MOST = 400
 """Boxes at most; a path that needs more is too tight to be smoothed."""
@@ -141,7 +142,16 @@ def _is_free(space: Space, b: Floats) -> bool:
             if _reaches(space, i, b):
                 return False
         node += 1
-    return True
+    return not _shapes_reach(space, b)
+
+
+@kernel
+def _shapes_reach(space: Space, b: Floats) -> bool:
+    """Tell whether a grown obstacle other than a box, or the ground, reaches into the box."""
+    low, high = b[:3], b[3:]
+    return solids.reaching(space.solids, space.clearance, low, high) >= 0 or ground_reaches(
+        space, space.clearance, low, high
+    )
 
 
 @kernel
@@ -181,6 +191,34 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
                 best, best_face, best_place = (b[axis + 3] - high) / width, axis, min(high, seed[axis])
         if best_face >= 0:
             b[best_face] = best_place
+    return _grown(space, seed, b) if _shapes_reach(space, b) else b
+
+
+@kernel
+def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
+    """Grow a free box towards a larger one, all faces by and by, as far as no shape reaches in."""
+    b = seed.copy()
+    stuck = np.zeros(6, np.bool_)
+    before = 0.0
+    for share in (0.1, 0.3, 1.0):
+        for k in range(6):
+            face = (k + 5) % 6  # up first
+            if stuck[face]:
+                continue
+            far = most[face] - seed[face]
+            b[face] = seed[face] + share * far
+            if _shapes_reach(space, b):
+                stuck[face] = True
+                inside, outside = before, share
+                for _ in range(6):
+                    middle = 0.5 * (inside + outside)
+                    b[face] = seed[face] + middle * far
+                    if _shapes_reach(space, b):
+                        outside = middle
+                    else:
+                        inside = middle
+                b[face] = seed[face] + inside * far
+        before = share
     return b
 
 

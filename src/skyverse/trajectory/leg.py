@@ -12,7 +12,7 @@ import numpy as np
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats
-from skyverse.space import box, tree
+from skyverse.space import box, ground, solids, tree
 from skyverse.space.world import Space
 from skyverse.trajectory.dubins import curvature, pose
 
@@ -220,7 +220,17 @@ def _stretch(space: Space, leg: Leg, begin: float, end: float, curved: float, cl
             verdict = refused
             if refused == BLOCKED or box.holds(space.boxes, i, space.clearance, x1, y1, z1):
                 return SHUT if _at_all_heights(space, leg, i) else BLOCKED
+    if verdict == CLEAR and _crosses_shapes(space, math.sqrt(aside * aside + off * off), a, b):
+        return BLOCKED if _crosses_shapes(space, 0.0, b, b) else refused
     return verdict
+
+
+@kernel
+def _crosses_shapes(space: Space, off: float, a: Floats, b: Floats) -> bool:
+    """Tell whether something other than a box comes nearer to a chord than is safe so many metres off it."""
+    return solids.crossed(space.solids, space.clearance + off, a, b) >= 0 or ground.crossed(
+        space.ground, space.clearance + space.ground.extra, off, a, b
+    )
 
 
 @kernel

@@ -1,10 +1,12 @@
 """What planners prove of a trajectory before they hand it out: safe and within limits at every instant.
 
-A piece lies inside the box around its Bernstein coefficients. Where that box is out of bounds or touches an obstacle,
-the piece is cut in two, until all boxes are free or an instant is found that is not. Half of what the referee
-tolerates is tolerated, which leaves the other half for rounding.
+A piece lies inside the box around its Bernstein coefficients, and no farther from its chord than they. Where that box
+is out of bounds or touches an obstacle that is a box, or where one of another shape comes that near to the chord, the
+piece is cut in two, until all are free or an instant is found that is not. Half of what the referee tolerates is
+tolerated, which leaves the other half for rounding.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +14,9 @@ import numpy as np
 from skyverse.bernstein import split, to_bernstein
 from skyverse.kernel import kernel
 from skyverse.result import Floats, Trajectory
-from skyverse.space import box, tree
+from skyverse.space import box, ground, solids, tree
 from skyverse.space.box import Ints
-from skyverse.space.world import Space, World
+from skyverse.space.world import Space, World, ground_reaches
 from skyverse.trajectory.limits import (
     AIRSPEED,
     CLIMB,
@@ -128,7 +130,7 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
         for axis in range(3):
             inside &= space.low[axis] - _METRES <= low[axis] and high[axis] <= space.high[axis] + _METRES
         count[top] = _keep(space, near, count[top], low, high)
-        if inside and count[top] == 0:
+        if inside and count[top] == 0 and _clear_of_shapes(space, pieces[top], low, high):
             waiting -= 1
             continue
         if level[top] == DEPTH or cuts == MOST:
@@ -156,6 +158,39 @@ def _enclose(b: Floats, low: Floats, high: Floats) -> None:
 
 
 @kernel
+def _clear_of_shapes(space: Space, b: Floats, low: Floats, high: Floats) -> bool:
+    """Tell whether a piece, coefficients laid end to end in the box between two corners, is clear of all but boxes."""
+    growth = space.clearance - _METRES
+    if solids.reaching(space.solids, growth, low, high) < 0 and not ground_reaches(space, growth, low, high):
+        return True
+    first, last = b[:3], b[len(b) - 3 :]
+    off = _off_chord(b)
+    return solids.crossed(space.solids, growth + off, first, last) < 0 and not ground.crossed(
+        space.ground, growth + space.ground.extra, off, first, last
+    )
+
+
+@kernel
+def _off_chord(b: Floats) -> float:
+    """Return the greatest distance of coefficients, laid end to end, from the segment between the first and last."""
+    n = len(b) - 3
+    squared = 0.0
+    for axis in range(3):
+        squared += (b[n + axis] - b[axis]) ** 2
+    most = 0.0
+    for i in range(3, n, 3):
+        along = 0.0
+        for axis in range(3):
+            along += (b[i + axis] - b[axis]) * (b[n + axis] - b[axis])
+        share = min(max(along / squared, 0.0), 1.0) if squared > 0.0 else 0.0
+        off = 0.0
+        for axis in range(3):
+            off += (b[i + axis] - b[axis] - share * (b[n + axis] - b[axis])) ** 2
+        most = max(most, off)
+    return math.sqrt(most)
+
+
+@kernel
 def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> int:
     """Move those of the first `count` boxes to the front that touch the box between two corners; return how many."""
     kept = 0
@@ -175,4 +210,8 @@ def _fault(space: Space, near: Ints, p: Floats) -> int:
     for i in near:
         if box.holds(space.boxes, i, space.clearance - _METRES, p[0], p[1], p[2]):
             return _CLEARANCE
-    return 0
+    growth = space.clearance - _METRES
+    if solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0:
+        return _CLEARANCE
+    floor = ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra
+    return _CLEARANCE if p[2] < floor else 0

@@ -19,10 +19,12 @@ from skyverse.kernel import kernel
 from skyverse.result import Floats, Trajectory
 from skyverse.space.box import Ints
 from skyverse.space.world import World
+from skyverse.taut.among import beyond_boxes
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.equations import FIXED, Task, assemble
 from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
 from skyverse.trajectory.newton import BAND, System, solve
+from skyverse.trajectory.room import with_room
 from skyverse.trajectory.spline import DEGREE, refine
 from skyverse.vehicle import UAV
 
@@ -36,6 +38,12 @@ REACH = 10.0
 """Metres that the corridor's boxes may reach beyond their stretches of the path."""
 CLOSE = 0.5
 """The same where the path should be kept to; no stretch then turns aside by more."""
+NEAR = 0.005
+"""The same as a share of the path's length, where that is more and there are other shapes than boxes."""
+ROOMS = (2.0, 0.5, 8.0, 0.1)
+"""Metres by which a path is drawn off such shapes, one after the other, until its corridor has few boxes."""
+MANY = 40
+"""Boxes that are not few."""
 SPANS = 6
 """Of a box at first."""
 FINE = 0.08
@@ -69,7 +77,7 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
     path = np.ascontiguousarray(waypoints, dtype=np.float64)
     if len(path) < 2 or float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) < STANDSTILL:
         return None
-    boxes = grow_corridor(world.space, path, *((CLOSE, CLOSE) if close else (REACH, math.inf)))
+    boxes = _corridor(world, path, close)
     if not len(boxes):
         return None
     origin = path[0].copy()  # far from zero, derivatives would drown in rounding
@@ -83,6 +91,24 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
     rows = [spline(knots[:-1], nu=j) / math.factorial(j) for j in range(DEGREE + 1)]
     rows[0] += origin
     return Trajectory(knots, np.stack(rows, axis=1), "smooth")
+
+
+def _corridor(world: World, path: Floats, close: bool) -> Floats:
+    """Return free boxes (m, 6) along a path; along one that is drawn off what it touches, where they would be many."""
+    if not beyond_boxes(world.space):
+        return grow_corridor(world.space, path, *((CLOSE, CLOSE) if close else (REACH, math.inf)))
+    near = max(CLOSE, NEAR * float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()))
+    best = path[:0]
+    for room in (0.0, *ROOMS):
+        off = with_room(world, path, room) if room else path
+        if off is None or (close and room > near):
+            continue
+        boxes = grow_corridor(world.space, off, *((near, near) if close else (REACH, math.inf)))
+        if len(boxes) and not 0 < len(best) <= len(boxes):
+            best = boxes
+        if 0 < len(best) <= MANY:
+            break
+    return best
 
 
 def _binding(uav: UAV) -> Limits:
