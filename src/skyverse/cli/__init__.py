@@ -12,6 +12,7 @@ from skyverse.cli.compare import compare
 from skyverse.cli.fly import fly
 from skyverse.cli.report import json_text, report, table, violation_data
 from skyverse.cli.reproduce import reproduce
+from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.watch import progress_bar, stop_rule
 from skyverse.cli.words import file_name, make_folder, planner_of, refuse_output, refuse_unsafe, whole_number, with_more
 from skyverse.errors import InputError
@@ -303,6 +304,7 @@ def export(mission: str, output: Path, /, *, rate: float = 20.0) -> None:
 app.command(fly)
 app.command(compare)
 app.command(reproduce)
+app.command(scenario_app)
 
 
 def _fail(sentence: str) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -320,3 +320,36 @@ def ground_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
     u, v = u - i, v - j
     low: Floats = (1 - u) * ((1 - v) * h[i, j] + v * h[i, j + 1]) + u * ((1 - v) * h[i + 1, j] + v * h[i + 1, j + 1])
     return low
+
+
+def ground_between(terrain: Terrain, box: Floats, outline: Any) -> tuple[float, float]:
+    """Return the lowest and the highest ground under a polygon, or less and more; of what the terrain covers.
+
+    Parameters
+    ----------
+    box
+        The polygon's least x, y and greatest x, y.
+    outline
+        The polygon itself, of shapely.
+    """
+    (x0, y0), (dx, dy), heights = terrain.origin, terrain.step, terrain.heights
+    nx, ny = heights.shape
+    i, m = (int(np.clip(np.floor((at - x0) / dx), 0, nx - 2)) for at in (box[0], box[2]))
+    j, n = (int(np.clip(np.floor((at - y0) / dy), 0, ny - 2)) for at in (box[1], box[3]))
+    part = heights[i : m + 2, j : n + 2]  # a bilinear cell is nowhere beyond its corners
+    if (m - i + 1) * (n - j + 1) > FEW_CELLS:
+        from rasterio.features import rasterize
+        from rasterio.transform import Affine
+
+        shape = m - i + 1, n - j + 1
+        to_place = Affine(0, dx, x0 + i * dx, dy, 0, y0 + j * dy)  # rows go along x
+        touched = rasterize([outline], shape, transform=to_place, all_touched=True, dtype="uint8").astype(bool)
+        if touched.any():
+            nodes = np.zeros((shape[0] + 1, shape[1] + 1), dtype=bool)
+            for a, b in ((0, 0), (1, 0), (0, 1), (1, 1)):
+                nodes[a : a + shape[0], b : b + shape[1]] |= touched
+            part = part[nodes]
+    return float(part.min()), float(part.max())
+
+
+FEW_CELLS = 25

@@ -1,0 +1,356 @@
+"""Maps in, a scenario out: terrain, buildings and zones of the user's own, cropped, and brought to local metres."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from skyverse.altitude import AboveSea, Altitude
+from skyverse.errors import InputError
+from skyverse.maps import extent
+from skyverse.maps.feature import Feature
+from skyverse.maps.licence import licence_of
+from skyverse.maps.obstacles import bounded, placed, prisms, slimmed
+from skyverse.maps.places import Place, Places, flat_points, local_points, named, refuse_low, refuse_outside
+from skyverse.maps.raster import Opened, Raster, Rectangle, opened
+from skyverse.maps.region import Area, around, checked, common, covered
+from skyverse.maps.terrain import flat_ground, read_terrain
+from skyverse.scenario import (
+    Bounds,
+    Frame,
+    Lattice,
+    Objective,
+    Origin,
+    Scenario,
+    Source,
+    Target,
+)
+from skyverse.shapes import Terrain
+from skyverse.vehicle import UAV
+
+MARGIN = 250.0
+"""Metres around UAVs and targets that are kept when nothing is said."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """What was done with a file, in words.
+
+    Attributes
+    ----------
+    file
+        Its path, or ``""`` for what is of no single file.
+    text
+        What was done.
+    """
+
+    file: str
+    text: str
+
+
+def _silent(_: Note) -> None:
+    pass
+
+
+def build_scenario(
+    name: str,
+    *,
+    terrain: Sequence[Raster | str | Path] = (),
+    buildings: Sequence[str | Path] = (),
+    zones: Sequence[str | Path] = (),
+    soft_zones: Sequence[tuple[str | Path, float]] = (),
+    uavs: Places = (),
+    targets: Places = (),
+    origin: Origin | None = None,
+    area: tuple[float, float, float, float] | None = None,
+    margin: float | None = None,
+    ceiling: Altitude | None = None,
+    ground: AboveSea | None = None,
+    clearance: float = 2.0,
+    ground_clearance: float | None = None,
+    lattice_step: float | None = None,
+    terrain_step: float | None = None,
+    fill_nodata: float | Literal["nearest"] | None = None,
+    band: tuple[float, float] | None = None,
+    band_weight: float = 0.1,
+    tolerance: float = 0.5,
+    reading: Mapping[str, Any] | None = None,
+    licences: Mapping[str, str] | None = None,
+    geoid: float = 0.0,
+    on_note: Callable[[Note], object] = _silent,
+) -> Scenario:
+    """Build a scenario of maps.
+
+    Everything is made no smaller than its file has it: the ground is raised to its highest points, outlines grow.
+
+    Parameters
+    ----------
+    name
+        Of the scenario.
+    terrain
+        Rasters of ground heights: whatever rasterio reads.
+    buildings, zones
+        Files of what must not be entered: GeoJSON, KML, Shapefile, GeoPackage, CityJSON, OpenStreetMap.
+    soft_zones
+        Files of what may be flown through, and the risk of a metre flown inside.
+    uavs, targets
+        Latitude, longitude (WGS84 degrees) and altitude of each, in order or by name. A UAV's home is the ground
+        below its start.
+    origin
+        Of the local frame; by default the middle of the area, at its lowest ground.
+    area
+        West, south, east, north, degrees. By default what lies within `margin` of UAVs and targets, or, without any,
+        all that the terrain or the buildings cover.
+    margin
+        Metres.
+    ceiling
+        How high the bounds reach, above the sea or above the highest ground; by default 30 m above the highest of
+        ground, buildings, UAVs and targets.
+    ground
+        Level ground at this altitude, where there is no terrain.
+    clearance
+        From obstacles, metres.
+    ground_clearance
+        Above ground, metres; as `clearance` when left out.
+    lattice_step
+        Metres; the shortest of 1, 2, 5, 10 ... that makes at most two million nodes when left out.
+    terrain_step
+        Between heights, metres; about that of the finest raster when left out.
+    fill_nodata
+        What stands for the ground where rasters have none: metres above mean sea level, or the nearest height. Such
+        holes are refused when left out.
+    band, band_weight
+        Metres above ground that paths should keep to, and the price of a metre flown a metre outside.
+    tolerance
+        By how much outlines may grow to lose corners, metres.
+    reading
+        Keywords for the readers of buildings and zones: ``altitudes``, ``height``, ``height_field``, ``buffer``,
+        ``crs``, ``lod``.
+    licences
+        By file, where a file does not say its licence itself.
+    geoid
+        How far mean sea level lies above the WGS84 ellipsoid there, metres.
+    on_note
+        Called with each thing done, as it is done.
+
+    Returns
+    -------
+    Scenario
+
+    Raises
+    ------
+    InputError
+        If something cannot be used; the message names file, feature or UAV, what was expected and found.
+    """
+    _refuse_numbers(
+        clearance=clearance, ground_clearance=ground_clearance, margin=margin, tolerance=tolerance, geoid=geoid
+    )
+    rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in terrain]
+    starts, goals = named(uavs, "uav"), named(targets, "target")
+    places = [*starts.values(), *goals.values()]
+    read = _read(buildings, zones, soft_zones, reading or {}, on_note)
+    if rasters and ground is not None:
+        raise InputError("--ground: expected it without a terrain, found both; the terrain says where the ground is")
+    with ExitStack() as stack:
+        files = [stack.enter_context(opened(raster)) for raster in rasters]
+        bounds = None if area is None else Area(*area)
+        frame = origin or _origin(bounds, places, files, read, geoid)
+        level = frame if origin else frame.model_copy(update={"altitude": 0.0})
+        region = _region(bounds, margin, places, files, read, level, on_note)
+        for file in files if len(files) == 1 else ():
+            names = [*starts, *goals]
+            refuse_outside(names, places, level, covered(file, level), f"{file.path}")
+        refuse_outside([*starts, *goals], places, level, region, "the area")
+        sources = [
+            Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name) for file in files
+        ]
+    relief = _relief(rasters, ground, level, region, terrain_step, fill_nodata, ground_clearance, on_note)
+    if origin is None and relief is not None:
+        frame, relief = _lowered(level, relief)
+    else:
+        frame = level
+    reach = 2 * clearance + 10.0
+    cut = [placed(found, frame, region, relief, reach) for _, found in read]
+    starting = local_points(starts, starts, frame, relief)
+    ending = local_points(goals, starts, frame, relief)
+    refuse_low({**starting, **ending}, relief, clearance if ground_clearance is None else ground_clearance)
+    floor, highest = extent.heights(relief, cut, [*starting.values(), *ending.values()])
+    top = extent.ceiling(ceiling, band, frame, region, relief, floor, highest)
+    extent.refuse_high({**starting, **ending}, top)
+    obstacles, soft = [], []
+    for (path, found), one in zip(read, cut, strict=True):
+        made, counts = prisms(slimmed(bounded(one, floor, top, reach), tolerance))
+        on_note(Note(str(path), _told(len(found), len(made), counts)))
+        obstacles += [prism for prism in made if prism.risk is None]
+        soft += [prism for prism in made if prism.risk is not None]
+        gives = "buildings" if path in map(str, buildings) else "zones"
+        sources.append(Source(file=Path(path).name, gives=gives, licence=licence_of(Path(path))))
+    box = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
+    return Scenario(
+        name=name,
+        bounds=box,
+        obstacles=tuple(obstacles),
+        zones=tuple(soft),
+        terrain=relief,
+        clearance=clearance,
+        lattice=Lattice(step=extent.lattice(box, lattice_step)),
+        objective=Objective(unit="metres", altitude=extent.band(band, band_weight, relief)),
+        uavs=tuple(UAV(name=uav, start=point) for uav, point in starting.items()),
+        targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
+        frame=Frame(origin=frame),
+        sources=tuple(_licensed(sources, licences or {})),
+    )
+
+
+def _refuse_numbers(**numbers: float | None) -> None:
+    for name, value in numbers.items():
+        if value is None:
+            continue
+        if not math.isfinite(value) or (value < 0 and name != "geoid"):
+            raise InputError(f"{name}: expected metres, none below 0, found {value:g}")
+
+
+Read = list[tuple[str, list[Feature]]]
+"""Files and what is in them."""
+
+
+def _read(
+    buildings: Sequence[str | Path],
+    zones: Sequence[str | Path],
+    soft_zones: Sequence[tuple[str | Path, float]],
+    reading: Mapping[str, Any],
+    on_note: Callable[[Note], object],
+) -> Read:
+    from skyverse.maps.vector import read_features
+
+    asked: list[tuple[str, str | None, float | None]] = [(str(path), "building", None) for path in buildings]
+    asked += [(str(path), None, None) for path in zones]
+    asked += [(str(path), None, risk) for path, risk in soft_zones]
+    read = []
+    for path, kind, risk in asked:
+        if risk is not None and not (math.isfinite(risk) and risk > 0):
+            raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
+        told: list[str] = []
+        found = read_features(path, kind=kind, tell=told.append, **reading)
+        for sentence in told[:MOST_TOLD]:
+            on_note(Note(path, sentence.removeprefix(f"{path}: ")))
+        if len(told) > MOST_TOLD:
+            on_note(Note(path, f"and {len(told) - MOST_TOLD} more like these"))
+        read.append((path, found if risk is None else [replace(feature, risk=risk) for feature in found]))
+    return read
+
+
+MOST_TOLD = 5
+
+
+def _origin(area: Area | None, places: list[Place], files: list[Opened], read: Read, geoid: float) -> Origin:
+    """Return the middle of what is asked for, at sea level."""
+    if area is not None:
+        latitude, longitude = area.middle
+    elif places:
+        latitude, longitude = _middle(np.array([place[:2] for place in places], dtype=np.float64))
+    elif files:
+        width, height = files[0].data.width, files[0].data.height
+        lon, lat = files[0].places(np.array([width / 2]), np.array([height / 2]))
+        latitude, longitude = float(lat[0]), float(lon[0])
+        if not math.isfinite(latitude + longitude):
+            raise InputError(f"{files[0].path}: its middle is not on the globe; give --area")
+    elif read:
+        latitude, longitude = _middle(np.concatenate([f.outline[:, ::-1] for _, found in read for f in found]))
+    else:
+        raise InputError("there is nothing to build of; give a terrain, buildings, zones, UAVs or an area")
+    longitude = (longitude + 180) % 360 - 180
+    return Origin(latitude=round(latitude, 7), longitude=round(longitude, 7), altitude=0.0, geoid=geoid)
+
+
+def _middle(places: Any) -> tuple[float, float]:
+    turned = (places[:, 1] - places[0, 1] + 180) % 360 - 180
+    latitude = (places[:, 0].min() + places[:, 0].max()) / 2
+    return float(latitude), float(places[0, 1] + (turned.min() + turned.max()) / 2)
+
+
+def _region(
+    area: Area | None,
+    margin: float | None,
+    places: list[Place],
+    files: list[Opened],
+    read: Read,
+    level: Origin,
+    on_note: Callable[[Note], object],
+) -> Rectangle:
+    if area is not None:
+        if margin is not None:
+            raise InputError("--margin: expected it without --area, found both")
+        return area.inside(level)
+    wide = MARGIN if margin is None else margin
+    if places:
+        region = around(flat_points(places, level), wide)
+        if margin is None and len(files) == 1:
+            region, whole = common(region, covered(files[0], level)), region
+            if region != whole and min(region[2] - region[0], region[3] - region[1]) > 0:
+                on_note(Note(files[0].path, f"ends less than {MARGIN:g} m from a UAV or target; the area ends there"))
+        return region
+    if len(files) > 1:
+        raise InputError("several terrain files: expected an area or UAVs that say what to take of them, found neither")
+    if files:
+        return covered(files[0], level)
+    corners = np.concatenate([f.outline for _, found in read for f in found])
+    flat = [(lat, lon, AboveSea(0.0)) for lon, lat in corners]
+    return around(flat_points(flat, level), wide)
+
+
+def _relief(
+    rasters: list[Raster],
+    ground: AboveSea | None,
+    level: Origin,
+    region: Rectangle,
+    step: float | None,
+    fill: float | Literal["nearest"] | None,
+    clearance: float | None,
+    on_note: Callable[[Note], object],
+) -> Terrain | None:
+    checked(region, "the area")
+    if not rasters:
+        return None if ground is None else flat_ground(level, region, ground.metres, clearance)
+    relief, raised = read_terrain(rasters, level, region, step=step, fill=fill, clearance=clearance)
+    nx, ny = relief.heights.shape
+    for raster in rasters:
+        on_note(Note(str(raster.path), f"read over {region[2] - region[0]:g} m by {region[3] - region[1]:g} m"))
+    on_note(
+        Note(
+            "",
+            f"ground of {nx} x {ny} heights, {raised.step:.3g} m apart; {raised.share:.0%} of them raised, by "
+            f"{raised.mean:.2f} m on average and {raised.most:.2f} m at most, so that no height of a file stands out",
+        )
+    )
+    if raised.filled:
+        on_note(Note("", f"{raised.filled:.2%} of the ground had no data, and was filled"))
+    return relief
+
+
+def _lowered(level: Origin, relief: Terrain) -> tuple[Origin, Terrain]:
+    """Put the frame's zero at the lowest ground, whole metres: only z changes."""
+    down = float(np.floor(relief.heights.min()))
+    frame = level.model_copy(update={"altitude": level.altitude + down})
+    return frame, Terrain(
+        origin=relief.origin, step=relief.step, heights=relief.heights - down, clearance=relief.clearance
+    )
+
+
+def _told(features: int, made: int, counts: Counter[str]) -> str:
+    more = "".join(f", {number:,} {what}" for what, number in counts.items() if number)
+    return f"{features:,} outlines, {made:,} prisms{more}"
+
+
+def _licensed(sources: list[Source], licences: Mapping[str, str]) -> list[Source]:
+    """Return sources with what the user says of their licences."""
+    said = {Path(file).name: text for file, text in licences.items()}
+    unknown = said.keys() - {source.file for source in sources}
+    if unknown:
+        raise InputError(f"--licence: {min(unknown)}: expected one of the files given, found another")
+    return [source.model_copy(update={"licence": said.get(source.file, source.licence)}) for source in sources]

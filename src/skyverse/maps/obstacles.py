@@ -1,0 +1,234 @@
+"""Buildings and zones on the globe to prisms of the local frame, never smaller than they are."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from skyverse.altitude import AboveGround, AboveHome, AboveSea
+from skyverse.errors import InputError
+from skyverse.geodesy import to_local
+from skyverse.maps.feature import Feature
+from skyverse.maps.raster import Rectangle
+from skyverse.maps.terrain import ground_between, height_of
+from skyverse.scenario import Origin
+from skyverse.shapes import Prism, Terrain
+
+Floats = NDArray[np.float64]
+
+EARTH = 6.33e6
+"""The least radius of the Earth's curve, metres."""
+GRAIN = 1e-3
+"""Corners are rounded to so many metres, after their outline was grown by as many."""
+
+
+@dataclass
+class Placed:
+    """Features in the local frame, before the bounds are known.
+
+    Attributes
+    ----------
+    outlines
+        Polygons of shapely, local metres, one a feature.
+    features
+        What each is.
+    low, high
+        z, ``-inf`` and ``inf`` where its file gives no end.
+    counts
+        What became of those that are not here any more.
+    """
+
+    outlines: list[Any]
+    features: list[Feature]
+    low: Floats
+    high: Floats
+    counts: Counter[str] = field(default_factory=Counter)
+
+
+def placed(
+    features: Sequence[Feature], origin: Origin, region: Rectangle, terrain: Terrain | None, reach: float
+) -> Placed:
+    """Bring features into the local frame: those within `reach` metres of a region, cut there."""
+    import shapely
+
+    counts: Counter[str] = Counter()
+    x0, y0, x1, y1 = region[0] - reach, region[1] - reach, region[2] + reach, region[3] + reach
+    flat = _outlines(features, origin, np.full(len(features), origin.altitude))
+    boxes = shapely.bounds(flat).reshape(-1, 4)
+    near = (boxes[:, 0] <= x1) & (boxes[:, 2] >= x0) & (boxes[:, 1] <= y1) & (boxes[:, 3] >= y0)
+    counts["outside"] = int((~near).sum())
+    kept = [feature for feature, inside in zip(features, near, strict=True) if inside]
+    boxes = boxes[near]
+    low, high = _ends(kept, flat[near], boxes, origin, region, terrain)
+    empty = low >= high
+    counts["buried"] = int(empty.sum())
+    kept = [feature for feature, gone in zip(kept, empty, strict=True) if not gone]
+    low, high, boxes = low[~empty], high[~empty], boxes[~empty]
+    # walls are upright in the frame, but where they stand they lean away from its origin, the more the higher
+    most = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0.0) + 500.0)
+    least = np.where(np.isfinite(low), low, np.minimum(most, 0.0))
+    far = np.hypot(np.abs(boxes[:, [0, 2]]).max(axis=1), np.abs(boxes[:, [1, 3]]).max(axis=1))
+    drop = far**2 / (2 * EARTH)
+    outlines = _outlines(kept, origin, origin.altitude + (most + least) / 2 + drop)
+    lean = far * (most - least) / 2 / EARTH
+    outlines = shapely.buffer(outlines, lean + GRAIN, join_style="mitre", mitre_limit=5.0)
+    frame = shapely.box(x0, y0, x1, y1)
+    crossing = ~shapely.covered_by(outlines, frame)
+    counts["cut at the edge of the area"] = int(crossing.sum())
+    outlines[crossing] = shapely.intersection(outlines[crossing], frame)
+    result = Placed([], [], np.empty(0), np.empty(0), counts)
+    rows = []
+    for k, outline in enumerate(outlines):
+        for part in getattr(outline, "geoms", [outline]):
+            if part.geom_type == "Polygon" and part.area > 0:
+                result.outlines.append(part)
+                result.features.append(kept[k])
+                rows.append(k)
+    result.low, result.high = low[rows], high[rows]
+    return result
+
+
+def _outlines(features: Sequence[Feature], origin: Origin, altitudes: Floats) -> NDArray[Any]:
+    """Return polygons (n,) of shapely in local metres, each outline at its altitude."""
+    import shapely
+
+    rings = [ring for feature in features for ring in (feature.outline, *feature.holes)]
+    if not rings:
+        return np.empty(0, dtype=object)
+    sizes = np.array([len(ring) for ring in rings])
+    owner = np.repeat(np.arange(len(features)), [1 + len(feature.holes) for feature in features])
+    corners = np.concatenate(rings)
+    altitude = np.repeat(altitudes[owner], sizes)
+    places = to_local(origin, np.column_stack([corners[:, 1], corners[:, 0], altitude]))[:, :2]
+    number = np.repeat(np.arange(len(rings)), sizes)
+    made = shapely.linearrings(places, indices=number)
+    polygons: NDArray[Any] = shapely.polygons(made, indices=owner)
+    valid = shapely.is_valid(polygons)
+    if not valid.all():
+        polygons[~valid] = shapely.make_valid(polygons[~valid], method="structure", keep_collapsed=False)
+    return polygons
+
+
+def _ends(
+    features: Sequence[Feature],
+    outlines: NDArray[Any],
+    boxes: Floats,
+    origin: Origin,
+    region: Rectangle,
+    terrain: Terrain | None,
+) -> tuple[Floats, Floats]:
+    """Return z of the ends: the lowest that they are meant to begin at, the highest that they are meant to end at."""
+    near = np.clip(0.0, boxes[:, :2], boxes[:, 2:])
+    far = np.where(np.abs(boxes[:, :2]) > np.abs(boxes[:, 2:]), boxes[:, :2], boxes[:, 2:])
+    far = np.clip(far, [region[0], region[1]], [region[2], region[3]])
+    low, high = np.full(len(features), -np.inf), np.full(len(features), np.inf)
+    for ends, side, at in ((low, "low", far), (high, "high", near)):
+        sea = [k for k, feature in enumerate(features) if isinstance(getattr(feature, side), AboveSea)]
+        metres = np.array([getattr(features[k], side).metres for k in sea])
+        ends[sea] = height_of(origin, at[sea, 0], at[sea, 1], metres)
+    for k, feature in enumerate(features):
+        if isinstance(feature.low, AboveHome) or isinstance(feature.high, AboveHome):
+            raise InputError(f"{feature.where}: an altitude above home, but an obstacle has none; give agl or amsl")
+        grounded = isinstance(feature.low, AboveGround) or isinstance(feature.high, AboveGround)
+        if terrain is None:
+            if grounded:
+                raise InputError(
+                    f"{feature.where}: an altitude above ground, which is unknown; give --terrain FILE or "
+                    "--ground '0 m amsl'"
+                )
+            continue
+        stands = feature.low is None or (feature.kind == "building" and isinstance(feature.low, AboveSea))
+        if not (grounded or stands):
+            continue
+        lowest, highest = ground_between(terrain, boxes[k], outlines[k])
+        if stands:
+            low[k] = min(lowest, low[k]) if np.isfinite(low[k]) else lowest
+        elif isinstance(feature.low, AboveGround):
+            low[k] = lowest + feature.low.metres
+        if isinstance(feature.high, AboveGround):
+            high[k] = highest + feature.high.metres
+    return low, high
+
+
+def bounded(these: Placed, floor: float, ceiling: float, reach: float) -> Placed:
+    """Leave out what lies above or below; what has no end, ends `reach` metres beyond floor and ceiling."""
+    inside = (these.low < ceiling + reach) & (these.high > floor - reach)
+    counts = these.counts + Counter({"above or below the bounds": int((~inside).sum())})
+    return Placed(
+        [outline for outline, kept in zip(these.outlines, inside, strict=True) if kept],
+        [feature for feature, kept in zip(these.features, inside, strict=True) if kept],
+        np.maximum(these.low[inside], floor - reach),
+        np.minimum(these.high[inside], ceiling + reach),
+        counts,
+    )
+
+
+def slimmed(these: Placed, tolerance: float) -> Placed:
+    """Make buildings that touch and are about as high one, and give all outlines fewer corners, never less room."""
+    import shapely
+
+    from skyverse.maps.footprints import merge, simplify
+
+    if not these.outlines or tolerance == 0:
+        return these
+    outlines = np.empty(len(these.outlines), dtype=object)
+    outlines[:] = these.outlines
+    counts = Counter(these.counts)
+    corners = int(shapely.get_num_coordinates(outlines).sum())
+    alike = np.array([feature.kind == "building" and feature.risk is None for feature in these.features])
+    features = [feature for feature, one in zip(these.features, alike, strict=True) if not one]
+    outlines, joint = outlines[~alike], outlines[alike]
+    low, high = these.low[~alike], these.high[~alike]
+    if len(joint):
+        merged = merge(joint, these.low[alike], these.high[alike], tolerance)
+        given = [feature for feature, one in zip(these.features, alike, strict=True) if one]
+        features += [
+            given[rows[0]] if len(rows) == 1 else replace(given[rows[0]], name=None) for rows in merged.members
+        ]
+        counts["merged with others"] = len(joint) - len(merged.polygons)
+        outlines = np.concatenate([outlines, merged.polygons])
+        low, high = np.concatenate([low, merged.low]), np.concatenate([high, merged.high])
+    outlines = simplify(outlines, tolerance)
+    while (many := shapely.get_num_coordinates(outlines) > MOST_CORNERS).any() and tolerance < 1e4:
+        tolerance *= 2
+        outlines[many] = simplify(outlines[many], tolerance)
+        counts[f"of more than {MOST_CORNERS} corners, simplified by {tolerance:g} m"] = int(many.sum())
+    counts["corners of outlines taken away"] = corners - int(shapely.get_num_coordinates(outlines).sum())
+    return Placed(list(outlines), features, low, high, counts)
+
+
+MOST_CORNERS = 1000
+
+
+def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:
+    """Return what is left as prisms."""
+    counts = Counter(these.counts)
+    made = []
+    for outline, feature, low, high in zip(these.outlines, these.features, these.low, these.high, strict=True):
+        given = {
+            "low": float(low),
+            "high": float(high),
+            "name": feature.name,
+            "kind": feature.kind,
+            "risk": feature.risk,
+        }
+        try:
+            made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))
+        except ValidationError:  # an outline that touches itself; what it lies in does not
+            made.append(Prism(vertices=_ring(outline.convex_hull.exterior), **given))
+            counts["taken as their convex hull"] += 1
+    return made, counts
+
+
+def _rings(outline: Any) -> tuple[tuple[tuple[float, float], ...], ...]:
+    return tuple(_ring(hole) for hole in outline.interiors)
+
+
+def _ring(ring: Any) -> tuple[tuple[float, float], ...]:
+    corners = np.round(np.asarray(ring.coords)[:-1], 3)
+    differs = np.any(corners != np.roll(corners, 1, axis=0), axis=1)
+    return tuple((float(x), float(y)) for x, y in corners[differs])

@@ -1,0 +1,121 @@
+"""UAVs and targets on the globe to points of the local frame."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.errors import InputError
+from skyverse.geodesy import to_local, to_wgs84
+from skyverse.maps.raster import Rectangle
+from skyverse.maps.region import within
+from skyverse.maps.terrain import ground_below
+from skyverse.scenario import Origin
+from skyverse.shapes import Terrain
+
+Floats = NDArray[np.float64]
+Place = tuple[float, float, Altitude]
+"""Latitude, longitude, degrees; altitude."""
+Places = Mapping[str, Place] | Sequence[Place]
+"""With names, or without."""
+
+
+def named(places: Places, kind: str) -> dict[str, Place]:
+    """Return places by name, as ``uav-1`` where none is given, and refuse what is none."""
+    given = places if isinstance(places, Mapping) else {f"{kind}-{k}": place for k, place in enumerate(places, 1)}
+    for name, place in given.items():
+        if len(place) != 3 or not isinstance(place[2], AboveSea | AboveGround | AboveHome):
+            raise InputError(
+                f"{name}: expected latitude, longitude and an altitude such as AboveGround(60), found {place!r:.60}"
+            )
+        latitude, longitude, altitude = place
+        if not abs(latitude) <= 90:
+            hint = "; are latitude and longitude swapped?" if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
+            raise InputError(f"{name}: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
+        if not abs(longitude) <= 180:
+            raise InputError(f"{name}: expected a longitude from -180 to 180 degrees, found {longitude:g}")
+        if not np.isfinite(altitude.metres):
+            raise InputError(f"{name}: expected an altitude in metres, found {altitude.metres:g}")
+    return dict(given)
+
+
+def flat_points(places: Sequence[Place], origin: Origin) -> Floats:
+    """Return local points (n, 3) of places at their altitude above the sea, at the origin's where that is not known."""
+    rows = [
+        (lat, lon, altitude.metres if isinstance(altitude, AboveSea) else origin.altitude)
+        for lat, lon, altitude in places
+    ]
+    return to_local(origin, rows) if rows else np.empty((0, 3))
+
+
+def refuse_outside(names: Sequence[str], places: Sequence[Place], origin: Origin, region: Rectangle, what: str) -> None:
+    """Refuse a place that is not over the region."""
+    for name, place, point in zip(names, places, flat_points(places, origin), strict=True):
+        if within(point, region):
+            continue
+        latitude, longitude, altitude = place
+        turned = abs(longitude) <= 90 and within(flat_points([(longitude, latitude, altitude)], origin)[0], region)
+        hint = "; are latitude and longitude swapped?" if turned else ""
+        raise InputError(
+            f"{name}: expected a place in {what}, which ends {_far(point, region)} from latitude {latitude:g}, "
+            f"longitude {longitude:g}{hint}"
+        )
+
+
+def _far(point: Floats, region: Rectangle) -> str:
+    away = np.maximum(0, np.maximum(np.array(region[:2]) - point[:2], point[:2] - np.array(region[2:])))
+    metres = float(np.hypot(*away))
+    return f"{metres:.0f} m" if metres < 10_000 else f"{metres / 1000:.0f} km"
+
+
+def local_points(
+    given: dict[str, Place], homes: dict[str, Place], origin: Origin, terrain: Terrain | None
+) -> dict[str, tuple[float, float, float]]:
+    """Return local points of places; a UAV's home is the ground below its start, a target's the only UAV's."""
+    points = {}
+    for name, (latitude, longitude, altitude) in given.items():
+        if isinstance(altitude, AboveHome):
+            if name not in homes and len(homes) != 1:
+                raise InputError(
+                    f"{name}: an altitude above home, but there are {len(homes)} UAVs; give it as agl or amsl"
+                )
+            home = homes.get(name) or next(iter(homes.values()))
+            ground = _above_ground(name, home[0], home[1], 0.0, origin, terrain)
+            altitude = AboveSea(float(to_wgs84(origin, [ground])[0, 2]) + altitude.metres)
+        if isinstance(altitude, AboveGround):
+            points[name] = _above_ground(name, latitude, longitude, altitude.metres, origin, terrain)
+        else:
+            x, y, z = to_local(origin, [latitude, longitude, altitude.metres])[0].tolist()
+            points[name] = x, y, z
+    return points
+
+
+def _above_ground(
+    name: str, latitude: float, longitude: float, metres: float, origin: Origin, terrain: Terrain | None
+) -> tuple[float, float, float]:
+    if terrain is None:
+        raise InputError(
+            f"{name}: an altitude above ground or home needs the ground: --terrain FILE, or --ground '0 m amsl'; "
+            "or give it as amsl"
+        )
+    altitude = origin.altitude
+    for _ in range(4):  # the vertical there is not quite the frame's
+        point = to_local(origin, [latitude, longitude, altitude])
+        altitude += float(ground_below(terrain, point[:, 0], point[:, 1])[0]) + metres - float(point[0, 2])
+    x, y, z = to_local(origin, [latitude, longitude, altitude])[0].tolist()
+    return x, y, z
+
+
+def refuse_low(points: dict[str, tuple[float, float, float]], terrain: Terrain | None, clearance: float) -> None:
+    """Refuse a point that is nearer to the ground than the clearance."""
+    if terrain is None:
+        return
+    for name, (x, y, z) in points.items():
+        ground = float(ground_below(terrain, np.array([x]), np.array([y]))[0])
+        if z < ground + clearance - 1e-6:
+            below = f"{z - ground:.2f} m above" if z >= ground else f"{ground - z:.2f} m below"
+            raise InputError(
+                f"{name}: expected a point at least {clearance:g} m above the ground, found it {below} the ground, "
+                f"which is raised to what the terrain's cells reach; give it {clearance - (z - ground):.2f} m more"
+            )
