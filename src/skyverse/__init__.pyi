@@ -1,4 +1,8 @@
 from ._version import __version__ as __version__
+from .altitude import AboveGround as AboveGround
+from .altitude import AboveHome as AboveHome
+from .altitude import AboveSea as AboveSea
+from .altitude import parse_altitude as parse_altitude
 from .apart.conflicts import find_conflicts as find_conflicts
 from .assignment import assign as assign
 from .assignment import straight_line as straight_line
@@ -18,6 +22,8 @@ from .flight.until_safe import fly_until_safe as fly_until_safe
 from .flown import Flight as Flight
 from .flown import Flown as Flown
 from .flown import Passing as Passing
+from .geodesy import to_local as to_local
+from .geodesy import to_wgs84 as to_wgs84
 from .lab.comparison import write_report as write_report
 from .lab.execute import run_study as run_study
 from .lab.row import Row as Row
@@ -25,6 +31,9 @@ from .lab.rows import Rows as Rows
 from .lab.study import Study as Study
 from .lab.study import read_study as read_study
 from .many import plan_many as plan_many
+from .maps.build import Note as Note
+from .maps.build import build_scenario as build_scenario
+from .maps.raster import Raster as Raster
 from .mission import plan_mission as plan_mission
 from .planners.astar import AStar as AStar
 from .planners.base import Metaheuristic as Metaheuristic
