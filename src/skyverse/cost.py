@@ -9,9 +9,12 @@ import numpy as np
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.scenario import Objective, Scenario
-from skyverse.shapes import Cylinder, Prism
-from skyverse.space import cylinder, prism
+from skyverse.shapes import Cylinder, Prism, Voxels, Zone
+from skyverse.space import band, chord
+from skyverse.space.ground import Ground, make_ground
 from skyverse.space.lattice import Grid, Ints, position
+from skyverse.space.solids import Solids, make_solids
+from skyverse.space.voxels import boxes_of
 
 
 class Rates(NamedTuple):
@@ -23,14 +26,16 @@ class Rates(NamedTuple):
         The price of a metre flown, of a joint that does not go straight on, of a metre between path's end and goal.
     soft
         Whether any of what follows has a price.
-    altitude, low, high
-        The price of a metre flown a metre outside the band, and the band.
+    altitude, low, high, above
+        The price of a metre flown a metre outside the band, the band, and whether it is counted from the ground.
     climb, steepest
         The price of a metre flown a radian too steep, and the angle, radians, above which it is.
-    cylinders
-        (n, 6) x, y, radius, low, high, and the price of a metre inside.
-    prisms, corners, first
-        (m, 3) low, high, and the price of a metre inside; (k, 2) corners of all polygons; (m + 1,) where each begins.
+    zones, risks
+        What may be flown through at a risk, in the order of its index; (n,) the price of a metre inside.
+    order
+        (n,) where each zone stands: cylinders first, then prisms, then others.
+    ground
+        The terrain, where the band is counted from it.
     """
 
     metre: float
@@ -40,49 +45,50 @@ class Rates(NamedTuple):
     altitude: float
     low: float
     high: float
+    above: bool
     climb: float
     steepest: float
-    cylinders: Floats
-    prisms: Floats
-    corners: Floats
-    first: Ints
+    zones: Solids
+    risks: Floats
+    order: Ints
+    ground: Ground
 
 
 def make_rates(scenario: Scenario) -> Rates:
     """Compile a scenario's objective and zones for straight legs."""
     objective = scenario.objective
-    band, limit = objective.altitude, objective.climb
-    zones = scenario.zones if objective.risk > 0 else ()
-    round_, straight = (
-        [zone for zone in zones if isinstance(zone, Cylinder)],
-        [zone for zone in zones if isinstance(zone, Prism)],
-    )
-    counts = [len(zone.vertices) for zone in straight]
+    limits, limit = objective.altitude, objective.climb
+    above = limits is not None and limits.above == "ground"
+    zones = sorted(scenario.zones if objective.risk > 0 else (), key=_rank)
+    solids = [solid for zone in zones for solid in (boxes_of(zone) if isinstance(zone, Voxels) else (zone,))]
+    compiled, order = make_solids(solids)
+    risks = np.array([objective.risk * (solid.risk or 0.0) for solid in solids], dtype=np.float64)
     return Rates(
         metre=objective.fuel,
         turn=objective.divergence,
         end=objective.end,
         soft=bool(soft_terms(scenario)),
-        altitude=0.0 if band is None else band.weight,
-        low=0.0 if band is None else band.low,
-        high=0.0 if band is None else band.high,
+        altitude=0.0 if limits is None else limits.weight,
+        low=0.0 if limits is None else limits.low,
+        high=0.0 if limits is None else limits.high,
+        above=above,
         climb=0.0 if limit is None else limit.weight,
         steepest=0.0 if limit is None else math.radians(limit.angle),
-        cylinders=_table([[*z.centre, z.radius, z.low, z.high, objective.risk * z.risk] for z in round_], 6),
-        prisms=_table([[z.low, z.high, objective.risk * z.risk] for z in straight], 3),
-        corners=_table([corner for z in straight for corner in z.vertices], 2),
-        first=np.cumsum([0, *counts], dtype=np.int64),
+        zones=compiled,
+        risks=risks[order],
+        order=np.argsort(order),
+        ground=make_ground(scenario.terrain if above else None, scenario.clearance),
     )
 
 
+def _rank(zone: Zone) -> int:
+    return 0 if isinstance(zone, Cylinder) else 1 if isinstance(zone, Prism) else 2
+
+
 _UNPRICED = Rates(
-    *(0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0),
-    *(np.zeros((0, 6)), np.zeros((0, 3)), np.zeros((0, 2)), np.zeros(1, np.int64)),
+    *(0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, False, 0.0, 0.0),
+    *(make_solids([])[0], np.zeros(0), np.zeros(0, np.int64), make_ground(None, 0.0)),
 )
-
-
-def _table(rows: Sequence[Sequence[float]], columns: int) -> Floats:
-    return np.array(rows, dtype=np.float64).reshape(-1, columns)
 
 
 def soft_terms(scenario: Scenario) -> tuple[str, ...]:
@@ -196,17 +202,14 @@ def _add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
     size = math.sqrt(across * across + rise * rise)
     if size == 0.0:
         return
-    if rates.altitude > 0.0:
+    if rates.above:
+        shares[0] += rates.altitude * size * band.outside(rates.ground, rates.low, rates.high, a, b)
+    elif rates.altitude > 0.0:
         bottom, top = min(a[2], b[2]), max(a[2], b[2])
         shares[0] += rates.altitude * size * (_mean_above(rates.low - top, rates.low - bottom))
         shares[0] += rates.altitude * size * (_mean_above(bottom - rates.high, top - rates.high))
-    for i in range(len(rates.cylinders)):
-        z = rates.cylinders[i]
-        shares[1] += z[5] * size * cylinder.chord(z[0], z[1], z[2], z[3], z[4], a, b)
-    for i in range(len(rates.prisms)):
-        z = rates.prisms[i]
-        corners = rates.corners[rates.first[i] : rates.first[i + 1]]
-        shares[1] += z[2] * size * prism.chord(corners, z[0], z[1], a, b)
+    if len(rates.risks):
+        shares[1] += size * chord.priced(rates.zones, rates.risks, a, b)
     if rates.climb > 0.0:
         shares[2] += rates.climb * size * max(0.0, math.atan2(rise, across) - rates.steepest)
 

@@ -7,9 +7,12 @@ import math
 
 import numpy as np
 
+from skyverse.cost import Rates
 from skyverse.kernel import kernel
 from skyverse.planners.straight import Course
 from skyverse.result import Floats
+from skyverse.space import ground
+from skyverse.space.solids import Solids
 
 _CHANCES = np.cumsum(np.array([4.0, 1.0, 1.0, 0.5, 0.7, 1.0, 1.0, 1.0]))
 """Of nudge, insert, drop, smooth, level, shift, detour and dodge: shares that an experiment found good, added up."""
@@ -110,9 +113,11 @@ def level(course: Course, rng: np.random.Generator, path: Floats, n: int) -> int
     last = first + int(rng.random() * rng.random() * (n - 1 - first))
     how = int(rng.random() * 3)
     z = path[first - 1, 2] if rng.random() < 0.5 else path[last + 1, 2]
-    if how == 0 and course.rates.altitude > 0.0:
-        z = course.rates.low + rng.random() * (course.rates.high - course.rates.low)
+    into = how == 0 and course.rates.altitude > 0.0
+    height = rng.random() if into else 0.0
     for j in range(first, last + 1):
+        if into:
+            z = in_band(course.rates, height, path[j])
         if how == 2:
             share = (j - first + 1) / (last - first + 2)
             z = path[first - 1, 2] + share * (path[last + 1, 2] - path[first - 1, 2])
@@ -171,40 +176,57 @@ def beside(course: Course, rng: np.random.Generator, place: Floats) -> bool:
         Whether there is any.
     """
     space, rates = course.space, course.rates
-    boxes, cylinders, prisms = len(space.boxes) + len(space.solids.bounds), len(rates.cylinders), len(rates.prisms)
-    if boxes + cylinders + prisms == 0:
+    boxes, obstacles = len(space.boxes), len(space.boxes) + len(space.solids.kind)
+    if obstacles + len(rates.order) == 0:
         return False
-    pick = int(rng.random() * (boxes + cylinders + prisms))
+    pick = int(rng.random() * (obstacles + len(rates.order)))
     over = rng.random() < 0.2
     room = 1e-3 * (1.0 + 30.0 * rng.random() ** 4) * max(space.high[0] - space.low[0], space.high[1] - space.low[1])
-    if pick < boxes:
-        box = space.boxes[pick] if pick < len(space.boxes) else space.solids.bounds[pick - len(space.boxes)]
-        bottom, top = box[2] - space.clearance, box[5] + space.clearance
-        if not over:
-            place[0] = box[0] - space.clearance - room if rng.random() < 0.5 else box[3] + space.clearance + room
-            place[1] = box[1] - space.clearance - room if rng.random() < 0.5 else box[4] + space.clearance + room
-    elif pick < boxes + cylinders:
-        cylinder = rates.cylinders[pick - boxes]
-        bottom, top = cylinder[3], cylinder[4]
-        if not over:  # on the side where it is, or anywhere about
-            angle = math.atan2(place[1] - cylinder[1], place[0] - cylinder[0])
-            angle = angle + rng.standard_normal() if rng.random() < 0.7 else 2.0 * math.pi * rng.random()
-            place[0] = cylinder[0] + (cylinder[2] * (1.0 + 0.1 * rng.random()) + room) * math.cos(angle)
-            place[1] = cylinder[1] + (cylinder[2] * (1.0 + 0.1 * rng.random()) + room) * math.sin(angle)
-    else:
-        i = pick - boxes - cylinders
-        bottom, top = rates.prisms[i, 0], rates.prisms[i, 1]
-        if not over:
-            first, count = rates.first[i], rates.first[i + 1] - rates.first[i]
-            x = rates.corners[first : first + count, 0].mean()
-            y = rates.corners[first : first + count, 1].mean()
-            corner = rates.corners[first + int(rng.random() * count)]
-            far = math.sqrt((corner[0] - x) ** 2 + (corner[1] - y) ** 2)
-            stretch = 1.0 + room / far if far > 0.0 else 1.0
-            place[0], place[1] = x + stretch * (corner[0] - x), y + stretch * (corner[1] - y)
+    growth = 0.0 if pick >= obstacles else space.clearance
+    solids = rates.zones if pick >= obstacles else space.solids
+    i = pick if pick < boxes else pick - boxes if pick < obstacles else rates.order[pick - obstacles]
+    bounds = space.boxes if pick < boxes else solids.bounds
     if over:
-        place[2] = bottom - room if rng.random() < 0.3 else top + room
+        place[2] = bounds[i, 2] - growth - room if rng.random() < 0.3 else bounds[i, 5] + growth + room
+    elif pick < boxes:
+        _aside(bounds, i, rng, growth + room, place)
+    else:
+        _around(solids, i, rng, growth + room, place)
     return True
+
+
+@kernel
+def _aside(bounds: Floats, i: int, rng: np.random.Generator, room: float, place: Floats) -> None:
+    place[0] = bounds[i, 0] - room if rng.random() < 0.5 else bounds[i, 3] + room
+    place[1] = bounds[i, 1] - room if rng.random() < 0.5 else bounds[i, 4] + room
+
+
+@kernel
+def _around(solids: Solids, i: int, rng: np.random.Generator, room: float, place: Floats) -> None:
+    """Move a place to one of a prism's corners, or beside a cylinder or sphere, or a box."""
+    first, count = solids.kind[i, 1], solids.kind[i, 2] - solids.kind[i, 1]
+    if count:
+        x = solids.edges[first : first + count, 0].mean()
+        y = solids.edges[first : first + count, 1].mean()
+        corner = solids.edges[first + int(rng.random() * count)]
+        far = math.sqrt((corner[0] - x) ** 2 + (corner[1] - y) ** 2)
+        stretch = 1.0 + room / far if far > 0.0 else 1.0
+        place[0], place[1] = x + stretch * (corner[0] - x), y + stretch * (corner[1] - y)
+    elif solids.round[i, 3] > 0.0:  # on the side where it is, or anywhere about
+        x, y, radius = solids.round[i, 0], solids.round[i, 1], solids.round[i, 3]
+        angle = math.atan2(place[1] - y, place[0] - x)
+        angle = angle + rng.standard_normal() if rng.random() < 0.7 else 2.0 * math.pi * rng.random()
+        place[0] = x + (radius * (1.0 + 0.1 * rng.random()) + room) * math.cos(angle)
+        place[1] = y + (radius * (1.0 + 0.1 * rng.random()) + room) * math.sin(angle)
+    else:
+        _aside(solids.bounds, i, rng, room, place)
+
+
+@kernel
+def in_band(rates: Rates, share: float, p: Floats) -> float:
+    """Return the z at a share of the band of altitudes, over a place."""
+    floor = ground.height(rates.ground, p[0], p[1]) if rates.above else 0.0
+    return floor + rates.low + share * (rates.high - rates.low)
 
 
 @kernel
@@ -225,7 +247,7 @@ def detour(course: Course, rng: np.random.Generator, path: Floats, n: int, reach
     else:
         _push(course, rng, via, reach, int(rng.random() * 3))
     if course.rates.altitude > 0.0 and rng.random() < 0.3:
-        via[2] = course.rates.low + rng.random() * (course.rates.high - course.rates.low)
+        via[2] = in_band(course.rates, rng.random(), via)
     hold(course, via)
     gone = b - a - 2
     for i in range(b, n if gone else b):

@@ -93,7 +93,8 @@ def _cell(ground: Ground, axis: int, at: float) -> tuple[int, float]:
 
 
 @kernel
-def _bilinear(ground: Ground, i: int, j: int, u: float, v: float) -> float:
+def bilinear(ground: Ground, i: int, j: int, u: float, v: float) -> float:
+    """Return the ground's z in cell (i, j), these shares of the way through it."""
     h = ground.heights
     return (h[i, j] * (1.0 - u) + h[i + 1, j] * u) * (1.0 - v) + (h[i, j + 1] * (1.0 - u) + h[i + 1, j + 1] * u) * v
 
@@ -105,7 +106,7 @@ def height(ground: Ground, x: float, y: float) -> float:
         return -math.inf
     i, u = _cell(ground, 0, x)
     j, v = _cell(ground, 1, y)
-    return _bilinear(ground, i, j, u, v) if i >= 0 and j >= 0 else -math.inf
+    return bilinear(ground, i, j, u, v) if i >= 0 and j >= 0 else -math.inf
 
 
 @kernel
@@ -188,8 +189,8 @@ def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, ent
     rise = b[2] - a[2]
     h = ground.heights
     twist = h[i, j] + h[i + 1, j + 1] - h[i + 1, j] - h[i, j + 1]
-    begin = a[2] + enter * rise - _bilinear(ground, i, j, u + enter * du, v + enter * dv)
-    end = a[2] + leave * rise - _bilinear(ground, i, j, u + leave * du, v + leave * dv)
+    begin = a[2] + enter * rise - bilinear(ground, i, j, u + enter * du, v + enter * dv)
+    end = a[2] + leave * rise - bilinear(ground, i, j, u + leave * du, v + leave * dv)
     curved = -twist * du * dv * (leave - enter) ** 2  # the height is begin + (end - begin - curved) s + curved s^2
     least = min(begin, end)
     if curved > 0.0:
@@ -235,5 +236,5 @@ def _highest_in_cell(ground: Ground, i: int, j: int, x0: float, y0: float, x1: f
     """Return the greatest z in a rectangle within a cell: at one of its corners."""
     u0, u1 = (x0 - ground.origin[0]) / ground.step[0] - i, (x1 - ground.origin[0]) / ground.step[0] - i
     v0, v1 = (y0 - ground.origin[1]) / ground.step[1] - j, (y1 - ground.origin[1]) / ground.step[1] - j
-    one = max(_bilinear(ground, i, j, u0, v0), _bilinear(ground, i, j, u1, v0))
-    return max(one, max(_bilinear(ground, i, j, u0, v1), _bilinear(ground, i, j, u1, v1)))
+    one = max(bilinear(ground, i, j, u0, v0), bilinear(ground, i, j, u1, v0))
+    return max(one, max(bilinear(ground, i, j, u0, v1), bilinear(ground, i, j, u1, v1)))

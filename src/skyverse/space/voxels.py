@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats
-from skyverse.shapes import Voxels
+from skyverse.shapes import Box, Voxels
 from skyverse.space.box import Ints
 
 
@@ -14,6 +14,11 @@ def merged(voxels: Voxels) -> Floats:
     origin, step = np.array(voxels.origin), np.array(voxels.step)
     cells = _merged(voxels.occupied.astype(np.uint8))
     return np.hstack((origin + cells[:, :3] * step, origin + cells[:, 3:] * step))
+
+
+def boxes_of(voxels: Voxels) -> list[Box]:
+    """Return the same as boxes of the voxels' risk."""
+    return [Box(min=tuple(row[:3]), max=tuple(row[3:]), risk=voxels.risk) for row in merged(voxels).tolist()]
 
 
 @kernel

@@ -1,0 +1,98 @@
+"""How much of a segment lies inside a solid as given: what a metre's price of a zone is paid for."""
+
+import math
+
+from skyverse.kernel import kernel
+from skyverse.result import Floats
+from skyverse.space import box
+from skyverse.space.box import TOLERANCE
+from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids
+
+
+@kernel
+def priced(solids: Solids, prices: Floats, a: Floats, b: Floats) -> float:
+    """Return the sum over solids (n,) of the share of the segment a-b that lies inside, times the solid's price."""
+    index = solids.tree
+    r = box.ray(a, b)
+    total = 0.0
+    node = 0
+    while node < len(index.skip):
+        if not box.meets(index.bounds, node, 2.0 * TOLERANCE, r):
+            node = index.skip[node]
+            continue
+        for i in range(index.first[node], index.stop[node]):
+            if box.meets(solids.bounds, i, 2.0 * TOLERANCE, r):
+                total += prices[i] * chord(solids, i, a, b)
+        node += 1
+    return total
+
+
+@kernel
+def chord(solids: Solids, i: int, a: Floats, b: Floats) -> float:
+    """Return the share, 0 to 1, of the segment a-b that lies inside solid i."""
+    kind = solids.kind[i, 0]
+    if kind == SPHERE:
+        return _in_round(solids.round, i, 3, a, b, 0.0, 1.0)
+    enter, leave = _between(solids.bounds[i, 2], solids.bounds[i, 5], a[2], b[2], 0.0, 1.0)
+    if kind == BOX:
+        enter, leave = _between(solids.bounds[i, 0], solids.bounds[i, 3], a[0], b[0], enter, leave)
+        enter, leave = _between(solids.bounds[i, 1], solids.bounds[i, 4], a[1], b[1], enter, leave)
+        return max(0.0, leave - enter)
+    if enter >= leave:
+        return 0.0
+    if kind == CYLINDER:
+        return _in_round(solids.round, i, 2, a, b, enter, leave)
+    return _in_polygon(solids.edges, solids.kind[i, 1], solids.kind[i, 2], a, b, enter, leave)
+
+
+@kernel
+def _between(low: float, high: float, a: float, b: float, enter: float, leave: float) -> tuple[float, float]:
+    """Narrow the shares of a segment to those within a closed slab; none are left if they are swapped."""
+    if a == b:
+        return (enter, leave) if low <= a <= high else (1.0, 0.0)
+    one, other = (low - a) / (b - a), (high - a) / (b - a)
+    return max(enter, min(one, other)), min(leave, max(one, other))
+
+
+@kernel
+def _in_round(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
+    """Return how much of a segment is within a circle, or a sphere, between two of its shares."""
+    squared = along = 0.0
+    for axis in range(axes):
+        d = b[axis] - a[axis]
+        squared += d * d
+        along += (a[axis] - round_[i, axis]) * d
+    middle = -along / squared if squared > 0.0 else 0.0
+    half = round_[i, 3] ** 2
+    for axis in range(axes):
+        half -= (a[axis] + middle * (b[axis] - a[axis]) - round_[i, axis]) ** 2
+    if half <= 0.0:
+        return 0.0
+    if squared == 0.0:
+        return leave - enter
+    half = math.sqrt(half / squared)
+    return max(0.0, min(leave, middle + half) - max(enter, middle - half))
+
+
+@kernel
+def _in_polygon(edges: Floats, first: int, stop: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
+    """Return how much of a segment is over a polygon between two of its shares.
+
+    A line enters and leaves a polygon in turn, and crosses its rings in opposite senses, holes turning the other way:
+    the signed sum of where it does, each clipped to the segment, is what lies inside. Nothing need be sorted.
+    """
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    squared = dx * dx + dy * dy
+    ray = squared == 0.0  # straight up or down: look along x whether the place is inside
+    if ray:
+        dx = squared = 1.0
+    inside = 0.0
+    for e in range(first, stop):
+        px, py, qx, qy = edges[e, 0] - a[0], edges[e, 1] - a[1], edges[e, 2] - a[0], edges[e, 3] - a[1]
+        side, side_q = dx * py - dy * px, dx * qy - dy * qx
+        if (side > 0.0) != (side_q > 0.0):
+            along, along_q = (dx * px + dy * py) / squared, (dx * qx + dy * qy) / squared
+            t = along + (along_q - along) * (side / (side - side_q))
+            t = (1.0 if t > 0.0 else 0.0) if ray else min(max(t, enter), leave)
+            inside += t if side_q > 0.0 else -t
+    return abs(inside) * (leave - enter) if ray else abs(inside)
