@@ -12,6 +12,8 @@ from skyverse.files.grids import Side
 from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
 from skyverse.flown import Flight
+from skyverse.maps import voxels
+from skyverse.maps.rotorpy_world import is_rotorpy_world, rotorpy_world
 from skyverse.result import Mission
 from skyverse.scenario import Scenario
 
@@ -25,7 +27,9 @@ def read(source: str | Path) -> Scenario | Mission:
     ----------
     source
         A built-in scenario's name (``map1``, ``table-4.8`` ...), or a file: a scenario as ``.yaml``, ``.yml`` or
-        ``.json``, a course map as ``.txt``, a mission as ``.json``; a flight gives the mission that was flown.
+        ``.json``, a course map as ``.txt``, a world of rotorpy's as ``.json``, voxels as ``.3dmap`` (MovingAI's), ``.bt``
+        or ``.ot`` (OctoMap's), a point cloud or mesh as ``.las``, ``.laz``, ``.ply``, ``.stl`` or ``.obj``, a mission as
+        ``.json``; a flight gives the mission that was flown. Maps have no UAVs.
 
     Raises
     ------
@@ -42,11 +46,14 @@ def read(source: str | Path) -> Scenario | Mission:
         raise InputError(f"{source}: no such file, nor a built-in scenario; built in are {', '.join(NAMES)}")
     if suffix == ".txt":
         return course_map(path, read_text(path))
+    if suffix in voxels.SUFFIXES:
+        return voxels.voxel_scenario(path)
     if suffix not in (".yaml", ".yml", ".json"):
-        raise InputError(
-            f"{path}: expected a file ending in .yaml, .yml, .json or .txt, found {suffix or 'no ending'!r}"
-        )
+        known = ", ".join((".yaml", ".yml", ".json", ".txt", *voxels.SUFFIXES))
+        raise InputError(f"{path}: expected a file ending in {known}, found {suffix or 'no ending'!r}")
     data = parse(path, read_text(path))
+    if suffix == ".json" and is_rotorpy_world(data):
+        return rotorpy_world(path, data)
     if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/mission/"):
         return mission_from_data(path, data)
     if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/flight/"):
