@@ -11,6 +11,9 @@ from .draw.animation import write_instants as write_instants
 from .draw.figures import write_figures as write_figures
 from .draw.html import write_html as write_html
 from .errors import InputError as InputError
+from .exports import Route as Route
+from .exports import export as export
+from .exports import routes as routes
 from .files import read as read
 from .files import read_flight as read_flight
 from .files import read_mission as read_mission

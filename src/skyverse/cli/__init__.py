@@ -9,6 +9,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 
 from skyverse._version import __version__
 from skyverse.cli.compare import compare
+from skyverse.cli.export import export
 from skyverse.cli.fly import fly
 from skyverse.cli.report import json_text, report, table, violation_data
 from skyverse.cli.reproduce import reproduce
@@ -280,27 +281,7 @@ def show(
         webbrowser.open(page.resolve().as_uri())
 
 
-@app.command
-def export(mission: str, output: Path, /, *, rate: float = 20.0) -> None:
-    """Export a mission's waypoints (.waypoints.csv) or sampled trajectories (.csv).
-
-    Examples: `skyverse export out/map1.json map1.waypoints.csv`, `skyverse export out/map1.json map1.csv --rate 50`
-
-    Parameters
-    ----------
-    mission
-        A mission file.
-    output
-        The file to write; its ending tells what.
-    rate
-        Samples a second in trajectories.
-    """
-    import skyverse as sky
-
-    sky.write(sky.read_mission(mission), output, rate=rate)
-    print(output)
-
-
+app.command(export)
 app.command(fly)
 app.command(compare)
 app.command(reproduce)

@@ -1,0 +1,76 @@
+"""``skyverse export``: a mission as a file that other software opens."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.scenario import Origin
+
+
+def export(
+    mission: str,
+    output: Path,
+    /,
+    *,
+    altitude: Literal["amsl", "home", "ground"] = "amsl",
+    origin: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    rate: float | None = None,
+    radius: float = 2.0,
+    takeoff: float = 3.0,
+    end: Literal["loiter", "land"] = "loiter",
+) -> None:
+    """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
+
+    QGroundControl .plan, Mission Planner .waypoints, DJI .wpml.kmz: waypoints whose straight legs are proven clear, a
+    file a UAV. Google Earth .kml and .kmz, .geojson, .gpx, .geo.csv: paths on the globe. ROS .path.json, .path.yaml,
+    .trajectory.json, .trajectory.yaml. Skybrush .skybrush.zip. Waypoints .waypoints.csv and sampled trajectories .csv.
+
+    Examples: `skyverse export out/city.json city.plan`, `skyverse export out/map1.json map1.csv --rate 50`,
+    `skyverse export out/map1.json map1.kmz --origin 47.39,8.54,410`
+
+    Parameters
+    ----------
+    mission
+        A mission file.
+    output
+        The file to write; its ending tells what.
+    altitude
+        What altitudes are counted from: mean sea level, the UAV's start, or the ground below.
+    origin
+        Where the scenario's zero lies: latitude,longitude,altitude in degrees and metres above mean sea level.
+    rate
+        Samples a second in what is sampled.
+    radius
+        The acceptance radius of waypoints to begin with, metres; halved until all is proven.
+    takeoff
+        Metres to climb first in .plan and .waypoints; less where there is no room.
+    end
+        Stay at the target, or land below it.
+    """
+    import skyverse as sky
+
+    read = sky.read_mission(mission)
+    at = None if origin is None else _origin(origin)
+    for path in sky.export(
+        read, output, altitude=altitude, origin=at, rate=rate, radius=radius, takeoff=takeoff, end=end
+    ):
+        print(path)
+
+
+def _origin(text: str) -> "Origin":
+    from pydantic import ValidationError
+
+    from skyverse.scenario import Origin
+
+    try:
+        latitude, longitude, altitude = (float(word) for word in text.split(","))
+        return Origin(latitude=latitude, longitude=longitude, altitude=altitude)
+    except (ValueError, ValidationError):
+        raise InputError(
+            f"--origin: expected latitude,longitude,altitude in degrees and metres, as in 47.39,8.54,410, "
+            f"found {text!r}"
+        ) from None

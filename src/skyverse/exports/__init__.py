@@ -1,0 +1,237 @@
+"""Missions as files that ground stations, maps, robots and light shows open: one file a format, told by its suffix."""
+
+import csv
+import io
+import math
+import re
+import zipfile
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+
+from skyverse.atomic import whole_file, write_text
+from skyverse.errors import InputError
+from skyverse.exports.geojson import geojson_text
+from skyverse.exports.gpx import gpx_text
+from skyverse.exports.items import End
+from skyverse.exports.kml import kml_text
+from skyverse.exports.places import Above, places, require_kind, with_origin
+from skyverse.exports.plan import plan_text
+from skyverse.exports.ros import as_text, path_message, trajectory_message
+from skyverse.exports.route import Route, route
+from skyverse.exports.samples import Sampled, sampled
+from skyverse.exports.skybrush import show_csv
+from skyverse.exports.wpl import waypoints_text
+from skyverse.exports.wpml import wpml_parts
+from skyverse.files import write
+from skyverse.result import Mission
+from skyverse.scenario import Origin, Scenario
+
+__all__ = ["Route", "export", "routes"]
+
+ROUTES = (".plan", ".waypoints", ".wpml.kmz")
+MAPS = (".kml", ".kmz", ".geojson", ".gpx", ".geo.csv")
+ROBOTS = (".path.json", ".path.yaml", ".trajectory.json", ".trajectory.yaml")
+SHOW = ".skybrush.zip"
+OURS = (".waypoints.csv", ".csv", ".json")
+SUFFIXES = (*ROUTES, *MAPS, *ROBOTS, SHOW, *OURS)
+RATES = {".csv": 20.0, SHOW: 4.0}
+"""Samples a second by suffix; 10 where nothing is said."""
+ALTITUDES: dict[str, tuple[Above, ...]] = {
+    **dict.fromkeys(ROUTES, ("amsl", "home", "ground")),
+    **dict.fromkeys(MAPS, ("amsl",)),
+    **dict.fromkeys((".kml", ".kmz"), ("amsl", "ground")),
+    ".geo.csv": ("amsl", "home", "ground"),
+}
+
+
+def export(
+    mission: Mission,
+    path: str | Path,
+    *,
+    altitude: Above = "amsl",
+    origin: Origin | None = None,
+    rate: float | None = None,
+    radius: float = 2.0,
+    takeoff: float = 3.0,
+    end: End = "loiter",
+) -> list[Path]:
+    """Write a mission as a file that other software opens; its suffix tells which.
+
+    Parameters
+    ----------
+    mission
+        What was planned.
+    path
+        ``.plan`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.wpml.kmz`` (DJI), ``.kml``, ``.kmz``, ``.geojson``,
+        ``.gpx``, ``.geo.csv``, ``.path.json``, ``.path.yaml``, ``.trajectory.json``, ``.trajectory.yaml`` (ROS),
+        ``.skybrush.zip`` (light shows), or what `write` writes. Of formats for one vehicle there is a file for each UAV
+        that flies: ``city.plan`` becomes ``city-uav-1.plan`` ... where there are several.
+    altitude
+        What altitudes are counted from: mean sea level, home (the UAV's start), or the ground below, which needs a
+        terrain.
+    origin
+        Where the scenario's zero lies, in place of its own.
+    rate
+        Samples a second of what is sampled; 20 in ``.csv``, 4 in light shows, 10 in others when left out.
+    radius
+        The acceptance radius to begin with, metres: how near to a waypoint an autopilot may turn to the next. It is
+        halved until every leg and every cut corner is proven clear.
+    takeoff
+        Metres to climb straight up before anything else, in ``.plan`` and ``.waypoints``; less where there is no room.
+    end
+        Whether the mission ends by staying at the target, or by landing below it, which is not proven.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, the scenario has no origin and the format needs one, altitudes cannot be counted so,
+        or legs cannot be proven.
+    """
+    path = Path(path)
+    suffix = _suffix(path)
+    if suffix in OURS:
+        write(mission, path, rate=RATES[".csv"] if rate is None else rate)
+        return [path]
+    if suffix in ROUTES:
+        scenario = with_origin(mission, origin, str(path))
+        flown = routes(
+            mission,
+            altitude=altitude,
+            origin=origin,
+            radius=radius,
+            takeoff=0.0 if suffix == ".wpml.kmz" else takeoff,
+            stops=suffix == ".wpml.kmz",
+        )
+        return _each(path, suffix, scenario, flown, altitude, end)
+    flights = sampled(mission, RATES.get(suffix, 10.0) if rate is None else rate)
+    if not flights:
+        raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
+    if suffix == SHOW:
+        names = _names([flight.name for flight in flights])
+        last = max(float(flight.seconds[-1]) for flight in flights)
+        parts = {f"{name}.csv": show_csv(flight, last) for name, flight in zip(names, flights, strict=True)}
+        _write_zip(path, parts)
+        return [path]
+    if suffix in ROBOTS:
+        files = _files(path, suffix, [flight.name for flight in flights])
+        make = path_message if suffix.startswith(".path") else trajectory_message
+        for file, flight in zip(files, flights, strict=True):
+            write_text(file, as_text(make(flight), file.suffix))
+        return files
+    require_kind(mission.scenario, altitude, ALTITUDES[suffix], str(path))
+    scenario = with_origin(mission, origin, str(path))
+    if suffix in (".kml", ".kmz"):
+        text = kml_text(scenario, flights, altitude)
+        if suffix == ".kmz":
+            _write_zip(path, {"doc.kml": text})
+            return [path]
+    elif suffix == ".geojson":
+        text = geojson_text(scenario, flights)
+    elif suffix == ".gpx":
+        text = gpx_text(scenario, flights)
+    else:
+        text = _table(scenario, flights, altitude)
+    write_text(path, text)
+    return [path]
+
+
+def routes(
+    mission: Mission,
+    *,
+    altitude: Above = "amsl",
+    origin: Origin | None = None,
+    radius: float = 2.0,
+    takeoff: float = 3.0,
+    stops: bool = False,
+) -> list[Route]:
+    """Return the waypoints of every UAV that flies, proven as an autopilot flies them; see `export`.
+
+    Parameters
+    ----------
+    mission, altitude, origin, radius, takeoff
+        As for `export`.
+    stops
+        Whether the UAV stops at every waypoint, and so cuts no corner.
+
+    Raises
+    ------
+    InputError
+        As for `export`.
+    """
+    scenario = with_origin(mission, origin, "waypoints")
+    require_kind(scenario, altitude, get_args(Above), "waypoints")
+    for noun, value, least in (("radius", radius, 0.05), ("takeoff", takeoff, 0.0)):
+        if not (math.isfinite(value) and value >= least):
+            raise InputError(f"{noun}: expected metres from {least:g} on, found {value!r}")
+    found = [
+        route(scenario, k, trajectory, altitude, radius=radius, takeoff=takeoff, stops=stops)
+        for k, trajectory in enumerate(mission.trajectories)
+        if trajectory is not None
+    ]
+    if not found:
+        raise InputError("expected a mission with a trajectory to export, found none")
+    return found
+
+
+def _each(path: Path, suffix: str, scenario: Scenario, flown: list[Route], altitude: Above, end: End) -> list[Path]:
+    files = _files(path, suffix, [scenario.uavs[one.uav].name for one in flown])
+    for file, one in zip(files, flown, strict=True):
+        if suffix == ".plan":
+            write_text(file, plan_text(scenario, one, altitude, end))
+        elif suffix == ".waypoints":
+            write_text(file, waypoints_text(scenario, one, altitude, end))
+        else:
+            _write_zip(file, wpml_parts(scenario, one, altitude, end))
+    return files
+
+
+def _suffix(path: Path) -> str:
+    name = path.name.lower()
+    for suffix in sorted(SUFFIXES, key=len, reverse=True):
+        if name.endswith(suffix) and len(name) > len(suffix):
+            return suffix
+    raise InputError(f"{path}: a mission is written as {', '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'!r}")
+
+
+def _files(path: Path, suffix: str, names: list[str]) -> list[Path]:
+    """Return a file for each UAV: the path itself where there is one."""
+    if len(names) == 1:
+        return [path]
+    stem, ending = path.name[: -len(suffix)], path.name[-len(suffix) :]
+    return [path.with_name(f"{stem}-{name}{ending}") for name in _names(names)]
+
+
+def _names(names: list[str]) -> list[str]:
+    """Return what files may be called after UAVs, on every system, all different."""
+    made: list[str] = []
+    for number, name in enumerate(names, 1):
+        safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip("._-")[:60] or f"uav-{number}"
+        taken = {one.lower() for one in made}
+        made.append(safe if safe.lower() not in taken else f"{safe}-{number}")
+    return made
+
+
+def _write_zip(path: Path, parts: dict[str, str]) -> None:
+    with whole_file(path) as beside, zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in parts.items():
+            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
+
+
+def _table(scenario: Scenario, flights: list[Sampled], altitude: Above) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["uav", "t", "latitude", "longitude", f"altitude_{altitude}", "x", "y", "z"])
+    for flight in flights:
+        at = places(scenario, flight.uav, flight.position, altitude)
+        table = np.column_stack([flight.seconds, at.latitude, at.longitude, at.altitude, flight.position])
+        for t, latitude, longitude, up, *local in table.tolist():
+            row = [f"{t:.6f}", f"{latitude:.9f}", f"{longitude:.9f}", f"{up:.4f}", *(f"{v:.4f}" for v in local)]
+            writer.writerow([flight.name, *row])
+    return out.getvalue()

@@ -1,0 +1,159 @@
+"""Whether straight legs, flown as an autopilot flies them, keep clear: asked of the referee.
+
+A leg that is straight in a file is not quite straight in local metres: Earth is round, altitudes above ground follow
+the ground, and MAVLink carries 1e-7 degrees. The difference is bounded, leg by leg, and added to the clearance.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from skyverse.exports.places import Above, Floats, ground, origin_of
+from skyverse.geodesy import to_local, to_wgs84
+from skyverse.referee.boxes import beyond_bounds
+from skyverse.referee.clearance import Space, judge_legs, shut_space
+from skyverse.scenario import Scenario
+from skyverse.shapes import Terrain
+
+LET_PASS = 0.02
+"""Metres by which a leg may come nearer than the clearance, or be out of bounds: start and target may touch both."""
+ROUNDING = 0.008
+"""Metres that 1e-7 degrees and single-precision altitudes make at most."""
+FINEST = 0.01
+"""The least that is added to the clearance; what is added is this or twice, four times ... as much, metres."""
+EARTH = 6_335_439.0
+"""The least radius of curvature of the ellipsoid, metres."""
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Judges legs of one scenario, in altitudes above one thing."""
+
+    scenario: Scenario
+    above: Above
+    _shut: dict[float, tuple[Scenario, Space]] = field(default_factory=dict)
+    _known: dict[bytes, str | None] = field(default_factory=dict)
+
+    def trouble(self, points: Floats, radius: float) -> tuple[int, str] | None:
+        """Return the first thing wrong with a polyline (n, 3) whose corners are cut within a radius.
+
+        The index is of the vertex behind the leg, or n plus the index of the corner that is wrong.
+        """
+        for k in range(len(points) - 1):
+            said = self._remembered(self.leg, points[k : k + 2])
+            if said is not None:
+                return k, said
+        for k in range(1, len(points) - 1):
+            said = self._remembered(self.corner, points[k - 1 : k + 2], radius)
+            if said is not None:
+                return len(points) + k, said
+        return None
+
+    def _remembered(self, judge: Callable[..., str | None], points: Floats, *radius: float) -> str | None:
+        asked = np.r_[points.ravel(), radius].tobytes()
+        if asked not in self._known:
+            self._known[asked] = judge(*points, *radius)
+        return self._known[asked]
+
+    def leg(self, a: Floats, b: Floats) -> str | None:
+        """Return what is wrong with a leg between (3,) metres, if anything."""
+        return self._meets(a[None], b[None], self.apart(a, b))
+
+    def corner(self, before: Floats, at: Floats, after: Floats, radius: float) -> str | None:
+        """Return what is wrong with the triangle that an acceptance radius allows an autopilot to cut at a vertex."""
+        back, on = before - at, after - at
+        short, long = float(np.linalg.norm(back)), float(np.linalg.norm(on))
+        if radius <= 0 or min(short, long) == 0:
+            return None
+        p, q = back * min(radius / short, 1.0), on * min(radius / long, 1.0)
+        depth = float(np.linalg.norm(p + q)) / 2
+        if depth < FINEST / 10:
+            return None  # straight on
+        count = math.ceil(depth / (2 * FINEST))
+        shares = (np.arange(count) + 1)[:, None] / count
+        between = depth / count / 2  # whatever of the triangle is not on one of these lines is as near to one
+        extra = between + max(self.apart(before, at), self.apart(at, after))
+        return self._meets(at + shares * p, at + shares * q, extra)
+
+    def apart(self, a: Floats, b: Floats) -> float:
+        """Return how far a flown leg can be from the straight line in local metres.
+
+        Whether it follows the great circle, as PX4 does, or a straight line in latitude and longitude.
+        """
+        origin = origin_of(self.scenario)
+        ends = np.stack([a, b])
+        level = float(np.linalg.norm((b - a)[:2]))
+        middle = to_local(origin, to_wgs84(origin, ends).mean(axis=0, keepdims=True))[0]
+        bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * EARTH))
+        if self.above == "ground":
+            assert self.scenario.terrain is not None
+            bent += _swell(self.scenario.terrain, a, b)
+        return ROUNDING + 1.1 * bent
+
+    def _meets(self, starts: Floats, ends: Floats, extra: float) -> str | None:
+        """Return why segments, grown by `extra`, are not clear."""
+        step = FINEST * 2 ** max(0, math.ceil(math.log2(extra / FINEST)))
+        if step not in self._shut:
+            grown = self._grown(step)
+            self._shut[step] = grown, shut_space(grown)
+        scenario, shut = self._shut[step]
+        both = np.concatenate([starts, ends])
+        out = float(beyond_bounds(scenario, both).max()) + step - LET_PASS
+        if out > 0 and (beyond_bounds(scenario, both) > 0).any():
+            return f"it is up to {out + LET_PASS:.3g} m out of bounds"
+        if self.above == "ground":
+            low = self._least_above_ground(both) - step
+            needed = _clearance(self.scenario) - LET_PASS
+            if low < needed:
+                return f"it is {low:.3g} m above ground, and {needed:.3g} m are required"
+        peaks, met = judge_legs(scenario, shut, starts, ends)
+        if met is not None:
+            return met.sentence("it", "there", scenario)
+        return None if peaks.proven(0.0)[0] else "whether it keeps the clearance could not be decided"
+
+    def _grown(self, extra: float) -> Scenario:
+        """Return the scenario with clearances less what is let pass, and more by what is added."""
+        clearance = max(self.scenario.clearance - LET_PASS, 0.0) + extra
+        terrain = self.scenario.terrain
+        if terrain is not None:
+            steep = extra + ROUNDING * _steepest(terrain)
+            above = max(_clearance(self.scenario) - LET_PASS, 0.0) + steep
+            terrain = None if self.above == "ground" else terrain.model_copy(update={"clearance": above})
+        return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
+
+    def _least_above_ground(self, points: Floats) -> float:
+        assert self.scenario.terrain is not None
+        return float((points[:, 2] - ground(self.scenario.terrain, points[:, :2])).min())
+
+
+def _clearance(scenario: Scenario) -> float:
+    assert scenario.terrain is not None
+    own = scenario.terrain.clearance
+    return scenario.clearance if own is None else own
+
+
+def _steepest(terrain: Terrain) -> float:
+    """Return the largest slope of the ground: on a bilinear surface it is along an edge of a cell."""
+    east = np.abs(np.diff(terrain.heights, axis=0)).max() / terrain.step[0]
+    north = np.abs(np.diff(terrain.heights, axis=1)).max() / terrain.step[1]
+    return float(np.hypot(east, north))
+
+
+def _swell(terrain: Terrain, a: Floats, b: Floats) -> float:
+    """Return how far the ground under a leg is from the straight line between the ground under its ends, metres."""
+    shares = [0.0, 1.0]
+    for axis in range(2):
+        if a[axis] != b[axis]:
+            lines = (np.array([a[axis], b[axis]]) - terrain.origin[axis]) / terrain.step[axis]
+            whole = np.arange(math.ceil(lines.min()), math.floor(lines.max()) + 1)
+            shares += list((whole - lines[0]) / (lines[1] - lines[0]))
+    at = np.unique(np.clip(shares, 0.0, 1.0))
+    at = np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
+    level = ground(terrain, a[:2] + at[:, None] * (b - a)[:2])
+    off = level - (level[0] + at * (level[-1] - level[0]))
+    first, middle, last = off[:-2:2], off[1:-1:2], off[2::2]
+    # a quadratic in each cell: between its ends it exceeds the largest of the three by at most an eighth of this
+    bend = np.abs(first - 2 * middle + last)
+    return float(np.max(np.maximum(np.maximum(np.abs(first), np.abs(middle)), np.abs(last)) + bend / 2))

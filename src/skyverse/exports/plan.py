@@ -1,0 +1,103 @@
+"""QGroundControl's .plan: the mission, a geofence that holds all of it, and a rally point."""
+
+import json
+import math
+
+import numpy as np
+
+from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.exports.items import NO_PLACE, End, Item, items
+from skyverse.exports.places import Above, Floats, origin_of, places
+from skyverse.exports.route import Route
+from skyverse.geodesy import to_wgs84
+from skyverse.scenario import Scenario
+from skyverse.shapes import Box, Cylinder, Prism
+
+MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
+"""QGroundControl's own numbers for what an altitude is counted from."""
+PX4 = 12
+
+
+def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
+    """Return a ``.plan`` file."""
+    vehicle = scenario.uavs[route.uav]
+    home = places(scenario, route.uav, route.points[:1], "amsl")
+    mode = MODES[places(scenario, route.uav, route.points[:1], above).kind]
+    position = [float(home.latitude[0]), float(home.longitude[0]), float(home.altitude[0])]
+    wing = vehicle.fixed_wing
+    speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
+    mission = {
+        "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
+        "firmwareType": PX4,
+        "globalPlanAltitudeMode": mode,
+        "hoverSpeed": speed,
+        "items": [_item(k, item, mode) for k, item in enumerate(items(scenario, route, above, end), 1)],
+        "plannedHomePosition": position,
+        "vehicleType": 2 if wing is None else 1,
+        "version": 2,
+    }
+    rally = [position[0], position[1], route.takeoff or 3.0]  # above home
+    plan = {
+        "fileType": "Plan",
+        "geoFence": geofence(scenario),
+        "groundStation": "QGroundControl",
+        "mission": mission,
+        "rallyPoints": {"points": [rally], "version": 2},
+        "version": 1,
+    }
+    return json.dumps(plan, indent=4) + "\n"
+
+
+def _item(number: int, item: Item, mode: int) -> dict[str, object]:
+    made: dict[str, object] = {
+        "autoContinue": True,
+        "command": int(item.command),
+        "doJumpId": number,
+        "frame": item.frame,
+        "params": list(item.numbers),
+        "type": "SimpleItem",
+    }
+    if item.frame != NO_PLACE:
+        own = 1 if item.frame == 3 else mode
+        made |= {"Altitude": item.numbers[-1], "AltitudeMode": own, "AMSLAltAboveTerrain": None}
+    return made
+
+
+def geofence(scenario: Scenario) -> dict[str, object]:
+    """Return the bounds as what must be stayed in, and what must be kept out of, in latitude and longitude.
+
+    A geofence has no floor and no ceiling: only those obstacles are in it that leave no room above or below.
+    """
+    (x0, y0, z0), (x1, y1, z1) = scenario.bounds.min, scenario.bounds.max
+    ring = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+    polygons = [{"inclusion": True, "polygon": _corners(scenario, ring), "version": 1}]
+    circles = []
+    room = scenario.clearance
+    for shape in scenario.obstacles:
+        if isinstance(shape, Box):
+            low, high = shape.min[2], shape.max[2]
+            (a, b, _), (c, d, _) = shape.min, shape.max
+            ring = np.array([(a, b), (c, b), (c, d), (a, d)])
+        elif isinstance(shape, Prism):
+            low, high, ring = shape.low, shape.high, np.array(shape.vertices)
+        elif isinstance(shape, Cylinder):
+            low, high = shape.low, shape.high
+        else:
+            continue
+        if low - room > z0 or high + room < z1 or (isinstance(shape, Prism) and shape.holes):
+            continue
+        if isinstance(shape, Cylinder):
+            ((latitude, longitude),) = _corners(scenario, np.array([shape.centre]))
+            circle = {"center": [latitude, longitude], "radius": shape.radius}
+            circles.append({"circle": circle, "inclusion": False, "version": 1})
+        else:
+            polygons.append({"inclusion": False, "polygon": _corners(scenario, ring), "version": 1})
+    return {"circles": circles, "polygons": polygons, "version": 2}
+
+
+def _corners(scenario: Scenario, ring: Floats) -> list[list[float]]:
+    """Return [latitude, longitude] of (n, 2) x, y, at the height of the bounds' middle."""
+    middle = math.fsum([scenario.bounds.min[2], scenario.bounds.max[2]]) / 2
+    points = np.column_stack([ring, np.full(len(ring), middle)])
+    corners: list[list[float]] = to_wgs84(origin_of(scenario), points)[:, :2].tolist()
+    return corners

@@ -1,0 +1,259 @@
+"""Waypoints from a trajectory, as few as keep it proven when an autopilot flies straight between them."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from skyverse.errors import InputError
+from skyverse.exports.legs import LET_PASS, Legs
+from skyverse.exports.places import Above, Floats
+from skyverse.result import Trajectory
+from skyverse.scenario import Scenario
+
+SMALLEST = 0.05
+"""Metres: no autopilot can be asked for a smaller acceptance radius."""
+MOST = 700
+"""Waypoints that autopilots take."""
+PER_PIECE = 16
+"""Places on each piece of a trajectory at which a waypoint may stand."""
+REPAIRS = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """One UAV's waypoints.
+
+    Attributes
+    ----------
+    uav
+        Its index.
+    points
+        (n, 3) metres. The first is its start; with a takeoff the second is straight above it.
+    times
+        (n,) seconds into the mission at which the trajectory passes by.
+    radius
+        The acceptance radius with which it is proven, metres; 0 where the UAV stops at every waypoint.
+    takeoff
+        How far it climbs before it leaves its start, metres.
+    off
+        How far legs and trajectory are apart at most, metres; between samples of the trajectory.
+    """
+
+    uav: int
+    points: Floats
+    times: Floats
+    radius: float
+    takeoff: float
+    off: float
+
+    @property
+    def speeds(self) -> Floats:
+        """(n - 1,) m/s along the legs."""
+        along = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+        speeds: Floats = along / np.maximum(np.diff(self.times), 1e-9)
+        return speeds
+
+    def sentence(self, scenario: Scenario) -> str:
+        """Say what is proven."""
+        name, clearance = scenario.uavs[self.uav].name, scenario.clearance
+        cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
+        return (
+            f"{name}: {len(self.points)} waypoints, {cut}: straight legs proven within bounds and clear of every "
+            f"obstacle by {max(clearance - LET_PASS, 0):.4g} m, at most {self.off:.3g} m off the trajectory."
+        )
+
+
+def route(
+    scenario: Scenario, uav: int, trajectory: Trajectory, above: Above, *, radius: float, takeoff: float, stops: bool
+) -> Route:
+    """Return a UAV's waypoints.
+
+    Parameters
+    ----------
+    scenario
+        With an origin.
+    uav, trajectory
+        Whose, and along what.
+    above
+        What altitudes will be counted from, as between waypoints they change evenly in that.
+    radius
+        The acceptance radius wished for, metres. It is halved until the route can be proven.
+    takeoff
+        Metres to climb first; halved likewise, then left out, where something is above the start.
+    stops
+        Whether the UAV stops at every waypoint and cuts no corner.
+
+    Raises
+    ------
+    InputError
+        If no radius makes it provable, or it takes more waypoints than autopilots do.
+    """
+    legs = Legs(scenario, above)
+    instants, curve = _samples(trajectory)
+    said = ""
+    for climb in [takeoff, takeoff / 2, takeoff / 4, 0.0] if takeoff > 0 else [0.0]:
+        lifted = curve[0] + np.array([0.0, 0.0, climb])
+        if climb and legs.leg(curve[0], lifted) is not None:
+            continue
+        size = radius
+        while size >= SMALLEST:
+            found = _Search(legs, curve, climb, 0.0 if stops else size, size).run()
+            if isinstance(found, str):
+                said = found
+            elif len(found) <= MOST:
+                return _made(uav, instants, curve, found, climb, 0.0 if stops else size)
+            else:
+                said = f"it takes {len(found)} waypoints, and autopilots take {MOST}"
+                break
+            size /= 2
+    name = scenario.uavs[uav].name
+    raise InputError(
+        f"{name}: straight legs between waypoints could not be proven with an acceptance radius from {radius:g} m down "
+        f"to {SMALLEST:g} m: {said}; fly it as a trajectory (.csv, .trajectory.json), or plan with a larger clearance"
+    )
+
+
+def _made(uav: int, instants: Floats, curve: Floats, found: list[tuple[int, Floats]], climb: float, r: float) -> Route:
+    points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
+    if climb:
+        points = np.concatenate([curve[:1], points])
+        pace = np.linalg.norm(points[2] - points[1]) / max(times[1] - times[0], 1e-9)
+        times = np.concatenate([times[:1], times[:1] + climb / max(pace, 0.5), times[1:] + climb / max(pace, 0.5)])
+    ends = [(0, curve[0]), *found[1:]]  # the takeoff itself is no deviation
+    off = max(float(_off(curve[a : b + 1], p, q).max()) for (a, p), (b, q) in pairwise(ends))
+    return Route(uav, points, times, r, climb, off)
+
+
+def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
+    """Return instants and places of a trajectory, those left out where it stands still."""
+    shares = np.arange(PER_PIECE) / PER_PIECE
+    t = np.concatenate(
+        [(trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), [trajectory.end]]
+    )
+    curve = trajectory.at(t).position
+    moved = np.linalg.norm(np.diff(curve, axis=0), axis=1) > 1e-6
+    keep = np.r_[True, moved]
+    keep[-1] = True
+    if keep[:-1].sum() > 1 and not moved[-1]:
+        keep[np.flatnonzero(keep[:-1])[-1]] = False  # the end stands for those that are at it
+    return t[keep], curve[keep]
+
+
+def _off(points: Floats, a: Floats, b: Floats) -> Floats:
+    """Return the distances of (n, 3) points from the segment between two, (n,) metres."""
+    along = b - a
+    length = float(along @ along)
+    shares = np.clip((points - a) @ along / length, 0.0, 1.0) if length else np.zeros(len(points))
+    off: Floats = np.linalg.norm(points - a - shares[:, None] * along, axis=1)
+    return off
+
+
+class _Search:
+    """Places waypoints on a curve, and moves them outwards where they would cut into something."""
+
+    def __init__(self, legs: Legs, curve: Floats, climb: float, radius: float, reach: float) -> None:
+        self.legs, self.curve, self.radius, self.reach = legs, curve, radius, reach
+        lifted = curve[0] + np.array([0.0, 0.0, climb])
+        self.begin = curve[:1] if climb else curve[:0]
+        self.nodes: list[tuple[int, Floats]] = [(0, lifted), (len(curve) - 1, curve[-1])]
+        self.pushed: dict[int, float] = {}
+
+    def run(self) -> list[tuple[int, Floats]] | str:
+        """Return waypoints as samples' indices and places, or what is wrong with the best that was tried."""
+        self._follow()
+        for _ in range(REPAIRS):
+            found = self._trouble()
+            if found is None:
+                self._thin()
+                return self.nodes
+            where, said = found
+            if len(self.nodes) > 2 * MOST or not self._repair(where):
+                return said
+        return said
+
+    def _points(self) -> Floats:
+        return np.concatenate([self.begin, np.array([point for _, point in self.nodes])])
+
+    def _trouble(self) -> tuple[int, str] | None:
+        found = self.legs.trouble(self._points(), self.radius)
+        if found is None:
+            return None
+        where, said = found
+        return where, f"{self._name(where)}: {said}"
+
+    def _name(self, where: int) -> str:
+        points = self._points()
+        at = points[where - len(points)] if where >= len(points) else points[where]
+        noun = "corner at" if where >= len(points) else "leg from"
+        return f"the {noun} ({', '.join(f'{value:.6g}' for value in at)})"
+
+    def _follow(self) -> None:
+        """Add waypoints until no leg is farther from the curve than the reach: Ramer, Douglas and Peucker."""
+        k = 0
+        while k < len(self.nodes) - 1:
+            off, a = self._between(k, k + 1)
+            if len(off) and off.max() > self.reach / 2:
+                best = a + 1 + int(np.argmax(off))
+                self.nodes.insert(k + 1, (best, self.curve[best]))
+            else:
+                k += 1
+
+    def _between(self, i: int, j: int) -> tuple[Floats, int]:
+        """Return how far the curve between two waypoints is from the leg that joins them, and where it begins."""
+        (a, p), (b, q) = self.nodes[i], self.nodes[j]
+        return _off(self.curve[a + 1 : b], p if i else self.curve[0], q), a
+
+    def _repair(self, where: int) -> bool:
+        """Split a leg that cuts off the curve, or move waypoints outwards; tell whether anything could be done."""
+        count = len(self.begin) + len(self.nodes)
+        if where >= count:
+            return self._push(where - count - len(self.begin))
+        k = where - len(self.begin)
+        if k < 0:
+            return False
+        off, a = self._between(k, k + 1)
+        b = self.nodes[k + 1][0]
+        tried = max(self.pushed.get(a, 0.0), self.pushed.get(b, 0.0))
+        if len(off) and off.max() > max(tried, LET_PASS / 4):
+            best = a + 1 + int(np.argmax(off))
+            self.nodes.insert(k + 1, (best, self.curve[best]))
+            return True
+        moved = [self._push(k), self._push(k + 1)]
+        if any(moved):
+            return True
+        if b - a > 1:
+            middle = (a + b) // 2
+            self.nodes.insert(k + 1, (middle, self.curve[middle]))
+            return True
+        return False
+
+    def _push(self, k: int) -> bool:
+        """Move a waypoint away from the inside of its bend, a little more each time."""
+        if not 0 < k < len(self.nodes) - 1:
+            return False
+        index, _ = self.nodes[k]
+        done = self.pushed.get(index, 0.0)
+        if done >= self.reach:
+            return False
+        ahead, behind = self.nodes[k + 1][1] - self.curve[index], self.curve[index] - self.nodes[k - 1][1]
+        bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)
+        size = float(np.linalg.norm(bend))
+        if size < 1e-6:
+            return False
+        self.pushed[index] = min(done + max(done, LET_PASS), self.reach)
+        self.nodes[k] = index, self.curve[index] - bend / size * self.pushed[index]
+        return True
+
+    def _thin(self) -> None:
+        """Leave out every waypoint without which the rest is still proven and near the curve."""
+        k = 1
+        while k < len(self.nodes) - 1:
+            without = self.nodes[:k] + self.nodes[k + 1 :]
+            near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach
+            beside = np.concatenate([self.begin, np.array([point for _, point in without])])
+            j = k + len(self.begin)
+            if near and self.legs.trouble(beside[max(j - 3, 0) : j + 2], self.radius) is None:
+                self.nodes = without
+            else:
+                k += 1

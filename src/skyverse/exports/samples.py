@@ -1,0 +1,55 @@
+"""Trajectories at evenly spaced instants, and instants as the clocks of maps write them."""
+
+from datetime import UTC, datetime, timedelta
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.errors import InputError
+from skyverse.exports.places import Floats
+from skyverse.result import Mission, Trajectory
+
+MOST = 1e6
+EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
+"""A mission has no date: its second 0 is written as this instant."""
+
+
+class Sampled(NamedTuple):
+    """One UAV's trajectory: (n,) seconds into the mission; position, velocity and acceleration, (n, 3) each."""
+
+    uav: int
+    name: str
+    seconds: Floats
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+
+
+def sampled(mission: Mission, rate: float) -> list[Sampled]:
+    """Return every trajectory, `rate` times a second, at its ends, and where its pieces meet."""
+    if not 0 < rate < float("inf"):
+        raise InputError(f"rate: expected samples a second above 0, found {rate!r}")
+    made = []
+    for k, (uav, trajectory) in enumerate(zip(mission.scenario.uavs, mission.trajectories, strict=True)):
+        if trajectory is not None:
+            t = instants(trajectory, rate)
+            made.append(Sampled(k, uav.name, t, *trajectory.at(t)))
+    return made
+
+
+def instants(trajectory: Trajectory, rate: float) -> Floats:
+    """Return (n,) seconds, rising."""
+    count = (trajectory.end - trajectory.start) * rate
+    if count > MOST:
+        raise InputError(
+            f"rate: expected at most {MOST:g} samples a UAV, found {rate:g} a second, which is {count:.3g}"
+        )
+    ticks = np.arange(np.ceil(trajectory.start * rate), np.floor(trajectory.end * rate) + 1) / rate
+    t = np.unique(np.r_[trajectory.knots, ticks])
+    return t[np.r_[True, np.diff(t) > 1e-6]]
+
+
+def clock(seconds: float) -> str:
+    """Return an instant as ISO 8601, to the microsecond."""
+    when = EPOCH + timedelta(seconds=seconds)
+    return when.strftime("%Y-%m-%dT%H:%M:%S.%fZ")

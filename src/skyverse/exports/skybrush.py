@@ -1,0 +1,22 @@
+"""Light shows: what Skybrush Studio for Blender imports as zipped CSV, a file for each drone."""
+
+import numpy as np
+
+from skyverse.exports.samples import Sampled
+
+HEAD = "Time_msec,X,Y,Z,R,G,B"
+"""As its own exporter writes it; its importer knows the header by its beginning."""
+WHITE = "255,255,255"
+
+
+def show_csv(flight: Sampled, end: float) -> str:
+    """Return one drone's file: whole milliseconds, local metres, white; it holds its place before and after."""
+    milliseconds = np.rint(flight.seconds * 1000).astype(np.int64)
+    rows = [(int(t), p) for t, p in zip(milliseconds, flight.position.tolist(), strict=True)]
+    if rows[0][0] > 0:
+        rows.insert(0, (0, rows[0][1]))
+    last = int(np.rint(end * 1000))
+    if rows[-1][0] < last:
+        rows.append((last, rows[-1][1]))
+    unique = dict(rows)
+    return "\n".join([HEAD, *(f"{t},{x:.4f},{y:.4f},{z:.4f},{WHITE}" for t, (x, y, z) in unique.items())]) + "\n"

@@ -1,0 +1,130 @@
+"""DJI's waylines (WPML 1.0.2): a .kmz with a template for the editor and waylines for the drone."""
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from skyverse.errors import InputError
+from skyverse.exports.kml import KML, printable
+from skyverse.exports.places import Above, origin_of, places
+from skyverse.exports.route import Route
+from skyverse.scenario import Scenario
+
+WPML = "http://www.dji.com/wpmz/1.0.2"
+TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "ground": "realTimeFollowSurface"}
+EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "ground": "realTimeFollowSurface"}
+FASTEST = 15.0
+"""m/s that a wayline may ask for."""
+STOPS = "toPointAndStopWithDiscontinuityCurvature"
+DRONE, PAYLOAD = ("77", "0"), ("66", "0")
+"""A Mavic 3E and its camera; the app asks for another where it differs."""
+
+
+def wpml_parts(scenario: Scenario, route: Route, above: Above, end: str) -> dict[str, str]:
+    """Return the files in the archive."""
+    vehicle = scenario.uavs[route.uav]
+    if vehicle.fixed_wing is not None:
+        raise InputError(f"{vehicle.name}: DJI's waylines are for multirotors, and it is an aeroplane")
+    return {
+        "wpmz/template.kml": _template(scenario, route, above, end),
+        "wpmz/waylines.wpml": _waylines(scenario, route, above, end),
+    }
+
+
+def _document() -> tuple[ET.Element, ET.Element]:
+    root = ET.Element("kml", {"xmlns": KML, "xmlns:wpml": WPML})
+    return root, ET.SubElement(root, "Document")
+
+
+def _config(document: ET.Element, route: Route, end: str) -> None:
+    config = ET.SubElement(document, "wpml:missionConfig")
+    _add(config, flyToWaylineMode="safely", finishAction="autoLand" if end == "land" else "noAction")
+    _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="hover")
+    _add(config, takeOffSecurityHeight="2", globalTransitionalSpeed=_number(_speeds(route)[0]))
+    drone = ET.SubElement(config, "wpml:droneInfo")
+    _add(drone, droneEnumValue=DRONE[0], droneSubEnumValue=DRONE[1])
+    payload = ET.SubElement(config, "wpml:payloadInfo")
+    _add(payload, payloadEnumValue=PAYLOAD[0], payloadSubEnumValue=PAYLOAD[1], payloadPositionIndex="0")
+
+
+def _template(scenario: Scenario, route: Route, above: Above, end: str) -> str:
+    root, document = _document()
+    _add(document, author="skyverse", createTime="0", updateTime="0")
+    _config(document, route, end)
+    folder = ET.SubElement(document, "Folder")
+    _add(folder, templateType="waypoint", templateId="0")
+    system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
+    _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[above], positioningType="GPS")
+    speeds = _speeds(route)
+    at = places(scenario, route.uav, route.points, above)
+    _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
+    _add(folder, globalHeight=_number(float(at.altitude[0])))
+    heading = ET.SubElement(folder, "wpml:globalWaypointHeadingParam")
+    _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
+    _add(folder, globalWaypointTurnMode=STOPS, globalUseStraightLine="1")
+    above_ellipsoid = at.sea + origin_of(scenario).geoid
+    for k, speed in enumerate(speeds):
+        mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
+        _add(mark, ellipsoidHeight=_number(float(above_ellipsoid[k])), height=_number(float(at.altitude[k])))
+        _add(mark, useGlobalHeight="0", useGlobalSpeed="0", waypointSpeed=_number(speed))
+        _add(mark, useGlobalHeadingParam="1", useGlobalTurnParam="1")
+    return _written(root)
+
+
+def _waylines(scenario: Scenario, route: Route, above: Above, end: str) -> str:
+    root, document = _document()
+    _config(document, route, end)
+    folder = ET.SubElement(document, "Folder")
+    speeds = _speeds(route)
+    _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[above], waylineId="0")
+    _add(folder, autoFlightSpeed=_number(max(speeds)))
+    at = places(scenario, route.uav, route.points, above)
+    heights = at.altitude + (origin_of(scenario).geoid if above == "amsl" else 0.0)
+    for k, speed in enumerate(speeds):
+        mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
+        _add(mark, executeHeight=_number(float(heights[k])), waypointSpeed=_number(speed))
+        heading = ET.SubElement(mark, "wpml:waypointHeadingParam")
+        _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
+        turn = ET.SubElement(mark, "wpml:waypointTurnParam")
+        _add(turn, waypointTurnMode=STOPS, waypointTurnDampingDist="0")
+        _add(mark, useStraightLine="1")
+        if k == 0 and route.times[0] > 0:
+            _hover(mark, float(route.times[0]))
+    return _written(root)
+
+
+def _hover(mark: ET.Element, seconds: float) -> None:
+    """Wait at the first waypoint, for a mission that sets out later."""
+    group = ET.SubElement(mark, "wpml:actionGroup")
+    _add(group, actionGroupId="0", actionGroupStartIndex="0", actionGroupEndIndex="0", actionGroupMode="sequence")
+    _add(ET.SubElement(group, "wpml:actionTrigger"), actionTriggerType="reachPoint")
+    action = ET.SubElement(group, "wpml:action")
+    _add(action, actionId="0", actionActuatorFunc="hover")
+    _add(ET.SubElement(action, "wpml:actionActuatorFuncParam"), hoverTime=_number(seconds))
+
+
+def _placemark(folder: ET.Element, longitude: float, latitude: float, index: int) -> ET.Element:
+    mark = ET.SubElement(folder, "Placemark")
+    ET.SubElement(ET.SubElement(mark, "Point"), "coordinates").text = f"{longitude:.10f},{latitude:.10f}"
+    _add(mark, index=str(index))
+    return mark
+
+
+def _speeds(route: Route) -> list[float]:
+    """Return the speed from each waypoint on, m/s."""
+    speeds = np.clip(route.speeds, 0.1, FASTEST)
+    return [*speeds.tolist(), float(speeds[-1])]
+
+
+def _add(parent: ET.Element, **values: str) -> None:
+    for tag, text in values.items():
+        ET.SubElement(parent, f"wpml:{tag}").text = printable(text)
+
+
+def _number(value: float) -> str:
+    return f"{value:.4f}".rstrip("0").rstrip(".")
+
+
+def _written(root: ET.Element) -> str:
+    ET.indent(root, " ")
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
