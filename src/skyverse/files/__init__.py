@@ -27,9 +27,9 @@ def read(source: str | Path) -> Scenario | Mission:
     ----------
     source
         A built-in scenario's name (``map1``, ``table-4.8`` ...), or a file: a scenario as ``.yaml``, ``.yml`` or
-        ``.json``, a course map as ``.txt``, a world of rotorpy's as ``.json``, voxels as ``.3dmap`` (MovingAI's), ``.bt``
-        or ``.ot`` (OctoMap's), a point cloud or mesh as ``.las``, ``.laz``, ``.ply``, ``.stl`` or ``.obj``, a mission as
-        ``.json``; a flight gives the mission that was flown. Maps have no UAVs.
+        ``.json``; a mission as ``.json``; a flight gives the mission that was flown. Maps give scenarios without UAVs:
+        the course's ``.txt``, rotorpy's ``.json``, MovingAI's ``.3dmap``, OctoMap's ``.bt`` and ``.ot``, point clouds
+        and meshes, ``.las``, ``.laz``, ``.ply``, ``.stl``, ``.obj``.
 
     Raises
     ------
