@@ -9,7 +9,7 @@ import numpy as np
 from skyverse.kernel import kernel
 from skyverse.planners import straight
 from skyverse.planners.base import Metaheuristic, Run, require, require_between
-from skyverse.planners.joints import beside, hold, small_move
+from skyverse.planners.joints import beside, hold, in_band, small_move
 from skyverse.planners.moves import Desk, exhausted, rank_wheel, ranked
 from skyverse.planners.multiverse import Multiverse, charge
 from skyverse.planners.sight import pull_tight, without_seams
@@ -136,7 +136,7 @@ def _draw(course: Course, rng: np.random.Generator, path: Floats) -> int:
         if rng.random() < 0.5:
             beside(course, rng, path[j])
         if rates.altitude > 0.0 and rng.random() < 0.7:
-            path[j, 2] = rates.low + rng.random() * (rates.high - rates.low)
+            path[j, 2] = in_band(rates, rng.random(), path[j])
         hold(course, path[j])
     order = np.argsort((path[1 : n - 1] - course.start) @ (course.goal - course.start))
     path[1 : n - 1] = path[1 : n - 1][order]

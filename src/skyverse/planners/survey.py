@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from skyverse import cost
 from skyverse.kernel import kernel
-from skyverse.planners.joints import beside, hold
+from skyverse.planners.joints import beside, hold, in_band
 from skyverse.planners.moves import Desk, exhausted
 from skyverse.planners.straight import Course, Polylines, judge_legs
 from skyverse.result import Floats
@@ -95,7 +95,7 @@ def _renew(course: Course, survey: Survey, rng: np.random.Generator, k: int, siz
         if rng.random() < 0.7:
             beside(course, rng, place)
         if rates.altitude > 0.0 and rng.random() < 0.7:
-            place[2] = rates.low + rng.random() * (rates.high - rates.low)
+            place[2] = in_band(rates, rng.random(), place)
     hold(course, place)
     _measure(course, survey, k, size)
 

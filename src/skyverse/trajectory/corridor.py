@@ -22,7 +22,7 @@ NARROW = 2e-3
 
 
 @kernel
-def grow_corridor(space: Space, path: Floats, reach: float, width: float) -> Floats:
+def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: int = MOST) -> Floats:
     """Return free boxes (m, 6) along a path (n, 3), metres; none if they cannot be joined.
 
     Parameters
@@ -33,12 +33,14 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float) -> Flo
         How far a box may extend beyond its stretch of the path, metres.
     width
         How wide a stretch's bounding box may be across its longest side, metres.
+    most
+        Boxes at most.
     """
-    boxes = np.empty((MOST, 6))
+    boxes = np.empty((most, 6))
     count = 0
     leg, share = 0, 0.0  # where the path leaves the last box
     while leg < len(path) - 1:
-        if count == MOST:
+        if count == most:
             return boxes[:0]
         begin = path[leg] + share * (path[leg + 1] - path[leg])
         seed = _around(begin)
@@ -60,7 +62,7 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float) -> Flo
                     high = middle
             seed = _joined(seed, path[at] + low * (path[at + 1] - path[at]))
         free = _cut_free(space, seed, reach)
-        if count and _overlap(boxes[count - 1], free)[1] < THIN and count < MOST - 1:
+        if count and _overlap(boxes[count - 1], free)[1] < THIN and count < most - 1:
             joint = _between(space, boxes[count - 1], free, begin, reach)
             for k in range(6):
                 boxes[count, k] = joint[k]
@@ -202,7 +204,7 @@ def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
     before = 0.0
     for share in (0.1, 0.3, 1.0):
         for k in range(6):
-            face = (k + 5) % 6  # up first
+            face = (5, 0, 1, 3, 4, 2)[k]  # up first, down last
             if stuck[face]:
                 continue
             far = most[face] - seed[face]

@@ -20,6 +20,7 @@ from skyverse.result import Floats, Trajectory
 from skyverse.space.box import Ints
 from skyverse.space.world import World
 from skyverse.taut.among import beyond_boxes
+from skyverse.trajectory.corridor import MOST as MOST_BOXES
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.equations import FIXED, Task, assemble
 from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
@@ -40,10 +41,10 @@ CLOSE = 0.5
 """The same where the path should be kept to; no stretch then turns aside by more."""
 NEAR = 0.005
 """The same as a share of the path's length, where that is more and there are other shapes than boxes."""
-ROOMS = (2.0, 0.5, 8.0, 0.1)
+ROOMS = (2.0, 0.5, 8.0, 25.0, 0.1)
 """Metres by which a path is drawn off such shapes, one after the other, until its corridor has few boxes."""
 MANY = 40
-"""Boxes that are not few."""
+"""So many are few."""
 SPANS = 6
 """Of a box at first."""
 FINE = 0.08
@@ -98,17 +99,14 @@ def _corridor(world: World, path: Floats, close: bool) -> Floats:
     if not beyond_boxes(world.space):
         return grow_corridor(world.space, path, *((CLOSE, CLOSE) if close else (REACH, math.inf)))
     near = max(CLOSE, NEAR * float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()))
-    best = path[:0]
-    for room in (0.0, *ROOMS):
-        off = with_room(world, path, room) if room else path
-        if off is None or (close and room > near):
-            continue
-        boxes = grow_corridor(world.space, off, *((near, near) if close else (REACH, math.inf)))
-        if len(boxes) and not 0 < len(best) <= len(boxes):
-            best = boxes
-        if 0 < len(best) <= MANY:
-            break
-    return best
+    size = (near, near) if close else (REACH, math.inf)
+    ways = [path, *(with_room(world, path, room) for room in ROOMS if not close or room <= near)]
+    for most in (MANY, MOST_BOXES):
+        for way in ways:
+            boxes = path[:0] if way is None else grow_corridor(world.space, way, *size, most)
+            if len(boxes):
+                return boxes
+    return path[:0]
 
 
 def _binding(uav: UAV) -> Limits:
