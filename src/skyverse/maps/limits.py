@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any
 
 from skyverse.altitude import FOOT, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
@@ -49,6 +50,7 @@ class Properties:
         return None
 
 
+@lru_cache(maxsize=4096)
 def plain(name: str) -> str:
     """Return a field's name in lower case, letters and digits only."""
     return re.sub(r"[^a-z0-9]", "", name.lower())

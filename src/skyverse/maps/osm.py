@@ -53,7 +53,7 @@ def buildings(path: Path, choices: Choices) -> list[Feature]:
     InputError
         If it is no OpenStreetMap, or a building has no height and `choices` have none for such.
     """
-    records = list(_binary(path) if path.suffix.lower() == ".pbf" else _extract(path, choices))
+    records = list(_binary(path, choices) if path.suffix.lower() == ".pbf" else _extract(path, choices))
     if not records:
         raise InputError(f"{path}: expected buildings, found none")
     return features(records, WGS84, str(path), choices)
@@ -205,22 +205,15 @@ def _closed(lines: list[LineString]) -> BaseGeometry | None:
     return shapely.union_all([filled(np.array(ring.coords)) for ring in rings])
 
 
-def _binary(path: Path) -> Iterator[Record]:
-    import pyogrio
-    from pyogrio.errors import DataLayerError, DataSourceError, FeatureError
+def _binary(path: Path, choices: Choices) -> Iterator[Record]:
+    from skyverse.maps import gdal
 
     with tempfile.TemporaryDirectory() as folder:
         rules = Path(folder) / "osm.ini"
         rules.write_text(_PBF)
-        try:
-            meta, _, shapes, columns = pyogrio.raw.read(path, layer="multipolygons", CONFIG_FILE=str(rules))
-        except (DataSourceError, DataLayerError, FeatureError, ValueError) as error:
-            raise InputError(f"{path}: cannot be read: {printable(str(error))}") from None
-    names = [str(name) for name in meta["fields"]]
-    for row, shape in zip(zip(*columns, strict=True), shapes, strict=True):
-        said = dict(zip(names, row, strict=True))
+        _, rows = gdal.table(path, "multipolygons", choices, CONFIG_FILE=str(rules))
+    for shape, said in rows:
         tags = json.loads(said.get("all_tags") or "{}")
-        if not _built(tags):
-            continue
-        kind, number = ("way", said["osm_way_id"]) if said.get("osm_way_id") else ("relation", said.get("osm_id"))
-        yield Record(shapely.from_wkb(shape), tags, f"{path}: {kind} {number}")
+        if _built(tags):
+            kind, number = ("way", said["osm_way_id"]) if said.get("osm_way_id") else ("relation", said.get("osm_id"))
+            yield Record(shape, tags, f"{path}: {kind} {number}")

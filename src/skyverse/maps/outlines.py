@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from shapely import LineString, MultiPolygon, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError
+from skyverse.maps.limits import printable
 
 Tell = Callable[[str], object]
 WGS84 = pyproj.CRS("OGC:CRS84")
@@ -27,8 +27,9 @@ def named_crs(text: str, where: str) -> pyproj.CRS:
     """Return the coordinate system of a name such as ``EPSG:7415`` or ``urn:ogc:def:crs:EPSG::7415``."""
     try:
         return pyproj.CRS.from_user_input(text)
-    except pyproj.exceptions.CRSError:
-        raise InputError(f"{where}: expected a coordinate system such as EPSG:4326, found {text!r:.60}") from None
+    except (pyproj.exceptions.CRSError, UnicodeError, ValueError):
+        found = printable(text)
+        raise InputError(f"{where}: expected a coordinate system such as EPSG:4326, found {found!r:.60}") from None
 
 
 def to_globe(
@@ -157,7 +158,7 @@ def polygons(
         options: dict[str, Any] = {"radius": radius, "buffer": buffer, "lenient": lenient}
         return _joined_at_180([part for one in geometry.geoms for part in polygons(one, where, tell, **options)])
     if isinstance(geometry, Polygon):
-        return sound(densified(_unwrapped(geometry, where, tell), EDGE), where, tell, lenient=lenient)
+        return sound(_unwrapped(geometry, where, tell), where, tell, lenient=lenient)
     if isinstance(geometry, Point):
         width = radius if radius is not None else buffer
         if width is None:
@@ -230,9 +231,9 @@ def _pieces(geometry: BaseGeometry) -> list[Polygon]:
 
 
 def sound(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False) -> list[Polygon]:
-    """Return a polygon as it is if it is valid; else polygons that cover it, whichever way it was meant."""
+    """Return a polygon as it is if it is valid; else polygons that cover all that it winds around."""
     if polygon.is_valid and polygon.area > 0:
-        return [polygon]
+        return [shapely.remove_repeated_points(polygon)]
     outer = filled(np.array(polygon.exterior.coords)[:, :2])
     if outer.is_empty:
         found = f"an outline of {_corners(polygon)} corners without an area"
@@ -254,16 +255,20 @@ def _corners(polygon: Polygon) -> int:
 
 
 def filled(ring: NDArray[np.float64]) -> MultiPolygon | Polygon:
-    """Return all that a closed ring (n, 2) winds around, however it crosses itself."""
+    """Return all that a closed ring (n, 2) encloses, by whichever rule, however it crosses itself."""
     loop = ring[np.concatenate([[True], np.any(np.diff(ring, axis=0) != 0, axis=1)])]
     if len(loop) < 4:
         return Polygon()
     if not np.array_equal(loop[0], loop[-1]):
         loop = np.vstack([loop, loop[:1]])
-    edges = shapely.union_all([LineString(pair) for pair in pairwise(loop)])
-    faces = [face for face in shapely.polygonize(shapely.get_parts(edges)).geoms if isinstance(face, Polygon)]
+    edges = shapely.union_all(shapely.linestrings(np.stack([loop[:-1], loop[1:]], axis=1)))
+    faces = _pieces(shapely.polygonize(shapely.get_parts(edges)))
     inside = [face for face in faces if _winds(loop, np.array(face.representative_point().coords[0]))]
-    return shapely.union_all(inside) if inside else Polygon()
+    return _flat(shapely.union_all([*inside, *_pieces(shapely.make_valid(Polygon(loop)))]))
+
+
+def _flat(geometry: BaseGeometry) -> MultiPolygon | Polygon:
+    return MultiPolygon(_pieces(geometry)) if _pieces(geometry) else Polygon()
 
 
 def _winds(loop: NDArray[np.float64], place: NDArray[np.float64]) -> bool:

@@ -1,6 +1,5 @@
 """What a file says of one zone or building, before it is judged."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -16,7 +15,7 @@ from skyverse.maps.choices import Choices
 from skyverse.maps.feature import Feature
 from skyverse.maps.heights import HEIGHT, building, metres
 from skyverse.maps.limits import Properties, finite, limits, printable
-from skyverse.maps.outlines import polygons, to_globe
+from skyverse.maps.outlines import EDGE, densified, polygons, to_globe
 
 ZONE = "no-fly zone"
 FREE = "NO_RESTRICTION"
@@ -88,7 +87,7 @@ def _of(record: Record, geometry: BaseGeometry, choices: Choices) -> Iterator[Fe
     low, high = _ends(record, geometry, properties, kind, choices)
     name = _name(properties)
     risk = _risk(properties, where)
-    for part in parts:
+    for part in (densified(part, EDGE) for part in parts):
         outline = np.array(part.exterior.coords)[:-1, :2]
         holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
         yield Feature(outline, holes, low, high, kind, name, where, risk)
@@ -125,7 +124,7 @@ def _risk(properties: Properties, where: str) -> float | None:
         risk = float(value) if isinstance(value, str) else value
     except ValueError:
         risk = value
-    if isinstance(risk, bool) or not isinstance(risk, int | float) or not (0 < risk < math.inf):
+    if isinstance(risk, bool) or not isinstance(risk, int | float) or not (0 < risk < 1e12):
         raise InputError(f"{where}: 'risk': expected a number above zero, found {printable(repr(value)):.40}")
     return float(risk)
 

@@ -3,20 +3,14 @@
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 from skyverse.errors import InputError
 from skyverse.maps.choices import Choices
 from skyverse.maps.extra import needs
 from skyverse.maps.feature import Feature
 
-if TYPE_CHECKING:
-    import pyproj
-
-    from skyverse.maps.record import Record
-
-_TABLES = {".shp": b"\x00\x00\x27\x0a", ".gpkg": b"SQLite format 3\x00", ".fgb": b"fgb\x03fgb"}
-"""Files that GDAL reads, and how they begin, so that it takes them for nothing else."""
+_TABLES = (".shp", ".gpkg", ".fgb")
 SUFFIXES = (".geojson", ".json", ".kml", ".kmz", *_TABLES, ".osm", ".pbf")
 
 
@@ -101,74 +95,15 @@ def _read(path: Path, suffix: str, choices: Choices) -> list[Feature]:
 
         return features(kml.records(path), WGS84, str(path), choices)
     if suffix in _TABLES:
-        return [
-            feature for records, crs in _layers(path, choices) for feature in features(records, crs, str(path), choices)
-        ]
+        from skyverse.maps import gdal
+
+        layers = list(gdal.layers(path, choices))
+        if not layers:
+            raise InputError(f"{path}: expected polygons of zones or buildings, found none")
+        return [feature for records, crs in layers for feature in features(records, crs, str(path), choices)]
     from skyverse.maps import cityjson, geojson
 
     document = geojson.load(path)
     if isinstance(document, dict) and document.get("type") == "CityJSON":
         return cityjson.buildings(document, path, choices)
     return features(*geojson.records(document, path), str(path), choices)
-
-
-def _layers(path: Path, choices: Choices) -> "list[tuple[list[Record], pyproj.CRS]]":
-    """Return the records of each layer of a file that GDAL reads, and its coordinate system."""
-    import pyogrio
-    import shapely
-    from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, FieldError, GeometryError
-
-    with path.open("rb") as stream:
-        if not stream.read(16).startswith(_TABLES[path.suffix.lower()]):
-            raise InputError(f"{path}: expected a {path.suffix.lower()} file, found something else")
-    found = []
-    try:
-        layers = [str(name) for name, geometry in pyogrio.list_layers(path) if geometry is not None]
-        for layer in layers:
-            meta, _, shapes, columns = pyogrio.raw.read(path, layer=layer, datetime_as_string=True)
-            where = f"{path}: layer {layer!r}, feature" if len(layers) > 1 else f"{path}: feature"
-            found.append((_rows(meta, shapes, columns, where), _system(meta["crs"], path, choices)))
-    except (DataSourceError, DataLayerError, FeatureError, FieldError, GeometryError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: cannot be read: {_first(error)}") from None
-    except shapely.errors.GEOSException as error:
-        raise InputError(f"{path}: a geometry cannot be read: {_first(error)}") from None
-    if not found:
-        raise InputError(f"{path}: expected a layer of polygons, found none")
-    return found
-
-
-def _first(error: Exception) -> str:
-    from skyverse.maps.limits import printable
-
-    return printable(str(error))
-
-
-def _rows(meta: dict[str, Any], shapes: Any, columns: Any, where: str) -> "list[Record]":
-    import shapely
-
-    from skyverse.maps.record import Record
-
-    if shapes is None:
-        return []
-    geometries = shapely.from_wkb(shapes, on_invalid="fix")
-    for n, (shape, geometry) in enumerate(zip(shapes, geometries, strict=True), 1):
-        if shape is not None and geometry is None:
-            raise InputError(f"{where} {n}: its geometry cannot be read")
-    names = [str(name) for name in meta["fields"]]
-    values = [column.tolist() for column in columns]
-    return [
-        Record(geometry, {name: column[n] for name, column in zip(names, values, strict=True)}, f"{where} {n + 1}")
-        for n, geometry in enumerate(geometries)
-    ]
-
-
-def _system(said: str | None, path: Path, choices: Choices) -> "pyproj.CRS":
-    from skyverse.maps.outlines import named_crs
-
-    name = said or choices.crs
-    if name is None:
-        beside = " (a .prj file beside it)" if path.suffix.lower() == ".shp" else ""
-        raise InputError(f"{path}: expected its coordinate system{beside}, found none; --crs EPSG:... gives it")
-    return named_crs(name, str(path))
