@@ -277,6 +277,33 @@ def test_a_flight_that_touches_a_ridge_is_proven_and_a_millimetre_lower_is_refut
     assert legs(scenario, (0, 1, 4.999), (10, 4, 4.999)).closest.fraction == pytest.approx(0.5, abs=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        ((2, 2, 4), (7, 7, 4)),
+        ((0, 0, 4), (9, 9, 4)),
+        ((2, 2, 4), (7, 4, 4)),
+        ((2, 7, 4), (7, 2, 4)),
+        ((2, 4, 4), (7, 5, 4)),
+    ],
+)
+def test_a_flight_from_corner_to_corner_goes_through(a, b):
+    scenario = world(Prism(vertices=SQUARE, low=0, high=9), clearance=0.0)
+    assert agrees(scenario, straight(a, b)) == "refuted"
+    assert agrees(scenario, rest_to_rest(a, b)) == "refuted"
+    assert legs(scenario, a, b).closest is not None
+
+
+def test_a_flight_along_a_wall_of_many_edges_is_proven():
+    wall = (*((float(x), 2.0) for x in range(9)), (8.0, 5.0), (0.0, 5.0))
+    for clearance in (0.0, 0.25):
+        scenario = world(Prism(vertices=wall, low=0, high=9), clearance=clearance)
+        y = 2 - clearance
+        assert agrees(scenario, straight((-5, y, 1), (15, y, 3))) == "proven"
+        assert verdict(legs(scenario, (-5, y, 1), (15, y, 3))) == "proven"
+        assert verdict(legs(scenario, (-5, y + 0.001, 1), (15, y + 0.001, 3))) == "refuted"
+
+
 # ---------------------------------------------------------------- sentences
 
 

@@ -13,6 +13,9 @@ from skyverse.shapes import Prism
 AT_ONCE = 2**19
 """Edges looked at together."""
 
+TOUCH = 1e-8
+"""Metres within which a chord may meet an outline; more than rounding."""
+
 
 class Prisms(NamedTuple):
     """Prisms, and what is shut: grown by the clearance, less the tolerance.
@@ -86,12 +89,14 @@ class Prisms(NamedTuple):
         a, b, p, q = chord.a[of], chord.b[of], self.p[edge], self.q[edge]
         from_a, from_b = distance(a, p, q), distance(b, p, q)
         apart = np.minimum(np.minimum(from_a, from_b), np.minimum(distance(p, a, b), distance(q, a, b)))
-        meets = _cross(a, b, p, q)
+        nearest = np.minimum.reduceat(apart, begins)
         inside = np.add.reduceat(_passes(a, p, q), begins) % 2 == 1
-        touches = inside | np.logical_or.reduceat(meets, begins)
+        touches = inside | np.logical_or.reduceat(_cross(a, b, p, q), begins)
+        # a chord may go from corner to corner: no edge is crossed, both ends are on the outline
+        touches |= (nearest <= TOUCH) & np.any(chord.a != chord.b, axis=1)
         deep = np.minimum.reduceat(np.maximum(from_a, from_b), begins)
         level: Floats = self.shut[which] + chord.off
-        return level + np.where(touches, deep, -np.minimum.reduceat(apart, begins))
+        return level + np.where(touches, deep, -nearest)
 
 
 def _cross(a: Floats, b: Floats, p: Floats, q: Floats) -> NDArray[np.bool_]:
