@@ -127,31 +127,30 @@ def _ends(
     far = np.clip(far, [region[0], region[1]], [region[2], region[3]])
     low, high = np.full(len(features), -np.inf), np.full(len(features), np.inf)
     for ends, side, at in ((low, "low", far), (high, "high", near)):
-        sea = [k for k, feature in enumerate(features) if isinstance(getattr(feature, side), AboveSea)]
-        metres = np.array([getattr(features[k], side).metres for k in sea])
-        ends[sea] = height_of(origin, at[sea, 0], at[sea, 1], metres)
-    for k, feature in enumerate(features):
-        if isinstance(feature.low, AboveHome) or isinstance(feature.high, AboveHome):
-            raise InputError(f"{feature.where}: an altitude above home, but an obstacle has none; give agl or amsl")
-        grounded = isinstance(feature.low, AboveGround) or isinstance(feature.high, AboveGround)
-        if terrain is None:
-            if grounded:
-                raise InputError(
-                    f"{feature.where}: an altitude above ground, which is unknown; give --terrain FILE or "
-                    "--ground '0 m amsl'"
-                )
-            continue
-        stands = feature.low is None or (feature.kind == "building" and isinstance(feature.low, AboveSea))
-        if not (grounded or stands):
-            continue
-        lowest, highest = ground_between(terrain, boxes[k], outlines[k])
-        if stands:
-            low[k] = min(lowest, low[k]) if np.isfinite(low[k]) else lowest
-        elif isinstance(feature.low, AboveGround):
-            low[k] = lowest + feature.low.metres
-        if isinstance(feature.high, AboveGround):
-            high[k] = highest + feature.high.metres
+        sea = np.array([isinstance(getattr(feature, side), AboveSea) for feature in features], dtype=bool)
+        ends[sea] = height_of(origin, at[sea, 0], at[sea, 1], _metres(features, sea, side))
+    home = next((f for f in features if isinstance(f.low, AboveHome) or isinstance(f.high, AboveHome)), None)
+    if home is not None:
+        raise InputError(f"{home.where}: an altitude above home, but an obstacle has none; give agl or amsl")
+    floored = np.array([isinstance(feature.low, AboveGround) for feature in features], dtype=bool)
+    capped = np.array([isinstance(feature.high, AboveGround) for feature in features], dtype=bool)
+    if terrain is None:
+        if (floored | capped).any():
+            where = features[int(np.flatnonzero(floored | capped)[0])].where
+            raise InputError(
+                f"{where}: an altitude above ground, which is unknown; give --terrain FILE or --ground '0 m amsl'"
+            )
+        return low, high
+    lowest, highest = ground_between(terrain, outlines)
+    stands = np.array([f.low is None or (f.kind == "building" and isinstance(f.low, AboveSea)) for f in features], bool)
+    low[stands] = np.where(np.isfinite(low), np.minimum(low, lowest), lowest)[stands]
+    low[floored] = lowest[floored] + _metres(features, floored, "low")
+    high[capped] = highest[capped] + _metres(features, capped, "high")
     return low, high
+
+
+def _metres(features: Sequence[Feature], these: NDArray[np.bool_], side: str) -> Floats:
+    return np.array([getattr(features[k], side).metres for k in np.flatnonzero(these).tolist()], dtype=np.float64)
 
 
 def bounded(these: Placed, floor: float, ceiling: float, reach: float) -> Placed:
@@ -224,11 +223,14 @@ def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:
     return made, counts
 
 
-def _rings(outline: Any) -> tuple[tuple[tuple[float, float], ...], ...]:
+def _rings(outline: Any) -> tuple[Floats, ...]:
     return tuple(_ring(hole) for hole in outline.interiors)
 
 
-def _ring(ring: Any) -> tuple[tuple[float, float], ...]:
-    corners = np.round(np.asarray(ring.coords)[:-1], 3)
-    differs = np.any(corners != np.roll(corners, 1, axis=0), axis=1)
-    return tuple((float(x), float(y)) for x, y in corners[differs])
+def _ring(ring: Any) -> Floats:
+    """Return an outline's corners (n, 2), rounded, none twice in a row."""
+    import shapely
+
+    corners: Floats = np.round(shapely.get_coordinates(ring), 3)
+    kept: Floats = corners[1:][np.any(corners[1:] != corners[:-1], axis=1)]
+    return kept

@@ -142,7 +142,7 @@ class _Grid:
             column, row, altitude, column_up, row_up, altitude_up = tile.pixel.grid(self.x[part], self.y)
             rise = LEVELS[1] - LEVELS[0]
             z = np.full_like(column, np.nanmean(tile.heights) if np.isfinite(tile.heights).any() else 0.0)
-            for _ in range(3):  # the line up from a node leans towards other pixels, the more the farther it is away
+            for _ in range(2):  # the line up from a node leans towards other pixels, the more the farther it is away
                 share = (z - LEVELS[0]) / rise
                 found, inside = _between(tile, column + share * (column_up - column), row + share * (row_up - row))
                 there = LEVELS[0] + (found - altitude) / (altitude_up - altitude) * rise
@@ -322,34 +322,53 @@ def ground_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
     return low
 
 
-def ground_between(terrain: Terrain, box: Floats, outline: Any) -> tuple[float, float]:
-    """Return the lowest and the highest ground under a polygon, or less and more; of what the terrain covers.
+def ground_between(terrain: Terrain, outlines: NDArray[Any]) -> tuple[Floats, Floats]:
+    """Return the lowest and the highest ground (n,) under polygons of shapely, or less and more by a cell's slope.
 
-    Parameters
-    ----------
-    box
-        The polygon's least x, y and greatest x, y.
-    outline
-        The polygon itself, of shapely.
+    Of a polygon that leaves the terrain, what is under the rest counts, or under the nearest edge.
     """
-    (x0, y0), (dx, dy), heights = terrain.origin, terrain.step, terrain.heights
-    nx, ny = heights.shape
-    i, m = (int(np.clip(np.floor((at - x0) / dx), 0, nx - 2)) for at in (box[0], box[2]))
-    j, n = (int(np.clip(np.floor((at - y0) / dy), 0, ny - 2)) for at in (box[1], box[3]))
-    part = heights[i : m + 2, j : n + 2]  # a bilinear cell is nowhere beyond its corners
-    if (m - i + 1) * (n - j + 1) > FEW_CELLS:
-        from rasterio.features import rasterize
-        from rasterio.transform import Affine
+    import shapely
 
-        shape = m - i + 1, n - j + 1
-        to_place = Affine(0, dx, x0 + i * dx, dy, 0, y0 + j * dy)  # rows go along x
-        touched = rasterize([outline], shape, transform=to_place, all_touched=True, dtype="uint8").astype(bool)
-        if touched.any():
-            nodes = np.zeros((shape[0] + 1, shape[1] + 1), dtype=bool)
-            for a, b in ((0, 0), (1, 0), (0, 1), (1, 1)):
-                nodes[a : a + shape[0], b : b + shape[1]] |= touched
-            part = part[nodes]
-    return float(part.min()), float(part.max())
+    (x0, y0), (dx, dy), h = terrain.origin, terrain.step, terrain.heights
+    corners = h[:-1, :-1], h[1:, :-1], h[:-1, 1:], h[1:, 1:]  # a bilinear cell is nowhere beyond them
+    least, most = np.minimum.reduce(corners), np.maximum.reduce(corners)
+    boxes = (shapely.bounds(outlines).reshape(-1, 4) - [x0, y0, x0, y0]) / [dx, dy, dx, dy]
+    i, j, m, n = np.clip(np.floor(boxes), 0, np.array(least.shape * 2) - 1).astype(np.int64).T
+    wide, deep = m - i + 1, n - j + 1
+    low, high = np.empty(len(outlines)), np.empty(len(outlines))
+    few = wide * deep <= FEW_CELLS
+    for k in np.flatnonzero(~few):
+        touched = _touched(outlines[k], terrain, (int(i[k]), int(j[k])), (int(wide[k]), int(deep[k])))
+        part = slice(i[k], m[k] + 1), slice(j[k], n[k] + 1)
+        low[k], high[k] = least[part][touched].min(), most[part][touched].max()
+    some = np.flatnonzero(few)
+    for rows in np.array_split(some, 1 + len(some) // 5000):
+        if not len(rows):
+            continue
+        sizes = wide[rows] * deep[rows]
+        owner = np.repeat(rows, sizes)
+        ends = np.cumsum(sizes)
+        number = np.arange(ends[-1]) - np.repeat(ends - sizes, sizes)
+        a, b = i[owner] + number // deep[owner], j[owner] + number % deep[owner]
+        cells = shapely.box(x0 + a * dx, y0 + b * dy, x0 + (a + 1) * dx, y0 + (b + 1) * dy)
+        under = shapely.intersects(outlines[owner], cells)
+        under |= ~np.logical_or.reduceat(under, ends - sizes).repeat(sizes)
+        low[rows] = np.minimum.reduceat(np.where(under, least[a, b], np.inf), ends - sizes)
+        high[rows] = np.maximum.reduceat(np.where(under, most[a, b], -np.inf), ends - sizes)
+    return low, high
 
 
-FEW_CELLS = 25
+def _touched(outline: Any, terrain: Terrain, first: tuple[int, int], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return which cells of a part of the terrain a polygon touches; all, if none."""
+    from rasterio.features import rasterize
+    from rasterio.transform import Affine
+
+    (x0, y0), (dx, dy) = terrain.origin, terrain.step
+    to_place = Affine(0, dx, x0 + first[0] * dx, dy, 0, y0 + first[1] * dy)  # its rows go along x
+    touched = rasterize([outline], shape, transform=to_place, all_touched=True, dtype="uint8").astype(bool)
+    found: NDArray[np.bool_] = touched if touched.any() else np.ones(shape, dtype=bool)
+    return found
+
+
+FEW_CELLS = 400
+"""Up to so many, cells are intersected one by one; of more, drawing the polygon is faster."""
