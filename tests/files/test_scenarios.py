@@ -182,7 +182,7 @@ def test_a_folder_and_an_unknown_ending_are_refused(tmp_path):
     refused(tmp_path / "dir.yaml", "expected a file, found a folder")
     for name, found in [("map.xml", "'.xml'"), ("map", "'no ending'")]:
         (tmp_path / name).write_text(GOOD)
-        refused(tmp_path / name, ".yaml, .yml, .json or .txt", found)
+        refused(tmp_path / name, ".yaml, .yml, .json, .txt", found)
 
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])

@@ -122,7 +122,7 @@ def test_a_tree_by_hand_reads_as_it_says(tmp_path):
     [
         (chain(16, [2] * 8), {}, "expected a tree 16 deep at most"),
         (chain(100_000, [2] * 8), {}, "expected a tree 16 deep at most"),
-        (chain(15, [2] * 8) + [[2] * 8], {}, "expected one tree of 17 nodes"),
+        ([*chain(15, [2] * 8), [2] * 8], {}, "expected one tree of 17 nodes"),
         (chain(14, [3] * 8), {}, "belong to it or are missing"),
         (chain(15, [1] * 8), {}, "found all of it free"),
         (chain(15, [0] * 8), {}, "found nothing"),

@@ -1,0 +1,91 @@
+"""Point clouds become the voxels that hold their points."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.maps.cloud import read_las, voxels_of_points
+
+
+def las(path, points, scales=(0.001, 0.001, 0.001), crs=None):
+    laspy = pytest.importorskip("laspy")
+    pytest.importorskip("lazrs")
+    header = laspy.LasHeader(point_format=3, version="1.2")
+    header.scales, header.offsets = scales, np.floor(np.min(points, axis=0))
+    if crs is not None:
+        header.add_crs(crs)
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.asarray(points).T
+    cloud.write(path)
+    return path
+
+
+def held(voxels):
+    """Return the numbers of the occupied voxels, counted from the frame's zero."""
+    first = np.rint(np.array(voxels.origin) / voxels.step).astype(int)
+    return {tuple(cell) for cell in (first + np.argwhere(voxels.occupied)).tolist()}
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.2, 3), st.integers(1, 3))
+def test_occupied_is_what_holds_so_many_points_and_nothing_else(seed, size, at_least):
+    points = np.random.default_rng(seed).normal(scale=2, size=(300, 3)).round(3)
+    cells, counts = np.unique(np.floor(points / size).astype(int), axis=0, return_counts=True)
+    wanted = {tuple(cell) for cell in cells[counts >= at_least].tolist()}
+    if wanted:
+        assert held(voxels_of_points("a", lambda: iter([points[:100], points[100:]]), size, at_least)) == wanted
+    else:
+        with pytest.raises(sky.InputError, match="points in some voxel"):
+            voxels_of_points("a", lambda: iter([points]), size, at_least)
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+def test_a_las_or_laz_gives_a_scenario(suffix, tmp_path):
+    points = np.random.default_rng(1).uniform((0, 0, 0), (20, 10, 5), (2000, 3)).round(3)
+    scenario = sky.read(las(tmp_path / f"a{suffix}", points))
+    (voxels,) = scenario.obstacles
+    assert voxels.step == (0.5, 0.5, 0.5)
+    assert held(voxels) == {tuple(cell) for cell in np.floor(points / 0.5).astype(int).tolist()}
+    assert scenario.bounds.min == (-5, -5, -5)
+    assert scenario.bounds.max == (25, 15, 10)
+
+
+def test_a_cloud_too_wide_for_half_metres_is_read_in_larger_voxels(tmp_path):
+    path = las(tmp_path / "a.las", [(0, 0, 0), (1000, 1000, 50)])
+    assert read_las(path).step == (2, 2, 2)
+    with pytest.raises(sky.InputError, match=r"expected at most 8,388,608 voxels, found 100002 x"):
+        read_las(path, size=0.01)
+
+
+def test_a_cloud_in_degrees_or_feet_is_refused(tmp_path):
+    pyproj = pytest.importorskip("pyproj")
+    points = [(8.1, 47.2, 500), (8.2, 47.3, 510)]
+    las(tmp_path / "metres.las", points, crs=pyproj.CRS(32632))
+    assert sky.read(tmp_path / "metres.las").obstacles[0].occupied.sum() == 2
+    for code, unit in [(4326, "degree"), (2225, "US survey foot")]:
+        las(tmp_path / "a.las", points, crs=pyproj.CRS(code))
+        with pytest.raises(sky.InputError, match=f"expected coordinates in metres, found .* in {unit}"):
+            sky.read(tmp_path / "a.las")
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+@pytest.mark.parametrize("length", [0, 3, 100, 230, 500])
+def test_a_cloud_that_is_cut_off_is_refused(length, suffix, tmp_path):
+    path = las(tmp_path / f"a{suffix}", np.random.default_rng(1).uniform(0, 5, (2000, 3)))
+    path.write_bytes(path.read_bytes()[:length])
+    with pytest.raises(sky.InputError) as error:
+        sky.read(path)
+    assert str(error.value).startswith(str(path))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e12])
+def test_points_that_are_nowhere_are_refused(value):
+    with pytest.raises(sky.InputError, match="a: expected coordinates"):
+        voxels_of_points("a", lambda: iter([np.array([[0, 0, 0], [1, value, 1.0]])]))
+
+
+def test_a_cloud_without_points_is_refused():
+    with pytest.raises(sky.InputError, match="a: expected points, found none"):
+        voxels_of_points("a", lambda: iter([]))
