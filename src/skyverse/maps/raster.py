@@ -135,7 +135,7 @@ class Opened:
 
     def places(self, columns: Floats, rows: Floats) -> tuple[Floats, Floats]:
         """Return longitudes and latitudes of pixel coordinates; a pixel's centre is at a half."""
-        longitude, latitude = self.globe.transform(*(self.data.transform * (columns, rows)))
+        longitude, latitude = self.globe.transform(*_moved(self.data.transform, columns, rows))
         return np.asarray(longitude), np.asarray(latitude)
 
     def pixels(self, longitude: Floats, latitude: Floats, around: float, turns: int) -> tuple[Floats, Floats]:
@@ -144,8 +144,7 @@ class Opened:
         if self.turn is not None:
             middle = around * self.turn / 360
             first = middle + (first - middle + self.turn / 2) % self.turn - self.turn / 2 + turns * self.turn
-        columns, rows = ~self.data.transform * (np.asarray(first), np.asarray(second))
-        return columns, rows
+        return _moved(~self.data.transform, np.asarray(first), np.asarray(second))
 
     def heights(self, column: int, row: int, columns: int, rows: int) -> Floats:
         """Return a window's heights in metres, ``nan`` where there is none."""
@@ -174,6 +173,12 @@ class Opened:
             )
         values[holes] = np.nan
         return values
+
+
+def _moved(transform: Any, first: Floats, second: Floats) -> tuple[Floats, Floats]:
+    """Apply a geotransform."""
+    a, b, c, d, e, f = transform[:6]
+    return a * first + b * second + c, d * first + e * second + f
 
 
 @contextmanager
