@@ -20,6 +20,7 @@ from wild import world
 
 import skyverse as sky
 from skyverse.cores import cores
+from skyverse.shapes import Voxels
 
 ROUNDING = 1e-9  # of the oracle
 ABRUPT = (sky.Fault.CONTINUITY, sky.Fault.TRAJECTORY_ENDS)  # at knots, judged exactly
@@ -79,11 +80,11 @@ def trajectory(
         )
         if not there > -ROUNDING:
             wrong.append(f"{violation.message} But the excess there is {there:.3g}.")
-        # quantities of which the referee seeks the worst instant along another scale are left out
-        if (
-            violation.fault in (sky.Fault.SPEED, sky.Fault.TRAJECTORY_CLEARANCE)
-            and worst[violation.fault] > there + 1e-6
-        ):
+        # quantities of which the referee seeks the worst instant along another scale are left out; so are voxels, of
+        # which several may be one box
+        voxels = any(isinstance(shape, Voxels) for shape in mission.scenario.obstacles)
+        scales = [sky.Fault.SPEED] if voxels else [sky.Fault.SPEED, sky.Fault.TRAJECTORY_CLEARANCE]
+        if violation.fault in scales and worst[violation.fault] > there + 1e-6:
             wrong.append(f"{violation.message} But it is worse elsewhere, {worst[violation.fault]:.9g} > {there:.9g}.")
         late = not flown.start <= violation.time <= flown.end
         wrong += [f"{violation.message} But it does not fly then."] if late else []

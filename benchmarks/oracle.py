@@ -6,6 +6,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder
 
 import skyverse as sky
+from skyverse.shapes import Sphere, Terrain, Voxels
 
 RATE = 1e4  # Hz
 G = 9.81
@@ -86,14 +87,60 @@ def excess(scenario: sky.Scenario, uav: sky.UAV, motion: Motion) -> dict[sky.Fau
 
 
 def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
-    """Return how deep positions are inside the deepest box grown by the clearance, metres; below 0 outside."""
+    """Return how deep positions are inside the deepest grown obstacle or too near to the ground, metres."""
     deepest = np.full(len(p), -np.inf)
     lowest, highest = p.min(axis=0), p.max(axis=0)
-    for box in scenario.obstacles:
-        low, high = np.array(box.min) - scenario.clearance, np.array(box.max) + scenario.clearance
-        if np.all(low < highest) and np.all(high > lowest):
-            deepest = np.maximum(deepest, np.minimum(p - low, high - p).min(axis=1))
+    for shape in scenario.obstacles:
+        if isinstance(shape, sky.Box):
+            low, high = np.array(shape.min) - scenario.clearance, np.array(shape.max) + scenario.clearance
+            if np.all(low < highest) and np.all(high > lowest):
+                deepest = np.maximum(deepest, np.minimum(p - low, high - p).min(axis=1))
+        elif isinstance(shape, Voxels):
+            step = np.array(shape.step)
+            for cell in np.argwhere(shape.occupied):
+                low = np.array(shape.origin) + cell * step - scenario.clearance
+                high = low + step + 2 * scenario.clearance
+                deepest = np.maximum(deepest, np.minimum(p - low, high - p).min(axis=1))
+        elif isinstance(shape, Sphere):
+            deepest = np.maximum(deepest, shape.radius + scenario.clearance - norm(p - np.array(shape.centre)))
+        else:
+            away = beside(shape, p[:, :2]) if isinstance(shape, sky.Prism) else about(shape, p[:, :2])
+            away = np.maximum(away, np.maximum(shape.low - p[:, 2], p[:, 2] - shape.high))
+            deepest = np.maximum(deepest, scenario.clearance - away)
+    if scenario.terrain is not None:
+        own = scenario.terrain.clearance
+        keep = scenario.clearance if own is None else own
+        deepest = np.maximum(deepest, ground(scenario.terrain, p[:, :2]) + keep - p[:, 2])
     return deepest
+
+
+def about(cylinder: sky.Cylinder, xy: np.ndarray) -> np.ndarray:
+    """Return the distances from a circle, negative inside."""
+    return norm(xy - np.array(cylinder.centre)) - cylinder.radius
+
+
+def beside(prism: sky.Prism, xy: np.ndarray) -> np.ndarray:
+    """Return the distances from a polygon with holes, negative inside: what is inside is turned round by more edges."""
+    away, turned = np.full(len(xy), np.inf), np.zeros(len(xy))
+    for ring in (prism.vertices, *prism.holes):
+        total = np.zeros(len(xy))
+        for a, b in zip(np.array(ring), np.roll(ring, -1, axis=0), strict=True):
+            share = np.clip((xy - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+            away = np.minimum(away, norm(a + share[:, None] * (b - a) - xy))
+            one, two = a - xy, b - xy
+            total += np.arctan2(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0], (one * two).sum(axis=1))
+        turned += np.abs(total) > np.pi
+    return np.where(turned == 1, -away, away)
+
+
+def ground(terrain: Terrain, xy: np.ndarray) -> np.ndarray:
+    """Return the heights of the ground, bilinear: first along x, then along y."""
+    index = (xy - np.array(terrain.origin)) / np.array(terrain.step)
+    i, j = np.clip(np.floor(index), 0, np.array(terrain.heights.shape) - 2).astype(int).T
+    u, v = (index - np.column_stack([i, j])).T
+    south = terrain.heights[i, j] * (1 - u) + terrain.heights[i + 1, j] * u
+    north = terrain.heights[i, j + 1] * (1 - u) + terrain.heights[i + 1, j + 1] * u
+    return south * (1 - v) + north * v
 
 
 def where(trajectory: sky.Trajectory | None, start: np.ndarray, t: np.ndarray) -> np.ndarray:

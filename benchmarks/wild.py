@@ -4,10 +4,11 @@ from dataclasses import replace
 from math import factorial, radians, tan
 
 import numpy as np
-from oracle import Motion, nearness, peaks, sampled
+from oracle import Motion, depth, nearness, peaks, sampled
 from scipy.interpolate import make_interp_spline
 
 import skyverse as sky
+from skyverse.shapes import Obstacle, Sphere, Terrain, Voxels
 
 OFF = (-1e-3, -1e-5, -2e-6, -1e-6, -5e-7, 0.0, 1e-9, 1e-6, 1e-3)
 """By what share a limit is missed; that of -1e-6 is at the tolerance exactly."""
@@ -18,6 +19,8 @@ def world(seed: int) -> sky.Mission:
     """Return one seed's mission."""
     rng = np.random.default_rng(seed)
     kind = rng.choice(["wild", "room", "city", "turns"], p=[0.72, 0.15, 0.02, 0.11])
+    if seed % 3 == 2:
+        return mapped(wild(rng), rng)
     if kind == "city":
         try:
             city = sky.random_city(int(rng.integers(5, 60)), side=200, uavs=int(rng.integers(1, 7)), seed=seed)
@@ -69,6 +72,45 @@ def wild(rng: np.random.Generator) -> sky.Mission:
         update["bounds"] = sky.Bounds(min=(-1e3, -1e3, -1e3), max=top)
     scenario = mission.scenario.model_copy(update=update)
     return judged_by(replace(mission, scenario=scenario), uavs)
+
+
+def mapped(mission: sky.Mission, rng: np.random.Generator) -> sky.Mission:
+    """Put shapes of all kinds around the flights, and ground below, which some flight just misses, or just hits."""
+    flown = np.concatenate([sampled(trajectory)[1].position for trajectory in mission.trajectories])
+    low, high = flown.min(axis=0) - 1, flown.max(axis=0) + 1
+    some = [shape_near(rng, low, high) for _ in range(rng.integers(0, 5))]
+    terrain = None
+    if rng.random() < 0.5:
+        step = rng.uniform(0.5, 3, 2)
+        count = np.ceil((high - low)[:2] / step).astype(int) + 2
+        heights = low[2] + rng.choice([0.0, 0.3, 2.0]) * rng.random(count)
+        terrain = Terrain(origin=low[:2], step=step, heights=heights, clearance=rng.choice([0.0, 0.2]))
+        below = float(rng.choice(OFF)) - depth(mission.scenario.model_copy(update={"terrain": terrain}), flown).max()
+        if rng.random() < 0.7 and below > 0:
+            terrain = terrain.model_copy(update={"clearance": terrain.clearance + below})
+    clear = mission.scenario.model_copy(update={"obstacles": tuple(some), "clearance": 0.0})
+    gap = -depth(clear, flown).max() + float(rng.choice(OFF)) if some else -1.0
+    clearance = gap if gap > 0 and rng.random() < 0.7 else 0.25
+    update = {"obstacles": (*mission.scenario.obstacles, *some), "clearance": clearance, "terrain": terrain}
+    return replace(mission, scenario=mission.scenario.model_copy(update=update))
+
+
+def shape_near(rng: np.random.Generator, low: np.ndarray, high: np.ndarray) -> Obstacle:
+    """Return some shape in a box."""
+    middle, size = rng.uniform(low, high), rng.uniform(0.1, 0.5) * float((high - low).min())
+    kind = rng.choice(["cylinder", "sphere", "prism", "voxels"])
+    span = {"low": middle[2] - size, "high": middle[2] + size}
+    if kind == "cylinder":
+        return sky.Cylinder(centre=middle[:2], radius=size, **span)
+    if kind == "sphere":
+        return Sphere(centre=middle, radius=size)
+    if kind == "voxels":
+        return Voxels(origin=middle, step=rng.uniform(0.1, 0.5, 3), occupied=rng.random(rng.integers(1, 5, 3)) < 0.5)
+    angles = np.linspace(0, 2 * np.pi, rng.integers(3, 9), endpoint=False)
+    around = np.column_stack([np.cos(angles), np.sin(angles)])
+    outline = middle[:2] + size * rng.uniform(0.4, 1, len(angles))[:, None] * around
+    inner = middle[:2] + 0.2 * size * around[::-1]
+    return sky.Prism(vertices=outline, holes=[inner] if len(angles) > 4 and rng.random() < 0.5 else [], **span)
 
 
 def spline(rng: np.random.Generator, side: float) -> sky.Trajectory:
