@@ -85,6 +85,7 @@ def test_thirty_uavs_and_a_wide_map_fit(swarm):
     drawn = scene(swarm)
     figure = trajectories(drawn)
     assert len(figure.legends[0].get_texts()) == 32
-    wide = dataclasses.replace(drawn, bounds=drawn.bounds.model_copy(update={"max": (60.0, 20.0, 6.0)}))
+    bounds = drawn.scenario.bounds.model_copy(update={"max": (60.0, 20.0, 6.0)})
+    wide = dataclasses.replace(drawn, scenario=drawn.scenario.model_copy(update={"bounds": bounds}))
     figure = paths(wide)
     assert figure.get_figwidth() > figure.get_figheight()

@@ -1,3 +1,4 @@
+import base64
 import dataclasses
 import math
 from collections import Counter
@@ -7,12 +8,19 @@ import numpy as np
 import pytest
 
 from skyverse.draw.scene import scene
+from skyverse.draw.solids import surface
 from skyverse.draw.table import table
 from skyverse.draw.traces import in_space, of_search
 from skyverse.draw.track import PALETTE, sample
-from skyverse.draw.zones import surface
 from skyverse.result import Status, Trajectory
 from skyverse.shapes import Cylinder, Prism
+
+
+def columns(trace, names):
+    """The numbers of a trace as rows, out of the bytes that the page carries."""
+    kinds = {"f4": np.float32, "i4": np.int32}
+    packed = [trace[name] for name in names]
+    return np.column_stack([np.frombuffer(base64.b64decode(p["bdata"]), kinds[p["dtype"]]) for p in packed])
 
 
 def test_a_track_carries_names_places_and_arrival(mission):
@@ -137,15 +145,15 @@ def test_brisk_pieces_get_more_samples():
 def test_all_boxes_are_one_mesh_and_one_line(mission):
     mesh, edges = in_space(scene(mission))[:2]
     boxes = mission.scenario.obstacles
-    assert len(mesh["x"]) == 8 * len(boxes)
-    assert len(mesh["i"]) == 12 * len(boxes)
-    points = np.array([mesh["x"], mesh["y"], mesh["z"]]).T
-    triangles = points[np.array([mesh["i"], mesh["j"], mesh["k"]]).T]
+    points, faces = columns(mesh, "xyz"), columns(mesh, "ijk")
+    assert len(points) == 8 * len(boxes)
+    assert len(faces) == 12 * len(boxes)
+    triangles = points[faces]
     areas = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1) / 2
     for number, box in enumerate(boxes):
         a, b, c = np.subtract(box.max, box.min)
         assert areas[12 * number : 12 * number + 12].sum() == pytest.approx(2 * (a * b + b * c + a * c))
-    stroke = list(zip(edges["x"], edges["y"], edges["z"], strict=True))[:16]
+    stroke = list(map(tuple, columns(edges, "xyz")[:16]))
     sides = {frozenset(side) for side in pairwise(stroke)}
     assert len(sides) == 12
     assert all(sum(p != q for p, q in zip(*side, strict=True)) == 1 for side in sides)
@@ -175,9 +183,9 @@ def test_zones_are_closed_surfaces_of_the_area_that_they_have(mission):
         assert min(areas) > 0
         assert sum(areas) == pytest.approx(area, rel=0.01)
     drawn = scene(dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"zones": zones})))
-    (mesh,) = (trace for trace in in_space(drawn) if trace["meta"]["role"] == "zone")
-    assert max(mesh["i"]) < len(mesh["x"])
-    assert not any(trace["meta"]["role"] == "zone" for trace in in_space(scene(mission)))
+    mesh = next(trace for trace in in_space(drawn) if trace["name"] == "zone")
+    assert columns(mesh, "ijk").max() < len(columns(mesh, "xyz"))
+    assert not any(trace["name"] == "zone" for trace in in_space(scene(mission)))
 
 
 def test_a_bound_is_called_an_optimum_only_where_it_is_one(mission):

@@ -116,7 +116,7 @@ def convergence(drawn: Scene) -> "Figure":
         _decades(both[0])
     both[0].set_ylabel("best cost so far")
     dashed = any(curve.bound is not None for curve in drawn.curves)
-    heading = f"{plain(drawn.title)}: convergence{f' (dashed: the {drawn.bound})' if dashed else ''}"
+    heading = f"{plain(drawn.scenario.name)}: convergence{f' (dashed: the {drawn.bound})' if dashed else ''}"
     figure.suptitle(heading, fontsize=12, color=INK, y=1 - 0.2 / height)
     figure.subplots_adjust(
         left=0.08, right=0.98, top=1 - 0.55 / height, bottom=(0.75 + 0.23 * rows) / height, wspace=0.06

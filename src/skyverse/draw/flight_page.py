@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from skyverse.draw.as_flown import DRAWN, as_flown
+from skyverse.draw.encoded import Trace, flat, plain
 from skyverse.draw.html import SHOWN_FINDINGS, card, data, filled, line, listed
 from skyverse.draw.scene import Scene
 from skyverse.draw.table import NOTHING, number
-from skyverse.draw.traces import Trace, flat, plain
 from skyverse.flown import Flight, Flown
 
 _WORDS = {
@@ -38,8 +38,8 @@ def flight_page(flight: Flight) -> str:
     """Return the page of `flight`; every string of the user's is escaped."""
     drawn = as_flown(flight)
     parts = {
-        "title": f"{escape(drawn.title)}, flown",
-        "description": escape(" ".join([drawn.description, _told(flight)])),
+        "title": f"{escape(drawn.scenario.name)}, flown",
+        "description": escape(" ".join([drawn.scenario.description, _told(flight)])),
         "tiles": _tiles(flight),
         "banner": _banner(flight, drawn),
         "lines": "Thick lines: as flown; thin lines: as planned.",

@@ -10,12 +10,17 @@ from typing import Any
 
 from skyverse.atomic import write_text
 from skyverse.draw import table
+from skyverse.draw.encoded import flat
+from skyverse.draw.map_traces import from_above
+from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene import Finding, Scene, scene
-from skyverse.draw.traces import flat, in_space, of_search
+from skyverse.draw.traces import in_space, of_search
 from skyverse.result import Mission
 
 SHOWN_FINDINGS = 200
 SLIDER_STEPS = 250
+CROWDED = 300
+"""More shapes than this have thinner edges."""
 
 
 def write_html(mission: Mission, path: Path) -> None:
@@ -33,6 +38,18 @@ _AXIS = """
         <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
         <button type="button" data-axis="paths" aria-pressed="false">Generated paths</button>
       """
+_MAPS = """
+  <section class="card map" aria-label="Map">
+    <div class="bar"><h2>Map</h2><output id="where"></output></div>
+    <div id="map" role="img" aria-label="The mission from above"></div>
+    <p class="hint" id="mapped"></p>
+  </section>
+  <section class="card profile" aria-label="Altitude profile">
+    <div class="bar"><h2>Altitude profile</h2>
+      <label>UAV <select id="whose" aria-label="UAV of the profile"></select></label></div>
+    <div id="profile" role="img" aria-label="The flight from the side"></div>
+    <p class="hint" id="sideways"></p>
+  </section>"""
 _WORDS = {
     "layers": {"paths": "Paths", "trajectories": "Trajectories"},
     "iterations": "iteration",
@@ -46,8 +63,8 @@ _WORDS = {
 def page(scene: Scene) -> str:
     """Return the page of `scene`; every string of the user's is escaped."""
     parts = {
-        "title": escape(scene.title),
-        "description": escape(scene.description),
+        "title": escape(scene.scenario.name),
+        "description": escape(scene.scenario.description),
         "tiles": table.tiles(scene),
         "banner": banner(scene),
         "lines": "Thick lines: trajectories; thin lines: the paths as planned.",
@@ -69,12 +86,20 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
     here = files("skyverse.draw")
     parts = parts | {
         "data": embedded(drawn),
+        "layout": _layout(drawn),
+        "maps": _MAPS if drawn["mapped"] else "",
         "css": here.joinpath("page.css").read_text("utf-8"),
-        "js": here.joinpath("page.js").read_text("utf-8"),
+        "js": "".join(here.joinpath(name).read_text("utf-8") for name in ("maps.js", "page.js")),
         "plotly": get_plotlyjs(),
     }
     template = here.joinpath("page.html").read_text("utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
+
+
+def _layout(drawn: dict[str, Any]) -> str:
+    if not drawn["mapped"]:
+        return ""
+    return ' class="mapped"' if drawn["search"] else ' class="mapped direct"'
 
 
 def embedded(data: Any) -> str:
@@ -86,12 +111,21 @@ def embedded(data: Any) -> str:
 def data(scene: Scene) -> dict[str, Any]:
     """Return what the page's script draws in space."""
     makespan = scene.totals.makespan or 0.0
-    corners = [scene.bounds.min, scene.bounds.max, *(track.start for track in scene.tracks)]
-    corners += [track.target for track in scene.tracks if track.target is not None]
-    corners += [position for _, position in scene.spare_targets]
-    return {
+    drawn = {
         "space": in_space(scene),
-        "extent": [[pick(corner[axis] for corner in corners) for axis in range(3)] for pick in (min, max)],
+        "extent": [scene.world.low.tolist(), scene.world.high.tolist()],
+        "stretch": scene.world.stretch,
+        "crowded": sum(len(kind.shapes) for kind in scene.world.kinds) > CROWDED,
+        "mapped": scene.world.mapped,
+        "kinds": [
+            {
+                "title": kind.title if scene.world.mapped else f"{kind.name.capitalize()}s",
+                "hard": kind.hard,
+                "colour": kind.colour,
+                "solid": kind.solid,
+            }
+            for kind in scene.world.kinds
+        ],
         "makespan": makespan,
         "step": slider_step(makespan),
         "tracks": [
@@ -105,6 +139,9 @@ def data(scene: Scene) -> dict[str, Any]:
             for track in scene.tracks
         ],
     }
+    if scene.world.mapped:
+        drawn |= {"map": from_above(scene), "profiles": from_the_side(scene)}
+    return drawn
 
 
 def slider_step(makespan: float) -> float:
@@ -178,7 +215,7 @@ def footer(scene: Scene) -> str:
     made = scene.provenance
     return listed(
         {
-            "Scenario": scene.title,
+            "Scenario": scene.scenario.name,
             "Planner": made.planner,
             "Stop": made.stop,
             "Seed": "none" if made.seed is None else str(made.seed),

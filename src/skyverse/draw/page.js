@@ -1,11 +1,11 @@
-"use strict";
 (() => {
   const $ = (id) => document.getElementById(id);
   const data = JSON.parse($("mission").textContent);
   const { tracks, extent, makespan, words } = data;
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
+  const LIGHT = { x: -1e5, y: 1e5, z: 1e5 };
   const shown = tracks.map(() => true);
-  const layers = { obstacles: true, zones: true, paths: true, trajectories: true, trail: true, names: tracks.length <= 12 };
+  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, names: tracks.length <= 12 };
   const config = {
     responsive: true, displaylogo: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
@@ -13,7 +13,10 @@
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
   const index = (role) => data.space.findIndex((trace) => trace.meta.role === role);
   const fleet = index("fleet"), trail = index("trail");
-  const crowded = data.space[index("edge")].x.length > 17 * 300;
+  const crowded = data.crowded;
+  const kindColour = (kind) => data.kinds[kind].colour || colour(data.kinds[kind].hard ? "box" : "zone");
+  let stretch = data.stretch;
+  let flat = null;
   let now = 0, playing = false, ready = false, turned = false;
 
   // ---- where everyone is ----
@@ -54,11 +57,19 @@
   // ---- the picture in space ----
   const dress = (trace) => {
     const role = trace.meta.role, ink = colour("ink");
-    if (role === "obstacle") Object.assign(trace, {
-      color: colour("box"), opacity: 0.17, lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.02, roughness: 1 },
-    });
-    if (role === "zone") Object.assign(trace, { color: colour("zone"), opacity: 0.2, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
-    if (role === "edge") Object.assign(trace, { line: { color: colour("edge"), width: crowded ? 1 : 1.5 }, opacity: crowded ? 0.3 : 0.75 });
+    if (role === "terrain") Object.assign(trace, { lighting: { ambient: 0.35, diffuse: 1, specular: 0, roughness: 1, fresnel: 0 }, lightposition: { x: -1e5, y: 1e5, z: 4e4 } });
+    if (role === "kind") {
+      const { hard, solid } = data.kinds[trace.meta.kind];
+      Object.assign(trace, { color: kindColour(trace.meta.kind), flatshading: true });
+      if (solid) Object.assign(trace, { opacity: 1, lighting: { ambient: 0.8, diffuse: 0.6, specular: 0.03, roughness: 1 }, lightposition: LIGHT });
+      else if (hard) Object.assign(trace, { opacity: data.mapped ? 0.25 : 0.17, lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.02, roughness: 1 } });
+      else Object.assign(trace, { opacity: 0.2, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
+    }
+    if (role === "edge") {
+      const { hard, solid, colour: own } = data.kinds[trace.meta.kind];
+      trace.line = { color: own && !solid ? own : colour("edge"), width: crowded ? 1 : 1.5, dash: hard ? "solid" : "dash" };
+      trace.opacity = crowded ? 0.3 : 0.75;
+    }
     if (role === "bounds") Object.assign(trace, { line: { color: colour("soft"), width: 1 }, opacity: 0.5 });
     if (role === "fleet") {
       trace.textfont = { color: ink, size: 12 };
@@ -67,25 +78,28 @@
     return trace;
   };
   const visibility = (trace) => {
-    const { role, uav } = trace.meta;
-    if (role === "obstacle" || role === "edge") return layers.obstacles;
-    if (role === "zone") return layers.zones;
+    const { role, uav, kind } = trace.meta;
+    if (role === "terrain") return layers.terrain;
+    if (role === "kind" || role === "edge") return layers.kinds[kind];
     if (role === "path") return layers.paths && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
     if (role === "ends") return shown[uav];
     return true;
   };
-  const axes = () => Object.fromEntries(["x (m)", "y (m)", "z (m)"].map((title, k) => ["xyz"[k] + "axis", {
+  const seen = () => [size[0], size[1], size[2] * stretch];
+  const axes = () => Object.fromEntries(["x (m)", "y (m)", stretch === 1 ? "z (m)" : `z (m), drawn × ${stretch}`].map((title, k) => ["xyz"[k] + "axis", {
     title: { text: title, font: { size: 12 } }, range: [extent[0][k], extent[1][k]], color: colour("soft"),
-    gridcolor: colour("grid"), zeroline: false, showbackground: false, showspikes: false, nticks: [8, 4, 3][(size[k] < Math.max(...size) / 3) + (size[k] < Math.max(...size) / 7)],
+    gridcolor: colour("grid"), zeroline: false, showbackground: false, showspikes: false, nticks: [8, 4, 3][(seen()[k] < Math.max(...seen()) / 3) + (seen()[k] < Math.max(...seen()) / 7)],
     tickfont: { size: 11 }, tickangle: 0,
   }]));
-  const VIEWS = { overview: [0.8, -0.36, 0.5], side: [1, -0.08, 0.36], end: [0.3, -1, 0.42], above: [0.3, -0.015, 1] };
+  const VIEWS = data.mapped  // from the south, as on the map
+    ? { overview: [0.36, -0.8, 0.5], side: [0, -1, 0.3], end: [1, -0.08, 0.3], above: [0, -0.015, 1] }
+    : { overview: [0.8, -0.36, 0.5], side: [1, -0.08, 0.36], end: [0.3, -1, 0.42], above: [0.3, -0.015, 1] };
   const camera = (view) => {
     // Along the longer horizontal side, aimed and near so that all eight corners just fit (plotly sees 45 degrees).
     let [a, b, c] = VIEWS[view];
-    if (size[0] > size[1]) [a, b] = [-b, -a];
-    const mean = Math.cbrt(size[0] * size[1] * size[2]), half = size.map((s) => s / mean / 2);
+    if (!data.mapped && size[0] > size[1]) [a, b] = [-b, -a];
+    const mean = Math.cbrt(seen().reduce((a, b) => a * b)), half = seen().map((s) => s / mean / 2);
     const unit = (v) => v.map((value) => value / Math.hypot(...v));
     const cross = (u, v) => [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
@@ -120,8 +134,17 @@
     turned = false;
     return Plotly.relayout("space", { "scene.camera": camera(name) });
   };
-  const restyle = () => Plotly.restyle("space", { visible: data.space.map(visibility) });
+  const aspect = () => {
+    if (stretch === 1) return { aspectmode: "data" };
+    const mean = Math.cbrt(seen().reduce((a, b) => a * b)), [x, y, z] = seen().map((s) => s / mean);
+    return { aspectmode: "manual", aspectratio: { x, y, z } };
+  };
+  const restyle = async () => {
+    await Plotly.restyle("space", { visible: data.space.map(visibility) });
+    if (flat) await flat.restyle();
+  };
   const move = () => {
+    if (flat) flat.move(now);
     const [x, y, z] = fleetAt(now), [flown, colours] = trailAt(now);
     return Plotly.restyle("space", {
       x: [flown[0], x], y: [flown[1], y], z: [flown[2], z], "line.color": [colours, undefined],
@@ -197,28 +220,60 @@
     });
     $("uavs").append(chip);
   });
-  const LAYERS = { obstacles: "Obstacles", zones: "Zones", ...words.layers, trail: "Trail", names: "Names" };
-  for (const [layer, title] of Object.entries(LAYERS)) {
-    if (layer === "zones" && index("zone") < 0) continue;
-    if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
+  const switched = (title, on, change, swatch, soft) => {
     const label = document.createElement("label"), box = document.createElement("input");
     box.type = "checkbox";
-    box.checked = layers[layer];
-    box.addEventListener("change", async () => {
-      layers[layer] = box.checked;
-      if (layer === "names") return Plotly.restyle("space", { mode: box.checked ? "markers+text" : "markers" }, [fleet]);
+    box.checked = on;
+    box.addEventListener("change", () => change(box.checked));
+    label.append(box);
+    if (swatch) {
+      const mark = document.createElement("i");
+      mark.className = soft ? "swatch soft" : "swatch";
+      mark.style.setProperty("--swatch", swatch);
+      label.append(mark);
+    }
+    label.append(title);
+    return label;
+  };
+  const legend = () => {
+    const host = data.mapped ? $("legend") : $("layers"), group = (text) => {
+      const words = document.createElement("span");
+      words.textContent = text;
+      host.append(words);
+    };
+    if (index("terrain") >= 0) host.append(switched("terrain", true, (on) => { layers.terrain = on; return restyle(); }, "#c5b28f"));
+    for (const hard of [true, false]) {
+      if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Not to be entered:" : "Entered at a risk:");
+      data.kinds.forEach((kind, k) => {
+        if (kind.hard !== hard) return;
+        host.append(switched(kind.title, true, (on) => { layers.kinds[k] = on; return restyle(); }, data.mapped && kindColour(k), !hard));
+      });
+    }
+    host.hidden = !host.childElementCount;
+  };
+  legend();
+  const LAYERS = { ...words.layers, trail: "Trail", names: "Names" };
+  for (const [layer, title] of Object.entries(LAYERS)) {
+    if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
+    $("layers").append(switched(title, layers[layer], async (on) => {
+      layers[layer] = on;
+      if (layer === "names") return Plotly.restyle("space", { mode: on ? "markers+text" : "markers" }, [fleet]);
       await restyle();
       return move();
-    });
-    label.append(box, title);
-    $("layers").append(label);
+    }));
+  }
+  if (index("terrain") >= 0) {
+    for (const factor of [...new Set([1, 1.5, 2, 3, 5, 10, stretch])].sort((a, b) => a - b)) $("stretch").add(new Option(`× ${factor}`, factor, false, factor === stretch));
+    $("stretched").hidden = false;
+    $("stretch").addEventListener("change", async () => { stretch = Number($("stretch").value); await draw(); });
   }
   for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => look(button.dataset.view));
 
   const draw = async () => {
     const font = { family: getComputedStyle(document.body).fontFamily, color: colour("ink") };
     await Plotly.newPlot("space", data.space.map(dress), {
-      scene: { ...axes(), aspectmode: "data", camera: camera(view), dragmode: "orbit" }, showlegend: false, font,
+      annotations: stretch === 1 ? [] : [{ text: `Heights are drawn ${stretch} times as large`, xref: "paper", yref: "paper", x: 0.01, y: 0.99, showarrow: false, font: { size: 12, color: colour("soft") } }],
+      scene: { ...axes(), ...aspect(), camera: camera(view), dragmode: "orbit" }, showlegend: false, font,
       margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)",
       hoverlabel: { font: { family: font.family, size: 12 } },
     }, config);
@@ -261,9 +316,11 @@
   }
   const all = async () => {
     await draw();
+    if (flat) await flat.draw();
     if (data.search.length) await chart(horizontal);
     document.body.dataset.ready = "true";
   };
+  if (data.map) flat = maps({ data, config, colour, kindColour, shown, layers, at });
   all();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", all);
 })();

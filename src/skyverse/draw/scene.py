@@ -2,18 +2,23 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Floats, Point, Track, track
+from skyverse.draw.world import Overhead, World, overhead, world
 from skyverse.result import Mission, Provenance, Result, Status
-from skyverse.scenario import Bounds, Objective, Scenario, Target
-from skyverse.shapes import Box, Zone
+from skyverse.scenario import Scenario, Target
 from skyverse.verdict import Fault, Verdict, Violation
 
 Thing = TypeVar("Thing")
+
+PROFILED = 10_000
+"""Points of all profiles together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +101,7 @@ class Scene:
     It is `proven` when the mission says that the referee proved all of it, at every instant.
     """
 
-    title: str
-    description: str
-    bounds: Bounds
-    obstacles: tuple[Box, ...]
-    zones: tuple[Zone, ...]
-    objective: Objective
+    scenario: Scenario
     bound: Literal["exact optimum", "lower bound"]
     tracks: tuple[Track, ...]
     spare_targets: tuple[tuple[str, Point], ...]
@@ -114,6 +114,22 @@ class Scene:
     interrupted: bool
     proven: bool
     provenance: Provenance
+
+    @cached_property
+    def world(self) -> World:
+        """What fills the space, and the ground."""
+        return world(self.scenario, self.tracks)
+
+    @cached_property
+    def overhead(self) -> Overhead:
+        """What the map shows."""
+        return overhead(self.scenario, self.world)
+
+    @cached_property
+    def profiles(self) -> tuple[Profile, ...]:
+        """Each track from the side."""
+        most = PROFILED // max(1, len(self.tracks))
+        return tuple(profile(track, self.scenario, self.world.kinds, most) for track in self.tracks)
 
 
 def scene(mission: Mission) -> Scene:
@@ -133,12 +149,7 @@ def scene(mission: Mission) -> Scene:
     flies = any(track.arrival is not None for track in tracks)
     notes = [_note(track, row, flies) for track, row in zip(tracks, rows, strict=True)]
     return Scene(
-        title=scenario.name,
-        description=scenario.description,
-        bounds=scenario.bounds,
-        obstacles=scenario.obstacles,
-        zones=scenario.zones,
-        objective=scenario.objective,
+        scenario=scenario,
         bound="exact optimum" if all(r is None or _exactly_bounded(r) for r in results) else "lower bound",
         tracks=tuple(tracks),
         spare_targets=tuple((spare.name, spare.position) for spare in scenario.targets if spare not in targets),

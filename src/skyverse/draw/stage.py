@@ -1,27 +1,25 @@
 """The empty map as a matplotlib figure in true proportions, and the marks that are drawn into it."""
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from skyverse.draw.scene import Finding, Scene
+from skyverse.draw.scenery import build, handles
+from skyverse.draw.solids import outline
 from skyverse.draw.track import Floats, Point, Track
-from skyverse.draw.zones import surface
+from skyverse.shapes import Box
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DASHES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (8, 2)))
 SYMBOLS = ("o", "s", "D", "^", "P")
-BOX, EDGE, GRID, INK, SOFT = "#8795a8", "#66758a", "#e3e8ee", "#17202b", "#5b6776"
-ZONE = "#d9822b"
+GRID, INK, SOFT = "#e3e8ee", "#17202b", "#5b6776"
 FOUND = {"warning": "#d97706", "error": "#dc2626"}
 WIDEST, TALLEST = 9.4, 7.5
 """Inches that the map may take in a figure."""
-
-_FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
 def blank(width: float, height: float) -> "Figure":
@@ -36,17 +34,18 @@ def blank(width: float, height: float) -> "Figure":
 
 def stage(drawn: Scene, heading: str) -> tuple["Figure", Any]:
     """Return a figure of the map without its UAVs, seen obliquely from its longer side, and its 3-D axes."""
-    low, high = _extent(drawn)
+    low, high, stretch = drawn.world.low, drawn.world.high, drawn.world.stretch
     figure = blank(WIDEST, TALLEST)
     axes: Any = figure.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", computed_zorder=False)
-    _dress(axes, low, high)
-    rows = math.ceil((len(drawn.tracks) + 2) / _columns(drawn))
-    _fit(figure, axes, np.array(_corners(low, high)), legend=0.23 * rows)
-    _zones(axes, drawn)
-    _obstacles(axes, drawn)
+    _dress(axes, low, high, stretch)
+    rows = math.ceil((len(drawn.tracks) + 2 + len(handles(drawn)[0])) / _columns(drawn))
+    frame = outline(Box(min=tuple(low), max=tuple(high)))[:-1]
+    _fit(figure, axes, frame, legend=0.23 * rows)
+    build(axes, drawn)
     for _, place in drawn.spare_targets:
         _dot(axes, place, "D", 7, "#9aa5b4", "white", zorder=6)
-    title = f"{plain(drawn.title)}: {heading}{' (interrupted)' if drawn.interrupted else ''}"
+    heading += f" (heights drawn {stretch:g} times as large)" if stretch != 1 else ""
+    title = f"{plain(drawn.scenario.name)}: {heading}{' (interrupted)' if drawn.interrupted else ''}"
     figure.suptitle(title, fontsize=13, color=INK, y=1 - 0.2 / figure.get_figheight())
     return figure, axes
 
@@ -80,16 +79,25 @@ def legend(figure: "Figure", drawn: Scene) -> None:
     """Say below the map which colour is whose."""
     from matplotlib.lines import Line2D
 
-    handles = [
+    lines = [
         Line2D([], [], color=track.colour, linestyle=DASHES[track.lap % len(DASHES)], linewidth=2.2)
         for track in drawn.tracks
     ]
     for symbol, inside in (("o", "white"), ("D", INK)):
         mark: Any = {"markerfacecolor": inside, "markeredgecolor": INK, "markersize": 6}
-        handles.append(Line2D([], [], linestyle="", marker=symbol, **mark))
+        lines.append(Line2D([], [], linestyle="", marker=symbol, **mark))
     names = [*(plain(_told(track)) for track in drawn.tracks), "start", "target"]
+    patches, words = handles(drawn)
     shape: Any = {"ncols": _columns(drawn), "handlelength": 2.6}
-    figure.legend(handles, names, loc="lower center", frameon=False, fontsize=9, labelcolor=INK, **shape)
+    figure.legend(
+        [*lines, *patches],
+        [*names, *map(plain, words)],
+        loc="lower center",
+        frameon=False,
+        fontsize=9,
+        labelcolor=INK,
+        **shape,
+    )
 
 
 def plain(text: str) -> str:
@@ -97,17 +105,10 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$") if not text.startswith("_") else "\u200b" + text.replace("$", r"\$")
 
 
-def _extent(drawn: Scene) -> tuple[Floats, Floats]:
-    places = [drawn.bounds.min, drawn.bounds.max, *(track.start for track in drawn.tracks)]
-    places += [track.target for track in drawn.tracks if track.target is not None]
-    places += [place for _, place in drawn.spare_targets]
-    return np.min(places, axis=0), np.max(places, axis=0)
-
-
-def _dress(axes: Any, low: Floats, high: Floats) -> None:
+def _dress(axes: Any, low: Floats, high: Floats, stretch: float) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    size = high - low
+    size = (high - low) * (1, 1, stretch)
     lengthwise = size[1] >= size[0]
     axes.set_proj_type("persp", focal_length=1.6)
     axes.view_init(elev=27, azim=-24 if lengthwise else -66)
@@ -139,34 +140,6 @@ def _fit(figure: "Figure", axes: Any, corners: Floats, *, legend: float) -> None
     axes.set_position((*corner, side / width, side / height))
 
 
-def _obstacles(axes: Any, drawn: Scene) -> None:
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
-
-    faces = [np.array(_corners(box.min, box.max))[list(face)] for box in drawn.obstacles for face in _FACES]
-    if not faces:
-        return
-    crowded = len(drawn.obstacles) > 300
-    lines = {"edgecolors": EDGE, "linewidths": 0.15 if crowded else 0.5}
-    boxes = Poly3DCollection(faces, facecolors=BOX, alpha=0.16, zorder=1, **lines)
-    boxes.set_rasterized(crowded)
-    boxes.set_clip_on(False)
-    axes.add_collection3d(boxes)
-
-
-def _zones(axes: Any, drawn: Scene) -> None:
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    faces = [points[face] for zone in drawn.zones for points, triangles in [surface(zone)] for face in triangles]
-    if faces:
-        zones = Poly3DCollection(faces, facecolors=ZONE, edgecolors="none", alpha=0.14, zorder=0.5)
-        zones.set_clip_on(False)
-        axes.add_collection3d(zones)
-
-
-def _corners(low: Sequence[float] | Floats, high: Sequence[float] | Floats) -> list[tuple[float, ...]]:
-    return [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-
-
 def _dot(
     axes: Any,
     place: Point | Floats,
@@ -183,8 +156,9 @@ def _dot(
 
 
 def _columns(drawn: Scene) -> int:
-    widest = max([len(_told(track)) for track in drawn.tracks], default=0)
-    return max(1, min(len(drawn.tracks) + 2, int(150 / (widest + 9))))
+    words = [*map(_told, drawn.tracks), *handles(drawn)[1]]
+    widest = max(map(len, words), default=0)
+    return max(1, min(len(words) + 2, int(150 / (widest + 9))))
 
 
 def _told(track: Track) -> str:

@@ -92,7 +92,7 @@ def _heads(scene: Scene, terms: list[str]) -> list[tuple[str, str]]:
 
 
 def _caption(scene: Scene, terms: list[str]) -> str:
-    weights = scene.objective
+    weights = scene.scenario.objective
     said = [
         f"{weights.fuel:g} &times; fuel ({weights.unit})",
         f"{weights.divergence:g} &times; turns",

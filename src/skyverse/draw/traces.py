@@ -5,13 +5,11 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from skyverse.draw.encoded import Trace, flat, plain
 from skyverse.draw.scene import Curve, Scene
 from skyverse.draw.track import Floats, Track
-from skyverse.draw.zones import surface
-
-Trace = dict[str, Any]
+from skyverse.draw.world_traces import bounds, edges, kind, terrain
 
 DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
 # plotly draws other symbols from fonts that may lack them
@@ -19,21 +17,6 @@ SYMBOLS = ("circle", "square", "diamond", "circle-open", "square-open")
 LABELLED = 12  # with more UAVs than this, names in the scene would hide it
 
 _PLACE = "x %{x:.2f}, y %{y:.2f}, z %{z:.2f} m<extra></extra>"
-_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-_TRIANGLES = "013 032 467 475 045 051 237 276 026 064 157 173"  # two a side, by number of corner
-_FACES = np.array([[int(corner) for corner in triangle] for triangle in _TRIANGLES.split()])
-_STROKE = [int(corner) for corner in "0462015457673231"]  # all twelve edges in one go, three of them twice
-
-
-def flat(values: ArrayLike) -> list[float | None]:
-    """Return numbers for JSON: rounded to a tenth of a millimetre, what is not finite as ``None``."""
-    rounded = np.round(np.asarray(values, dtype=np.float64), 4).tolist()
-    return [value if math.isfinite(value) else None for value in rounded]
-
-
-def plain(text: str) -> str:
-    """Return `text` without what plotly would take for markup."""
-    return text.translate({60: 0x2039, 62: 0x203A})  # single guillemets
 
 
 def shortened(name: str) -> str:
@@ -43,59 +26,6 @@ def shortened(name: str) -> str:
 
 def _xyz(points: Floats) -> Trace:
     return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}
-
-
-def _corners(boxes: Iterable[Any]) -> Floats:
-    pairs = np.array([(box.min, box.max) for box in boxes], dtype=np.float64).reshape(-1, 2, 3)
-    corners: Floats = np.where(_CORNERS[None] == 0, pairs[:, :1], pairs[:, 1:])
-    return corners
-
-
-def obstacles(scene: Scene) -> list[Trace]:
-    """Return all boxes as one mesh and their edges as one line, so that thousands stay fast."""
-    corners = _corners(scene.obstacles)
-    faces = (_FACES[None] + 8 * np.arange(len(corners))[:, None, None]).reshape(-1, 3)
-    mesh = {
-        "type": "mesh3d",
-        "name": "Obstacles",
-        **_xyz(corners.reshape(-1, 3)),
-        **{axis: faces[:, column].tolist() for column, axis in enumerate("ijk")},
-        "flatshading": True,
-        "hoverinfo": "skip",
-        "meta": {"role": "obstacle"},
-    }
-    edges = {**_edges(corners), "name": "Edges of obstacles", "meta": {"role": "edge"}}
-    return [mesh, edges]
-
-
-def zones(scene: Scene) -> list[Trace]:
-    """Return all zones as one mesh, or nothing."""
-    if not scene.zones:
-        return []
-    points, faces = zip(*map(surface, scene.zones), strict=True)
-    firsts = np.cumsum([0, *map(len, points[:-1])])
-    triangles = np.vstack([face + first for face, first in zip(faces, firsts, strict=True)])
-    mesh = {
-        "type": "mesh3d",
-        "name": "Zones",
-        **_xyz(np.vstack(points)),
-        **{axis: triangles[:, column].tolist() for column, axis in enumerate("ijk")},
-        "flatshading": True,
-        "hoverinfo": "skip",
-        "meta": {"role": "zone"},
-    }
-    return [mesh]
-
-
-def bounds(scene: Scene) -> Trace:
-    """Return the frame of the space."""
-    return {**_edges(_corners([scene.bounds])), "name": "Bounds", "meta": {"role": "bounds"}}
-
-
-def _edges(corners: Floats) -> Trace:
-    gap = np.full((len(corners), 1, 3), np.nan)
-    stroke = np.concatenate([corners[:, _STROKE], gap], axis=1).reshape(-1, 3)
-    return {"type": "scatter3d", "mode": "lines", **_xyz(stroke), "hoverinfo": "skip"}
 
 
 def of_track(track: Track, number: int) -> list[Trace]:
@@ -197,7 +127,9 @@ def in_space(scene: Scene) -> list[Trace]:
         "spare",
     )
     tracks = [trace for number, track in enumerate(scene.tracks) for trace in of_track(track, number)]
-    return [*obstacles(scene), *zones(scene), bounds(scene), *tracks, spare, findings(scene), *fleet(scene)]
+    kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
+    world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
+    return [*world, *tracks, spare, findings(scene), *fleet(scene)]
 
 
 def of_curve(curve: Curve, number: int, bound: str) -> list[Trace]:

@@ -1,0 +1,168 @@
+"""The mission from above as plotly traces, and the ground below them as a picture."""
+
+import base64
+import io
+import math
+from typing import Any
+
+import numpy as np
+
+from skyverse.draw.encoded import Trace, packed, plain
+from skyverse.draw.kinds import Kind
+from skyverse.draw.relief import Relief, tinted
+from skyverse.draw.scene import Scene
+from skyverse.draw.solids import footprint
+from skyverse.draw.track import Floats
+
+CONTOURED = 160
+"""Heights along either side that contour lines are drawn from."""
+
+_PLACE = "x %{x:.1f}, y %{y:.1f} m<extra></extra>"
+_DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
+
+
+def from_above(scene: Scene) -> dict[str, Any]:
+    """Return what the page's map draws: traces, a picture of the ground, and latitudes and longitudes."""
+    relief, degrees = scene.overhead.relief, scene.overhead.degrees
+    kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
+    tracks = [trace for number in range(len(scene.tracks)) for trace in _track(scene, number)]
+    return {
+        "traces": [*([] if relief is None else [contours(relief)]), *kinds, *tracks, _ends(scene), _findings(scene)],
+        "ground": None if relief is None else picture(relief, scene.world.stretch),
+        "degrees": None if degrees is None else degrees.tolist(),
+    }
+
+
+def picture(relief: Relief, stretch: float) -> dict[str, Any]:
+    """Return the ground in light and shade as an image, and where it goes."""
+    from PIL import Image
+
+    colours = np.round(255 * tinted(relief, stretch)).astype(np.uint8).swapaxes(0, 1)[::-1]
+    file = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(colours)).save(file, "JPEG", quality=88)
+    # a pixel's middle is where its height stands
+    dx, dy = relief.x[1] - relief.x[0], relief.y[1] - relief.y[0]
+    return {
+        "source": f"data:image/jpeg;base64,{base64.b64encode(file.getvalue()).decode()}",
+        "x": float(relief.x[0] - dx / 2),
+        "y": float(relief.y[-1] + dy / 2),
+        "sizex": float(dx * len(relief.x)),
+        "sizey": float(dy * len(relief.y)),
+    }
+
+
+def contours(relief: Relief) -> Trace:
+    """Return lines of equal height, a round number of metres apart."""
+    rows, columns = (np.unique(np.linspace(0, n - 1, min(n, CONTOURED)).round().astype(int)) for n in relief.z.shape)
+    heights = relief.z[np.ix_(rows, columns)]
+    step = spacing(float(np.ptp(heights)))
+    return {
+        "type": "contour",
+        "name": f"Contour lines every {step:g} m",
+        "x": packed(relief.x[rows]),
+        "y": packed(relief.y[columns]),
+        "z": packed(heights.T),
+        "contours": {
+            "coloring": "none",
+            "showlabels": True,
+            "start": math.ceil(heights.min() / step) * step,
+            "end": float(heights.max()),
+            "size": step,
+        },
+        "showscale": False,
+        "hoverinfo": "skip",
+        "meta": {"role": "contours", "step": step},
+    }
+
+
+def spacing(range_: float) -> float:
+    """Return a round number of metres that divides a range of heights into ten steps or fewer."""
+    raw = max(range_, 0.1) / 10
+    decade = 10.0 ** math.floor(math.log10(raw))
+    return float(next(n * decade for n in (1, 2, 5, 10) if n * decade >= raw * (1 - 1e-9)))
+
+
+def kind(kind: Kind, number: int) -> Trace:
+    """Return the footprints of a kind as one filled line; holes run the other way round."""
+    rings = [ring for shape in kind.shapes for ring in footprint(shape, kind.sides)]
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "fill": "toself",
+        "name": plain(kind.name),
+        **_xy(closed(rings)),
+        "hoverinfo": "skip",
+        "meta": {"role": "kind", "kind": number},
+    }
+
+
+def closed(rings: list[Floats]) -> Floats:
+    """Return rings (n, 2) as one line with gaps, each closed."""
+    gap = np.full((1, 2), np.nan)
+    parts = [part for ring in rings for part in (ring, ring[:1], gap)]
+    return np.concatenate(parts) if parts else np.empty((0, 2))
+
+
+def _track(scene: Scene, number: int) -> list[Trace]:
+    track, name = scene.tracks[number], plain(scene.tracks[number].name)
+    flies = len(track.times) > 0
+    planned = {
+        "type": "scatter",
+        "mode": "lines",
+        "name": f"{name}: path",
+        **_xy(track.path),
+        "line": {"color": track.colour, "width": 1.2 if flies else 3},
+        "hoverinfo": "skip",
+        "meta": {"role": "path", "uav": number},
+    }
+    flown = {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        **_xy(track.positions),
+        "customdata": packed(np.column_stack([track.times, track.positions[:, 2]])),
+        "line": {"color": track.colour, "width": 3, "dash": _DASHES[track.lap % len(_DASHES)]},
+        "hovertemplate": "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE,
+        "meta": {"role": "trajectory", "uav": number},
+    }
+    return [planned, flown]
+
+
+def _ends(scene: Scene) -> Trace:
+    """Return starts, targets and spare targets."""
+    marks = [(track.start, "circle", track.colour, f"{track.name}: start") for track in scene.tracks]
+    marks += [
+        (track.target, "diamond", track.colour, f"{track.name}: target {track.target_name or ''}")
+        for track in scene.tracks
+        if track.target is not None
+    ]
+    marks += [(place, "diamond-open", "#8a94a3", f"{name} (no UAV flies here)") for name, place in scene.spare_targets]
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": "Starts and targets",
+        **_xy(np.array([mark[0][:2] for mark in marks], dtype=np.float64).reshape(-1, 2)),
+        "text": [plain(mark[3]) for mark in marks],
+        "hovertemplate": "%{text}<br>" + _PLACE,
+        "marker": {"symbol": [m[1] for m in marks], "color": [m[2] for m in marks], "size": 11, "line": {"width": 1.5}},
+        "meta": {"role": "ends"},
+    }
+
+
+def _findings(scene: Scene) -> Trace:
+    placed = [finding for finding in scene.findings if finding.position is not None]
+    places = [finding.position[:2] for finding in placed if finding.position is not None]
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": "Found wrong",
+        **_xy(np.array(places, dtype=np.float64).reshape(-1, 2)),
+        "text": [plain(f"{finding.kind}: {finding.message}") for finding in placed],
+        "hovertemplate": "%{text}<extra></extra>",
+        "marker": {"symbol": "circle-open", "size": 18, "color": "#dc2626", "line": {"width": 2}},
+        "meta": {"role": "finding"},
+    }
+
+
+def _xy(points: Floats) -> Trace:
+    return {"x": packed(points[:, 0]), "y": packed(points[:, 1])}

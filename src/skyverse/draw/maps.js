@@ -1,0 +1,155 @@
+"use strict";
+// Map and altitude profile: what page.js asks for where the mission's world is more than plain boxes.
+const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
+  const $ = (id) => document.getElementById(id);
+  const { tracks, profiles } = data, { traces, ground, degrees } = data.map;
+  const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
+  const faded = (hex, alpha) => hex + Math.round(alpha * 255).toString(16).padStart(2, "0");
+  const decoded = ({ bdata }) => new Float32Array(Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0)).buffer);
+  const font = (name, size) => ({ family: getComputedStyle(document.body).fontFamily, color: colour(name), size });
+  const line = () => ({ gridcolor: colour("grid"), linecolor: colour("line"), zeroline: false, automargin: true });
+
+  // ---- the map ----
+  const dress = (trace) => {
+    const { role, kind } = trace.meta;
+    if (role === "contours") Object.assign(trace, { line: { color: "rgba(70, 60, 45, 0.45)", width: 0.7 } , contours: { ...trace.contours, labelfont: { size: 10, color: "rgb(70, 60, 45)" } } });
+    if (role === "kind") {
+      const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
+      Object.assign(trace, { fillcolor: faded(paint, solid ? 0.9 : 0.28), line: { color: paint, width: solid ? 0.6 : 1.6, dash: hard ? "solid" : "dash" } });
+    }
+    if (role === "ends") trace.marker.line.color = "#ffffff";
+    return trace;
+  };
+  const visible = ({ meta: { role, kind, uav } }) => {
+    if (role === "contours") return layers.terrain;
+    if (role === "kind") return layers.kinds[kind];
+    if (role === "path") return layers.paths && shown[uav];
+    if (role === "trajectory") return layers.trajectories && shown[uav];
+    return true;
+  };
+  const drawMap = async () => {
+    const [low, high] = data.extent, pad = 0.01 * Math.max(high[0] - low[0], high[1] - low[1]);
+    const axis = (title, k) => ({ ...line(), title: { text: title, standoff: 6 }, range: [low[k] - pad, high[k] + pad], constrain: "domain", constraintoward: k ? "top" : "center", showgrid: !ground, tickformat: ",", nticks: 7 });
+    const north = { text: "<b>N</b>", xref: "x domain", yref: "y domain", x: 1, y: 1, xshift: -14, yshift: -8, ax: 0, ay: 34, arrowhead: 2, arrowsize: 1.1, arrowwidth: 2,
+      arrowcolor: "#17202b", font: { ...font("ink", 13), color: "#17202b" }, bgcolor: "rgba(255,255,255,0.75)", borderpad: 2 };
+    await Plotly.newPlot("map", traces.map(dress), {
+      xaxis: axis("x, east (m)", 0), yaxis: { ...axis("y, north (m)", 1), scaleanchor: "x" }, font: font("soft", 12), showlegend: false,
+      images: ground ? [{ ...ground, xref: "x", yref: "y", sizing: "stretch", layer: "below" }] : [],
+      annotations: [north], margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      hoverlabel: { font: font("ink", 12) }, dragmode: "pan", hovermode: "closest",
+    }, { ...config, scrollZoom: true, modeBarButtonsToRemove: [...config.modeBarButtonsToRemove, "select2d", "lasso2d", "autoScale2d"] });
+    const contours = traces.find((trace) => trace.meta.role === "contours");
+    $("mapped").textContent = [
+      contours ? `Contour lines every ${contours.meta.step} m.` : "", "Scale equal on both axes.",
+      degrees ? "Point at a place for its latitude and longitude." : "",
+    ].filter(Boolean).join(" ");
+    $("map").on("plotly_relayout", move);
+  };
+  const restyle = () => (frame() ? Plotly.restyle("map", { visible: traces.map(visible) }) : null);
+
+  // ---- where the pointer is ----
+  const cell = (value, first, last, count) => {
+    const place = Math.min(Math.max((value - first) / (last - first), 0), 1) * (count - 1), k = Math.min(Math.floor(place), count - 2);
+    return [k, place - k];
+  };
+  const between = (get, [i, u], [j, v]) => (get(i, j) * (1 - u) + get(i + 1, j) * u) * (1 - v) + (get(i, j + 1) * (1 - u) + get(i + 1, j + 1) * u) * v;
+  const known = traces.find((trace) => trace.meta.role === "contours");
+  const heights = known && [known.x, known.y, known.z].map(decoded);
+  const where = (x, y) => {
+    const told = [`x ${whole.format(x)} m, y ${whole.format(y)} m`], [low, high] = data.extent;
+    if (degrees) {
+      const at = [cell(x, low[0], high[0], degrees.length), cell(y, low[1], high[1], degrees.length)];
+      const [latitude, longitude] = [0, 1].map((k) => between((i, j) => degrees[i][j][k], ...at));
+      told.push(`${Math.abs(latitude).toFixed(5)}° ${latitude < 0 ? "S" : "N"}, ${Math.abs(longitude).toFixed(5)}° ${longitude < 0 ? "W" : "E"}`);
+    }
+    if (heights) {
+      const [xs, ys, z] = heights, spot = [cell(x, xs[0], xs.at(-1), xs.length), cell(y, ys[0], ys.at(-1), ys.length)];
+      told.push(`ground about ${whole.format(between((i, j) => z[j * xs.length + i], ...spot))} m`);
+    }
+    return told.join(" · ");
+  };
+  const frame = () => $("map")._fullLayout;
+  $("map").addEventListener("mousemove", (event) => {
+    const { xaxis, yaxis } = frame() || {}, box = $("map").getBoundingClientRect();
+    if (!xaxis) return;
+    const [right, down] = [event.clientX - box.left - xaxis._offset, event.clientY - box.top - yaxis._offset];
+    const inside = right >= 0 && down >= 0 && right <= xaxis._length && down <= yaxis._length;
+    $("where").textContent = inside ? where(xaxis.p2l(right), yaxis.p2l(down)) : "";
+  });
+  $("map").addEventListener("mouseleave", () => { $("where").textContent = ""; });
+
+  // ---- the fleet on the map, the UAV in its profile ----
+  let now = 0;
+  const dot = (host, paint) => {
+    const mark = document.createElement("b");
+    mark.className = "uav";
+    mark.style.background = paint;
+    host.append(mark);
+    return mark;
+  };
+  const place = (mark, { xaxis, yaxis }, x, y, seen) => {
+    const right = xaxis.l2p(x), down = yaxis.l2p(y);
+    mark.hidden = !seen || !(right >= 0 && down >= 0 && right <= xaxis._length && down <= yaxis._length);
+    mark.style.transform = `translate(${xaxis._offset + right}px, ${yaxis._offset + down}px)`;
+  };
+  let marks = [], flying = null;
+  const move = () => {
+    if (!data.makespan || !marks.length) return;
+    tracks.forEach((track, uav) => {
+      const [x, y, z] = at(track, now);
+      place(marks[uav], frame(), x, y, shown[uav]);
+      if (flying && flying.uav === uav) place(flying.mark, $("profile")._fullLayout, flying.along(now), z, true);
+    });
+  };
+
+  // ---- the profile ----
+  const whose = $("whose");
+  for (const { uav } of profiles) whose.add(new Option(tracks[uav].name, uav));
+  const side = (trace) => {
+    const { role, kind } = trace.meta;
+    if (role === "ground") Object.assign(trace, { fillcolor: colour("earth"), line: { color: colour("earthline"), width: 1.2 } });
+    if (role === "clearance") Object.assign(trace, { fillcolor: faded(colour("zone"), 0.25), line: { color: faded(colour("zone"), 0.7), width: 1, dash: "dot" } });
+    if (role === "band") Object.assign(trace, { line: { color: colour("accent"), width: 1, dash: "dash" } });
+    if (role === "kind") {
+      const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
+      Object.assign(trace, { fillcolor: faded(paint, solid ? 0.75 : 0.22), line: { color: paint, width: 1, dash: hard ? "solid" : "dash" } });
+    }
+    if (role === "ends") trace.marker.line.color = colour("card");
+    return trace;
+  };
+  const drawProfile = async () => {
+    const { uav, traces: drawn, range } = profiles.find((profile) => profile.uav === Number(whose.value));
+    const bands = drawn.filter((trace) => trace.meta.role === "band").length;
+    drawn.forEach((trace, k) => { trace.showlegend = !(bands > 1 && trace.meta.role === "band" && drawn[k - 1].meta.role === "band") && trace.meta.role !== "ends"; });
+    const end = drawn.at(-1).x[1];
+    await Plotly.newPlot("profile", drawn.map(side), {
+      xaxis: { ...line(), title: { text: "distance along the path, over the map (m)", standoff: 8 }, range: [-0.01 * end, 1.01 * end || 1], tickformat: "," },
+      yaxis: { ...line(), title: { text: "z (m)", standoff: 8 }, range, tickformat: "," },
+      showlegend: true, legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", font: font("soft", 12) }, font: font("soft", 12),
+      margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hoverlabel: { font: font("ink", 12) }, hovermode: "closest",
+    }, { ...config, displayModeBar: false });
+    const { xaxis, yaxis } = $("profile")._fullLayout;
+    const times = (yaxis._length / (range[1] - range[0])) / (xaxis._length / (1.02 * end || 1));
+    $("sideways").textContent = `● start, ◆ end.${end ? ` Heights are drawn ${times < 10 ? times.toFixed(1) : whole.format(times)} times as large as distances.` : ""}`;
+    const { positions: [x, y], times: instants } = tracks[uav];
+    const sums = [0];
+    for (let k = 1; k < x.length; k++) sums.push(sums[k - 1] + Math.hypot(x[k] - x[k - 1], y[k] - y[k - 1]));
+    const flown = { times: instants, positions: [sums], start: [0] };
+    flying = instants.length ? { uav, along: (t) => at(flown, t)[0], mark: dot($("profile"), tracks[uav].colour) } : null;
+    move();
+  };
+  whose.addEventListener("change", drawProfile);
+
+  return {
+    draw: async () => {
+      await drawMap();
+      for (const mark of marks) mark.remove();
+      marks = data.makespan ? tracks.map((track) => dot($("map"), track.colour)) : [];
+      if (profiles.length) await drawProfile();
+      await restyle();
+      new ResizeObserver(() => setTimeout(move, 300)).observe($("map"));
+    },
+    restyle,
+    move: (t) => { now = t; move(); },
+  };
+};

@@ -1,0 +1,111 @@
+"""The ground as pictures need it: fewer heights than the terrain has, its light and shade, and its colours."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse.draw.track import Floats
+from skyverse.shapes import Terrain
+
+FINEST = 300
+"""Heights along either side of a picture in space."""
+
+_MEADOW, _STRAW, _EARTH = (168, 187, 147), (205, 206, 164), (214, 194, 158)
+_ROCK, _SCREE, _SNOW = (197, 178, 160), (214, 209, 206), (232, 233, 236)
+_TINTS = np.array([_MEADOW, _STRAW, _EARTH, _ROCK, _SCREE, _SNOW])
+"""From the lowest to the highest ground, pale, so that paths stand out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """Heights (n, m) over x (n,) and y (m,), metres, from the one end of what is drawn to the other."""
+
+    x: Floats
+    y: Floats
+    z: Floats
+
+
+def ground(terrain: Terrain, places: ArrayLike) -> Floats:
+    """Return the ground's z under places (n, 2), bilinear; outside, that of the terrain's edge."""
+    at = np.asarray(places, dtype=np.float64).reshape(-1, 2)
+    return _bilinear(terrain.heights, (at - np.array(terrain.origin)) / np.array(terrain.step))
+
+
+def relief(terrain: Terrain, low: ArrayLike, high: ArrayLike, finest: int = FINEST) -> Relief:
+    """Return the ground from `low` to `high` (x, y) in at most `finest` heights along either side, evenly spaced."""
+    first, last = (np.clip(np.asarray(corner, dtype=np.float64)[:2], *terrain.extent) for corner in (low, high))
+    counts = np.ceil((last - first) / terrain.step - 1e-9).astype(int) + 1
+    x, y = (np.linspace(first[k], last[k], np.clip(counts[k], 2, finest)) for k in range(2))
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    return Relief(x, y, ground(terrain, places).reshape(len(x), len(y)))
+
+
+def cleared(drawn: Relief, terrain: Terrain, points: Floats) -> Relief:
+    """Return the relief no higher, under `points` (n, 3), than half-way from the ground to them.
+
+    Between few heights the ground may seem higher than it is; what flies above it is not to disappear below.
+    """
+    true = ground(terrain, points[:, :2])
+    most = np.maximum(true, (true + points[:, 2]) / 2)
+    i = np.clip(np.searchsorted(drawn.x, points[:, 0], side="right") - 1, 0, len(drawn.x) - 2)
+    j = np.clip(np.searchsorted(drawn.y, points[:, 1], side="right") - 1, 0, len(drawn.y) - 2)
+    u = np.clip((points[:, 0] - drawn.x[i]) / (drawn.x[i + 1] - drawn.x[i]), 0, 1)
+    v = np.clip((points[:, 1] - drawn.y[j]) / (drawn.y[j + 1] - drawn.y[j]), 0, 1)
+    h, a, b, d = (drawn.z[i + p, j + q] for p, q in ((0, 0), (1, 0), (0, 1), (1, 1)))
+    # a cell is drawn as two triangles, cut along either diagonal
+    one = np.where(u >= v, h + u * (a - h) + v * (d - a), h + v * (b - h) + u * (d - b))
+    other = np.where(u + v <= 1, h + u * (a - h) + v * (b - h), d + (1 - u) * (b - d) + (1 - v) * (a - d))
+    excess = np.maximum(np.maximum(one, other) - most, 0)
+    lowered = np.zeros_like(drawn.z)
+    for p, q in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        np.maximum.at(lowered, (i + p, j + q), excess)
+    return Relief(drawn.x, drawn.y, drawn.z - lowered)
+
+
+def along(lines: Sequence[Floats], spacing: float) -> Floats:
+    """Return points (n, 3) on lines (k, 3), no further apart than `spacing` metres on the map."""
+    points = [np.empty((0, 3))]
+    for line in lines:
+        if len(line):
+            lengths = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
+            counts = np.ceil(lengths / spacing).astype(int) + 1
+            where = [k + np.arange(n) / n for k, n in enumerate(counts)]
+            at = np.concatenate([*where, [len(line) - 1.0]])
+            points.append(np.column_stack([np.interp(at, np.arange(len(line)), line[:, axis]) for axis in range(3)]))
+    return np.concatenate(points)
+
+
+def shade(drawn: Relief, exaggeration: float = 1.0) -> Floats:
+    """Return the light (n, m) from 0 to 1 that falls on the ground from the north-west, 45 degrees high."""
+    east, north = np.gradient(drawn.z * exaggeration, drawn.x, drawn.y)
+    light = (0.5 * east - 0.5 * north + np.sqrt(0.5)) / np.sqrt(1 + east**2 + north**2)
+    lit: Floats = np.clip(light, 0, 1)
+    return lit
+
+
+def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
+    """Return the ground's colours (n, m, 3) from 0 to 1, by height, in light and shade."""
+    low, high = float(drawn.z.min()), float(drawn.z.max())
+    at = (drawn.z - low) / (high - low or 1.0) * (len(_TINTS) - 1)
+    tints = np.stack([np.interp(at, np.arange(len(_TINTS)), _TINTS[:, channel]) for channel in range(3)], axis=-1)
+    colours: Floats = np.clip(tints / 255 * (0.45 + 0.78 * shade(drawn, exaggeration))[..., None], 0, 1)
+    return colours
+
+
+def scale() -> list[tuple[float, str]]:
+    """Return the colours by height alone, as a scale from 0 to 1."""
+    return [(k / (len(_TINTS) - 1), f"rgb({r}, {g}, {b})") for k, (r, g, b) in enumerate(_TINTS.tolist())]
+
+
+def _bilinear(heights: Floats, at: Floats) -> Floats:
+    """Return heights (n, m) at fractional indices (k, 2)."""
+    most = np.array(heights.shape) - 1.0
+    at = np.clip(at, 0, most)
+    cell = np.minimum(at.astype(np.int64), most.astype(np.int64) - 1)
+    (i, j), (u, v) = cell.T, (at - cell).T
+    lower = heights[i, j] * (1 - u) + heights[i + 1, j] * u
+    upper = heights[i, j + 1] * (1 - u) + heights[i + 1, j + 1] * u
+    level: Floats = lower * (1 - v) + upper * v
+    return level

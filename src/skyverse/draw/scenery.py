@@ -1,0 +1,112 @@
+"""What fills the space of a matplotlib figure: the ground, obstacles and zones, lit where they are solid."""
+
+from typing import Any
+
+import numpy as np
+
+from skyverse.draw.kinds import Kind
+from skyverse.draw.relief import along, cleared, relief, tinted
+from skyverse.draw.scene import Scene
+from skyverse.draw.solids import Shape, faces, surface
+from skyverse.draw.track import Floats
+
+BOX, EDGE, ZONE = "#8795a8", "#66758a", "#d9822b"
+FINEST = 90
+"""Heights along either side of the ground."""
+MOST = 3_000
+"""Shapes in a figure; of more, the largest are drawn."""
+CROWDED = 300
+
+_LIGHT = np.array((-0.5, -0.62, 0.6))
+"""From where light falls: over the viewer's left shoulder, so that the walls in sight are lit."""
+
+
+def build(axes: Any, drawn: Scene) -> None:
+    """Draw the world of `drawn` into 3-D axes; all that is solid as one, so that what is nearer hides the rest."""
+    polygons: list[Floats] = []
+    colours: list[Floats] = []
+    _ground(drawn, polygons, colours)
+    left = MOST
+    for kind in drawn.world.kinds:
+        shapes = _largest(kind, left)
+        left -= len(shapes)
+        if kind.solid:
+            for shape in shapes:
+                walls = faces(shape, kind.sides)
+                polygons += walls
+                colours += _lit(walls, colour(kind))
+        else:
+            _clear(axes, kind, shapes)
+    if polygons:
+        _add(axes, polygons, facecolors=np.array(colours), edgecolors="none", zorder=0.2, rasterized=True)
+
+
+def handles(drawn: Scene) -> tuple[list[Any], list[str]]:
+    """Return a legend's patches and words, one a kind where the world is more than plain boxes."""
+    from matplotlib.patches import Patch
+
+    kinds = drawn.world.kinds if drawn.world.mapped else ()
+    patches = [Patch(facecolor=colour(kind), alpha=1.0 if kind.solid else 0.35) for kind in kinds]
+    return patches, [kind.title if kind.hard else f"{kind.title}, at a risk" for kind in kinds]
+
+
+def colour(kind: Kind) -> str:
+    """Return the colour of a kind."""
+    return kind.colour or (BOX if kind.hard else ZONE)
+
+
+def _ground(drawn: Scene, polygons: list[Floats], colours: list[Floats]) -> None:
+    terrain = drawn.scenario.terrain
+    if terrain is None:
+        return
+    ground = relief(terrain, drawn.world.low, drawn.world.high, FINEST)
+    lines = [line for track in drawn.tracks for line in (track.path, track.positions)]
+    ground = cleared(ground, terrain, along(lines, float(ground.x[1] - ground.x[0]) / 2))
+    points = np.stack([*np.meshgrid(ground.x, ground.y, indexing="ij"), ground.z], axis=-1)
+    quads = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2)
+    polygons += list(quads.reshape(-1, 4, 3))
+    tints = tinted(ground, drawn.world.stretch)
+    colours += list(((tints[:-1, :-1] + tints[1:, 1:]) / 2).reshape(-1, 3))
+
+
+def _largest(kind: Kind, most: int) -> list[Shape]:
+    if len(kind.shapes) <= most:
+        return list(kind.shapes)
+    sizes = np.linalg.norm(kind.extents[:, 1] - kind.extents[:, 0], axis=1)
+    return [kind.shapes[k] for k in np.sort(np.argsort(-sizes)[:most])]
+
+
+def _clear(axes: Any, kind: Kind, shapes: list[Shape]) -> None:
+    """Draw shapes that one sees through: obstacles with their edges, zones without."""
+    if kind.hard:
+        walls = [face for shape in shapes for face in faces(shape, kind.sides)]
+        edge = EDGE if kind.colour is None else kind.colour
+        crowded = len(shapes) > CROWDED
+        lines = {"edgecolors": edge, "linewidths": 0.15 if crowded else 0.5}
+        _add(axes, walls, facecolors=colour(kind), alpha=0.16, zorder=1, rasterized=crowded, **lines)
+    else:
+        cut = (surface(shape, kind.sides) for shape in shapes)
+        walls = [points[triangle] for points, triangles in cut for triangle in triangles]
+        _add(axes, walls, facecolors=colour(kind), edgecolors="none", alpha=0.14, zorder=0.5)
+
+
+def _lit(walls: list[Floats], paint: str) -> list[Floats]:
+    from matplotlib.colors import to_rgb
+
+    lit = []
+    for wall in walls:
+        around = np.cross(wall, np.append(wall[1:], wall[:1], axis=0)).sum(axis=0)
+        length = float(np.linalg.norm(around))
+        light = abs(float(around @ _LIGHT)) / length if length else 0.0
+        lit.append(np.clip(np.array(to_rgb(paint)) * (0.62 + 0.5 * light), 0, 1))
+    return lit
+
+
+def _add(axes: Any, polygons: list[Floats], *, rasterized: bool = False, **style: Any) -> None:
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+
+    if polygons:
+        collection = Poly3DCollection(polygons, **style)
+        collection.set_rasterized(rasterized)
+        collection.set_clip_on(False)
+        axes.add_collection3d(collection)

@@ -1,0 +1,227 @@
+"""Shapes as pictures need them: surfaces of triangles, outlines, footprints, and what is above a place on the map."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.draw.track import Floats
+from skyverse.draw.triangles import Integers, joined, triangles, turned
+from skyverse.shapes import Box, Cylinder, Prism, Sphere, Voxels
+
+Shape = Box | Cylinder | Sphere | Prism | Voxels
+
+SIDES = 48
+"""Of a circle as it is drawn."""
+
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+_TRIANGLES = "013 032 467 475 045 051 237 276 026 064 157 173"  # two a side, by number of corner
+_FACES = np.array([[int(corner) for corner in triangle] for triangle in _TRIANGLES.split()])
+_SIDES = np.array(((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)))
+_STROKE = [int(corner) for corner in "0462015457673231"]  # all twelve edges in one go, three of them twice
+
+
+def extent(shape: Shape) -> tuple[Floats, Floats]:
+    """Return the min and the max corner around a shape, (3,) metres each."""
+    if isinstance(shape, Box):
+        return np.array(shape.min), np.array(shape.max)
+    if isinstance(shape, Sphere):
+        return np.array(shape.centre) - shape.radius, np.array(shape.centre) + shape.radius
+    if isinstance(shape, Voxels):
+        low = np.array(shape.origin)
+        return low, low + np.array(shape.step) * shape.occupied.shape
+    if isinstance(shape, Cylinder):
+        low, high = np.array(shape.centre) - shape.radius, np.array(shape.centre) + shape.radius
+    else:
+        low, high = np.min(shape.vertices, axis=0), np.max(shape.vertices, axis=0)
+    return np.append(low, shape.low), np.append(high, shape.high)
+
+
+def footprint(shape: Shape, sides: int = SIDES) -> list[Floats]:
+    """Return a shape seen from above as rings (n, 2): outlines against the clock, holes with it."""
+    if isinstance(shape, Prism):
+        return [turned(np.array(shape.vertices), 1), *(turned(np.array(hole), -1) for hole in shape.holes)]
+    if isinstance(shape, Voxels):
+        low, step = np.array(shape.origin[:2]), np.array(shape.step[:2])
+        return [low + step * corners for corners in _rectangles(np.asarray(shape.occupied.any(axis=2)))]
+    if isinstance(shape, Box):
+        (x, y, _), (far_x, far_y, _) = shape.min, shape.max
+        return [np.array([(x, y), (far_x, y), (far_x, far_y), (x, far_y)])]
+    turn = 2 * np.pi * np.arange(sides) / sides
+    return [np.array(shape.centre[:2]) + shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])]
+
+
+def surface(shape: Shape, sides: int = SIDES) -> tuple[Floats, Integers]:
+    """Return a shape's points (n, 3) and the triangles (m, 3) of its closed surface."""
+    if isinstance(shape, Box):
+        return _corners(shape), _FACES
+    if isinstance(shape, Sphere):
+        return _ball(shape, sides)
+    if isinstance(shape, Voxels):
+        quads = skin(shape)
+        first = 4 * np.arange(len(quads))[:, None]
+        return quads.reshape(-1, 3), np.vstack([first + np.array(half) for half in ((0, 1, 2), (0, 2, 3))])
+    rings = footprint(shape, sides)
+    floor, n = triangles(rings), sum(map(len, rings))
+    i, j = _around(rings)
+    walls = np.vstack([np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])])
+    return _levels(rings, shape), np.vstack([floor, floor + n, walls])
+
+
+def faces(shape: Shape, sides: int = SIDES) -> list[Floats]:
+    """Return the polygons (n, 3) of a shape's surface; a roof with holes is one, with seams."""
+    if isinstance(shape, Box):
+        return list(_corners(shape)[_SIDES])
+    if isinstance(shape, Cylinder | Prism):
+        rings = footprint(shape, sides)
+        points, n = _levels(rings, shape), sum(map(len, rings))
+        i, j = _around(rings)
+        roof = joined(rings) + n
+        return [*points[np.column_stack([i, j, j + n, i + n])], points[roof - n], points[roof]]
+    if isinstance(shape, Voxels):
+        return list(skin(shape))
+    points, triangle = _ball(shape, sides)
+    return list(points[triangle])
+
+
+def outline(shape: Shape, sides: int = SIDES) -> Floats:
+    """Return a shape's edges as one line (n, 3) with gaps of nan; voxels have none."""
+    if isinstance(shape, Box):
+        return np.vstack([_corners(shape)[_STROKE], _GAP])
+    if isinstance(shape, Voxels):
+        return np.empty((0, 3))
+    if isinstance(shape, Sphere):
+        turn = 2 * np.pi * np.arange(sides + 1) / sides
+        flat = shape.radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+        strokes = [stroke for circle in (flat, flat[:, [0, 2, 1]]) for stroke in (circle + shape.centre, _GAP)]
+        return np.vstack(strokes)
+    rings = footprint(shape, sides)
+    points, n = _levels(rings, shape), sum(map(len, rings))
+    strokes, first = [], 0
+    for ring in rings:
+        loop = first + np.append(np.arange(len(ring)), 0)
+        strokes += [points[loop], _GAP, points[loop + n], _GAP]
+        first += len(ring)
+    if isinstance(shape, Prism):
+        posts = np.stack([points[:n], points[n:], np.full((n, 3), np.nan)], axis=1)
+        strokes.append(posts.reshape(-1, 3))
+    return np.vstack(strokes)
+
+
+def span(shape: Shape, places: Floats) -> Floats:
+    """Return between which z a shape stands over places (n, 2): (n, 2) low and high, nan where it does not.
+
+    Voxels count from the lowest to the highest of the column.
+    """
+    levels = np.full((len(places), 2), np.nan)
+    low, high = extent(shape)
+    near = np.flatnonzero(np.all((places >= low[:2]) & (places <= high[:2]), axis=1))
+    at = places[near]
+    if isinstance(shape, Box):
+        levels[near] = low[2], high[2]
+    elif isinstance(shape, Prism):
+        levels[near[_covered(footprint(shape), at)]] = low[2], high[2]
+    elif isinstance(shape, Voxels):
+        cell = np.minimum(((at - low[:2]) / shape.step[:2]).astype(int), np.array(shape.occupied.shape[:2]) - 1)
+        columns = shape.occupied[cell[:, 0], cell[:, 1]]
+        some = columns.any(axis=1)
+        first, last = columns.argmax(axis=1), columns.shape[1] - columns[:, ::-1].argmax(axis=1)
+        levels[near[some]] = low[2] + shape.step[2] * np.column_stack([first, last])[some]
+    else:
+        squared = np.sum((at - np.array(shape.centre[:2])) ** 2, axis=1)
+        inside = squared <= shape.radius**2
+        levels[near[inside]] = low[2], high[2]
+        if isinstance(shape, Sphere):
+            half = np.sqrt(shape.radius**2 - squared[inside])
+            levels[near[inside]] = shape.centre[2] + np.column_stack([-half, half])
+    return levels
+
+
+def coarser(voxels: Voxels, most: int) -> Voxels:
+    """Return voxels of at most so many triangles, larger ones where need be: eight as one, if any is occupied."""
+    while 2 * len(skin(voxels)) > most and max(voxels.occupied.shape) > 1:
+        cells = np.pad(voxels.occupied, [(0, n % 2) for n in voxels.occupied.shape])
+        nx, ny, nz = (n // 2 for n in cells.shape)
+        eight = cells.reshape(nx, 2, ny, 2, nz, 2).any(axis=(1, 3, 5))
+        step = tuple(2 * side for side in voxels.step)
+        voxels = voxels.model_copy(update={"step": step, "occupied": eight})
+    return voxels
+
+
+_GAP = np.full((1, 3), np.nan)
+
+
+def _corners(box: Box) -> Floats:
+    corners: Floats = np.where(_CORNERS == 0, box.min, box.max).astype(np.float64)
+    return corners
+
+
+def _levels(rings: Sequence[Floats], shape: Cylinder | Prism) -> Floats:
+    corners = np.concatenate(rings)
+    return np.vstack([np.column_stack([corners, np.full(len(corners), z)]) for z in (shape.low, shape.high)])
+
+
+def _around(rings: Sequence[Floats]) -> tuple[Integers, Integers]:
+    """Return the numbers of the corners where edges begin, and where they end."""
+    firsts = np.cumsum([0, *map(len, rings[:-1])])
+    begin = [first + np.arange(len(ring)) for ring, first in zip(rings, firsts, strict=True)]
+    return np.concatenate(begin), np.concatenate([np.append(row[1:], row[0]) for row in begin])
+
+
+def _covered(rings: Sequence[Floats], places: Floats) -> NDArray[np.bool_]:
+    """Tell which places (n, 2) lie inside: a ray along x crosses the rings an odd number of times."""
+    odd = np.zeros(len(places), dtype=bool)
+    for ring in rings:
+        for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+            crosses = (a[1] > places[:, 1]) != (b[1] > places[:, 1])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                odd ^= crosses & (a[0] + (places[:, 1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > places[:, 0])
+    return odd
+
+
+def _ball(sphere: Sphere, sides: int) -> tuple[Floats, Integers]:
+    belts = sides // 2
+    turn, tilt = np.meshgrid(2 * np.pi * np.arange(sides) / sides, np.pi * (np.arange(1, belts) / belts - 0.5))
+    unit = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=-1).reshape(-1, 3)
+    points = np.vstack([unit, [[0, 0, -1], [0, 0, 1]]]) * sphere.radius + np.array(sphere.centre)
+    i = np.arange(sides)
+    j = np.roll(i, -1)
+    cut = [(np.column_stack([j, i, np.full(sides, len(unit))]))]
+    for belt in range(belts - 2):
+        a, b, c, d = (k + belt * sides + up for k, up in ((i, 0), (j, 0), (j, sides), (i, sides)))
+        cut += [np.column_stack([a, b, c]), np.column_stack([a, c, d])]
+    last = (belts - 2) * sides
+    cut.append(np.column_stack([i + last, j + last, np.full(sides, len(unit) + 1)]))
+    return points, np.vstack(cut)
+
+
+def skin(voxels: Voxels) -> Floats:
+    """Return the faces between what is occupied and what is free as rectangles (n, 4, 3), rows of cells in one."""
+    quads = []
+    filled = np.pad(voxels.occupied, 1)
+    inner = (slice(1, -1),) * 3
+    for axis in range(3):
+        across, along = (axis + 1) % 3, (axis + 2) % 3
+        for side in (0, 1):
+            bare = (filled & ~np.roll(filled, 1 - 2 * side, axis=axis))[inner]
+            begin, end = _runs(np.moveaxis(bare, (axis, across, along), (0, 1, 2)))
+            corners = np.empty((len(begin), 4, 3))
+            corners[:, :, axis] = begin[:, :1] + side
+            corners[:, :, across] = begin[:, 1:2] + [0, 1, 1, 0]
+            corners[:, :, along] = np.stack([begin[:, 2], begin[:, 2], end, end], axis=1)
+            quads.append(corners if side else corners[:, ::-1])
+    placed: Floats = np.array(voxels.origin) + np.array(voxels.step) * np.concatenate(quads)
+    return placed
+
+
+def _runs(cells: NDArray[np.bool_]) -> tuple[Integers, Integers]:
+    """Return where rows of true cells along the last axis begin, one index an axis, and where each ends."""
+    padded = np.concatenate([np.zeros((*cells.shape[:-1], 1), bool), cells, np.zeros((*cells.shape[:-1], 1), bool)], -1)
+    begin = np.argwhere(padded[..., 1:] & ~padded[..., :-1])
+    end = np.argwhere(padded[..., :-1] & ~padded[..., 1:])
+    return begin, end[:, -1]
+
+
+def _rectangles(cells: NDArray[np.bool_]) -> list[Floats]:
+    begin, end = _runs(cells)
+    return [np.array([(i, j), (i + 1, j), (i + 1, k), (i, k)], float) for (i, j), k in zip(begin, end, strict=True)]

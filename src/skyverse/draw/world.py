@@ -1,0 +1,90 @@
+"""The world that a mission flies in, as pictures show it: what fills it, its ground, its proportions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse.draw.kinds import Kind, kinds
+from skyverse.draw.relief import Relief, along, cleared, relief
+from skyverse.draw.track import Floats, Track
+from skyverse.geodesy import to_wgs84
+from skyverse.scenario import Scenario
+from skyverse.shapes import Box
+
+FINEST_ABOVE = 700
+"""Heights along either side of the map."""
+_STRETCHED = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """What a picture shows besides the fleet.
+
+    Attributes
+    ----------
+    low, high
+        (3,) metres: the ends of the picture, around the bounds, the starts and the targets; with a terrain, from the
+        ground's lowest place on.
+    kinds
+        Obstacles and zones.
+    relief
+        The ground, ``None`` without a terrain.
+    mapped
+        Whether it is more than boxes without a name: then a page shows map and profiles, too.
+    stretch
+        How many times as large as other lengths heights are drawn.
+    """
+
+    low: Floats
+    high: Floats
+    kinds: tuple[Kind, ...]
+    relief: Relief | None
+    mapped: bool
+    stretch: float
+
+
+@dataclass(frozen=True, eq=False)
+class Overhead:
+    """A map: the ground as it is, and, where the frame has an origin, latitude and longitude (n, n, 2).
+
+    Degrees are given on a square grid from end to end, bilinear between: a few centimetres off in 10 km.
+    """
+
+    relief: Relief | None
+    degrees: Floats | None
+
+
+def world(scenario: Scenario, tracks: Sequence[Track]) -> World:
+    """Gather the world of `scenario`, seen from the tracks."""
+    lines = [line for track in tracks for line in (track.path, track.positions)]
+    places = [scenario.bounds.min, scenario.bounds.max, *(track.start for track in tracks)]
+    places += [target.position for target in scenario.targets]
+    low, high = np.min(places, axis=0), np.max(places, axis=0)
+    ground, stretch = None, 1.0
+    if scenario.terrain is not None:
+        ground = relief(scenario.terrain, low, high)
+        spacing = min(np.diff(ground.x).min(), np.diff(ground.y).min()) / 2
+        spacing = max(spacing, np.ptp(ground.x) / 2000)
+        ground = cleared(ground, scenario.terrain, along(lines, float(spacing)))
+        lowest = min([ground.z.min(), *(place[2] for place in places[2:])])
+        low[2], high[2] = lowest, max(high[2], ground.z.max())
+        flat = max(high[:2] - low[:2]) / (high[2] - low[2])
+        stretch = max(factor for factor in _STRETCHED if factor <= max(1.0, flat / 4))
+    found = kinds(scenario.obstacles, scenario.zones, lines)
+    plain = scenario.terrain is None and scenario.frame.origin is None
+    named = any(shape.kind is not None for shape in (*scenario.obstacles, *scenario.zones))
+    mapped = not plain or named or not all(isinstance(shape, Box) for shape in scenario.obstacles)
+    return World(low, high, found, ground, mapped, stretch)
+
+
+def overhead(scenario: Scenario, world: World) -> Overhead:
+    """Gather what a map shows below footprints and paths."""
+    ground = None if scenario.terrain is None else relief(scenario.terrain, world.low, world.high, FINEST_ABOVE)
+    degrees = None
+    if scenario.frame.origin is not None:
+        x, y = (np.linspace(world.low[axis], world.high[axis], 9) for axis in range(2))
+        at = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+        up = np.zeros(len(at)) if ground is None else np.full(len(at), ground.z.mean())
+        degrees = to_wgs84(scenario.frame.origin, np.column_stack([at, up]))[:, :2].reshape(9, 9, 2)
+    return Overhead(ground, degrees)

@@ -1,0 +1,81 @@
+"""The world as plotly traces: the ground, one mesh a kind and its edges, the frame of the space."""
+
+import numpy as np
+
+from skyverse.draw.encoded import Trace, packed, plain
+from skyverse.draw.kinds import FEW, Kind
+from skyverse.draw.relief import scale
+from skyverse.draw.scene import Scene
+from skyverse.draw.solids import outline, surface
+from skyverse.draw.track import Floats
+from skyverse.shapes import Box
+
+
+def terrain(scene: Scene) -> list[Trace]:
+    """Return the ground as a shaded surface, or nothing."""
+    if scene.world.relief is None:
+        return []
+    off = {"show": False, "highlight": False}
+    ground = {
+        "type": "surface",
+        "name": "Terrain",
+        "x": packed(scene.world.relief.x),
+        "y": packed(scene.world.relief.y),
+        "z": packed(scene.world.relief.z.T),
+        "colorscale": [list(stop) for stop in scale()],
+        "showscale": False,
+        "hoverinfo": "skip",
+        "contours": dict.fromkeys("xyz", off),
+        "meta": {"role": "terrain"},
+    }
+    return [ground]
+
+
+def kind(kind: Kind, number: int) -> Trace:
+    """Return all shapes of a kind as one mesh, so that thousands stay fast."""
+    points, faces = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
+    first = 0
+    for shape in kind.shapes:
+        corners, triangles = surface(shape, kind.sides)
+        points.append(corners)
+        faces.append(triangles + first)
+        first += len(corners)
+    triangles = np.concatenate(faces)
+    return {
+        "type": "mesh3d",
+        "name": plain(kind.name),
+        **_xyz(np.concatenate(points)),
+        **{axis: packed(triangles[:, column]) for column, axis in enumerate("ijk")},
+        "flatshading": True,
+        "hoverinfo": "skip",
+        "meta": {"role": "kind", "kind": number},
+    }
+
+
+def edges(scene: Scene) -> list[Trace]:
+    """Return the edges of each kind as one line; of too many, they would hide the faces."""
+    mapped = scene.world.mapped
+    return [
+        {
+            **_line(np.concatenate([outline(shape, kind.sides) for shape in kind.shapes])),
+            "name": f"Edges: {plain(kind.name)}",
+            "meta": {"role": "edge", "kind": number},
+        }
+        for number, kind in enumerate(scene.world.kinds)
+        if kind.shapes and (len(kind.shapes) <= FEW if mapped else kind.hard)
+    ]
+
+
+def bounds(scene: Scene) -> Trace:
+    """Return the frame of the space; nothing where the ground is its floor."""
+    given = scene.scenario.bounds
+    frame = np.empty((0, 3)) if scene.world.relief is not None else outline(Box(min=given.min, max=given.max))
+    return {**_line(frame), "name": "Bounds", "meta": {"role": "bounds"}}
+
+
+def _line(points: Floats) -> Trace:
+    return {"type": "scatter3d", "mode": "lines", **_xyz(points), "hoverinfo": "skip"}
+
+
+def _xyz(points: Floats) -> Trace:
+    return {axis: packed(points[:, column]) for column, axis in enumerate("xyz")}
