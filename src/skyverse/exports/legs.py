@@ -12,7 +12,6 @@ import numpy as np
 
 from skyverse.exports.places import Above, Floats, ground, origin_of
 from skyverse.geodesy import to_local, to_wgs84
-from skyverse.referee.boxes import beyond_bounds
 from skyverse.referee.clearance import Space, judge_legs, shut_space
 from skyverse.scenario import Scenario
 from skyverse.shapes import Terrain
@@ -35,6 +34,7 @@ class Legs:
     above: Above
     _shut: dict[float, tuple[Scenario, Space]] = field(default_factory=dict)
     _known: dict[bytes, str | None] = field(default_factory=dict)
+    _apart: dict[bytes, float] = field(default_factory=dict)
 
     def trouble(self, points: Floats, radius: float) -> tuple[int, str] | None:
         """Return the first thing wrong with a polyline (n, 3) whose corners are cut within a radius.
@@ -59,6 +59,13 @@ class Legs:
 
     def leg(self, a: Floats, b: Floats) -> str | None:
         """Return what is wrong with a leg between (3,) metres, if anything."""
+        if self.above == "ground":  # what is between two heights above ground is so everywhere along the leg
+            ends = np.stack([a, b])
+            assert self.scenario.terrain is not None
+            low = float((ends[:, 2] - ground(self.scenario.terrain, ends[:, :2])).min())
+            needed = _clearance(self.scenario) - LET_PASS / 2
+            if low < needed:
+                return f"it is {low:.4g} m above ground, and {needed:.4g} m are required"
         return self._meets(a[None], b[None], self.apart(a, b))
 
     def corner(self, before: Floats, at: Floats, after: Floats, radius: float) -> str | None:
@@ -82,10 +89,18 @@ class Legs:
 
         Whether it follows the great circle, as PX4 does, or a straight line in latitude and longitude.
         """
-        origin = origin_of(self.scenario)
         ends = np.stack([a, b])
+        asked = ends.tobytes()
+        if asked not in self._apart:
+            self._apart[asked] = self._bend(a, b, ends)
+        return self._apart[asked]
+
+    def _bend(self, a: Floats, b: Floats, ends: Floats) -> float:
+        origin = origin_of(self.scenario)
         level = float(np.linalg.norm((b - a)[:2]))
-        middle = to_local(origin, to_wgs84(origin, ends).mean(axis=0, keepdims=True))[0]
+        globe = to_wgs84(origin, ends)
+        globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the short way, also over the antimeridian
+        middle = to_local(origin, globe.mean(axis=0, keepdims=True))[0]
         bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * EARTH))
         if self.above == "ground":
             assert self.scenario.terrain is not None
@@ -100,14 +115,9 @@ class Legs:
             self._shut[step] = grown, shut_space(grown)
         scenario, shut = self._shut[step]
         both = np.concatenate([starts, ends])
-        out = float(beyond_bounds(scenario, both).max()) + step - LET_PASS
-        if out > 0 and (beyond_bounds(scenario, both) > 0).any():
-            return f"it is up to {out + LET_PASS:.3g} m out of bounds"
-        if self.above == "ground":
-            low = self._least_above_ground(both) - step
-            needed = _clearance(self.scenario) - LET_PASS
-            if low < needed:
-                return f"it is {low:.3g} m above ground, and {needed:.3g} m are required"
+        room = float(np.minimum(both - scenario.bounds.min, np.array(scenario.bounds.max) - both).min())
+        if room < extra - LET_PASS:
+            return f"it may be {extra - room:.3g} m out of bounds"
         peaks, met = judge_legs(scenario, shut, starts, ends)
         if met is not None:
             return met.sentence("it", "there", scenario)
@@ -122,10 +132,6 @@ class Legs:
             above = max(_clearance(self.scenario) - LET_PASS, 0.0) + steep
             terrain = None if self.above == "ground" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
-
-    def _least_above_ground(self, points: Floats) -> float:
-        assert self.scenario.terrain is not None
-        return float((points[:, 2] - ground(self.scenario.terrain, points[:, :2])).min())
 
 
 def _clearance(scenario: Scenario) -> float:

@@ -1,6 +1,5 @@
 """ROS messages as JSON and YAML: nav_msgs/Path, and trajectory_msgs/MultiDOFJointTrajectory, in local metres."""
 
-import io
 import json
 from typing import Any
 
@@ -42,15 +41,31 @@ def as_text(message: dict[str, Any], suffix: str) -> str:
     """Return a message as JSON, or as YAML that ``ros2 topic pub`` takes."""
     if suffix == ".json":
         return json.dumps(message, indent=1, allow_nan=False) + "\n"
-    from ruamel.yaml import YAML
+    return "\n".join(_yaml(message)) + "\n"
 
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    yaml.representer.ignore_aliases = lambda _: True
-    out = io.StringIO()
-    yaml.dump(message, out)
-    return out.getvalue()
+
+def _yaml(value: Any) -> list[str]:
+    """Return lines of YAML: mappings of numbers and words on one line, others in blocks."""
+    if isinstance(value, list):
+        return [("- " if k == 0 else "  ") + line for one in value for k, line in enumerate(_yaml(one))]
+    if not isinstance(value, dict):
+        return [_scalar(value)]
+    if not any(isinstance(one, dict | list) for one in value.values()):
+        return ["{" + ", ".join(f"{key}: {_scalar(one)}" for key, one in value.items()) + "}"]
+    lines = []
+    for key, one in value.items():
+        below = _yaml(one)
+        if isinstance(one, list) or len(below) > 1:
+            lines += [f"{key}:", *(f"  {line}" for line in below)]
+        else:
+            lines.append(f"{key}: {below[0]}")
+    return lines
+
+
+def _scalar(value: Any) -> str:
+    text = json.dumps(value, allow_nan=False)
+    # to YAML 1.1, which ROS reads, 1e-07 is a word and 1.0e-07 a number
+    return text.replace("e", ".0e") if isinstance(value, float) and "e" in text and "." not in text else text
 
 
 def _header(seconds: float) -> dict[str, Any]:

@@ -1,0 +1,99 @@
+"""Random missions on the globe, made without planning, and local metres by somebody else's geodesy."""
+
+import itertools
+
+import numpy as np
+
+from skyverse.result import Mission, Provenance, Trajectory
+from skyverse.scenario import Bounds, Frame, Lattice, Origin, Scenario, Target
+from skyverse.shapes import Box, Terrain
+from skyverse.vehicle import UAV, FixedWing
+
+LOW, HIGH = (-300.0, -300.0, -50.0), (300.0, 300.0, 150.0)
+NAMES = ("uav-1", "Häuser & <Söhne>", "a/b\\c:d", "UAV-1 ", "***")
+
+
+def along(corners, seconds, begin=0.0):
+    """Straight from corner to corner, at rest at each: minimum jerk."""
+    corners = np.asarray(corners, dtype=float)
+    rows = np.zeros((len(corners) - 1, 6, 3))
+    for k, (a, b) in enumerate(itertools.pairwise(corners)):
+        rows[k, 0] = a
+        for power, share in ((3, 10.0), (4, -15.0), (5, 6.0)):
+            rows[k, power] = share * (b - a) / seconds**power
+    return Trajectory(begin + seconds * np.arange(len(corners)), rows)
+
+
+def bent(a, middle, b, seconds, begin=0.0):
+    """A parabola: it begins at a, heads for the middle, ends at b."""
+    a, middle, b = (np.asarray(p, dtype=float) for p in (a, middle, b))
+    rows = np.zeros((1, 3, 3))
+    rows[0] = a, 2 * (middle - a) / seconds, (a - 2 * middle + b) / seconds**2
+    return Trajectory(np.array([begin, begin + seconds]), rows)
+
+
+def mission(
+    trajectories, *, origin=None, boxes=(), terrain=None, names=None, clearance=0.5, wing=None, low=LOW, high=HIGH
+):
+    """A mission of these trajectories, proven or not."""
+    starts = [t.at(t.start).position[0].tolist() for t in trajectories]
+    ends = [t.at(t.end).position[0].tolist() for t in trajectories]
+    names = names or [f"uav-{k}" for k in range(1, len(starts) + 1)]
+    scenario = Scenario(
+        name="by hand",
+        bounds=Bounds(min=low, max=high),
+        obstacles=tuple(Box(min=low, max=high) for low, high in boxes),
+        clearance=clearance,
+        terrain=terrain,
+        lattice=Lattice(step=tuple((b - a) / 20 for a, b in zip(low, high, strict=True))),
+        uavs=tuple(
+            UAV(name=name, start=start, max_speed=30, max_acceleration=30, fixed_wing=wing)
+            for name, start in zip(names, starts, strict=True)
+        ),
+        targets=tuple(Target(position=end) for end in ends),
+        frame=Frame(origin=origin),
+    )
+    nothing = (None,) * len(starts)
+    made = Provenance("", "by hand", "", 0, "")
+    return Mission(scenario, tuple(range(len(starts))), nothing, tuple(trajectories), (), made)
+
+
+def random_mission(seed, terrain=False):
+    """One to three UAVs anywhere on the globe but near the poles; straight or bent flights, some of which wait."""
+    rng = np.random.default_rng(seed)
+    longitude = float(rng.choice([rng.uniform(-180, 180), 180.0, -179.9999, 0.0]))
+    origin = Origin(latitude=float(rng.uniform(-75, 75)), longitude=longitude, altitude=float(rng.uniform(-100, 3000)))
+    flights = []
+    for _ in range(int(rng.integers(1, 4))):
+        points = rng.uniform([-250, -250, 60], [250, 250, 120], (int(rng.integers(2, 6)), 3))
+        begin = float(rng.choice([0.0, rng.uniform(0, 20)]))
+        if len(points) == 3 and rng.random() < 0.7:
+            flights.append(bent(*points, rng.uniform(10, 60), begin))
+        else:
+            flights.append(along(points, rng.uniform(5, 30), begin))
+    heights = rng.uniform(-20, 20, (14, 14))
+    under = Terrain(origin=(-325.0, -325.0), step=(50.0, 50.0), heights=heights, clearance=10.0) if terrain else None
+    names = list(map(str, rng.permutation(NAMES)[: len(flights)]))
+    wing = FixedWing(speed=15, turn_radius=40, climb=20) if rng.random() < 0.2 else None
+    return mission(flights, origin=origin, terrain=under, names=names, wing=wing)
+
+
+def local(origin, latitude, longitude, altitude):
+    """East, north, up by PROJ, whose axes are x east, y north; altitudes above the ellipsoid."""
+    from pyproj import Transformer
+
+    at = f"+lat_0={origin.latitude!r} +lon_0={origin.longitude!r} +h_0={origin.altitude!r}"
+    steps = f"+proj=pipeline +step +proj=cart +ellps=WGS84 +step +proj=topocentric +ellps=WGS84 {at}"
+    moved = Transformer.from_pipeline(steps).transform(
+        np.asarray(longitude), np.asarray(latitude), np.asarray(altitude), radians=False
+    )
+    return np.column_stack(moved)
+
+
+def under(scenario, points):
+    """The height of the bilinear ground, by SciPy."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    terrain = scenario.terrain
+    axes = [terrain.origin[k] + terrain.step[k] * np.arange(terrain.heights.shape[k]) for k in (0, 1)]
+    return RegularGridInterpolator(axes, terrain.heights)(points[:, :2])

@@ -1,0 +1,255 @@
+"""Missions for ground stations, read back by MAVSDK and pymavlink."""
+
+import json
+import time
+
+import handmade_exports as handmade
+import jsonschema
+import numpy as np
+import pytest
+
+import skyverse as sky
+
+pytest.importorskip("pyproj", reason="an independent geodesy")
+
+FRAMES = {"amsl": 0, "home": 3, "ground": 10}
+WAYPOINT, LOITER, LAND, TAKEOFF, DELAY, SPEED = 16, 17, 21, 22, 93, 178
+SEEDS = range(100)
+
+
+class Stations:
+    """MAVSDK's ground station, and its simulated autopilot, over loopback."""
+
+    def __init__(self):
+        from mavsdk.component_type import ComponentType
+        from mavsdk.mavsdk import Configuration, Mavsdk
+        from mavsdk.plugins.mission_raw.mission_raw import MissionRaw
+        from mavsdk.plugins.mission_raw_server.mission_raw_server import MissionRawServer
+
+        self.ground, self.air = (
+            Mavsdk(Configuration.create_with_component_type(kind))
+            for kind in (ComponentType.GROUND_STATION, ComponentType.AUTOPILOT)
+        )
+        self.received = []
+        self.server = MissionRawServer(self.air.server_component())
+        self.server.subscribe_incoming_mission(lambda result, plan, _: self.received.append(plan.mission_items))
+        for port in range(24550, 24650):
+            if self.air.add_any_connection(f"udpin://127.0.0.1:{port}") == 0:
+                self.ground.add_any_connection(f"udpout://127.0.0.1:{port}")
+                break
+        self.mission = MissionRaw(self.ground.first_autopilot(20.0))
+
+    def close(self):
+        self.ground.destroy()
+        self.air.destroy()
+
+
+@pytest.fixture(scope="module")
+def stations():
+    pytest.importorskip("mavsdk", reason="reads .plan and .waypoints")
+    both = Stations()
+    yield both
+    both.close()
+
+
+def random_case(seed):
+    above = ("amsl", "home", "ground")[seed % 3]
+    mission = handmade.random_mission(seed, terrain=above == "ground")
+    return mission, above
+
+
+def sea_level(scenario, uav, above, latitude, longitude, altitude):
+    """Altitudes above the sea, of altitudes above something, by other people's means."""
+    origin = scenario.frame.origin
+    if above == "amsl":
+        return altitude
+    if above == "home":
+        from skyverse.geodesy import to_wgs84
+
+        return altitude + to_wgs84(origin, [scenario.uavs[uav].start])[0, 2]
+    flat = handmade.local(origin, latitude, longitude, np.full(len(latitude), origin.altitude))
+    ground = flat[:, 2] * 0 + handmade.under(scenario, flat)
+    return altitude + origin.altitude + ground - flat[:, 2]
+
+
+def same_places(mission, route, above, items, tolerance=0.012):
+    """Whether a read mission's waypoints are the route's: latitude, longitude and altitude of each."""
+    latitude, longitude, altitude = np.array(items, dtype=float).T
+    sea = sea_level(mission.scenario, route.uav, above, latitude, longitude, altitude)
+    back = handmade.local(mission.scenario.frame.origin, latitude, longitude, sea)
+    first = 1 if route.takeoff else 0
+    assert back.shape == route.points[first:].shape
+    assert np.linalg.norm(back - route.points[first:], axis=1).max() < tolerance
+
+
+def flown_items(items):
+    return [item for item in items if item.command in (TAKEOFF, WAYPOINT)]
+
+
+@pytest.mark.parametrize("first", range(0, 100, 20))
+def test_plans_read_by_mavsdk_have_the_same_places_in_the_same_frame(stations, tmp_path, first):
+    for seed in range(first, first + 20):
+        mission, above = random_case(seed)
+        routes = sky.routes(mission, altitude=above)
+        files = sky.export(mission, tmp_path / f"m{seed}.plan", altitude=above)
+        assert len(files) == len(routes) == len({file.name.lower() for file in files})
+        for route, file in zip(routes, files, strict=True):
+            read = stations.mission.import_qgroundcontrol_mission(str(file))
+            flown = flown_items(read.mission_items)
+            assert {item.frame for item in flown} == {FRAMES[above]}
+            same_places(mission, route, above, [(i.x / 1e7, i.y / 1e7, i.z) for i in flown])
+            assert all(i.param2 == pytest.approx(route.radius) for i in flown if i.command == WAYPOINT)
+            waits = [i.param1 for i in read.mission_items if i.command == DELAY]
+            assert waits == ([pytest.approx(route.times[0], abs=1e-3)] if route.times[0] > 0 else [])
+            assert [i.command for i in read.mission_items][-1] == LOITER
+            assert len(read.rally_items) == 1
+            assert len(read.geofence_items) == 4
+
+
+@pytest.mark.parametrize("first", range(0, 100, 20))
+def test_waypoints_read_by_pymavlink_have_the_same_places_in_the_same_frame(tmp_path, first):
+    mavwp = pytest.importorskip("pymavlink.mavwp", reason="reads .waypoints")
+    for seed in range(first, first + 20):
+        mission, above = random_case(seed)
+        routes = sky.routes(mission, altitude=above)
+        for route, file in zip(
+            routes, sky.export(mission, tmp_path / f"m{seed}.waypoints", altitude=above, end="land"), strict=True
+        ):
+            loader = mavwp.MAVWPLoader()
+            loader.load(str(file))
+            read = [loader.wp(k) for k in range(loader.count())]
+            assert [item.seq for item in read] == list(range(len(read)))
+            home = handmade.local(mission.scenario.frame.origin, [read[0].x], [read[0].y], [read[0].z])
+            assert np.linalg.norm(home - mission.scenario.uavs[route.uav].start) < 1e-3
+            flown = flown_items(read[1:])
+            assert {item.frame for item in flown} == {FRAMES[above]}
+            same_places(
+                mission, route, above, [(i.x, i.y, i.z) for i in flown], tolerance=5e-3 if above == "ground" else 1e-3
+            )
+            assert read[-1].command == LAND
+
+
+def test_waypoints_read_by_mavsdk_are_those_of_the_plan(stations, tmp_path):
+    for seed in range(12):
+        mission, above = random_case(seed)
+        plans = sky.export(mission, tmp_path / f"m{seed}.plan", altitude=above)
+        texts = sky.export(mission, tmp_path / f"m{seed}.waypoints", altitude=above)
+        for plan, text in zip(plans, texts, strict=True):
+            one = stations.mission.import_qgroundcontrol_mission(str(plan)).mission_items
+            other = stations.mission.import_mission_planner_mission(str(text)).mission_items[1:]
+            fields = ("command", "frame", "param1", "param2", "x", "y", "z")
+            assert [[getattr(i, f) for f in fields] for i in one] == [[getattr(i, f) for f in fields] for i in other]
+
+
+def test_a_simulated_autopilot_accepts_what_is_uploaded(stations, tmp_path):
+    mission, above = random_case(4)
+    (file, *_) = sky.export(mission, tmp_path / "m.plan", altitude=above)
+    items = stations.mission.import_qgroundcontrol_mission(str(file)).mission_items
+    stations.received.clear()
+    stations.mission.upload_mission(items)
+    for _ in range(100):
+        if stations.received:
+            break
+        time.sleep(0.05)
+    (arrived,) = stations.received
+    fields = ("seq", "frame", "command", "param2", "x", "y", "z")
+    assert [[getattr(i, f) for f in fields] for i in arrived] == [[getattr(i, f) for f in fields] for i in items]
+
+
+NUMBER = {"type": "number"}
+PLACE = {
+    "type": "array",
+    "prefixItems": [{**NUMBER, "minimum": -90, "maximum": 90}, {**NUMBER, "minimum": -180, "maximum": 180}],
+    "minItems": 2,
+    "maxItems": 2,
+    "items": False,
+}
+
+
+def strict(properties, optional=()):
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": [name for name in properties if name not in optional],
+        "additionalProperties": False,
+    }
+
+
+ITEM = strict(
+    {
+        "type": {"const": "SimpleItem"},
+        "autoContinue": {"const": True},
+        "command": {"enum": [WAYPOINT, LOITER, LAND, TAKEOFF, DELAY, SPEED]},
+        "doJumpId": {"type": "integer", "minimum": 1},
+        "frame": {"enum": [0, 2, 3, 10]},
+        "params": {"type": "array", "minItems": 7, "maxItems": 7, "items": {"type": ["number", "null"]}},
+        "Altitude": NUMBER,
+        "AltitudeMode": {"enum": [1, 2, 4]},
+        "AMSLAltAboveTerrain": {"type": "null"},
+    },
+    optional=("Altitude", "AltitudeMode", "AMSLAltAboveTerrain"),
+)
+PLAN = strict(
+    {
+        "fileType": {"const": "Plan"},
+        "version": {"const": 1},
+        "groundStation": {"type": "string"},
+        "mission": strict(
+            {
+                "version": {"const": 2},
+                "firmwareType": {"enum": [3, 12]},
+                "vehicleType": {"enum": [1, 2]},
+                "globalPlanAltitudeMode": {"enum": [1, 2, 4]},
+                "cruiseSpeed": {**NUMBER, "exclusiveMinimum": 0},
+                "hoverSpeed": {**NUMBER, "exclusiveMinimum": 0},
+                "plannedHomePosition": {"type": "array", "minItems": 3, "maxItems": 3, "items": NUMBER},
+                "items": {"type": "array", "minItems": 2, "items": ITEM},
+            }
+        ),
+        "geoFence": strict(
+            {
+                "version": {"const": 2},
+                "polygons": {
+                    "type": "array",
+                    "items": strict(
+                        {
+                            "version": {"const": 1},
+                            "inclusion": {"type": "boolean"},
+                            "polygon": {"type": "array", "minItems": 3, "items": PLACE},
+                        }
+                    ),
+                },
+                "circles": {
+                    "type": "array",
+                    "items": strict(
+                        {
+                            "version": {"const": 1},
+                            "inclusion": {"type": "boolean"},
+                            "circle": strict({"center": PLACE, "radius": {**NUMBER, "exclusiveMinimum": 0}}),
+                        }
+                    ),
+                },
+            }
+        ),
+        "rallyPoints": strict(
+            {
+                "version": {"const": 2},
+                "points": {"type": "array", "items": {"type": "array", "minItems": 3, "maxItems": 3, "items": NUMBER}},
+            }
+        ),
+    }
+)
+
+
+def test_plans_have_every_field_that_qgroundcontrol_wants_and_no_other(tmp_path):
+    validator = jsonschema.Draft202012Validator(PLAN)
+    for seed in SEEDS[:30]:
+        mission, above = random_case(seed)
+        for file in sky.export(mission, tmp_path / f"m{seed}.plan", altitude=above, end=("loiter", "land")[seed % 2]):
+            plan = json.loads(file.read_text())
+            validator.validate(plan)
+            items = plan["mission"]["items"]
+            assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
+            assert all(i["Altitude"] == i["params"][6] for i in items if i["frame"] != 2)
+            modes = {0: 2, 3: 1, 10: 4}
+            assert all(i["AltitudeMode"] == modes[i["frame"]] for i in items if i["frame"] != 2)

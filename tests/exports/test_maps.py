@@ -1,0 +1,159 @@
+"""Missions for maps, read back by fastkml, GDAL and gpxpy."""
+
+import csv
+import zipfile
+from datetime import datetime
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.scenario import Origin
+
+pytest.importorskip("pyproj", reason="an independent geodesy")
+
+SECOND_0 = datetime.fromisoformat("2000-01-01T00:00:00+00:00")
+
+
+def places_of(mission, flight, rows):
+    """Longitude, latitude, altitude above the sea of somebody's reader, in local metres."""
+    longitude, latitude, altitude = np.array(rows, dtype=float).T
+    return handmade.local(mission.scenario.frame.origin, latitude, longitude, altitude)
+
+
+def same_path(mission, uav, times, back):
+    there = mission.trajectories[uav].at(times).position
+    assert len(back) == len(times)
+    assert np.linalg.norm(back - there, axis=1).max() < 0.01
+
+
+def seconds(when):
+    return (when - SECOND_0).total_seconds()
+
+
+@pytest.mark.parametrize("suffix", [".kml", ".kmz"])
+def test_kml_read_by_fastkml_has_the_same_paths_and_tracks(tmp_path, suffix):
+    kml = pytest.importorskip("fastkml", reason="reads KML").KML
+    from fastkml import Placemark
+    from fastkml.enums import AltitudeMode
+    from fastkml.gx import Track
+    from fastkml.utils import find_all
+
+    for seed in range(20):
+        mission = handmade.random_mission(seed)
+        (file,) = sky.export(mission, tmp_path / f"m{seed}{suffix}", rate=1)
+        if suffix == ".kmz":
+            with zipfile.ZipFile(file) as archive:
+                assert archive.namelist() == ["doc.kml"]
+                text = archive.read("doc.kml")
+        else:
+            text = file.read_bytes()
+        read = kml.from_string(text.decode().split("\n", 1)[1])
+        marks = list(find_all(read, of_type=Placemark))
+        lines = [m for m in marks if type(m.kml_geometry).__name__ == "LineString"]
+        assert [m.name for m in lines] == [uav.name.strip() for uav in mission.scenario.uavs]
+        for uav, mark in enumerate(lines):
+            assert mark.kml_geometry.altitude_mode is AltitudeMode.absolute
+            assert mark.kml_geometry.extrude
+            back = places_of(mission, uav, mark.kml_geometry.geometry.coords)
+            track = list(find_all(read, of_type=Track))[uav]
+            times = [seconds(item.when.dt) for item in track.track_items]
+            same_path(mission, uav, times, back)
+            again = places_of(mission, uav, [item.coord.coords[0] for item in track.track_items])
+            np.testing.assert_allclose(again, back, atol=1e-6)
+
+
+def test_kml_above_ground_has_the_height_above_the_terrain(tmp_path):
+    fastkml = pytest.importorskip("fastkml", reason="reads KML")
+    from fastkml.enums import AltitudeMode
+    from fastkml.utils import find_all
+
+    mission = handmade.random_mission(7, terrain=True)
+    (file,) = sky.export(mission, tmp_path / "m.kml", altitude="ground", rate=1)
+    read = fastkml.KML.from_string(file.read_text().split("\n", 1)[1])
+    mark = next(m for m in find_all(read, of_type=fastkml.Placemark) if type(m.kml_geometry).__name__ == "LineString")
+    assert mark.kml_geometry.altitude_mode is AltitudeMode.relative_to_ground
+    rows = np.array(mark.kml_geometry.geometry.coords)
+    origin = mission.scenario.frame.origin
+    flat = handmade.local(origin, rows[:, 1], rows[:, 0], np.full(len(rows), origin.altitude))
+    start = mission.trajectories[0].at([mission.trajectories[0].start]).position
+    assert rows[0, 2] == pytest.approx(start[0, 2] - handmade.under(mission.scenario, start)[0], abs=0.01)
+    assert len(flat) == len(rows)
+
+
+def test_geojson_read_by_gdal_has_the_same_paths(tmp_path):
+    raw = pytest.importorskip("pyogrio", reason="reads GeoJSON").raw
+    shapely = pytest.importorskip("shapely", reason="reads what GDAL hands on")
+    for seed in range(30):
+        mission = handmade.random_mission(seed)
+        (file,) = sky.export(mission, tmp_path / f"m{seed}.geojson", rate=1)
+        meta, _, geometries, columns = raw.read(file)
+        assert meta["crs"] == "EPSG:4326"
+        fields = dict(zip(meta["fields"], columns, strict=True))
+        paths = [k for k, kind in enumerate(fields["kind"]) if kind == "path"]
+        assert [fields["name"][k] for k in paths] == [uav.name for uav in mission.scenario.uavs]
+        for uav, k in enumerate(paths):
+            shape = shapely.from_wkb(geometries[k])
+            parts = [shape] if shape.geom_type == "LineString" else list(shape.geoms)
+            rows = np.concatenate([shapely.get_coordinates(part, include_z=True) for part in parts])
+            if len(parts) > 1:
+                rows = rows[np.abs(rows[:, 0]) != 180]
+            times = (
+                [float(t) for t in str(fields["times"][k]).strip("[] ").split(",")]
+                if isinstance(fields["times"][k], str)
+                else fields["times"][k]
+            )
+            same_path(mission, uav, np.asarray(times, dtype=float), places_of(mission, uav, rows))
+
+
+def test_no_line_in_geojson_spans_the_antimeridian(tmp_path):
+    import json
+
+    origin = Origin(latitude=-17, longitude=180, altitude=20)
+    mission = handmade.mission([handmade.along([(-200, 0, 50), (200, 30, 60), (-100, 50, 60)], 20)], origin=origin)
+    (file,) = sky.export(mission, tmp_path / "m.geojson", rate=1)
+    shape = json.loads(file.read_text())["features"][0]["geometry"]
+    assert shape["type"] == "MultiLineString"
+    assert len(shape["coordinates"]) == 3
+    for part in shape["coordinates"]:
+        longitudes = np.array(part)[:, 0]
+        assert np.ptp(longitudes) < 1
+        assert np.abs(longitudes).max() <= 180
+
+
+def test_gpx_read_by_gpxpy_has_the_same_tracks(tmp_path):
+    gpxpy = pytest.importorskip("gpxpy", reason="reads GPX")
+    for seed in range(30):
+        mission = handmade.random_mission(seed)
+        (file,) = sky.export(mission, tmp_path / f"m{seed}.gpx", rate=1)
+        read = gpxpy.parse(file.read_text())
+        assert read.version == "1.1"
+        assert [track.name for track in read.tracks] == [uav.name for uav in mission.scenario.uavs]
+        for uav, track in enumerate(read.tracks):
+            points = track.segments[0].points
+            rows = [(p.longitude, p.latitude, p.elevation) for p in points]
+            same_path(mission, uav, [seconds(p.time) for p in points], places_of(mission, uav, rows))
+        assert len(read.waypoints) == len(mission.scenario.targets)
+
+
+def test_a_table_has_places_on_the_globe_beside_local_metres(tmp_path):
+    for seed in range(10):
+        mission = handmade.random_mission(seed)
+        (file,) = sky.export(mission, tmp_path / f"m{seed}.geo.csv", rate=2)
+        rows = list(csv.DictReader(file.read_text().splitlines()))
+        for uav, vehicle in enumerate(mission.scenario.uavs):
+            own = [row for row in rows if row["uav"] == vehicle.name]
+            globe = [(float(r["longitude"]), float(r["latitude"]), float(r["altitude_amsl"])) for r in own]
+            same_path(mission, uav, [float(r["t"]) for r in own], places_of(mission, uav, globe))
+
+
+def test_heights_above_the_ellipsoid_count_the_geoid(tmp_path):
+    import json
+
+    origin = Origin(latitude=46.8, longitude=9.8, altitude=1500, geoid=52.5)
+    mission = handmade.mission([handmade.along([(0, 0, 50), (100, 0, 50)], 20)], origin=origin)
+    (file,) = sky.export(mission, tmp_path / "m.geojson")
+    path = json.loads(file.read_text())["features"][0]
+    assert path["geometry"]["coordinates"][0][2] == pytest.approx(1602.5, abs=1e-3)
+    assert path["properties"]["altitudes"][0] == pytest.approx(1550, abs=1e-3)

@@ -1,0 +1,199 @@
+"""Whether exported legs are clear as an autopilot flies them, by dense sampling on the globe."""
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.geodesy import to_local, to_wgs84
+from skyverse.scenario import Origin
+from skyverse.shapes import Terrain
+
+ORIGIN = Origin(latitude=52.0, longitude=4.37, altitude=10.0)
+LET_PASS = 0.02
+
+
+def flown(mission, route, above="amsl", steps=60):
+    """Local metres of what an autopilot may fly: straight in latitude, longitude and altitude, corners cut anyhow."""
+    scenario = mission.scenario
+    origin = scenario.frame.origin
+
+    def line(a, b):
+        shares = np.linspace(0, 1, steps)[:, None]
+        globe = to_wgs84(origin, np.stack([a, b]))
+        points = to_local(origin, globe[0] + shares * (globe[1] - globe[0]))
+        if above == "ground":
+            ground = handmade.under(scenario, np.stack([a, b]))
+            over = np.array([a[2], b[2]]) - ground
+            points[:, 2] = handmade.under(scenario, points) + over[0] + shares[:, 0] * (over[1] - over[0])
+        return points
+
+    parts = [line(a, b) for a, b in zip(route.points, route.points[1:], strict=False)]
+    for before, at, after in zip(route.points, route.points[1:], route.points[2:], strict=False):
+        back, on = before - at, after - at
+        p = at + back * min(1, route.radius / np.linalg.norm(back))
+        q = at + on * min(1, route.radius / np.linalg.norm(on))
+        parts += [line(at + s * (p - at), at + s * (q - at)) for s in np.linspace(0.1, 1, 10)]
+    return np.concatenate(parts)
+
+
+def gaps(mission, points):
+    """Metres of each point to the nearest box, along the axis where they are most, by brute force."""
+    least = np.full(len(points), np.inf)
+    for box in mission.scenario.obstacles:
+        least = np.minimum(least, np.maximum(np.array(box.min) - points, points - np.array(box.max)).max(axis=1))
+    return least
+
+
+def around(box, clearance, height):
+    """A path that touches the corners of a grown box."""
+    (x0, y0, _), (x1, y1, _) = box
+    x0, y0, x1, y1 = x0 - clearance, y0 - clearance, x1 + clearance, y1 + clearance
+    return [(x0 - 20, (y0 + y1) / 2, height), (x0, y1, height), (x1, y1, height), (x1 + 20, (y0 + y1) / 2, height)]
+
+
+@pytest.mark.parametrize("above", ["amsl", "home"])
+@pytest.mark.parametrize("radius", [0.5, 2.0, 5.0])
+def test_a_path_that_touches_corners_is_moved_out_until_they_may_be_cut(above, radius):
+    box = ((-10, -10, 0), (10, 10, 40))
+    mission = handmade.mission([handmade.along(around(box, 1.0, 15.0), 10)], boxes=[box], clearance=1.0, origin=ORIGIN)
+    (route,) = sky.routes(mission, altitude=above, radius=radius)
+    points = flown(mission, route)
+    assert gaps(mission, points).min() >= 1.0 - LET_PASS
+    assert route.radius > 0.1
+    assert len(route.points) <= 9
+    np.testing.assert_allclose(route.points[[0, -1]], mission.trajectories[0].at([0, 30]).position, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_routes_through_random_towers_are_clear_as_flown(seed):
+    rng = np.random.default_rng(seed)
+    boxes = []
+    for _ in range(12):
+        low = rng.uniform([-120, -120, -50], [100, 100, -50])
+        boxes.append((low, low + rng.uniform([5, 5, 60], [30, 30, 140])))
+    corners, clearance = [], 1.0
+    while len(corners) < 5:  # a walk that keeps the clearance, often by little
+        place = rng.uniform([-140, -140, 10], [140, 140, 100])
+        legs = np.linspace(corners[-1], place, 300) if corners else place[None]
+        low = np.array([b[0] for b in boxes]) - clearance
+        high = np.array([b[1] for b in boxes]) + clearance
+        inside = ((legs[:, None] > low) & (legs[:, None] < high)).all(axis=2)
+        if not inside.any():
+            corners.append(place)
+    mission = handmade.mission([handmade.along(corners, 20)], boxes=boxes, clearance=clearance, origin=ORIGIN)
+    (route,) = sky.routes(mission, radius=3.0)
+    assert gaps(mission, flown(mission, route)).min() >= clearance - LET_PASS
+    assert np.linalg.norm(route.points[-1] - corners[-1]) < 1e-9
+
+
+def test_a_bent_flight_in_the_open_takes_few_waypoints_near_it():
+    mission = handmade.mission([handmade.bent((0, 0, 50), (100, 0, 50), (100, 100, 80), 20)], origin=ORIGIN)
+    (route,) = sky.routes(mission, radius=2.0, takeoff=0)
+    t = np.linspace(0, 20, 2001)
+    curve = mission.trajectories[0].at(t).position
+    points = np.concatenate([np.linspace(a, b, 400) for a, b in zip(route.points, route.points[1:], strict=False)])
+    off = np.linalg.norm(curve[:, None] - points[None], axis=2).min(axis=1).max()
+    assert off <= 4.01
+    assert route.off == pytest.approx(off, abs=0.2)
+    assert 3 <= len(route.points) <= 5
+    (finer,) = sky.routes(mission, radius=0.2, takeoff=0)
+    assert len(finer.points) > len(route.points)
+
+
+def test_a_straight_flight_takes_its_start_a_takeoff_and_its_target():
+    mission = handmade.mission([handmade.along([(0, 0, 50), (60, 0, 50), (100, 0, 50)], 20)], origin=ORIGIN)
+    (route,) = sky.routes(mission)
+    np.testing.assert_allclose(route.points, [(0, 0, 50), (0, 0, 53), (100, 0, 50)], atol=1e-9)
+    assert route.takeoff == 3.0
+    assert "3 waypoints" in route.sentence(mission.scenario)
+
+
+def test_a_takeoff_ends_below_what_is_above_the_start():
+    lid = ((-5, -5, 52.2), (5, 5, 60))
+    flight = [handmade.along([(0, 0, 50), (60, 0, 50)], 20)]
+    (route,) = sky.routes(handmade.mission(flight, boxes=[lid], origin=ORIGIN))
+    assert route.takeoff == 1.5
+    lid = ((-5, -5, 50.52), (5, 5, 60))
+    (route,) = sky.routes(handmade.mission(flight, boxes=[lid], origin=ORIGIN))
+    assert route.takeoff == 0.0
+
+
+def test_a_flight_through_what_is_too_near_is_refused_by_name():
+    wall = ((30, -200, -50), (31, 200, 150))
+    mission = handmade.mission([handmade.along([(0, 0, 50), (60, 0, 50)], 20)], boxes=[wall], origin=ORIGIN)
+    with pytest.raises(sky.InputError, match=r"uav-1: straight legs .* obstacle 0"):
+        sky.routes(mission)
+
+
+def test_legs_over_terrain_keep_their_height_over_every_summit():
+    rng = np.random.default_rng(5)
+    heights = rng.uniform(0, 30, (65, 65))
+    ground = Terrain(origin=(-320.0, -320.0), step=(10.0, 10.0), heights=heights, clearance=5.0)
+    corners = [(-200, -100, 60), (0, 50, 36), (200, -30, 60)]
+    mission = handmade.mission([handmade.along(corners, 30)], terrain=ground, origin=ORIGIN)
+    for above in ("amsl", "ground"):
+        (route,) = sky.routes(mission, altitude=above)
+        points = flown(mission, route, above, steps=2000)
+        height = points[:, 2] - handmade.under(mission.scenario, points)
+        assert height.min() >= 5.0 - LET_PASS
+        assert points[:, 2].max() <= 150 + LET_PASS
+
+
+def test_a_low_flight_over_a_summit_is_not_taken_for_clear():
+    heights = np.zeros((65, 65))
+    heights[32, 32] = 30.0
+    ground = Terrain(origin=(-320.0, -320.0), step=(10.0, 10.0), heights=heights, clearance=5.0)
+    mission = handmade.mission([handmade.along([(-200, 0, 34.5), (200, 0, 34.5)], 30)], terrain=ground, origin=ORIGIN)
+    with pytest.raises(sky.InputError, match="above ground"):
+        sky.routes(mission, takeoff=0)
+    (route,) = sky.routes(
+        mission.__class__(
+            **{**vars(mission), "trajectories": (handmade.along([(-200, 0, 34.5), (0, 0, 35.0), (200, 0, 34.5)], 30),)}
+        ),
+        takeoff=0,
+    )
+    assert flown(mission, route, steps=2000)[:, 2].max() < 36
+
+
+@pytest.mark.parametrize("length", [500, 5_000, 40_000])
+def test_long_legs_count_the_curvature_of_earth(length):
+    low, high = (-50.0, -length - 50.0, -2000.0), (length + 50.0, length + 50.0, 3000.0)
+    flight = handmade.along([(0, 0, 100), (length, length / 2, 100)], 3600)
+    mission = handmade.mission([flight], origin=Origin(latitude=60, longitude=10, altitude=0), low=low, high=high)
+    from skyverse.exports.legs import Legs
+
+    legs = Legs(mission.scenario, "amsl")
+    a, b = flight.at([0, 3600]).position
+    shares = np.linspace(0, 1, 101)[:, None]
+    globe = to_wgs84(mission.scenario.frame.origin, np.stack([a, b]))
+    points = to_local(mission.scenario.frame.origin, globe[0] + shares * (globe[1] - globe[0]))
+    off = np.linalg.norm(points - (a + shares * (b - a)), axis=1).max()
+    assert off <= legs.apart(a, b) <= 2 * off + 0.01
+
+
+def test_scenarios_without_an_origin_say_how_to_give_one(tmp_path):
+    mission = handmade.mission([handmade.along([(0, 0, 50), (60, 0, 50)], 20)])
+    for suffix in ("plan", "waypoints", "wpml.kmz", "kml", "kmz", "geojson", "gpx", "geo.csv"):
+        with pytest.raises(sky.InputError, match=r"frame.origin .* --origin latitude,longitude,altitude"):
+            sky.export(mission, tmp_path / f"m.{suffix}")
+        assert sky.export(mission, tmp_path / f"m.{suffix}", origin=ORIGIN) == [tmp_path / f"m.{suffix}"]
+    for suffix in ("path.json", "trajectory.yaml", "skybrush.zip", "csv", "waypoints.csv"):
+        assert sky.export(mission, tmp_path / f"m.{suffix}") == [tmp_path / f"m.{suffix}"]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"altitude": "ground"}, "altitudes above ground need a terrain"),
+        ({"altitude": "sea"}, "expected altitudes above amsl or home or ground, found 'sea'"),
+        ({"radius": 0.0}, "radius: expected metres from 0.05 on, found 0.0"),
+        ({"radius": float("nan")}, "radius: expected metres"),
+        ({"takeoff": -1.0}, "takeoff: expected metres from 0 on, found -1.0"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(tmp_path, options, said):
+    mission = handmade.mission([handmade.along([(0, 0, 50), (60, 0, 50)], 20)], origin=ORIGIN)
+    with pytest.raises(sky.InputError, match=said):
+        sky.export(mission, tmp_path / "m.plan", **options)
+    assert not list(tmp_path.iterdir())
