@@ -59,9 +59,10 @@ def test_kml_read_by_fastkml_has_the_same_paths_and_tracks(tmp_path, suffix):
             back = places_of(mission, uav, mark.kml_geometry.geometry.coords)
             track = list(find_all(read, of_type=Track))[uav]
             times = [seconds(item.when.dt) for item in track.track_items]
-            same_path(mission, uav, times, back)
             again = places_of(mission, uav, [item.coord.coords[0] for item in track.track_items])
-            np.testing.assert_allclose(again, back, atol=1e-6)
+            same_path(mission, uav, times, again)
+            kept = np.r_[True, np.any(np.diff(again, axis=0) != 0, axis=1)]  # this reader drops places that are repeated
+            np.testing.assert_allclose(again[kept], back, atol=1e-6)
 
 
 def test_kml_above_ground_has_the_height_above_the_terrain(tmp_path):
