@@ -16,7 +16,16 @@ from skyverse.maps import extent
 from skyverse.maps.feature import Feature
 from skyverse.maps.licence import licence_of
 from skyverse.maps.obstacles import bounded, placed, prisms, slimmed
-from skyverse.maps.places import Place, Places, flat_points, local_points, named, refuse_low, refuse_outside
+from skyverse.maps.places import (
+    Place,
+    Places,
+    flat_points,
+    local_points,
+    named,
+    refuse_low,
+    refuse_off_map,
+    refuse_outside,
+)
 from skyverse.maps.raster import Opened, Raster, Rectangle, opened
 from skyverse.maps.region import Area, around, checked, common, covered
 from skyverse.maps.terrain import flat_ground, read_terrain
@@ -158,13 +167,11 @@ def build_scenario(
         raise InputError("--ground: expected it without a terrain, found both; the terrain says where the ground is")
     with ExitStack() as stack:
         files = [stack.enter_context(opened(raster)) for raster in rasters]
+        refuse_off_map({**starts, **goals}, files)
         bounds = None if area is None else Area(*area)
         frame = origin or _origin(bounds, places, files, read, geoid)
         level = frame if origin else frame.model_copy(update={"altitude": 0.0})
         region = _region(bounds, margin, places, files, read, level, on_note)
-        for file in files if len(files) == 1 else ():
-            names = [*starts, *goals]
-            refuse_outside(names, places, level, covered(file, level), f"{file.path}")
         refuse_outside([*starts, *goals], places, level, region, "the area")
         sources = [
             Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name) for file in files

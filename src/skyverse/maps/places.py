@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.errors import InputError
 from skyverse.geodesy import to_local, to_wgs84
-from skyverse.maps.raster import Rectangle
+from skyverse.maps.raster import Opened, Rectangle
 from skyverse.maps.region import within
 from skyverse.maps.terrain import ground_below
 from skyverse.scenario import Origin
@@ -47,6 +47,30 @@ def flat_points(places: Sequence[Place], origin: Origin) -> Floats:
         for lat, lon, altitude in places
     ]
     return to_local(origin, rows) if rows else np.empty((0, 3))
+
+
+def refuse_off_map(places: Mapping[str, Place], files: Sequence[Opened]) -> None:
+    """Refuse a place that is on none of the terrain's files."""
+
+    def known(latitude: float, longitude: float) -> bool:
+        for file in files:
+            for turns in (-1, 0, 1):
+                at = file.pixels(np.array([longitude]), np.array([latitude]), longitude, turns)
+                column, row = float(at[0][0]), float(at[1][0])
+                if 0 <= column <= file.data.width and 0 <= row <= file.data.height:
+                    return True
+        return not files
+
+    for name, (latitude, longitude, _) in places.items():
+        if known(latitude, longitude):
+            continue
+        hint = ""
+        if abs(longitude) <= 90 and known(longitude, latitude):
+            hint = "; are latitude and longitude swapped?"
+        raise InputError(
+            f"{name}: expected a place on {', '.join(file.path for file in files)}, found latitude {latitude:g}, "
+            f"longitude {longitude:g}, which is outside{hint}"
+        )
 
 
 def refuse_outside(names: Sequence[str], places: Sequence[Place], origin: Origin, region: Rectangle, what: str) -> None:

@@ -1,0 +1,376 @@
+"""Scenarios of maps: everything that a file has is inside of what the scenario has, as PROJ and shapely see it."""
+
+import json
+import os
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+rasterio = pytest.importorskip("rasterio", reason="building scenarios needs rasterio")
+pyproj = pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
+shapely = pytest.importorskip("shapely", reason="building scenarios needs shapely")
+
+from rasterio.transform import Affine  # noqa: E402
+
+import skyverse as sky  # noqa: E402
+from skyverse.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
+from skyverse.cli import main  # noqa: E402
+from skyverse.errors import InputError  # noqa: E402
+from skyverse.maps.build import build_scenario  # noqa: E402
+from skyverse.maps.terrain import ground_below  # noqa: E402
+
+DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
+LAT, LON = 46.8, 9.85
+DEGREE = 111_200.0
+
+
+def place(east, north, altitude):
+    """Return a place so many metres from the middle of the valley, near enough."""
+    return LAT + north / DEGREE, LON + east / (DEGREE * np.cos(np.radians(LAT))), altitude
+
+
+@pytest.fixture(scope="module")
+def valley(tmp_path_factory):
+    """A slope of one in ten towards the east, with some roughness: 2.4 km wide, 1500 m high in the middle."""
+    path = tmp_path_factory.mktemp("maps") / "valley.tif"
+    x, y = pyproj.Transformer.from_crs(4326, 32632, always_xy=True).transform(LON, LAT)
+    rng = np.random.default_rng(5)
+    heights = 1500 + 2.0 * (np.arange(120) - 60) + rng.uniform(-1, 1, (120, 120))
+    with rasterio.open(
+        path,
+        "w",
+        driver="GTiff",
+        width=120,
+        height=120,
+        count=1,
+        dtype="float32",
+        crs="EPSG:32632",
+        transform=Affine(20, 0, x - 1200, 0, -20, y + 1200),
+    ) as file:
+        file.write(heights.astype("float32"), 1)
+        file.update_tags(TIFFTAG_COPYRIGHT="CC-BY, the surveyors")
+    return path
+
+
+def outline(*corners):
+    ring = [place(east, north, 0)[1::-1] for east, north in corners]
+    return {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
+
+
+def geojson(path, *features, **more):
+    listed = [{"type": "Feature", "properties": fields, "geometry": shape} for shape, fields in features]
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": listed, **more}))
+    return path
+
+
+SQUARE = outline((-50, -50), (50, -50), (50, 50), (-50, 50))
+START, GOAL = place(-300, 0, AboveGround(60)), place(300, 50, AboveGround(60))
+
+
+def test_uavs_and_targets_are_where_they_were_said_to_be_in_each_frame(valley):
+    scenario = build_scenario(
+        "valley",
+        terrain=[valley],
+        uavs={"sea": place(-300, 0, AboveSea(1600)), "ground": START, "home": place(100, -80, AboveHome(30))},
+        targets=[GOAL],
+    )
+    origin = scenario.frame.origin
+    proj = pyproj.Transformer.from_pipeline(
+        "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84 "
+        f"+step +proj=topocentric +ellps=WGS84 +lat_0={origin.latitude!r} +lon_0={origin.longitude!r} "
+        f"+h_0={origin.altitude!r}"
+    )
+    starts = {uav.name: uav.start for uav in scenario.uavs}
+    lat, lon, altitude = place(-300, 0, AboveSea(1600))
+    assert starts["sea"] == pytest.approx(proj.transform(lon, lat, altitude.metres), abs=1e-3)
+    for name, metres in (("ground", 60), ("home", 30)):
+        x, y, z = starts[name]
+        assert z - ground_below(scenario.terrain, np.array([x]), np.array([y])) == pytest.approx(metres, abs=1e-3)
+    assert sky.to_wgs84(origin, starts["home"])[0, :2] == pytest.approx(place(100, -80, 0)[:2], abs=1e-8)
+    assert scenario.targets[0].name == "target-1"
+    assert scenario.sources[0].licence == "CC-BY, the surveyors"
+    assert scenario.sources[0].crs == "EPSG:32632"
+    assert scenario.terrain.heights.min() >= 0
+    assert scenario.terrain.heights.min() < 1
+
+
+corner = st.tuples(st.floats(-400, 400), st.floats(-400, 400))
+low = st.sampled_from([None, "1490 m amsl", "20 m agl", "1650 m amsl"])
+high = st.sampled_from([None, "1700 m amsl", "90 m agl", "400 ft agl"])
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25, deadline=None)
+@given(
+    corners=st.lists(corner, min_size=3, max_size=9),
+    low=low,
+    high=high,
+    tolerance=st.sampled_from([0, 0.5, 20]),
+    seed=st.integers(0, 99),
+)
+def test_what_is_in_a_zone_is_in_its_prisms(valley, tmp_path, corners, low, high, tolerance, seed):
+    shape = shapely.MultiPoint(corners).convex_hull
+    if shape.geom_type != "Polygon" or shape.area < 1 or (low == "1650 m amsl" and high and "agl" in high):
+        return
+    fields = {"lower": low, "upper": high}
+    path = geojson(tmp_path / "zones.geojson", (outline(*shape.exterior.coords[:-1]), fields))
+    scenario = build_scenario(
+        "valley", terrain=[valley], zones=[path], uavs=[START], targets=[GOAL], tolerance=tolerance, margin=100
+    )
+    origin, bounds = scenario.frame.origin, scenario.bounds
+    rng = np.random.default_rng(seed)
+    west, south, east, north = shape.bounds
+    spots = rng.uniform([west, south], [east, north], (300, 2))
+    spots = spots[shapely.contains_xy(shape, *spots.T)]
+    if not len(spots):
+        return
+    lat, lon, _ = place(*spots.T, 0)
+    flat = sky.to_local(origin, np.column_stack([lat, lon, np.full(len(lat), origin.altitude)]))
+    ground = ground_below(scenario.terrain, flat[:, 0], flat[:, 1])
+    sea = sky.to_wgs84(origin, np.column_stack([flat[:, :2], ground]))[:, 2]
+
+    def altitude(text, otherwise):
+        if text is None:
+            return np.full(len(sea), otherwise) if np.isscalar(otherwise) else otherwise
+        number, unit, frame = text.split()
+        metres = float(number) * (0.3048 if unit == "ft" else 1)
+        return np.full(len(sea), metres) if frame == "amsl" else sea + metres
+
+    bottom, top = altitude(low, sea), altitude(high, 3000.0)
+    points = sky.to_local(origin, np.column_stack([lat, lon, bottom + rng.uniform(0, 1, len(sea)) * (top - bottom)]))
+    inside = np.all((points > bounds.min) & (points < bounds.max), axis=1) & (top > bottom)
+    inside &= points[:, 2] > ground
+    hit = np.zeros(len(points), dtype=bool)
+    for prism in scenario.obstacles:
+        polygon = shapely.Polygon(prism.vertices, prism.holes)
+        hit |= shapely.covers(polygon, shapely.points(points[:, :2])) & (
+            (points[:, 2] >= prism.low - 1e-6) & (points[:, 2] <= prism.high + 1e-6)
+        )
+    assert hit[inside].all()
+
+
+def test_a_building_stands_on_the_lowest_ground_and_ends_above_the_highest(valley, tmp_path):
+    path = geojson(tmp_path / "b.geojson", (SQUARE, {"height": 12, "name": "town hall"}), license="CC0")
+    scenario = build_scenario("valley", terrain=[valley], buildings=[path], uavs=[START], targets=[GOAL], tolerance=0)
+    (prism,) = scenario.obstacles
+    x, y = (at.ravel() for at in np.meshgrid(np.linspace(-49, 49, 40), np.linspace(-49, 49, 40)))
+    middle = sky.to_local(scenario.frame.origin, [LAT, LON, 1500])[0]
+    ground = ground_below(scenario.terrain, x + middle[0], y + middle[1])
+    assert ground.min() - 3 < prism.low <= ground.min()
+    assert ground.max() + 12 <= prism.high < ground.max() + 15
+    assert (prism.name, prism.kind) == ("town hall", "building")
+    assert scenario.sources[1].gives == "buildings"
+    assert scenario.sources[1].licence == "CC0"
+
+
+def test_soft_zones_carry_their_risk_and_no_end_reaches_past_the_bounds(valley, tmp_path):
+    path = geojson(tmp_path / "z=1.geojson", (SQUARE, {"lower": "0 m agl", "name": "school"}))
+    told = []
+    scenario = build_scenario(
+        "valley", terrain=[valley], soft_zones=[(path, 0.5)], uavs=[START], targets=[GOAL], on_note=told.append
+    )
+    (zone,) = scenario.zones
+    assert zone.risk == 0.5
+    assert zone.high > scenario.bounds.max[2]
+    assert scenario.obstacles == ()
+    assert any("1 outlines, 1 prisms" in note.text for note in told)
+
+
+def test_what_lies_outside_is_dropped_and_what_crosses_the_edge_is_cut(valley, tmp_path):
+    far = outline((700, 0), (720, 0), (710, 20))
+    long = outline((-5000, 90), (5000, 90), (5000, 110), (-5000, 110))
+    path = geojson(tmp_path / "z.geojson", (far, {"upper": "90 m agl"}), (long, {"upper": "90 m agl"}))
+    told = []
+    scenario = build_scenario(
+        "valley", terrain=[valley], zones=[path], uavs=[START], targets=[GOAL], margin=100, on_note=told.append
+    )
+    (prism,) = scenario.obstacles
+    xs = [x for x, _ in prism.vertices]
+    assert min(xs) < scenario.bounds.min[0] - scenario.clearance
+    assert max(xs) < scenario.bounds.max[0] + 30
+    assert any("1 outside, 1 cut at the edge of the area" in note.text for note in told)
+
+
+def test_buildings_that_touch_become_one_unless_they_are_to_stay_as_they_are(valley, tmp_path):
+    row = [(outline((k * 10, 0), (k * 10 + 10, 0), (k * 10 + 10, 10), (k * 10, 10)), {"height": 9}) for k in range(4)]
+    path = geojson(tmp_path / "b.geojson", *row)
+    options = {"terrain": [valley], "buildings": [path], "uavs": [START], "targets": [GOAL]}
+    assert len(build_scenario("v", **options, tolerance=0).obstacles) == 4
+    assert len(build_scenario("v", **options, tolerance=5).obstacles) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (
+            {"uavs": {"low": place(0, 0, AboveGround(1))}},
+            r"low: .*at least 2 m above the ground, found it 1\.00 m above",
+        ),
+        ({"uavs": [place(0, 0, AboveSea(1400))]}, r"uav-1: expected a point at least 2 m above the ground.* below"),
+        (
+            {"uavs": {"far": (46.9, 9.85, AboveGround(60))}},
+            r"far: expected a place on .*valley\.tif, found .* which is outside",
+        ),
+        (
+            {"uavs": [START], "targets": [place(0, 900, GOAL[2])], "area": (9.843, 46.796, 9.857, 46.804)},
+            r"target-1: expected a place in the area, which ends \d+ m",
+        ),
+        ({"uavs": {"turned": (9.85, 46.8, AboveGround(60))}}, r"turned: .* are latitude and longitude swapped\?"),
+        ({"uavs": {"odd": (146.8, 9.85, AboveGround(60))}}, r"odd: expected a latitude .*found 146\.8; .*swapped\?"),
+        ({"uavs": {"bare": (46.8, 9.85, 60)}}, r"bare: expected latitude, longitude and an altitude such as"),
+        ({"uavs": [START, START], "targets": [place(0, 0, AboveHome(60))]}, r"target-1: .*above home, but .* 2 UAVs"),
+        ({"uavs": [START], "ceiling": AboveSea(1000)}, r"--ceiling: expected an altitude above the lowest ground"),
+        ({"uavs": [START], "ceiling": AboveGround(1)}, r"uav-1: expected a point below the ceiling|--ceiling"),
+        ({"uavs": [START], "ceiling": AboveHome(100)}, r"--ceiling: expected agl .* found home"),
+        ({"uavs": [START], "margin": 5000}, r"valley\.tif: expected terrain over all of the area"),
+        ({"uavs": [START], "margin": 100, "area": (9.84, 46.79, 9.86, 46.81)}, r"--margin: .* found both"),
+        ({"area": (46.79, 9.84, 46.81, 9.86)}, r"valley\.tif: expected terrain over all of the area"),
+        ({"area": (9.86, 46.81, 9.84, 46.79)}, r"south below north"),
+        ({"area": (9.84, 146.79, 9.86, 146.81)}, r"expected south from -90 to 90 degrees, found 146\.79; the order"),
+        ({"uavs": [START], "ground": AboveSea(0)}, r"--ground: expected it without a terrain"),
+        ({"uavs": [START], "clearance": -1.0}, r"clearance: expected metres"),
+        ({"uavs": [START], "band": (80, 40)}, r"--band: expected low,high"),
+        ({"uavs": [START], "licences": {"no.tif": "x"}}, r"--licence: no\.tif: expected one of the files given"),
+        ({"uavs": [START], "zones": ["none.geojson"]}, r"none\.geojson"),
+        ({"uavs": [START], "zones": ["zones.xyz"]}, r"zones\.xyz: expected a file of buildings or zones"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_sentence(valley, options, sentence):
+    with pytest.raises(InputError, match=sentence) as caught:
+        build_scenario("valley", terrain=[valley], **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_heights_above_ground_need_the_ground_and_above_home_a_home(valley, tmp_path):
+    path = geojson(tmp_path / "z.geojson", (SQUARE, {"upper": "90 m agl"}))
+    start = [place(-300, 0, AboveSea(1600))]
+    with pytest.raises(InputError, match=r"z\.geojson: feature 1: an altitude above ground, which is unknown"):
+        build_scenario("flat", zones=[path], uavs=start)
+    with pytest.raises(InputError, match=r"uav-1: an altitude above ground or home needs the ground"):
+        build_scenario("flat", uavs=[START])
+    flat = build_scenario("flat", zones=[path], uavs=start, ground=AboveSea(1500))
+    assert sky.to_wgs84(flat.frame.origin, [0, 0, flat.obstacles[0].high])[0, 2] == pytest.approx(1590, abs=0.1)
+    home = geojson(tmp_path / "h.geojson", (SQUARE, {"upper": "90 m home"}))
+    with pytest.raises(InputError, match=r"h\.geojson: feature 1: an altitude above home, but an obstacle has none"):
+        build_scenario("v", terrain=[valley], zones=[home], uavs=[START])
+    with pytest.raises(InputError, match="there is nothing to build of"):
+        build_scenario("nothing")
+
+
+def test_an_area_across_the_antimeridian_is_one(tmp_path):
+    path = tmp_path / "z.geojson"
+    ring = [[179.99, -16.81], [180.01, -16.81], [180.01, -16.79], [179.99, -16.79], [179.99, -16.81]]
+    geojson(path, ({"type": "Polygon", "coordinates": [ring]}, {"lower": "0 m amsl", "upper": "90 m amsl"}))
+    scenario = build_scenario("fiji", zones=[path], area=(179.95, -16.85, -179.95, -16.75), ground=AboveSea(0))
+    assert abs(scenario.frame.origin.longitude) == pytest.approx(180)
+    wide = 0.1 * DEGREE * np.cos(np.radians(16.8))
+    assert scenario.bounds.max[0] - scenario.bounds.min[0] == pytest.approx(wide, rel=0.01)
+    (prism,) = scenario.obstacles
+    xs = [x for x, _ in prism.vertices]
+    assert min(xs) < -1000 < 1000 < max(xs) < 1100
+
+
+def test_without_area_and_uavs_all_of_the_terrain_is_taken(valley):
+    scenario = build_scenario("valley", terrain=[valley])
+    sizes = np.subtract(scenario.bounds.max, scenario.bounds.min)
+    assert (sizes[:2] > 2300).all()
+    assert (sizes[:2] < 2400).all()
+    nodes = np.prod(sizes / scenario.lattice.step + 1)
+    assert nodes <= 2e6
+
+
+def test_an_origin_that_is_given_is_kept(valley):
+    origin = sky.Origin(latitude=46.79, longitude=9.84, altitude=1234.5, geoid=50.0)
+    scenario = build_scenario("valley", terrain=[valley], uavs=[START], targets=[GOAL], origin=origin)
+    usual = build_scenario("valley", terrain=[valley], uavs=[START], targets=[GOAL], geoid=50.0)
+    assert scenario.frame.origin == origin
+    altitudes = [sky.to_wgs84(s.frame.origin, s.uavs[0].start)[0, 2] for s in (scenario, usual)]
+    assert altitudes[0] == pytest.approx(altitudes[1], abs=1.5)  # their grids differ, and are raised differently
+
+
+def test_a_missing_extra_is_told_with_the_line_that_installs_it(valley, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rasterio", None)
+    with pytest.raises(InputError, match=r'pip install "skyverse\[maps\]"'):
+        build_scenario("valley", terrain=[valley], uavs=[START])
+
+
+def command(*words):
+    with pytest.raises(SystemExit) as ended:
+        main(["scenario", "build", *map(str, words)])
+    return ended.value.code or 0
+
+
+def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
+    zones = geojson(tmp_path / "z.geojson", (SQUARE, {"upper": "50 m agl"}))
+    out = tmp_path / "valley.yaml"
+    start, goal = place(-300, 0, 0), place(300, 50, 0)
+    code = command(
+        "--terrain", valley, "--zones", zones, "--uav", f"alpha={start[0]},{start[1]},60 m agl",
+        "--target", f"{goal[0]},{goal[1]},200 ft agl", "--band", "40,80", "--licence", f"{zones}=mine: free=yes",
+        "-o", out,
+    )  # fmt: skip
+    assert code == 0
+    said = capsys.readouterr().out
+    assert "z.geojson: 1 outlines, 1 prisms" in said
+    assert "raised" in said
+    scenario = sky.read_scenario(out)
+    assert scenario.uavs[0].name == "alpha"
+    assert scenario.sources[1].licence == "mine: free=yes"
+    again = build_scenario(
+        "valley",
+        terrain=[valley],
+        zones=[zones],
+        uavs={"alpha": (start[0], start[1], AboveGround(60))},
+        targets=[(goal[0], goal[1], AboveGround(200 * 0.3048))],
+        band=(40, 80),
+        licences={"z.geojson": "mine: free=yes"},
+    )
+    assert scenario == again
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--uav", "46.8,9.85,60"], "--uav 46.8,9.85,60: expected an altitude with what it is counted from"),
+        (["--uav", "46.8,9.85"], "--uav: expected latitude,longitude,altitude"),
+        (["--uav", "a=46.8,9.85,60 agl", "--uav", "a=46.8,9.85,60 agl"], "--uav: expected names that differ"),
+        (["--area", "1,2,3"], "--area: expected west,south,east,north in degrees, found '1,2,3'"),
+        (["--terrain", "none.tif"], "none.tif: no such file"),
+        (["--ground", "10 m agl"], "--ground: expected an altitude above mean sea level"),
+        (["--fill-nodata", "much"], "--fill-nodata: expected metres above sea level, or nearest"),
+        (["--soft-zones", "z.geojson"], "--soft-zones: expected FILE=RISK"),
+        (["--origin", "146,9,5 m amsl"], "--origin: expected a latitude"),
+    ],
+)
+def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, monkeypatch, words, sentence):
+    monkeypatch.chdir(tmp_path)
+    assert command(*words, "-o", "x.yaml") == 2
+    said = capsys.readouterr().err
+    assert said.startswith("skyverse: ")
+    assert sentence in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "x.yaml").exists()
+
+
+@pytest.mark.skipif(not (DATA / "delft.city.json").is_file(), reason="the Delft buildings are not here")
+def test_delft_is_flown_over_as_it_stands():
+    scenario = build_scenario("delft", buildings=[DATA / "delft.city.json"], tolerance=0)
+    assert len(scenario.obstacles) >= 160
+    document = json.loads((DATA / "delft.city.json").read_text())
+    used: set[int] = set()
+    for one in document["CityObjects"].values():
+        if one["type"].startswith("Building"):
+            used.update(int(n) for n in re.findall(r"\d+", json.dumps([g["boundaries"] for g in one["geometry"]])))
+    vertices = np.array(document["vertices"])[sorted(used)] * document["transform"]["scale"]
+    x, y, z = (vertices + document["transform"]["translate"]).T
+    lon, lat = pyproj.Transformer.from_crs(28992, 4326, always_xy=True).transform(x, y)
+    corners = sky.to_local(scenario.frame.origin, np.column_stack([lat, lon, z]))
+    low = np.min([np.min(prism.vertices, axis=0) for prism in scenario.obstacles], axis=0)
+    high = np.max([np.max(prism.vertices, axis=0) for prism in scenario.obstacles], axis=0)
+    assert low == pytest.approx(corners[:, :2].min(axis=0), abs=0.02)
+    assert high == pytest.approx(corners[:, :2].max(axis=0), abs=0.02)
+    assert max(prism.high for prism in scenario.obstacles) == pytest.approx(corners[:, 2].max(), abs=0.02)
