@@ -1,5 +1,6 @@
 """The ground: heights on a grid, bilinear between; and how deep a part of a curve may be below what must be kept."""
 
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -114,7 +115,7 @@ class Ground(NamedTuple):
             these = level == k
             (i, j), (m, n) = (first[these] >> k).T, (last[these] >> k).T
             squares = self.highest[k]
-            highest[these] = np.max([squares[i, j], squares[m, j], squares[i, n], squares[m, n]], axis=0)
+            highest[these] = _greatest(squares[i, j], squares[m, j], squares[i, n], squares[m, n])
         return highest
 
     def pieces(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
@@ -151,12 +152,14 @@ def ground_of(scenario: Scenario) -> Ground | None:
     if terrain is None:
         return None
     heights, step = terrain.heights, np.array(terrain.step)
-    cells = np.max([heights[:-1, :-1], heights[1:, :-1], heights[:-1, 1:], heights[1:, 1:]], axis=0)
-    highest = [cells]
+    highest = [_greatest(heights[:-1, :-1], heights[1:, :-1], heights[:-1, 1:], heights[1:, 1:])]
     while max(highest[-1].shape) > 1:
-        squares = highest[-1]
-        squares = np.pad(squares, [(0, n % 2) for n in squares.shape], mode="edge")
-        highest.append(np.max([squares[::2, ::2], squares[1::2, ::2], squares[::2, 1::2], squares[1::2, 1::2]], axis=0))
+        squares = np.pad(highest[-1], [(0, n % 2) for n in highest[-1].shape], mode="edge")
+        highest.append(_greatest(squares[::2, ::2], squares[1::2, ::2], squares[::2, 1::2], squares[1::2, 1::2]))
     steepest = [float(np.abs(np.diff(heights, axis=axis)).max()) / step[axis] for axis in (0, 1)]
     shut = keeps(scenario, GROUND) - TOLERANCE
     return Ground(np.array(terrain.origin), step, heights, shut, highest, sum(steepest), np.array([GROUND]))
+
+
+def _greatest(*values: Floats) -> Floats:
+    return reduce(np.maximum, values)
