@@ -61,7 +61,7 @@ def test_kml_read_by_fastkml_has_the_same_paths_and_tracks(tmp_path, suffix):
             times = [seconds(item.when.dt) for item in track.track_items]
             again = places_of(mission, uav, [item.coord.coords[0] for item in track.track_items])
             same_path(mission, uav, times, again)
-            kept = np.r_[True, np.any(np.diff(again, axis=0) != 0, axis=1)]  # this reader drops places that are repeated
+            kept = np.r_[True, np.any(np.diff(again, axis=0) != 0, axis=1)]  # repeated places are dropped
             np.testing.assert_allclose(again[kept], back, atol=1e-6)
 
 
