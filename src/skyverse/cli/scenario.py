@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 app = App(name="scenario", help="Make scenarios of maps.")
 
-what = Group("What to read")
-terrain_files = Group("How terrain files are to be read, where they do not say")
-other_files = Group("How files of buildings and zones are to be read, where they do not say")
-room = Group("What part of the world, and how")
+what = Group("What to read", sort_key=1)
+terrain_files = Group("How terrain files are to be read, where they do not say", sort_key=3)
+other_files = Group("How files of buildings and zones are to be read, where they do not say", sort_key=4)
+room = Group("What part of the world, and how", sort_key=2)
 Words = Annotated[list[str] | None, Parameter(group=what, allow_leading_hyphen=True)]
 Metres = Annotated[float | None, Parameter(group=room)]
 
