@@ -51,7 +51,7 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         where = f"{path}: {printable(name)}"
         if not isinstance(one, dict):
             raise InputError(f"{where}: expected an object, found {_shown(one)}")
-        if one.get("type") not in ("Building", "BuildingPart"):
+        if _kind(one) not in ("Building", "BuildingPart"):
             continue
         solid = _solid(one, vertices, where, choices)
         if solid is None:
@@ -161,7 +161,7 @@ def _solid(
     geometries = one.get("geometry") or []
     if not isinstance(geometries, list) or not all(isinstance(geometry, dict) for geometry in geometries):
         raise InputError(f"{where}: 'geometry': expected a list of geometries, found {_shown(geometries)}")
-    usable = [geometry for geometry in geometries if geometry.get("type") in _DEPTH]
+    usable = [geometry for geometry in geometries if _kind(geometry) in _DEPTH]
     if choices.lod is not None:
         usable = [geometry for geometry in usable if _lod(geometry, where) == float(choices.lod)]
     if not usable:
@@ -181,6 +181,10 @@ def _solid(
         return None
     z = np.concatenate([vertices[np.concatenate(surface)][:, 2] for surface in rings])
     return _shadow([[vertices[ring][:, :2] for ring in surface] for surface in rings]), float(z.min()), float(z.max())
+
+
+def _kind(holder: dict[str, Any]) -> str:
+    return str(holder.get("type"))
 
 
 def _lod(geometry: dict[str, Any], where: str) -> float:

@@ -116,7 +116,7 @@ def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats,
         parts = shapely.get_parts(shapely.union_all(given[one])) if len(one) > 1 else given[one]
         for part in parts:
             shapes.append(part)
-            rows.append(one if len(parts) == 1 else one[shapely.intersects(part, given[one])])
+            rows.append(one if len(parts) == 1 else one[shapely.covers(part, shapely.point_on_surface(given[one]))])
     result = np.empty(len(shapes), dtype=object)
     result[:] = shapes
     return Merged(

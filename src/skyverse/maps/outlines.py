@@ -18,6 +18,8 @@ Tell = Callable[[str], object]
 WGS84 = pyproj.CRS("OGC:CRS84")
 EDGE = 0.005
 """Degrees; longer edges get corners between, as what is straight in a file is not quite so on the ground."""
+MARGIN = 10.0
+"""Degrees that coordinates may lie outside of where their system is used."""
 SIDES = 64
 ROUND = 1 + 1e-5
 """What a circle is widened by, for what the Earth's curvature takes."""
@@ -73,7 +75,24 @@ def to_globe(
         else shapely.transform(geometries, moved)
     )
     _finite(geometries, names, f" in {crs.name}")
+    _where_used(geometries, crs, names)
     return geometries
+
+
+def _where_used(geometries: NDArray[Any], crs: pyproj.CRS, names: Callable[[int], str]) -> None:
+    """Refuse what lies far from where a coordinate system is used: its numbers are others, or swapped."""
+    area = crs.area_of_use
+    if area is None or area.west > area.east:
+        return
+    bounds = shapely.bounds(geometries)
+    low, high = (area.west - MARGIN, area.south - MARGIN), (area.east + MARGIN, area.north + MARGIN)
+    bad = np.flatnonzero((bounds[:, :2] < low).any(axis=1) | (bounds[:, 2:] > high).any(axis=1))
+    if len(bad):
+        x, y = bounds[bad[0], :2]
+        raise InputError(
+            f"{names(int(bad[0]))}: expected coordinates in {crs.name}, used in {area.name:.60}, "
+            f"but that would put it at {y:.4f}, {x:.4f}"
+        )
 
 
 def densified(geometry: Any, step: float) -> Any:
