@@ -1,7 +1,8 @@
 """The referee: judges a mission by recomputing everything, sharing nothing with those who planned it.
 
-It is slow, obvious NumPy. `boxes` knows the unsafe space, `path` judges results, `polynomial` bounds polynomials for
-certain; with it `flight` judges trajectories, each by its `limits`, `separation` the fleet, and `certificate` says it.
+It is slow, obvious NumPy. `boxes`, `rounds`, `prisms` and `ground` know what is unsafe, `clearance` asks them all;
+`path` judges results, with `soft` for what they pay; `polynomial` bounds polynomials for certain; with it `flight`
+judges trajectories, each by its `limits`, `separation` the fleet, and `certificate` says it.
 """
 
 from collections.abc import Iterator
@@ -22,7 +23,8 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
     """Judge a mission against the scenario that it answers.
 
     Safe is what lies within the closed bounds and not inside an obstacle grown by the clearance on every side
-    (the grown box is a box). Whatever is wrong by at most 1e-6 m (m/s, relative) is let pass.
+    (the grown box is a box), nor nearer above ground than the terrain's clearance. Whatever is wrong by at most 1e-6 m
+    (m/s, relative) is let pass.
 
     Parameters
     ----------
@@ -42,7 +44,7 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
     *Claims*, which only a search of one's own could refute: that there is no path, that none is cheaper (the bound,
     and a status of optimal), that a start or target is unsafe or shut in; and the seconds and effort spent.
 
-    *Exact*: assignment, statuses, costs, path segments against boxes, ends and continuity at the knots.
+    *Exact*: assignment, statuses, costs, path segments, ends and continuity at the knots.
 
     *Proven* at every instant: clearance, bounds and limits of trajectories, and separations. What is neither proven nor
     refuted is a violation too, `Fault.UNDECIDED`. A mission's own certificates are not trusted: one that says

@@ -1,4 +1,4 @@
-"""Where a UAV may not be: the grown obstacles and what is outside the bounds, tested exactly."""
+"""Where a UAV may not be: the grown boxes and what is outside the bounds, tested exactly; and what is near what."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
