@@ -9,12 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.path import Path as Outline
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 import skyverse as sky
 from skyverse import cost
+from skyverse.exact import prices_to, shortest_route
 from skyverse.planners.base import planned_any_angle, provenance
 from skyverse.referee import soft
 from skyverse.result import Effort, no_history
+from skyverse.space.lattice import positions
 
 STAR = ((1, 1), (9, 2), (5, 4), (8, 9), (2, 8))
 COMB = ((0, 0), (10, 0), (10, 8), (8, 8), (8, 2), (6, 2), (6, 8), (4, 8), (4, 2), (2, 2), (2, 8), (0, 8))
@@ -170,8 +174,9 @@ def test_lattice_paths_pay_move_by_move_what_their_legs_cost(connectivity):
         for name in ("altitude", "risk", "climb"):
             assert result.terms[name] == pytest.approx(legs[name])
         assert result.cost == pytest.approx(sum(result.terms.values()))
-        assert result.bound == problem.route.price < result.cost
-        assert result.status is sky.Status.COMPLETE
+        assert result.bound == problem.route.price <= result.cost * (1 + 1e-12)
+        optimal = isinstance(planner, sky.AStar)
+        assert result.status is (sky.Status.OPTIMAL if optimal else sky.Status.COMPLETE)
 
 
 def test_terms_that_are_not_priced_are_not_there():
@@ -201,3 +206,69 @@ def test_a_leg_along_a_face_may_count_as_inside_or_as_outside():
         length = math.dist(*along)
         assert soft.risk(scenario, np.array(along, float))[1:] == pytest.approx((0, 2 * length), abs=1e-4)
         assert terms(scenario, *along)["risk"] in (pytest.approx(0), pytest.approx(2 * length))
+
+
+TERRAIN = sky.Terrain(
+    origin=(0, 0), step=(3, 5), heights=[[0, 2, 1], [3, 0, 1], [1, 4, 0], [0, 1, 3], [2, 2, 2]], clearance=0.5
+)
+"""Covers 12 m by 10 m."""
+
+
+@st.composite
+def soft_worlds(draw):
+    weights = {"fuel": draw(st.sampled_from([0.1, 1.0])), "divergence": draw(st.sampled_from([0.0, 0.5]))}
+    terrain = TERRAIN if draw(st.booleans()) else None
+    if draw(st.booleans()):
+        low = draw(st.integers(0, 6))
+        above = draw(st.sampled_from(["zero", "ground"])) if terrain else None
+        weights["altitude"] = sky.AltitudeBand(
+            low=low, high=low + 1, weight=draw(st.sampled_from([0.1, 5.0])), above=above
+        )
+    if draw(st.booleans()):
+        weights["climb"] = sky.ClimbLimit(angle=10, weight=2)
+    return sky.Scenario(
+        name="soft",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 10)),
+        obstacles=(sky.Sphere(centre=(5, 5, 4), radius=2.2),),
+        zones=tuple(draw(st.lists(zones(), max_size=3))),
+        terrain=terrain,
+        clearance=0,
+        lattice=sky.Lattice(step=(2.5, 2.5, 2.5), connectivity=draw(st.sampled_from([6, 26]))),
+        objective=sky.Objective(unit=draw(st.sampled_from(["nodes", "metres"])), **weights),
+    )
+
+
+@settings(max_examples=25)
+@given(soft_worlds(), st.data())
+def test_exact_search_pays_soft_terms_as_dijkstra_does_on_the_explicit_graph(scenario, data):
+    airspace = sky.Airspace(scenario)
+    grid, pricing = airspace.grid, airspace.pricing
+    open_nodes = np.flatnonzero(grid.exits)
+    source, goal = (int(open_nodes[data.draw(st.integers(0, len(open_nodes) - 1))]) for _ in range(2))
+    places = positions(grid, np.arange(len(grid.exits)))
+    k, rates = len(grid.moves), airspace.rates
+    a, m = np.nonzero(grid.exits[:, None] >> np.arange(k) & 1)
+    b = a + grid.offsets[m]
+    found = [cost.legs(rates, np.array([places[i], places[j]]), places[j]) for i, j in zip(a, b, strict=True)]
+    price = np.sum(found, axis=1)  # of fuel by the metre, and of soft terms
+    if scenario.objective.unit == "nodes":
+        price += scenario.objective.fuel - np.array(found)[:, 0]
+    turn = np.array([[bool(np.any(np.cross(h, g))) for g in grid.moves] for h in grid.moves])
+    rows = (a[:, None] * k + np.arange(k)).ravel()
+    columns = np.repeat(b * k + m, k)
+    weights = (price[:, None] + scenario.objective.divergence * turn[:, m].T).ravel()
+    begin = a == source
+    size = len(grid.exits) * k + 1
+    rows, columns = np.r_[rows, np.full(begin.sum(), size - 1)], np.r_[columns, (b * k + m)[begin]]
+    weights = np.r_[weights, price[begin]]
+    truth = dijkstra(coo_array((weights, (rows, columns)), shape=(size, size)).tocsr(), indices=size - 1)
+    truth = truth[:-1].reshape(-1, k).min(axis=1)
+    truth[source] = 0
+    route = shortest_route(grid, pricing, source, goal)
+    if np.isinf(truth[goal]):
+        assert route is None
+        return
+    assert route.price == pytest.approx(pricing.first + truth[goal], rel=1e-9)
+    assert cost.total(grid, pricing, route.nodes, goal) == pytest.approx(route.price, rel=1e-9)
+    goals = np.arange(0, len(grid.exits), 7)
+    np.testing.assert_allclose(prices_to(grid, pricing, source, goals), pricing.first + truth[goals], rtol=1e-9)

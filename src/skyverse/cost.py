@@ -180,7 +180,7 @@ def soft(grid: Grid, pricing: Pricing, nodes: Ints) -> Floats:
         a = position(grid, nodes[0])
         for i in range(1, len(nodes)):
             b = position(grid, nodes[i])
-            _add_soft(pricing.rates, a, b, shares)
+            add_soft(pricing.rates, a, b, shares)
             a = b
     return shares
 
@@ -195,7 +195,7 @@ def total(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
 
 
 @kernel
-def _add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
+def add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
     """Add the weighted shares of altitude, risk and climb, (3,), of a straight leg a-b."""
     across = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2)
     rise = abs(b[2] - a[2])
@@ -245,7 +245,7 @@ def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
             if math.sqrt(cx**2 + cy**2 + cz**2) > 1e-9 * size_before * size:
                 shares[1] += rates.turn
         if rates.soft:
-            _add_soft(rates, a, b, soft_shares)
+            add_soft(rates, a, b, soft_shares)
         before = a
         size_before = size
     last = path[-1]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.cost import Pricing
+from skyverse.cost import Pricing, add_soft
 from skyverse.kernel import kernel
 from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints
@@ -24,6 +24,7 @@ _SEEN = 64
 _CLOSED = 128
 _ORIGIN = 31
 _ROUNDING = 1e-12
+_SOFT_BUCKETS = 4096
 
 
 class Route(NamedTuple):
@@ -35,7 +36,9 @@ class Route(NamedTuple):
 
 
 def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> Route | None:
-    """Find a cheapest path between two nodes under fuel and turns, or ``None`` where there is no path.
+    """Find a cheapest path between two nodes under fuel, turns and soft terms, or ``None`` where there is no path.
+
+    Soft terms are paid move by move; the bounds on what is left do without, since none is below 0.
 
     Where turns are priced, a search backward from the goal over nodes alone first gives the exact length left from
     every node that can matter: the search over node and axis is guided by it, and cut off at the full price of the
@@ -105,6 +108,15 @@ def _turns_left(grid: Grid, axis: int, x: int, y: int, z: int) -> int:
         mx, my, mz = grid.moves[2 * axis, 0], grid.moves[2 * axis, 1], grid.moves[2 * axis, 2]
         straight = y * mz == z * my and z * mx == x * mz and x * my == y * mx
     return 0 if straight else 1
+
+
+@kernel
+def _place(grid: Grid, node: int, p: Floats) -> None:
+    """Write a node's place, (3,) metres, into `p`."""
+    rest = node
+    for axis in range(2, -1, -1):
+        p[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
+        rest //= grid.shape[axis]
 
 
 @kernel
@@ -210,6 +222,11 @@ def _search(
         width = max(min(width, pricing.turn), 0.02 * dearest)
     widest = 2.0 * dearest + pricing.turn * 2.0
     buckets = math.ceil(widest / width) + 3
+    soft = pricing.rates.soft
+    if soft:  # a move may cost any amount; states farther off than all buckets wait in the last one, and move on
+        buckets = max(buckets, _SOFT_BUCKETS)
+    shares = np.zeros(3)
+    a, b = np.empty(3), np.empty(3)
     head = np.full(buckets, -1, np.int64)
     waiting_state = np.empty(1024, np.int64)
     waiting_next = np.empty(1024, np.int64)
@@ -251,10 +268,25 @@ def _search(
         state = waiting_state[entry]
         if info[state] & _CLOSED:
             continue
-        info[state] |= _CLOSED
-        expanded += 1
         here = g[state]
         node = state // axes
+        if soft:
+            f = here
+            if towards >= 0:
+                bx, by, bz = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
+                f += guide[node] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
+                if turning and info[state] & _ORIGIN != _ORIGIN:
+                    f += pricing.turn * _turns_left(grid, state % axes, bx, by, bz)
+            due = int((f - base) / width)
+            if due > current:
+                slot = min(due, current + buckets - 1) % buckets
+                spare = waiting_next[entry]
+                waiting_next[entry] = head[slot]
+                head[slot] = entry
+                waiting += 1
+                continue
+        info[state] |= _CLOSED
+        expanded += 1
         where = _index(goals, node)
         if where < len(goals) and goals[where] == node and here < prices[where]:
             if prices[where] == math.inf:
@@ -272,6 +304,8 @@ def _search(
         axis = state % axes
         fresh = info[state] & _ORIGIN == _ORIGIN
         x, y, z = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
+        if soft:
+            _place(grid, node, a)
         for m in range(len(grid.offsets)):
             if not (exits >> m) & 1:
                 continue
@@ -282,6 +316,11 @@ def _search(
                 after = beyond * axes + (m >> 1)
                 if m >> 1 != axis and not fresh:
                     price += pricing.turn
+            if soft and not (info[after] & _SEEN and price >= g[after] - _ROUNDING * price):
+                _place(grid, beyond, b)
+                shares[0] = shares[1] = shares[2] = 0.0
+                add_soft(pricing.rates, a, b, shares)
+                price += shares[0] + shares[1] + shares[2]
             if info[after] & _SEEN and price >= g[after] - _ROUNDING * price:
                 continue
             f = price

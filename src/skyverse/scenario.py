@@ -76,7 +76,7 @@ class ClimbLimit(Model):
 class Objective(Model):
     """C = fuel * C_fuel + divergence * C_divergence + end * C_end (thesis, equation 3.4), and three soft terms.
 
-    The soft terms are paid by every path; the exact searches on the lattice do not seek to lower them.
+    The soft terms are paid by every path; the exact searches on the lattice count them, move by move.
 
     Attributes
     ----------

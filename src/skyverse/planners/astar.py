@@ -15,9 +15,8 @@ from skyverse.stop import OnIteration, Stop
 
 @dataclass(frozen=True, kw_only=True)
 class AStar(Planner):
-    """A*: the cheapest path on the scenario's lattice under fuel and turns.
+    """A*: the cheapest path on the scenario's lattice under the whole objective, turns and soft terms included.
 
-    Where the objective prices altitude, risk or climb, the path pays for them too, but is not chosen by them.
     It ends by itself; `stop`, `rng` and `on_iteration` are taken for the sake of one call for all planners.
 
     References

@@ -11,7 +11,12 @@ from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids
 
 @kernel
 def priced(solids: Solids, prices: Floats, a: Floats, b: Floats) -> float:
-    """Return the sum over solids (n,) of the share of the segment a-b that lies inside, times the solid's price."""
+    """Return the sum over solids (n,) of the share of the segment a-b that lies inside, times the solid's price.
+
+    Along a surface a segment may count as inside or as outside, but there and back alike.
+    """
+    if b[0] < a[0] or (b[0] == a[0] and (b[1] < a[1] or (b[1] == a[1] and b[2] < a[2]))):
+        a, b = b, a
     index = solids.tree
     r = box.ray(a, b)
     total = 0.0
