@@ -75,6 +75,7 @@ from .result import Status as Status
 from .result import Trajectory as Trajectory
 from .samples.circle import circle_swap as circle_swap
 from .samples.city import random_city as random_city
+from .samples.jacksboro import jacksboro as jacksboro
 from .samples.room import random_room as random_room
 from .samples.threats import random_threats as random_threats
 from .samples.window import window_swap as window_swap

@@ -1,4 +1,4 @@
-"""The thesis's scenarios by name: its maps (Tables 3.1, 3.2, misprints mended) and fleets (4.1, 4.8 to 4.13)."""
+"""Scenarios by name: the thesis's maps (Tables 3.1, 3.2, misprints mended) and fleets (4.1, 4.8 to 4.13), mountains."""
 
 from skyverse.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.shapes import Box
@@ -97,11 +97,15 @@ _FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...]]] = {
     ),
 }
 
-NAMES = tuple(_FLEETS)
+NAMES = (*_FLEETS, "jacksboro")
 
 
 def builtin(name: str) -> Scenario:
     """Return the built-in scenario of that name, one of `NAMES`."""
+    if name == "jacksboro":
+        from skyverse.samples.jacksboro import jacksboro
+
+        return jacksboro()
     number, what, starts, targets = _FLEETS[name]
     (low, high), boxes = _MAPS[number]
     return Scenario(
