@@ -27,7 +27,7 @@ def test_the_ground_is_nowhere_below_the_elevation_model_and_hardly_above_it(mou
             x, y, z = sky.to_local(origin, place)[0]
             i, j = (x - x0) / dx, (y - y0) / dy
             a, b = int(i), int(j)
-            if not (0 <= i and a < terrain.heights.shape[0] - 1 and 0 <= j and b < terrain.heights.shape[1] - 1):
+            if not (i >= 0 and a < terrain.heights.shape[0] - 1 and j >= 0 and b < terrain.heights.shape[1] - 1):
                 continue
             u, v = i - a, j - b
             corners = terrain.heights[a : a + 2, b : b + 2]

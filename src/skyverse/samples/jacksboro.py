@@ -3,6 +3,8 @@
 The terrain is the digital elevation model of the U.S. Geological Survey, in the public domain, that matplotlib ships.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -82,7 +84,8 @@ def _terrain() -> Terrain:
     """Bring the elevation model to the local frame: bilinear, and raised where one of its heights would stand out."""
     from matplotlib.cbook import get_sample_data
 
-    with get_sample_data(FILE) as file:
+    file: Any = get_sample_data(FILE)  # an opened .npz
+    with file:
         heights = file["elevation"].astype(np.float64)
         west, north, pitch = float(file["xmin"]), float(file["ymin"]), float(file["dx"])  # its ymin is its first row
     x, y = (np.arange(-side / 2, side / 2 + STEP, STEP) for side in SIDE)
@@ -112,8 +115,9 @@ def _between(heights: Floats, row: Floats, column: Floats) -> Floats:
     i = np.clip(row.astype(int), 0, heights.shape[0] - 2)
     j = np.clip(column.astype(int), 0, heights.shape[1] - 2)
     u, v = row - i, column - j
-    low: Floats = (1 - u) * ((1 - v) * heights[i, j] + v * heights[i, j + 1])
-    return low + u * ((1 - v) * heights[i + 1, j] + v * heights[i + 1, j + 1])
+    low = (1 - u) * ((1 - v) * heights[i, j] + v * heights[i, j + 1])
+    found: Floats = low + u * ((1 - v) * heights[i + 1, j] + v * heights[i + 1, j + 1])
+    return found
 
 
 def _above(terrain: Terrain, places: tuple[tuple[float, float], ...]) -> list[tuple[float, float, float]]:
