@@ -14,6 +14,7 @@ from .errors import InputError as InputError
 from .exports import Route as Route
 from .exports import export as export
 from .exports import routes as routes
+from .exports import routes_apart as routes_apart
 from .files import read as read
 from .files import read_flight as read_flight
 from .files import read_mission as read_mission

@@ -197,3 +197,11 @@ def test_options_that_make_no_sense_are_refused(tmp_path, options, said):
     with pytest.raises(sky.InputError, match=said):
         sky.export(mission, tmp_path / "m.plan", **options)
     assert not list(tmp_path.iterdir())
+
+
+def test_routes_are_apart_only_if_their_straight_legs_are_on_schedule():
+    east = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
+    for begin, verdict in ((0.0, sky.Verdict.REFUTED), (25.0, sky.Verdict.PROVEN)):
+        north = handmade.along([(0, -100, 50), (0, 100, 50)], 40, begin)
+        mission = handmade.mission([east, north], origin=ORIGIN)
+        assert sky.routes_apart(mission, sky.routes(mission)).verdict is verdict

@@ -5,6 +5,7 @@ import io
 import math
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -25,10 +26,12 @@ from skyverse.exports.skybrush import show_csv
 from skyverse.exports.wpl import waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.files import write
-from skyverse.result import Mission
+from skyverse.referee import certify
+from skyverse.result import Mission, Trajectory
 from skyverse.scenario import Origin, Scenario
+from skyverse.verdict import Certificate
 
-__all__ = ["Route", "export", "routes"]
+__all__ = ["Route", "export", "routes", "routes_apart"]
 
 ROUTES = (".plan", ".waypoints", ".wpml.kmz")
 MAPS = (".kml", ".kmz", ".geojson", ".gpx", ".geo.csv")
@@ -178,6 +181,25 @@ def routes(
     if not found:
         raise InputError("expected a mission with a trajectory to export, found none")
     return found
+
+
+def routes_apart(mission: Mission, flown: list[Route]) -> Certificate:
+    """Let the referee say whether UAVs are apart that fly straight from waypoint to waypoint, each leg on schedule.
+
+    Autopilots hold speeds, not schedules: what is proven here holds as far as they do.
+
+    Parameters
+    ----------
+    mission
+        What was planned.
+    flown
+        Its routes, from `routes`.
+    """
+    trajectories: list[Trajectory | None] = [None] * len(mission.scenario.uavs)
+    for one in flown:
+        pace = np.diff(one.points, axis=0) / np.diff(one.times)[:, None]
+        trajectories[one.uav] = Trajectory(one.times, np.stack([one.points[:-1], pace], axis=1))
+    return certify(mission.scenario, replace(mission, trajectories=tuple(trajectories))).apart
 
 
 def _each(path: Path, suffix: str, scenario: Scenario, flown: list[Route], altitude: Above, end: End) -> list[Path]:

@@ -37,7 +37,7 @@ class Route:
     takeoff
         How far it climbs before it leaves its start, metres.
     off
-        How far legs and trajectory are apart at most, metres; between samples of the trajectory.
+        How far flown legs may be from the trajectory's samples, metres: above ground, also by its rise and fall.
     """
 
     uav: int
@@ -102,7 +102,7 @@ def route(
             if isinstance(found, str):
                 said = found
             elif len(found) <= MOST:
-                return _made(uav, instants, curve, found, climb, 0.0 if stops else size)
+                return _made(uav, legs, instants, curve, found, climb, 0.0 if stops else size)
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MOST}"
                 break
@@ -114,15 +114,18 @@ def route(
     )
 
 
-def _made(uav: int, instants: Floats, curve: Floats, found: list[tuple[int, Floats]], climb: float, r: float) -> Route:
+def _made(
+    uav: int, legs: Legs, instants: Floats, curve: Floats, found: list[tuple[int, Floats]], climb: float, radius: float
+) -> Route:
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
+    # the takeoff itself is no deviation
+    ends = [(0, curve[0]), *found[1:]]
+    off = max(float(_off(curve[a : b + 1], p, q).max()) + legs.apart(p, q) for (a, p), (b, q) in pairwise(ends))
     if climb:
         points = np.concatenate([curve[:1], points])
         pace = np.linalg.norm(points[2] - points[1]) / max(times[1] - times[0], 1e-9)
-        times = np.concatenate([times[:1], times[:1] + climb / max(pace, 0.5), times[1:] + climb / max(pace, 0.5)])
-    ends = [(0, curve[0]), *found[1:]]  # the takeoff itself is no deviation
-    off = max(float(_off(curve[a : b + 1], p, q).max()) for (a, p), (b, q) in pairwise(ends))
-    return Route(uav, points, times, r, climb, off)
+        times = np.concatenate([times[:1], times + climb / max(pace, 0.5)])
+    return Route(uav, points, times, radius, climb, off)
 
 
 def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
