@@ -121,16 +121,18 @@ def _passes(a: Floats, p: Floats, q: Floats) -> Ints:
 def shut_prisms(scenario: Scenario) -> Prisms:
     """Return the scenario's prisms."""
     some = [(k, shape) for k, shape in enumerate(scenario.obstacles) if isinstance(shape, Prism)]
-    rings = [[np.array(ring) for ring in (shape.vertices, *shape.holes)] for _, shape in some]
-    none = [np.zeros((0, 2))]
-    p = np.concatenate(none + [ring for outlines in rings for ring in outlines])
-    q = np.concatenate(none + [np.roll(ring, -1, axis=0) for outlines in rings for ring in outlines])
-    count = np.array([sum(len(ring) for ring in outlines) for outlines in rings], dtype=np.intp)
+    rings = [ring for _, shape in some for ring in (shape.vertices, *shape.holes)]
+    p = np.array([corner for ring in rings for corner in ring]).reshape(-1, 2)
+    size = np.array([len(ring) for ring in rings], dtype=np.intp)
+    following, begins = np.arange(1, len(p) + 1), np.cumsum(size) - size
+    following[begins + size - 1] = begins
+    edges = np.array([len(shape.vertices) + sum(map(len, shape.holes)) for _, shape in some], dtype=np.intp)
+    first = np.cumsum(edges) - edges
     low, high = (np.array([getattr(shape, side) for _, shape in some], dtype=np.float64) for side in ("low", "high"))
-    narrow = np.array([np.ptp(outlines[0], axis=0).min() for outlines in rings]) + 2 * scenario.clearance
+    wide = np.maximum.reduceat(p, first) - np.minimum.reduceat(p, first) if some else np.zeros((0, 2))
+    narrow = wide.min(axis=1) + 2 * scenario.clearance
     shut = scenario.clearance - np.minimum(TOLERANCE, narrow / 4)
     grown_low, grown_high = low - scenario.clearance, high + scenario.clearance
     flat = np.minimum(TOLERANCE, (grown_high - grown_low) / 4)
     number = np.array([k for k, _ in some], dtype=np.intp)
-    first = np.cumsum(count) - count
-    return Prisms(p, q, first, count, low, high, shut, grown_low + flat, grown_high - flat, number)
+    return Prisms(p, p[following], first, edges, low, high, shut, grown_low + flat, grown_high - flat, number)

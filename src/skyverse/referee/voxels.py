@@ -32,11 +32,13 @@ def merged(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
 
 def _joined(first: Whole, beyond: Whole, axis: int) -> tuple[Whole, Whole]:
     """Join boxes that follow one another along an axis and are equal along the others."""
-    others = [k for k in range(3) if k != axis]
-    same = np.column_stack([first[:, others], beyond[:, others]])
-    order = np.lexsort([first[:, axis], *same.T])
+    same = np.zeros(len(first), dtype=np.int64)  # one number for what must be equal
+    for other in (k for k in range(3) if k != axis):
+        most = int(beyond[:, other].max(initial=0)) + 1
+        same = (same * most + first[:, other]) * most + beyond[:, other]
+    order = np.lexsort([first[:, axis], same])
     first, beyond, same = first[order], beyond[order], same[order]
-    follows = (same[1:] == same[:-1]).all(axis=1) & (first[1:, axis] == beyond[:-1, axis])
+    follows = (same[1:] == same[:-1]) & (first[1:, axis] == beyond[:-1, axis])
     begins = np.r_[True, ~follows][: len(first)]
     ends = np.r_[~follows, True][: len(first)]
     joined = beyond[begins].copy()
