@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import ValidationError
 
 from skyverse.altitude import AboveSea, Altitude
 from skyverse.errors import InputError
@@ -156,9 +157,9 @@ def build_scenario(
     InputError
         If something cannot be used; the message names file, feature or UAV, what was expected and found.
     """
-    _refuse_numbers(
-        clearance=clearance, ground_clearance=ground_clearance, margin=margin, tolerance=tolerance, geoid=geoid
-    )
+    _refuse_numbers(0.0, clearance=clearance, ground_clearance=ground_clearance, margin=margin, tolerance=tolerance)
+    _refuse_numbers(1e-3, lattice_step=lattice_step, terrain_step=terrain_step, band_weight=band_weight)
+    _refuse_numbers(-1000.0, geoid=geoid, fill_nodata=None if fill_nodata == "nearest" else fill_nodata)
     rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in terrain]
     starts, goals = named(uavs, "uav"), named(targets, "target")
     places = [*starts.values(), *goals.values()]
@@ -198,28 +199,29 @@ def build_scenario(
         gives = "buildings" if path in map(str, buildings) else "zones"
         sources.append(Source(file=Path(path).name, gives=gives, licence=licence_of(Path(path))))
     box = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
-    return Scenario(
-        name=name,
-        bounds=box,
-        obstacles=tuple(obstacles),
-        zones=tuple(soft),
-        terrain=relief,
-        clearance=clearance,
-        lattice=Lattice(step=extent.lattice(box, lattice_step)),
-        objective=Objective(unit="metres", altitude=extent.band(band, band_weight, relief)),
-        uavs=tuple(UAV(name=uav, start=point) for uav, point in starting.items()),
-        targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
-        frame=Frame(origin=frame),
-        sources=tuple(_licensed(sources, licences or {})),
-    )
+    try:
+        return Scenario(
+            name=name,
+            bounds=box,
+            obstacles=tuple(obstacles),
+            zones=tuple(soft),
+            terrain=relief,
+            clearance=clearance,
+            lattice=Lattice(step=extent.lattice(box, lattice_step)),
+            objective=Objective(unit="metres", altitude=extent.band(band, band_weight, relief)),
+            uavs=tuple(UAV(name=uav, start=point) for uav, point in starting.items()),
+            targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
+            frame=Frame(origin=frame),
+            sources=tuple(_licensed(sources, licences or {})),
+        )
+    except ValidationError as error:
+        raise InputError(f"{name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
 
 
-def _refuse_numbers(**numbers: float | None) -> None:
+def _refuse_numbers(least: float, **numbers: float | None) -> None:
     for name, value in numbers.items():
-        if value is None:
-            continue
-        if not math.isfinite(value) or (value < 0 and name != "geoid"):
-            raise InputError(f"{name}: expected metres, none below 0, found {value:g}")
+        if value is not None and not least <= value <= 1e6:
+            raise InputError(f"--{name.replace('_', '-')}: expected a number from {least:g} on, found {value:g}")
 
 
 Read = list[tuple[str, list[Feature]]]

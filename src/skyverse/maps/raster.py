@@ -154,7 +154,8 @@ class Opened:
             raw = self.data.read(self.band, window=window, masked=True)
         except rasterio.errors.RasterioError as error:
             raise InputError(f"{self.path}: cannot be read: {_first(error)}") from None
-        values: Floats = np.ma.getdata(raw).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of numbers that are none
+            values: Floats = np.ma.getdata(raw).astype(np.float64)
         holes = np.ma.getmaskarray(raw) | ~np.isfinite(values)
         if self.nodata is not None:
             holes |= values == self.nodata
