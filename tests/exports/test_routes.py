@@ -205,3 +205,14 @@ def test_routes_are_apart_only_if_their_straight_legs_are_on_schedule():
         north = handmade.along([(0, -100, 50), (0, 100, 50)], 40, begin)
         mission = handmade.mission([east, north], origin=ORIGIN)
         assert sky.routes_apart(mission, sky.routes(mission)).verdict is verdict
+
+
+def test_legs_above_ground_do_not_follow_a_valley_that_the_trajectory_crosses():
+    heights = np.zeros((33, 33))
+    heights[10:22] = -40 * np.sin(np.linspace(0, np.pi, 12))[:, None]
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=5.0)
+    mission = handmade.mission([handmade.along([(-250, 0, 30), (250, 0, 30)], 60)], terrain=ground, origin=ORIGIN)
+    assert len(sky.routes(mission, altitude="amsl", takeoff=0)[0].points) == 2
+    (route,) = sky.routes(mission, altitude="ground", takeoff=0)
+    assert len(route.points) > 2
+    assert np.abs(flown(mission, route, "ground", steps=500)[:, 2] - 30).max() <= route.off <= 15

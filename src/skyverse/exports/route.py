@@ -18,6 +18,8 @@ MOST = 700
 PER_PIECE = 16
 """Places on each piece of a trajectory at which a waypoint may stand."""
 REPAIRS = 400
+SWELL = 10.0
+"""Metres by which a leg above ground may follow rise and fall that the trajectory does not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,6 +201,9 @@ class _Search:
             if len(off) and off.max() > self.reach / 2:
                 best = a + 1 + int(np.argmax(off))
                 self.nodes.insert(k + 1, (best, self.curve[best]))
+            elif len(off) and self._swells(k, k + 1):
+                middle = (a + self.nodes[k + 1][0]) // 2
+                self.nodes.insert(k + 1, (middle, self.curve[middle]))
             else:
                 k += 1
 
@@ -206,6 +211,9 @@ class _Search:
         """Return how far the curve between two waypoints is from the leg that joins them, and where it begins."""
         (a, p), (b, q) = self.nodes[i], self.nodes[j]
         return _off(self.curve[a + 1 : b], p if i else self.curve[0], q), a
+
+    def _swells(self, i: int, j: int) -> bool:
+        return self.legs.apart(self.nodes[i][1], self.nodes[j][1]) > SWELL
 
     def _repair(self, where: int) -> bool:
         """Split a leg that cuts off the curve, or move waypoints outwards; tell whether anything could be done."""
@@ -253,7 +261,7 @@ class _Search:
         k = 1
         while k < len(self.nodes) - 1:
             without = self.nodes[:k] + self.nodes[k + 1 :]
-            near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach
+            near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach and not self._swells(k - 1, k + 1)
             beside = np.concatenate([self.begin, np.array([point for _, point in without])])
             j = k + len(self.begin)
             if near and self.legs.trouble(beside[max(j - 3, 0) : j + 2], self.radius) is None:
