@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from skyverse.errors import InputError
 from skyverse.maps.extra import needs
 from skyverse.maps.grid import grid_around, trimmed, voxels
+from skyverse.maps.las_header import require_sound
 from skyverse.shapes import Voxels
 
 _CHUNK = 1_000_000
@@ -36,6 +37,7 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
     needs(path.name, "laspy", "lazrs")
     import laspy  # type: ignore[import-untyped, unused-ignore]
 
+    require_sound(path)
     _require_metres(path)
 
     def parts() -> Iterator[NDArray[np.float64]]:

@@ -40,20 +40,18 @@ def read_mesh(path: Path, size: float | None = None, at_least: int = 1) -> Voxel
         If the file cannot be read, holds nothing, or takes too many voxels.
     """
     needs(path.name, "trimesh")
-    read = _loaded(path)
-    corners = getattr(read, "triangles", None)
-    if corners is None or not len(corners):
-        points = np.asarray(getattr(read, "vertices", np.empty((0, 3))), dtype=np.float64).reshape(-1, 3)
+    vertices, faces = _loaded(path)
+    if not len(faces):
 
         def once() -> Iterator[NDArray[np.float64]]:
-            yield points
+            yield vertices
 
         return voxels_of_points(path, once, size, at_least)
-    corners = np.asarray(corners, dtype=np.float64)
+    corners = vertices[faces]
     if not np.isfinite(corners).all():
         raise InputError(f"{path}: expected coordinates, found NaN or infinity")
     occupied, first, length = voxels_of_triangles(path, corners, size)
-    if _closed(read):
+    if _closed(corners):
         occupied = ndimage.binary_fill_holes(occupied)
     return voxels(first, length, occupied)
 
@@ -71,15 +69,18 @@ def voxels_of_triangles(
     return occupied, first, length
 
 
-def _closed(mesh: Any) -> bool:
-    """Tell whether a mesh has no gaps, its equal corners taken for one."""
-    if not mesh.is_watertight:
-        mesh = mesh.copy()
-        mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    return bool(mesh.is_watertight)
+def _closed(corners: NDArray[np.float64]) -> bool:
+    """Tell whether triangles leave no gap: each edge belongs to two of them."""
+    _, numbers = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    a, b, c = numbers.reshape(-1, 3).T
+    some = (a != b) & (b != c) & (c != a)
+    edges = np.concatenate([np.stack([p[some], q[some]], axis=1) for p, q in ((a, b), (b, c), (c, a))])
+    _, counts = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    return bool(len(counts) and (counts == 2).all())
 
 
-def _loaded(path: Path) -> Any:
+def _loaded(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the vertices (n, 3), and the triangles (m, 3) as numbers of vertices."""
     import trimesh
 
     try:
@@ -89,8 +90,11 @@ def _loaded(path: Path) -> Any:
         with io.BytesIO(path.read_bytes()) as file, np.errstate(all="ignore"):
             kind = path.suffix.lower()[1:]
             options: dict[str, Any] = {"skip_materials": True} if kind == "obj" else {}
-            read = trimesh.load(file, file_type=kind, process=False, **options)
-            return read.to_geometry() if isinstance(read, trimesh.Scene) else read
+            read: Any = trimesh.load(file, file_type=kind, process=False, **options)
+            read = read.to_geometry() if isinstance(read, trimesh.Scene) else read
+            vertices = np.array(read.vertices, dtype=np.float64)
+            vertices = vertices if vertices.size else np.empty((0, 3))
+            faces = np.array(getattr(read, "faces", ()), dtype=np.int64).reshape(-1, 3)
     except InputError:
         raise
     except OSError as error:
@@ -98,3 +102,9 @@ def _loaded(path: Path) -> Any:
     except Exception as error:
         said = (str(error).strip().splitlines() or [type(error).__name__])[0]
         raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {said[:200]}") from None
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise InputError(f"{path}: expected x, y and z of every vertex, found {vertices.shape[-1]} numbers")
+    wrong = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))
+    if len(wrong):
+        raise InputError(f"{path}: triangle {wrong[0] + 1} has a vertex that is none of the {len(vertices)}")
+    return vertices, faces
