@@ -10,9 +10,12 @@ import pytest
 
 import skyverse as sky
 from skyverse.draw.html import banner, page, slider_step, write_html
+from skyverse.draw.relief import ground
 from skyverse.draw.scene import scene
 from skyverse.draw.table import number, percent, seconds
 from skyverse.errors import InputError
+from skyverse.geodesy import to_wgs84
+from towns import town
 
 VOID = {"meta", "link", "input", "br", "img"}
 
@@ -196,6 +199,45 @@ def test_the_fleet_flies_in_a_browser(mission, tmp_path, tab):
     tab.get_by_role("button", name="Generated paths").click()
     until(tab, "document.getElementById('search').data[1].x[0] === 25")
 
+    assert tab.errors == []
+    assert tab.requests == [target.as_uri()]
+
+
+READOUT = """() => {
+  const map = document.getElementById("map"), box = map.getBoundingClientRect(), {xaxis, yaxis} = map._fullLayout;
+  const clientX = box.left + xaxis._offset + xaxis.l2p(250), clientY = box.top + yaxis._offset + yaxis.l2p(750);
+  map.dispatchEvent(new MouseEvent("mousemove", {clientX, clientY, bubbles: true}));
+  return document.getElementById("where").textContent;
+}"""
+
+
+def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
+    mission = town(60)
+    target = tmp_path / "page.html"
+    write_html(mission, target)
+    tab.goto(target.as_uri())
+    tab.wait_for_selector("body[data-ready]", timeout=60_000)
+    drawn = scene(mission)
+
+    (latitude, longitude, _) = to_wgs84(mission.scenario.frame.origin, [(250.0, 750.0, 0.0)])[0]
+    told = tab.evaluate(READOUT)
+    assert told.startswith("x 250 m, y 750 m")
+    assert f"{latitude:.3f}" in told
+    assert f"{longitude:.3f}" in told
+    height = ground(mission.scenario.terrain, [(250.0, 750.0)])[0]
+    assert abs(float(told.rsplit("about ", 1)[1].removesuffix(" m")) - height) < 2
+
+    side = "document.getElementById('profile').data.find((t) => t.meta.role === 'flight')"
+    assert tab.evaluate(f"{side}.name") == "uav-1"
+    tab.get_by_label("UAV of the profile").select_option("uav-2")
+    until(tab, f"{side}.name === 'uav-2'")
+    shown = tab.evaluate("Array.from(document.getElementById('profile')._fullData.at(-2).y)")
+    np.testing.assert_allclose(shown, drawn.profiles[1].points[:, 2], atol=0.01)
+
+    tab.get_by_label("building (60)").click()
+    role = "(t) => t.meta.role === 'kind' && t.name === 'building'"
+    until(tab, f"document.getElementById('map').data.find({role}).visible === false")
+    assert tab.evaluate(f"document.getElementById('space').data.find({role}).visible") is False
     assert tab.errors == []
     assert tab.requests == [target.as_uri()]
 

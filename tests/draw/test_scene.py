@@ -179,7 +179,7 @@ def test_zones_are_closed_surfaces_of_the_area_that_they_have(mission):
         edges = Counter(frozenset(pair) for a, b, c in faces for pair in ((a, b), (b, c), (c, a)))
         assert set(edges.values()) == {2}
         floor = [points[face][:, :2] for face in faces if np.all(points[face, 2] == zone.low)]
-        areas = [np.linalg.det([b - a, c - a]) / 2 for a, b, c in floor]
+        areas = [np.linalg.det([b - a, c - a]) / 2 for c, b, a in floor]
         assert min(areas) > 0
         assert sum(areas) == pytest.approx(area, rel=0.01)
     drawn = scene(dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"zones": zones})))

@@ -1,6 +1,7 @@
 """Planned and flown motion: as a page, as a film, as figures of three instants."""
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +10,9 @@ from numpy.typing import NDArray
 
 from skyverse.atomic import whole_file, write_text
 from skyverse.draw.as_flown import as_flown
-from skyverse.draw.figures import DOTS_PER_INCH
 from skyverse.draw.scene import Scene
-from skyverse.draw.stage import INK, ends, legend, line, ring, stage, uav
+from skyverse.draw.stage import INK, ends, legend, line, stage, uav
+from skyverse.draw.stills import moment, write_stills
 from skyverse.errors import InputError
 from skyverse.flown import Flight
 
@@ -71,30 +72,15 @@ def write_instants(flight: Flight, folder: Path | str, *, suffix: str = ".png") 
     InputError
         Where the folder does not exist or a file cannot be written.
     """
-    if suffix not in (".png", ".svg", ".pdf"):
-        raise ValueError(f"figures are written as .png, .svg or .pdf, not as {suffix!r}")
     drawn = as_flown(flight)
-    written = []
-    for name, share in (("initial", 0.0), ("middle", 0.5), ("final", 1.0)):
-        path = Path(folder) / f"flown-{name}{suffix}"
-        with whole_file(path) as beside:
-            instant(drawn, share * flight.mission.makespan).savefig(beside, dpi=DOTS_PER_INCH, facecolor="white")
-        written.append(path)
-    return written
+    shares = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
+    figures = [(f"flown-{name}", partial(instant, drawn, share * flight.mission.makespan)) for name, share in shares]
+    return write_stills(figures, folder, suffix)
 
 
 def instant(drawn: Scene, t: float) -> "Figure":
     """Return the figure of a flight's scene at `t` seconds: as planned thin, as flown until then thick."""
-    figure, axes = stage(drawn, f"flown, t = {t:.1f} s")
-    for track in drawn.tracks:
-        line(axes, track, track.path, width=0.9, alpha=0.6)
-        line(axes, track, track.flown(t), width=2.6)
-        ends(axes, track)
-        uav(axes, track, track.at(t))
-    for finding in drawn.findings:
-        ring(axes, finding)
-    legend(figure, drawn)
-    return figure
+    return moment(drawn, f"flown, t = {t:.1f} s", t, lambda track: track.path, drawn.findings)
 
 
 def instants(drawn: Scene) -> tuple[list[float], int]:

@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyverse.atomic import whole_file
 from skyverse.draw.scene import Curve, Scene, scene
-from skyverse.draw.stage import DASHES, GRID, INK, blank, ends, legend, line, plain, ring, stage, uav
+from skyverse.draw.stage import DASHES, GRID, INK, blank, ends, legend, line, plain, ring, stage
+from skyverse.draw.stills import moment, write_stills
 from skyverse.result import Mission
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-DOTS_PER_INCH = 160
 
 
 def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> list[Path]:
@@ -36,16 +34,7 @@ def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> li
     InputError
         Where the folder does not exist or a file cannot be written.
     """
-    if suffix not in (".png", ".svg", ".pdf"):
-        raise ValueError(f"figures are written as .png, .svg or .pdf, not as {suffix!r}")
-    drawn = scene(mission)
-    written = []
-    for name, draw in _wanted(drawn):
-        path = Path(folder) / f"{name}{suffix}"
-        with whole_file(path) as beside:
-            draw().savefig(beside, dpi=DOTS_PER_INCH, facecolor="white")
-        written.append(path)
-    return written
+    return write_stills(_wanted(scene(mission)), folder, suffix)
 
 
 def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
@@ -88,14 +77,8 @@ def trajectories(drawn: Scene) -> "Figure":
 
 def instant(drawn: Scene, t: float) -> "Figure":
     """Return the figure of the fleet at `t` seconds, with the trails that it has flown."""
-    figure, axes = stage(drawn, f"t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s")
-    for track in drawn.tracks:
-        line(axes, track, track.positions, width=0.9, alpha=0.5)
-        line(axes, track, track.flown(t), width=2.6)
-        ends(axes, track)
-        uav(axes, track, track.at(t))
-    legend(figure, drawn)
-    return figure
+    heading = f"t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s"
+    return moment(drawn, heading, t, lambda track: track.positions)
 
 
 def convergence(drawn: Scene) -> "Figure":

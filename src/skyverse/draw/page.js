@@ -57,7 +57,7 @@
   // ---- the picture in space ----
   const dress = (trace) => {
     const role = trace.meta.role, ink = colour("ink");
-    if (role === "terrain") Object.assign(trace, { lighting: { ambient: 0.35, diffuse: 1, specular: 0, roughness: 1, fresnel: 0 }, lightposition: { x: -1e5, y: 1e5, z: 4e4 } });
+    if (role === "terrain") Object.assign(trace, { lighting: { ambient: 0.85, diffuse: 0.2, specular: 0, roughness: 1, fresnel: 0 }, lightposition: LIGHT });
     if (role === "kind") {
       const { hard, solid } = data.kinds[trace.meta.kind];
       Object.assign(trace, { color: kindColour(trace.meta.kind), flatshading: true });

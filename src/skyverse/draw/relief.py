@@ -94,9 +94,11 @@ def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     return colours
 
 
-def scale() -> list[tuple[float, str]]:
-    """Return the colours by height alone, as a scale from 0 to 1."""
-    return [(k / (len(_TINTS) - 1), f"rgb({r}, {g}, {b})") for k, (r, g, b) in enumerate(_TINTS.tolist())]
+def relit(drawn: Relief, exaggeration: float = 1.0) -> Floats:
+    """Return light and height in one number (n, m) from 0 to 1, for a scale of colours."""
+    height = (drawn.z - drawn.z.min()) / (float(np.ptp(drawn.z)) or 1.0)
+    both: Floats = 0.35 * height + 0.65 * shade(drawn, exaggeration)
+    return both
 
 
 def _bilinear(heights: Floats, at: Floats) -> Floats:

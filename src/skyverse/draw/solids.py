@@ -65,7 +65,7 @@ def surface(shape: Shape, sides: int = SIDES) -> tuple[Floats, Integers]:
     floor, n = triangles(rings), sum(map(len, rings))
     i, j = _around(rings)
     walls = np.vstack([np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])])
-    return _levels(rings, shape), np.vstack([floor, floor + n, walls])
+    return _levels(rings, shape), np.vstack([floor[:, ::-1], floor + n, walls])
 
 
 def faces(shape: Shape, sides: int = SIDES) -> list[Floats]:

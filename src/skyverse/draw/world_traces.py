@@ -4,11 +4,14 @@ import numpy as np
 
 from skyverse.draw.encoded import Trace, packed, plain
 from skyverse.draw.kinds import FEW, Kind
-from skyverse.draw.relief import scale
+from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
 from skyverse.draw.solids import outline, surface
 from skyverse.draw.track import Floats
 from skyverse.shapes import Box
+
+_SCALE = ("#5d6650", "#8f9170", "#bcae86", "#d8c9a8", "#ece5d8")
+"""Of the ground, from low and in the shade to high and in the light."""
 
 
 def terrain(scene: Scene) -> list[Trace]:
@@ -22,7 +25,10 @@ def terrain(scene: Scene) -> list[Trace]:
         "x": packed(scene.world.relief.x),
         "y": packed(scene.world.relief.y),
         "z": packed(scene.world.relief.z.T),
-        "colorscale": [list(stop) for stop in scale()],
+        "surfacecolor": packed(relit(scene.world.relief, scene.world.stretch).T),
+        "cmin": 0,
+        "cmax": 1,
+        "colorscale": [[k / (len(_SCALE) - 1), tone] for k, tone in enumerate(_SCALE)],
         "showscale": False,
         "hoverinfo": "skip",
         "contours": dict.fromkeys("xyz", off),

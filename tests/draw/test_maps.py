@@ -1,0 +1,264 @@
+"""Terrain, shapes by kind, map and profiles: what is drawn, as data."""
+
+import base64
+import dataclasses
+import itertools
+import json
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skyverse.draw import kinds as kinds_module
+from skyverse.draw.figures import trajectories
+from skyverse.draw.html import data, page
+from skyverse.draw.map_traces import from_above, spacing
+from skyverse.draw.relief import FINEST, Relief, along, cleared, ground, relief
+from skyverse.draw.scene import scene
+from skyverse.draw.solids import coarser, extent, faces, footprint, span, surface
+from skyverse.draw.triangles import triangles, turned
+from skyverse.geodesy import to_wgs84
+from skyverse.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
+from towns import buildings, hills, rectangle, town, with_terrain
+
+
+def numbers(packed):
+    """The numbers of an array as the page carries it."""
+    values = np.frombuffer(base64.b64decode(packed["bdata"]), {"f4": np.float32, "i4": np.int32}[packed["dtype"]])
+    return values.reshape([int(side) for side in packed["shape"].split(", ")]) if "shape" in packed else values
+
+
+def area_of(points, cut):
+    u, v = points[cut[:, 1]] - points[cut[:, 0]], points[cut[:, 2]] - points[cut[:, 0]]
+    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+
+# ---- polygons ----
+@given(st.integers(0, 2**32 - 1))
+def test_triangles_cover_a_polygon_with_holes_exactly_once(seed):
+    geometry = pytest.importorskip("shapely.geometry", reason='shapely is not installed; pip install "skyverse[maps]"')
+    rng = np.random.default_rng(seed)
+
+    def star(count, least, most):
+        turn = np.sort(rng.uniform(0, 2 * np.pi, count))
+        return rng.uniform(least, most, count)[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
+
+    polygon = geometry.Polygon(star(rng.integers(3, 40), 1.0, 10.0))
+    for _ in range(rng.integers(0, 6)):
+        hole = geometry.Polygon(rng.uniform(-8, 8, 2) + star(rng.integers(3, 12), 0.2, 1.5))
+        clear = all(geometry.Polygon(other).distance(hole) > 1e-6 for other in polygon.interiors)
+        if hole.is_valid and clear and polygon.contains(hole) and polygon.exterior.distance(hole) > 1e-6:
+            polygon = geometry.Polygon(polygon.exterior, [*polygon.interiors, hole.exterior])
+    rings = [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
+    rings = [turned(ring, 1 if k == 0 else -1) for k, ring in enumerate(rings)]
+    cut = triangles(rings)
+    areas = area_of(np.concatenate(rings), cut) / 2
+    assert len(cut) == sum(map(len, rings)) + 2 * (len(rings) - 1) - 2
+    assert areas.min() > -1e-9 * polygon.area
+    assert np.abs(areas).sum() == pytest.approx(polygon.area, rel=1e-9)
+
+
+def test_holes_in_rows_and_columns_are_left_out():
+    outer = np.array([(0, 0), (20, 0), (20, 20), (0, 20)], dtype=float)
+    square = np.array([(0, 0), (0, 1), (1, 1), (1, 0)], dtype=float)
+    holes = [square + np.array((x, y)) for x in range(1, 19, 2) for y in range(1, 19, 2)]
+    rings = [outer, *holes]
+    assert np.abs(area_of(np.concatenate(rings), triangles(rings))).sum() / 2 == pytest.approx(400 - len(holes))
+
+
+# ---- shapes ----
+OCCUPIED = np.zeros((4, 3, 2), dtype=bool)
+OCCUPIED[0, 0] = OCCUPIED[1:3, 1, 0] = True
+SHAPES = [
+    (Box(min=(0, 0, 0), max=(2, 3, 4)), 24.0),
+    (Cylinder(centre=(1, 2), radius=3, low=-1, high=2), np.pi * 27),
+    (Sphere(centre=(1, 2, 3), radius=2), 4 / 3 * np.pi * 8),
+    (Prism(vertices=rectangle((3, 4), 8, 6, 0.7), holes=(rectangle((3, 4), 2, 2, 0.2),), low=1, high=3), 88.0),
+    (Voxels(origin=(1, 1, 1), step=(1, 2, 3), occupied=OCCUPIED), 24.0),
+]
+
+
+@pytest.mark.parametrize(("shape", "volume"), SHAPES, ids=lambda value: getattr(value, "shape", ""))
+def test_a_surface_encloses_the_shapes_volume(shape, volume):
+    points, cut = surface(shape)
+    a, b, c = (points[cut[:, k]] for k in range(3))
+    assert np.sum(a * np.cross(b, c)) / 6 == pytest.approx(volume, rel=0.02)
+    low, high = extent(shape)
+    assert np.all(points >= low - 1e-9)
+    assert np.all(points <= high + 1e-9)
+    polygons = faces(shape)
+    assert np.concatenate(polygons).min(axis=0) == pytest.approx(points.min(axis=0))
+
+
+def test_voxels_have_faces_only_between_occupied_and_free():
+    occupied = np.ones((5, 4, 3), dtype=bool)
+    points, cut = surface(Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied))
+    u, v = points[cut[:, 1]] - points[cut[:, 0]], points[cut[:, 2]] - points[cut[:, 0]]
+    assert np.linalg.norm(np.cross(u, v), axis=1).sum() / 2 == pytest.approx(2 * (20 + 15 + 12))
+
+
+def test_coarser_voxels_cover_all_that_was_occupied():
+    occupied = np.random.default_rng(1).random((17, 9, 8)) < 0.1
+    fine = Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=occupied)
+    coarse = coarser(fine, 300)
+    assert len(surface(coarse)[1]) <= 300
+    centres = np.argwhere(occupied) + 0.5
+    cells = (centres / coarse.step).astype(int)
+    assert coarse.occupied[tuple(cells.T)].all()
+
+
+def test_spans_are_what_stands_over_a_place():
+    places = np.array([(1.0, 2.0), (2.5, 2.0), (50.0, 2.0)])
+    np.testing.assert_allclose(span(SHAPES[2][0], places)[0], (1, 5))
+    np.testing.assert_allclose(span(SHAPES[2][0], places)[1], 3 + np.sqrt(4 - 1.5**2) * np.array((-1, 1)))
+    assert np.isnan(span(SHAPES[2][0], places)[2]).all()
+    prism = SHAPES[3][0]
+    np.testing.assert_array_equal(span(prism, np.array([(3.0, 4.0), (5.0, 5.5)])), [(np.nan, np.nan), (1, 3)])
+    np.testing.assert_array_equal(span(SHAPES[4][0], np.array([(1.5, 2.0), (2.5, 4.0)])), [(1, 7), (1, 4)])
+
+
+# ---- the ground ----
+def test_ground_is_bilinear_in_each_cell():
+    terrain = Terrain(origin=(10, 20), step=(2, 4), heights=[[0, 8], [4, 16]])
+    for u, v in itertools.product((0.0, 0.25, 0.5, 1.0), repeat=2):
+        expected = 0 * (1 - u) * (1 - v) + 4 * u * (1 - v) + 8 * (1 - u) * v + 16 * u * v
+        assert ground(terrain, [(10 + 2 * u, 20 + 4 * v)])[0] == pytest.approx(expected)
+
+
+def test_a_large_terrain_is_drawn_from_end_to_end_in_few_heights():
+    heights = np.add.outer(np.arange(1501.0), 0.1 * np.arange(901.0))
+    terrain = Terrain(origin=(-100, 50), step=(2, 3), heights=heights)
+    drawn = relief(terrain, (-100, 50), (2900, 2750))
+    assert drawn.z.shape == (FINEST, FINEST)
+    np.testing.assert_allclose((drawn.x[0], drawn.x[-1], drawn.y[0], drawn.y[-1]), (-100, 2900, 50, 2750))
+    np.testing.assert_allclose(drawn.z, (drawn.x[:, None] + 100) / 2 + 0.1 * (drawn.y - 50) / 3, atol=1e-6)
+
+
+def test_a_small_terrain_is_drawn_height_by_height():
+    terrain = hills(300)
+    drawn = relief(terrain, (0, 0), (300, 300))
+    np.testing.assert_allclose(drawn.z, terrain.heights, atol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_no_path_above_ground_seems_to_run_below(seed):
+    rng = np.random.default_rng(seed)
+    terrain = Terrain(origin=(0, 0), step=(1, 1), heights=rng.uniform(0, 30, (81, 81)))
+    places = np.vstack([rng.uniform(0, 80, 2), rng.uniform(0, 80, 2)])
+    points = along([np.column_stack([places, np.zeros(2)])], 0.25)
+    points[:, 2] = ground(terrain, points[:, :2]) + rng.uniform(0, 5, len(points))
+    drawn = cleared(relief(terrain, (0, 0), (80, 80), 12), terrain, points)
+    shown = Terrain(origin=(0, 0), step=(drawn.x[1], drawn.y[1]), heights=drawn.z)
+    assert np.all(ground(shown, points[:, :2]) <= points[:, 2] + 1e-6)
+
+
+def test_the_map_is_stretched_only_where_the_ground_is_flat():
+    level = Terrain(origin=(0, 0), step=(100, 100), heights=np.zeros((11, 11)))
+    assert scene(with_terrain(town(), level)).world.stretch == 1.0
+    flat = town()
+    low = flat.scenario.bounds.model_copy(update={"max": (1000.0, 1000.0, 165.0)})
+    flat = dataclasses.replace(flat, scenario=flat.scenario.model_copy(update={"bounds": low}))
+    world = scene(with_terrain(flat, level)).world
+    assert world.stretch == 1.5
+    assert data(scene(with_terrain(flat, level)))["stretch"] == 1.5
+
+
+# ---- kinds ----
+def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():
+    drawn = data(scene(town(50)))
+    shown = {kind["title"]: kind["hard"] for kind in drawn["kinds"]}
+    assert shown == {
+        "building (50)": True,
+        "no-fly zone (1)": True,
+        "balloon (1)": True,
+        "rubble (1)": True,
+        "obstacle (1)": True,
+        "school (1)": False,
+    }
+    meshes = Counter(trace["meta"]["kind"] for trace in drawn["space"] if trace["meta"]["role"] == "kind")
+    assert meshes == Counter(range(6))
+    footprints = [trace for trace in drawn["map"]["traces"] if trace["meta"]["role"] == "kind"]
+    assert [trace["name"] for trace in footprints] == [title.rsplit(" (", 1)[0] for title in shown]
+    words = [text.get_text() for text in trajectories(scene(town(50))).legends[0].get_texts()]
+    assert {"building (50)", "school (1), at a risk"} <= set(words)
+
+
+def test_too_many_shapes_are_told_and_those_near_the_paths_stay(monkeypatch):
+    monkeypatch.setattr(kinds_module, "TRIANGLES", 400)
+    near = Prism(vertices=rectangle((5, 5), 4, 4, 0.3), low=0, high=5, kind="building")
+    found = kinds_module.kinds((*buildings(100), near), (), [np.array([(0.0, 0.0, 5.0), (10.0, 10.0, 5.0)])])
+    (kind,) = found
+    assert near in kind.shapes
+    assert 0 < len(kind.shapes) < 101
+    assert kind.title == f"building ({len(kind.shapes)} of 101)"
+
+
+def test_boxes_without_names_have_no_map(mission):
+    drawn = data(scene(mission))
+    assert not drawn["mapped"]
+    assert "map" not in drawn
+    assert [kind["title"] for kind in drawn["kinds"]] == ["Obstacles"]
+    assert 'id="profile"' not in page(scene(mission)).split("<script", 1)[0]
+
+
+# ---- profiles and map ----
+def test_a_profiles_ground_is_that_below_the_path():
+    mission = town()
+    drawn = scene(mission)
+    for profile, trajectory in zip(drawn.profiles, mission.trajectories, strict=True):
+        share = profile.distance / profile.distance[-1]
+        np.testing.assert_allclose(profile.points, trajectory.at(60.0 * share).position, atol=1e-6)
+        np.testing.assert_allclose(profile.ground, ground(mission.scenario.terrain, profile.points[:, :2]))
+        np.testing.assert_allclose(profile.band, profile.ground[:, None] + (40, 90))
+        assert profile.clearance == 20
+        assert np.diff(profile.distance).max() < 5
+
+
+def test_a_profile_shows_what_is_crossed_and_nothing_beside():
+    mission = town()
+    for profile, uav in zip(scene(mission).profiles, range(2), strict=True):
+        places = mission.trajectories[uav].at(np.linspace(0, 60, 20_001)).position[:, :2]
+        everything = (*mission.scenario.obstacles, *mission.scenario.zones)
+        crossed = [shape for shape in everything if np.isfinite(span(shape, places)).sum() > 200]
+        assert len(profile.crossings) >= len(crossed) > 3
+        for crossing in profile.crossings:
+            place = profile.points[np.searchsorted(profile.distance, crossing.distance), :2]
+            spans = np.array([span(shape, place) for shape in everything])
+            assert np.any(np.all(spans == crossing.levels, axis=(1, 2)))
+
+
+def test_the_map_knows_latitude_and_longitude():
+    mission = town()
+    drawn = scene(mission)
+    degrees = np.array(from_above(drawn)["degrees"])
+    low, high = drawn.world.low, drawn.world.high
+    up = drawn.overhead.relief.z.mean()
+    corner = to_wgs84(mission.scenario.frame.origin, [(high[0], low[1], up)])[0]
+    np.testing.assert_allclose(degrees[-1, 0], corner[:2], atol=1e-9)
+    assert from_above(scene(town(origin=False)))["degrees"] is None
+
+
+def test_footprints_run_one_way_and_holes_the_other():
+    outer, hole = footprint(SHAPES[3][0])
+    assert area_of(outer, np.array([[0, 1, 2]]))[0] > 0 > area_of(hole, np.array([[0, 1, 2]]))[0]
+
+
+@pytest.mark.parametrize(("heights", "step"), [(100, 10), (1300, 200), (41, 5), (0, 0.01)])
+def test_contour_lines_are_round_metres_apart(heights, step):
+    assert spacing(heights) == pytest.approx(step)
+
+
+def test_a_page_of_two_thousand_buildings_on_hills_stays_small():
+    drawn = scene(town(2000))
+    text = page(drawn)
+    assert len(text) < 15e6
+    held = json.loads(text.split('id="mission">', 1)[1].split("</script>", 1)[0])
+    assert len(held["space"]) < 25
+    surfaces = [trace for trace in held["space"] if trace["type"] == "surface"]
+    assert numbers(surfaces[0]["z"]).shape == drawn.world.relief.z.T.shape
+    assert isinstance(drawn.world.relief, Relief)
+    building = next(trace for trace in held["space"] if trace["name"] == "building")
+    assert numbers(building["i"]).max() < len(numbers(building["x"]))
+    assert len(numbers(building["i"])) < kinds_module.TRIANGLES
