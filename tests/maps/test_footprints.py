@@ -29,7 +29,7 @@ def footprints(draw):
     parts = [
         part
         for part in shapely.get_parts(shapely.set_precision(shapely.set_precision(shape, 0.001), 0))
-        if part.geom_type == "Polygon"
+        if part.geom_type == "Polygon" and part.area > 0
     ]
     return max(parts, key=lambda part: part.area) if parts else shapely.box(0, 0, 1, 1)
 

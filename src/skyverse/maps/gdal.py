@@ -8,7 +8,6 @@ from typing import Any
 import pyogrio
 import pyproj
 import shapely
-from pyogrio.errors import DataLayerError, DataSourceError, FeatureError, FieldError, GeometryError
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError
@@ -81,10 +80,8 @@ def _check(path: Path) -> None:
 def _tried(path: Path, read: Callable[[], Any]) -> Any:
     try:
         return read()
-    except (DataSourceError, DataLayerError, FeatureError, FieldError, GeometryError, ValueError) as error:
+    except Exception as error:  # what a broken file makes pyogrio raise is not documented: its own errors and others
         raise InputError(f"{path}: cannot be read: {printable(str(error))}") from None
-    except shapely.errors.GEOSException as error:
-        raise InputError(f"{path}: a geometry cannot be read: {printable(str(error))}") from None
 
 
 def _system(said: str | None, path: Path, choices: Choices) -> pyproj.CRS:
