@@ -215,8 +215,8 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     mission = town(60)
     target = tmp_path / "page.html"
     write_html(mission, target)
-    tab.goto(target.as_uri())
-    tab.wait_for_selector("body[data-ready]", timeout=60_000)
+    tab.goto(target.as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
     drawn = scene(mission)
 
     (latitude, longitude, _) = to_wgs84(mission.scenario.frame.origin, [(250.0, 750.0, 0.0)])[0]
