@@ -39,7 +39,7 @@ def export(
     output
         The file to write; its ending tells what.
     altitude
-        What altitudes are counted from: mean sea level, the UAV's start, or the ground below.
+        What altitudes are counted from: mean sea level, the ground below the UAV's start, or the ground below the UAV.
     origin
         Where the scenario's zero lies: latitude,longitude,altitude in degrees and metres above mean sea level.
     rate
@@ -47,7 +47,7 @@ def export(
     radius
         The acceptance radius of waypoints to begin with, metres; halved until all is proven.
     takeoff
-        Metres to climb first in .plan and .waypoints; less where there is no room.
+        Metres above home to climb to first in .plan and .waypoints; less where there is no room.
     end
         Stay at the target, or land below it.
     """

@@ -17,7 +17,7 @@ from skyverse.exports.geojson import geojson_text
 from skyverse.exports.gpx import gpx_text
 from skyverse.exports.items import End
 from skyverse.exports.kml import kml_text
-from skyverse.exports.places import Above, places, require_kind, with_origin
+from skyverse.exports.places import Above, home, places, require_kind, with_origin
 from skyverse.exports.plan import plan_text
 from skyverse.exports.ros import as_text, path_message, trajectory_message
 from skyverse.exports.route import Route, route
@@ -72,8 +72,8 @@ def export(
         ``.skybrush.zip`` (light shows), or what `write` writes. Of formats for one vehicle there is a file for each UAV
         that flies: ``city.plan`` becomes ``city-uav-1.plan`` ... where there are several.
     altitude
-        What altitudes are counted from: mean sea level, home (the UAV's start), or the ground below, which needs a
-        terrain.
+        What altitudes are counted from: mean sea level; home, which is the ground below the UAV's start, or the start
+        itself where there is no terrain; or the ground below, which needs a terrain.
     origin
         Where the scenario's zero lies, in place of its own.
     rate
@@ -82,7 +82,8 @@ def export(
         The acceptance radius to begin with, metres: how near to a waypoint an autopilot may turn to the next. It is
         halved until every leg and every cut corner is proven clear.
     takeoff
-        Metres to climb straight up before anything else, in ``.plan`` and ``.waypoints``; less where there is no room.
+        Metres above home to climb straight up to before anything else, in ``.plan`` and ``.waypoints``; less where
+        there is no room.
     end
         Whether the mission ends by staying at the target, or by landing below it, which is not proven.
 
@@ -174,13 +175,19 @@ def routes(
         if not (math.isfinite(value) and value >= least):
             raise InputError(f"{noun}: expected metres from {least:g} on, found {value!r}")
     found = [
-        route(scenario, k, trajectory, altitude, radius=radius, takeoff=takeoff, stops=stops)
+        route(scenario, k, trajectory, altitude, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
         for k, trajectory in enumerate(mission.trajectories)
         if trajectory is not None
     ]
     if not found:
         raise InputError("expected a mission with a trajectory to export, found none")
     return found
+
+
+def _climb(scenario: Scenario, uav: int, takeoff: float) -> float:
+    """Return how far a UAV is to climb from its start on; an aeroplane is in flight there."""
+    vehicle = scenario.uavs[uav]
+    return 0.0 if vehicle.fixed_wing else max(takeoff - (vehicle.start[2] - float(home(scenario, uav)[2])), 0.0)
 
 
 def routes_apart(mission: Mission, flown: list[Route]) -> Certificate:

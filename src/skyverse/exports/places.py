@@ -67,11 +67,11 @@ def require_kind(scenario: Scenario, above: str, allowed: tuple[Above, ...], wha
 
 
 def places(scenario: Scenario, uav: int, points: Floats, above: Above) -> Places:
-    """Return (n, 3) local metres of a UAV as places; home is its start."""
+    """Return (n, 3) local metres of a UAV as places."""
     origin = origin_of(scenario)
     latitude, longitude, sea = to_wgs84(origin, points).T
     if above == "home":
-        altitude = sea - to_wgs84(origin, scenario.uavs[uav].start)[0, 2]
+        altitude = sea - to_wgs84(origin, home(scenario, uav))[0, 2]
     elif above == "ground":
         assert scenario.terrain is not None
         below = points.copy()
@@ -80,6 +80,14 @@ def places(scenario: Scenario, uav: int, points: Floats, above: Above) -> Places
     else:
         altitude = sea
     return Places(latitude, longitude, altitude, sea, KINDS[above])
+
+
+def home(scenario: Scenario, uav: int) -> Floats:
+    """Return where a UAV takes off, (3,) metres: on the ground below its start, or at it where there is no terrain."""
+    at = np.array(scenario.uavs[uav].start)
+    if scenario.terrain is not None:
+        at[2] = ground(scenario.terrain, at[None, :2])[0]
+    return at
 
 
 def ground(terrain: Terrain, at: Floats) -> Floats:

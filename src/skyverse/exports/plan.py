@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.exports.items import NO_PLACE, End, Item, items
-from skyverse.exports.places import Above, Floats, origin_of, places
+from skyverse.exports.places import Above, Floats, home, origin_of, places
 from skyverse.exports.route import Route
 from skyverse.geodesy import to_wgs84
 from skyverse.scenario import Scenario
@@ -21,9 +21,9 @@ PX4 = 12
 def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
     """Return a ``.plan`` file."""
     vehicle = scenario.uavs[route.uav]
-    home = places(scenario, route.uav, route.points[:1], "amsl")
+    at = places(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
     mode = MODES[places(scenario, route.uav, route.points[:1], above).kind]
-    position = [float(home.latitude[0]), float(home.longitude[0]), float(home.altitude[0])]
+    position = [float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0])]
     wing = vehicle.fixed_wing
     speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
     mission = {
@@ -36,7 +36,8 @@ def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
-    rally = [position[0], position[1], route.takeoff or 3.0]  # above home
+    first = places(scenario, route.uav, route.points[1 if route.takeoff else 0][None], "home")
+    rally = [*position[:2], max(float(first.altitude[0]), 3.0)]
     plan = {
         "fileType": "Plan",
         "geoFence": geofence(scenario),

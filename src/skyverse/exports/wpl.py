@@ -1,16 +1,16 @@
 """QGC WPL 110, the text format of Mission Planner and many others: home, then a command a line."""
 
 from skyverse.exports.items import FRAMES, End, Item, items
-from skyverse.exports.places import Above, places
+from skyverse.exports.places import Above, home, places
 from skyverse.exports.route import Route
 from skyverse.scenario import Scenario
 
 
 def waypoints_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
     """Return a ``.waypoints`` file: line 0 is home, above mean sea level."""
-    home = places(scenario, route.uav, route.points[:1], "amsl")
-    first = (0.0, 0.0, 0.0, 0.0, float(home.latitude[0]), float(home.longitude[0]), float(home.altitude[0]))
-    rows = [_row(0, 1, FRAMES[home.kind], 16, first)]
+    at = places(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
+    first = (0.0, 0.0, 0.0, 0.0, float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0]))
+    rows = [_row(0, 1, FRAMES[at.kind], 16, first)]
     rows += [_item(k, item) for k, item in enumerate(items(scenario, route, above, end), 1)]
     return "\n".join(["QGC WPL 110", *rows]) + "\n"
 
