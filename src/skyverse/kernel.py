@@ -24,6 +24,18 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     return compiled
 
 
+def query(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a kernel that makes no arrays, and so need not count who holds those that it is given.
+
+    With many arrays in a NamedTuple the counting would take longer than a short query.
+    """
+    try:
+        compiled: Callable[P, R] = numba.njit(cache=True, nogil=True, _nrt=False)(function)
+    except RuntimeError:
+        compiled = numba.njit(nogil=True, _nrt=False)(function)
+    return compiled
+
+
 def on_first_compilation(tell: Callable[[], None]) -> None:
     """Call `tell` once, when a kernel is compiled because no cached one is found."""
     from numba.core import event

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import kernel
+from skyverse.kernel import kernel, query
 from skyverse.result import Floats
 
 Ints = NDArray[np.int64]
@@ -18,7 +18,7 @@ TOLERANCE = 1e-9
 """Metres that a point may lie inside a grown obstacle, or outside the bounds, through rounding."""
 
 
-@kernel
+@query
 def holds(boxes: Floats, i: int, growth: float, x: float, y: float, z: float) -> bool:
     """Tell whether the interior of box i, grown by `growth`, holds the point."""
     margin = growth - TOLERANCE
@@ -29,7 +29,7 @@ def holds(boxes: Floats, i: int, growth: float, x: float, y: float, z: float) ->
     )
 
 
-@kernel
+@query
 def touches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether box i, grown by `growth`, touches the closed box between two corners."""
     meet = True
@@ -38,7 +38,7 @@ def touches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> 
     return meet
 
 
-@kernel
+@query
 def reaches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the interior of box i, grown by `growth`, reaches into the open box between two corners."""
     margin = growth - TOLERANCE
@@ -59,7 +59,7 @@ class Ray(NamedTuple):
     per_z: float
 
 
-@kernel
+@query
 def ray(a: Floats, b: Floats) -> Ray:
     """Make the segment from a to b ready."""
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -73,7 +73,7 @@ def ray(a: Floats, b: Floats) -> Ray:
     )
 
 
-@kernel
+@query
 def meets(boxes: Floats, i: int, growth: float, r: Ray) -> bool:
     """Tell whether a segment meets the interior of box i, grown by `growth` (slab method, exact)."""
     margin = growth - TOLERANCE
@@ -83,7 +83,7 @@ def meets(boxes: Floats, i: int, growth: float, r: Ray) -> bool:
     return enter < leave or (enter == leave and holds(boxes, i, growth, r.x, r.y, r.z))
 
 
-@kernel
+@query
 def _between(low: float, high: float, a: float, per: float, enter: float, leave: float) -> tuple[float, float]:
     """Narrow the share of a segment that lies within other slabs to that within this one; empty ones end before 0."""
     if per == 0.0:
@@ -92,7 +92,7 @@ def _between(low: float, high: float, a: float, per: float, enter: float, leave:
     return max(enter, min(t1, t2)), min(leave, max(t1, t2))
 
 
-@kernel
+@query
 def gap(boxes: Floats, i: int, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to box i as given, negative inside."""
     dx = max(boxes[i, 0] - x, x - boxes[i, 3])

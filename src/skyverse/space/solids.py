@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import query
 from skyverse.result import Floats
 from skyverse.shapes import Box, Cylinder, Prism, Sphere
 from skyverse.space import box, polygon, tree
@@ -94,7 +94,7 @@ def _add_edges(prisms: Sequence[Prism | None], bounds: Floats, kind: Ints) -> Fl
     return np.ascontiguousarray(edges)
 
 
-@kernel
+@query
 def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -> bool:
     """Tell whether the interior of solid i, grown by `growth`, holds the point."""
     margin = growth - TOLERANCE
@@ -112,7 +112,7 @@ def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -
     return kind == BOX or polygon.holds(solids.edges, solids.kind[i, 1], solids.kind[i, 2], margin, x, y)
 
 
-@kernel
+@query
 def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
     """Tell whether a segment that meets the interior of solid i's grown bounds meets that of the grown solid: exact."""
     margin = growth - TOLERANCE
@@ -141,7 +141,7 @@ def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
     return polygon.crosses(solids.edges, solids.kind[i, 1], solids.kind[i, 2], margin, px, py, qx, qy)
 
 
-@kernel
+@query
 def _nearest(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
     """Return the least squared distance to a centre, over two axes or three, between two shares of a segment."""
     squared = along = 0.0
@@ -156,7 +156,7 @@ def _nearest(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: flo
     return least
 
 
-@kernel
+@query
 def reaches(solids: Solids, i: int, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the interior of solid i, grown by `growth`, reaches into the open box between two corners."""
     if not box.reaches(solids.bounds, i, growth, low, high):
@@ -177,7 +177,7 @@ def reaches(solids: Solids, i: int, growth: float, low: Floats, high: Floats) ->
     return reach > 0.0 and outside < reach * reach
 
 
-@kernel
+@query
 def gap(solids: Solids, i: int, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to solid i as given, negative inside."""
     kind = solids.kind[i, 0]
@@ -199,7 +199,7 @@ def gap(solids: Solids, i: int, x: float, y: float, z: float) -> float:
     return math.sqrt(across * across + upright * upright)
 
 
-@kernel
+@query
 def containing(solids: Solids, growth: float, x: float, y: float, z: float) -> int:
     """Return a solid whose interior, grown by `growth`, holds the point, or -1."""
     index = solids.tree
@@ -215,7 +215,7 @@ def containing(solids: Solids, growth: float, x: float, y: float, z: float) -> i
     return -1
 
 
-@kernel
+@query
 def crossed(solids: Solids, growth: float, a: Floats, b: Floats) -> int:
     """Return a solid whose interior, grown by `growth`, the segment a-b meets, or -1."""
     index = solids.tree
@@ -232,7 +232,7 @@ def crossed(solids: Solids, growth: float, a: Floats, b: Floats) -> int:
     return -1
 
 
-@kernel
+@query
 def reaching(solids: Solids, growth: float, low: Floats, high: Floats) -> int:
     """Return a solid that, grown by `growth`, reaches into the open box between two corners, or -1."""
     index = solids.tree
@@ -248,7 +248,7 @@ def reaching(solids: Solids, growth: float, low: Floats, high: Floats) -> int:
     return -1
 
 
-@kernel
+@query
 def distance(solids: Solids, nearest: float, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to the nearest solid as given, negative inside, or `nearest` if that is less."""
     index = solids.tree

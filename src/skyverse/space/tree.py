@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import kernel, query
 from skyverse.result import Floats
 from skyverse.space import box
 from skyverse.space.box import Ints
@@ -79,7 +79,7 @@ def build(boxes: Floats) -> tuple[Tree, Ints]:
     return Tree(bounds, skip, first, stop), order
 
 
-@kernel
+@query
 def containing(tree: Tree, boxes: Floats, growth: float, x: float, y: float, z: float) -> int:
     """Return a box whose interior, grown by `growth`, holds the point, or -1."""
     node = 0
@@ -94,7 +94,7 @@ def containing(tree: Tree, boxes: Floats, growth: float, x: float, y: float, z: 
     return -1
 
 
-@kernel
+@query
 def crossed(tree: Tree, boxes: Floats, growth: float, a: Floats, b: Floats) -> int:
     """Return a box whose interior, grown by `growth`, the segment a-b meets, or -1."""
     r = box.ray(a, b)
@@ -132,7 +132,7 @@ def touching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats
     return found[:count]
 
 
-@kernel
+@query
 def reaching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats) -> int:
     """Return a box whose interior, grown by `growth`, reaches into the open box between two corners, or -1."""
     node = 0
@@ -147,7 +147,7 @@ def reaching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats
     return -1
 
 
-@kernel
+@query
 def distance(tree: Tree, boxes: Floats, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to the nearest box as given, negative inside; infinite without boxes."""
     nearest = np.inf

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from skyverse.kernel import kernel
+from skyverse.kernel import kernel, query
 from skyverse.result import Floats
 from skyverse.scenario import Scenario
 from skyverse.shapes import Box, Voxels
@@ -51,7 +51,7 @@ class Space(NamedTuple):
     ground: Ground
 
 
-@kernel
+@query
 def in_bounds(space: Space, p: Floats) -> bool:
     """Tell whether a point lies in the closed bounds."""
     inside = True
@@ -60,7 +60,7 @@ def in_bounds(space: Space, p: Floats) -> bool:
     return inside
 
 
-@kernel
+@query
 def shut(space: Space, growth: float, p: Floats) -> bool:
     """Tell whether the interior of some obstacle, grown by `growth`, holds a point.
 
@@ -73,7 +73,7 @@ def shut(space: Space, growth: float, p: Floats) -> bool:
     )
 
 
-@kernel
+@query
 def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
     """Tell whether a segment meets the interior of some obstacle, grown by `growth`: exact."""
     return (
@@ -83,7 +83,7 @@ def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
     )
 
 
-@kernel
+@query
 def swept_crosses(space: Space, growth: float, dev: float, a: Floats, b: Floats) -> bool:
     """Tell whether what lies within `dev` metres of a segment may meet the interior of an obstacle grown by `growth`.
 
@@ -96,7 +96,7 @@ def swept_crosses(space: Space, growth: float, dev: float, a: Floats, b: Floats)
     )
 
 
-@kernel
+@query
 def box_meets(space: Space, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether some obstacle, grown by `growth`, reaches into the open box between two corners."""
     return (
@@ -106,14 +106,14 @@ def box_meets(space: Space, growth: float, low: Floats, high: Floats) -> bool:
     )
 
 
-@kernel
+@query
 def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the ground, raised as `growth` raises it, reaches into the open box between two corners."""
     floor = low[2] - growth - space.ground.extra + box.TOLERANCE
     return ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor
 
 
-@kernel
+@query
 def gap(space: Space, p: Floats) -> float:
     """Return the metres to the nearest obstacle as given, or to the ground below: the least; negative inside."""
     nearest = min(
@@ -122,13 +122,13 @@ def gap(space: Space, p: Floats) -> float:
     return solids.distance(space.solids, nearest, p[0], p[1], p[2])
 
 
-@kernel
+@query
 def point_free(space: Space, p: Floats) -> bool:
     """Tell whether a point is in bounds and outside every grown obstacle."""
     return in_bounds(space, p) and not shut(space, space.clearance, p)
 
 
-@kernel
+@query
 def segment_free(space: Space, a: Floats, b: Floats) -> bool:
     """Tell whether a whole segment is in bounds and outside every grown obstacle."""
     return in_bounds(space, a) and in_bounds(space, b) and not crosses(space, space.clearance, a, b)
