@@ -245,8 +245,9 @@ def _joined_at_180(parts: list[Polygon]) -> list[Polygon]:
 
 def _pieces(geometry: BaseGeometry) -> list[Polygon]:
     """Return the polygons of a geometry that have an area."""
-    parts = geometry.geoms if hasattr(geometry, "geoms") else [geometry]
-    return [part for part in parts if isinstance(part, Polygon) and part.area > 0]
+    if hasattr(geometry, "geoms"):
+        return [piece for part in geometry.geoms for piece in _pieces(part)]
+    return [geometry] if isinstance(geometry, Polygon) and geometry.area > 0 else []
 
 
 def sound(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False) -> list[Polygon]:
