@@ -16,6 +16,8 @@ from problems import compiled
 
 import skyverse as sky
 from skyverse.kernel import Stopwatch
+from skyverse.space.ground import Ground
+from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree
 from skyverse.space.world import Space, point_free, segment_free
 
@@ -32,6 +34,20 @@ def tests_of(space: Space, scale: float) -> Tests:
     """
     low, high, boxes, clearance = space.low, space.high, space.boxes, space.clearance
     bounds, skip, first, stop = space.tree
+    solids, round_, kind, edges, (over, past, begin, end) = space.solids
+    heights, origin, step, extra, slope, extremes, levels = space.ground
+
+    @numba.njit
+    def here() -> Space:
+        return Space(
+            low,
+            high,
+            boxes,
+            clearance,
+            Tree(bounds, skip, first, stop),
+            Solids(solids, round_, kind, edges, Tree(over, past, begin, end)),
+            Ground(heights, origin, step, extra, slope, extremes, levels),
+        )
 
     @numba.njit
     def place(x: float, y: float, z: float) -> np.ndarray:
@@ -41,12 +57,11 @@ def tests_of(space: Space, scale: float) -> Tests:
 
     @numba.njit
     def point(x: float, y: float, z: float) -> bool:
-        return point_free(Space(low, high, boxes, clearance, Tree(bounds, skip, first, stop)), place(x, y, z))
+        return point_free(here(), place(x, y, z))
 
     @numba.njit
     def segment(x: float, y: float, z: float, u: float, v: float, w: float) -> bool:
-        here = Space(low, high, boxes, clearance, Tree(bounds, skip, first, stop))
-        return segment_free(here, place(x, y, z), place(u, v, w))
+        return segment_free(here(), place(x, y, z), place(u, v, w))
 
     point(0.0, 0.0, 0.0), segment(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
     return point, segment

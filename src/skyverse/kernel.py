@@ -3,7 +3,7 @@
 import time
 import weakref
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 
@@ -29,10 +29,11 @@ def query(function: Callable[P, R]) -> Callable[P, R]:
 
     With many arrays in a NamedTuple the counting would take longer than a short query.
     """
+    options: dict[str, Any] = {"nogil": True, "_nrt": False}
     try:
-        compiled: Callable[P, R] = numba.njit(cache=True, nogil=True, _nrt=False)(function)
+        compiled: Callable[P, R] = numba.njit(cache=True, **options)(function)
     except RuntimeError:
-        compiled = numba.njit(nogil=True, _nrt=False)(function)
+        compiled = numba.njit(**options)(function)
     return compiled
 
 

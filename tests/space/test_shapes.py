@@ -125,7 +125,7 @@ def test_a_point_is_free_outside_of_all_that_is_grown(scenario, at):
         assert (sky.World(scenario).why_unsafe(p) is None) == safe
 
 
-@settings(max_examples=100)
+@settings(max_examples=60)
 @given(worlds(), points, points)
 def test_a_free_segment_has_free_points_only_and_a_shut_point_blocks(scenario, a, b):
     compiled = sky.World(scenario)
@@ -169,7 +169,7 @@ def test_a_box_that_nothing_meets_holds_no_shut_point(scenario, a, b, growth):
         assert not world.box_meets(space, growth, low, high)
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(worlds())
 def test_no_safe_move_of_the_lattice_passes_a_shut_point(scenario):
     compiled = sky.World(scenario)
