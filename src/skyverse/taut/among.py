@@ -50,6 +50,7 @@ def way_among(space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tupl
     if min(nodes) < 0:
         return best, 0
     slack = distance(ends[0], position(grid, nodes[0])) + distance(ends[1], position(grid, nodes[1]))
+    slack += 4.0 * float(grid.step.max())  # what is gained when it is pulled tight
     corners, expanded = lazy_theta_star(grid, closed, *nodes, least + slack)
     if len(corners):
         places = positions(grid, corners)
