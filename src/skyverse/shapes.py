@@ -14,6 +14,7 @@ from pydantic import (
     Field,
     PlainSerializer,
     PlainValidator,
+    PrivateAttr,
     SerializationInfo,
     Tag,
     ValidationInfo,
@@ -123,9 +124,12 @@ class Prism(Upright):
     shape: Literal["prism"] = "prism"
     vertices: Ring
     holes: tuple[Ring, ...] = ()
+    _sound: tuple[object, object] | None = PrivateAttr(None)  # the very rings that were looked at already
 
     @model_validator(mode="after")
     def _simple(self) -> Self:
+        if self._sound is not None and self._sound[0] is self.vertices and self._sound[1] is self.holes:
+            return self  # pydantic asks again whenever a prism becomes a part of something
         rings = [np.array(ring) for ring in (self.vertices, *self.holes)]
         met = _edges_that_meet(rings)
         if met is not None:
@@ -142,6 +146,7 @@ class Prism(Upright):
             others = [other for other in rings[1:] if other is not hole]
             if not _inside(hole[0], rings[0]) or any(_inside(hole[0], other) for other in others):
                 raise ValueError(f"holes[{k}] must lie inside the outline and outside of other holes")
+        self._sound = (self.vertices, self.holes)
         return self
 
 

@@ -10,7 +10,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSeriali
 from skyverse.atomic import write_text
 from skyverse.errors import InputError
 from skyverse.files import NAMES, read_scenario
-from skyverse.files.document import explain, parse, read_text, yaml_text
+from skyverse.files.document import explain, parse, read_text
+from skyverse.files.yaml import yaml_text
 from skyverse.lab.run import Case, Job
 from skyverse.mission import Assignment
 from skyverse.planners import make_planner

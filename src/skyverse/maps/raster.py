@@ -151,11 +151,11 @@ class Opened:
         rasterio, _ = tools()
         window = rasterio.windows.Window(column, row, columns, rows)
         try:
-            raw = self.data.read(self.band, window=window, masked=True)
+            with np.errstate(invalid="ignore"):  # of numbers that are none
+                raw = self.data.read(self.band, window=window, masked=True)
+                values: Floats = np.ma.getdata(raw).astype(np.float64)
         except rasterio.errors.RasterioError as error:
             raise InputError(f"{self.path}: cannot be read: {_first(error)}") from None
-        with np.errstate(invalid="ignore"):  # of numbers that are none
-            values: Floats = np.ma.getdata(raw).astype(np.float64)
         holes = np.ma.getmaskarray(raw) | ~np.isfinite(values)
         if self.nodata is not None:
             holes |= values == self.nodata

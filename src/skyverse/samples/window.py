@@ -4,6 +4,7 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.scenario import Scenario, Target
+from skyverse.shapes import Box
 from skyverse.vehicle import UAV
 
 SPACING = (0.9, 0.9, 1.1)
@@ -53,7 +54,7 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
 
 
 def _free(room: Scenario, place: tuple[float, float, float]) -> bool:
-    """Tell whether a place is in the room's bounds and clear of its obstacles."""
+    """Tell whether a place is in the room's bounds and clear of its boxes; of other shapes nothing is known."""
     inside = all(low <= p <= high for low, p, high in zip(room.bounds.min, place, room.bounds.max, strict=True))
     return inside and not any(
         all(
@@ -61,6 +62,7 @@ def _free(room: Scenario, place: tuple[float, float, float]) -> bool:
             for low, p, high in zip(obstacle.min, place, obstacle.max, strict=True)
         )
         for obstacle in room.obstacles
+        if isinstance(obstacle, Box)
     )
 
 
