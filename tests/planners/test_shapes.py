@@ -76,11 +76,7 @@ def test_what_any_planner_finds_among_all_shapes_the_referee_finds_safe(planner)
     if isinstance(planner, sky.AStar | sky.ThetaStar | sky.Taut | sky.HybridMVO):
         assert result.status.reached
         assert result.cost >= result.bound
-
-
-def test_tauts_path_is_shorter_than_the_lattices():
-    problem = sky.Problem(everything())
-    assert sky.Taut().plan(problem).cost < sky.AStar().plan(problem).cost
+    assert result.cost >= 0.9995 * sky.Taut().plan(problem).cost
 
 
 def alone(*obstacles, start, target, high=(20, 20, 10), clearance=0.0, step=1.0, terrain=None):
@@ -116,7 +112,7 @@ def test_around_a_cylinder_it_is_tangent_arc_and_tangent(clearance):
     pillar = Cylinder(centre=(1, 0), radius=4, low=-1, high=11)
     result = taut(alone(pillar, start=(-9, -1, 3), target=(11, 2, 6), clearance=clearance))
     flat = wrapped((-9, -1), (11, 2), (1, 0), 4 + clearance)
-    assert result.cost == pytest.approx(math.hypot(flat, 3), rel=1e-3)
+    assert result.cost == pytest.approx(math.hypot(flat, 3), rel=3e-4)
     assert result.cost >= math.hypot(flat, 3)
     assert len(result.path) < 25
 
@@ -125,7 +121,7 @@ def test_over_or_beside_a_sphere_it_is_tangent_arc_and_tangent():
     ball = Sphere(centre=(0, 0, 0), radius=5)
     scenario = alone(ball, start=(-12, 1, 2), target=(11, -2, 1), clearance=0.5, high=(20, 20, 15))
     length = wrapped((-12, 1, 2), (11, -2, 1), (0, 0, 0), 5.5)
-    assert length <= taut(scenario).cost <= length * 1.004
+    assert length <= taut(scenario).cost <= length * 1.0005
 
 
 @pytest.mark.parametrize("across", [0.0, 9.0])
@@ -141,15 +137,22 @@ def test_over_a_ridge_it_bends_where_the_unfolded_slopes_are_straight(across):
     assert len(result.path) <= 4
 
 
-@pytest.mark.parametrize("angle", [0.9, 1.4])
-def test_around_a_turned_block_it_is_as_long_as_around_the_block(angle):
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.9, 1.4, 2.6])
+def test_around_a_turned_block_it_bends_at_two_of_its_corners(angle):
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     corners = np.array([(-3, -5), (3, -5), (3, 4), (-3, 4)]) @ turn.T
     start, target = turn @ (-9, 0.5), turn @ (10, -1)
     turned = Prism(vertices=tuple(map(tuple, corners.tolist())), low=-1, high=8)
     result = taut(alone(turned, start=(*start, 2), target=(*target, 3)))
-    square = taut(alone(Box(min=(-3, -5, -1), max=(3, 4, 8)), start=(-9, 0.5, 2), target=(10, -1, 3)))
-    assert result.cost == pytest.approx(square.cost, rel=2e-3)
+    flat = math.hypot(6, 3.5) + 6 + math.hypot(7, 5)
+    assert result.cost == pytest.approx(math.hypot(flat, 1), rel=1e-4)
+    assert len(result.path) < 7
+
+
+def test_under_a_beam_it_goes_under_and_not_around():
+    beam = Prism(vertices=((-2, -18), (2, -19), (2, 18), (-2, 19)), low=3, high=9)
+    result = taut(alone(beam, start=(-9, 0, 5), target=(9, 0, 5), step=2.0))
+    assert result.cost == pytest.approx(2 * math.hypot(7, 2) + 4, rel=1e-4)
 
 
 def test_where_a_wall_of_prisms_leaves_no_way_it_says_so():

@@ -36,11 +36,11 @@ class Taut(Planner):
 
     The partition and the edges are made once an `Airspace`; its problems share them.
 
-    Where there are other shapes than boxes and voxels, or a terrain, two first ways are pulled tight along exact lines
-    of sight, and the shorter is taken: Lazy Theta*'s over the scenario's lattice, and the straight line lifted over all
-    that it crosses. Nothing near the answer is shorter by more than about a ten-thousandth, but another way around may
-    be. `NO_PATH` then means that there is none over the lattice at this step, nor over the top; the bound is the
-    straight line's length.
+    Where there are other shapes than boxes and voxels, or a terrain, a few first ways are pulled tight along exact
+    lines of sight, and the shortest is taken: the straight line lifted over all that it crosses, or past it on a side,
+    and Lazy Theta*'s over the scenario's lattice. Nothing near the answer is shorter by more than about a thousandth,
+    but another way around may be. `NO_PATH` then means that there is none over the lattice at this step, nor over the
+    top or past a side; the bound is the straight line's length.
 
     Attributes
     ----------

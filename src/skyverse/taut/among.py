@@ -1,6 +1,7 @@
-"""Ways among shapes of any kind: over the lattice and over the top, each pulled tight, the shorter taken."""
+"""Ways among shapes of any kind: over the lattice, over the top and past the sides, pulled tight."""
 
 import itertools
+import math
 
 import numpy as np
 
@@ -10,12 +11,18 @@ from skyverse.space.lattice import Grid, position, positions
 from skyverse.space.world import Space, point_free, segment_free
 from skyverse.taut.bends import distance
 from skyverse.taut.lazy import lazy_theta_star
-from skyverse.taut.over import over_the_top
-from skyverse.taut.pull import pull
+from skyverse.taut.over import past
+from skyverse.taut.pull import pull, slacken
 from skyverse.taut.tighten import length_of
 
 HAIR = 1e-5
 """Metres of room that bends keep beside the clearance: what touches a slope exactly is hard to prove."""
+SPARE = 0.1
+"""Ways past one side that are longer than the shortest by more than this share are left as they are."""
+AGAIN = 4
+"""How often a way is slackened and pulled tight again, at most."""
+ENOUGH = 1e-5
+"""Done when that saves less than this share of it."""
 
 
 def beyond_boxes(space: Space) -> bool:
@@ -43,10 +50,15 @@ def way_among(space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tupl
     closed = space._replace(clearance=space.clearance + 2.0 * TOLERANCE)
     first, last = (_with_room(space, roomy, end) for end in ends)
     best, least = np.empty((0, 3)), np.inf
-    over = np.empty((0, 3)) if first is None or last is None else over_the_top(roomy, first, last)
-    if len(over):
-        best = _ended(space, pull(roomy, over), ends)
-        least = length_of(best)
+    thrown: list[Floats] = []
+    if first is not None and last is not None:
+        thrown = [way for side in _sides(first, last) if len(way := past(roomy, first, last, side))]
+        thrown.sort(key=length_of)
+    for way in thrown:
+        if length_of(way) < (1.0 + SPARE) * length_of(thrown[0]):
+            way = _ended(space, _tight(roomy, way), ends)
+            if length_of(way) < least:
+                best, least = way, length_of(way)
     if min(nodes) < 0:
         return best, 0
     slack = distance(ends[0], position(grid, nodes[0])) + distance(ends[1], position(grid, nodes[1]))
@@ -60,11 +72,32 @@ def way_among(space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tupl
             way = np.vstack([begin, places, end])
             way = way[np.r_[True, np.any(np.diff(way, axis=0) != 0.0, axis=1)]]
             if all(segment_free(tight, a, b) for a, b in itertools.pairwise(way)):
-                way = _ended(space, pull(tight, way), ends)
+                way = _ended(space, _tight(tight, way), ends)
                 if length_of(way) < least:
                     best = way
                 break
     return best, expanded
+
+
+def _sides(start: Floats, goal: Floats) -> list[Floats]:
+    """Return eight sides (3,) of a straight line, up first."""
+    east, north = goal[:2] - start[:2]
+    flat = math.hypot(east, north)
+    left = np.array([-north, east, 0.0]) / flat if flat > 0.0 else np.array([1.0, 0.0, 0.0])
+    up = np.array([0.0, 0.0, 1.0]) if flat > 0.0 else np.array([0.0, 1.0, 0.0])
+    return [math.cos(turn) * up + math.sin(turn) * left for turn in np.arange(8) * (math.pi / 4.0)]
+
+
+def _tight(space: Space, way: Floats) -> Floats:
+    """Pull a way tight, and again with few bends for many while that helps."""
+    best = pull(space, way)
+    for _ in range(AGAIN):
+        way = pull(space, slacken(space, best))
+        gain = length_of(best) - length_of(way)
+        best = way if gain > 0.0 else best
+        if gain < ENOUGH * length_of(best):
+            break
+    return best
 
 
 def _with_room(space: Space, roomy: Space, point: Floats) -> Floats | None:
@@ -83,8 +116,8 @@ def _ended(space: Space, way: Floats, ends: tuple[Floats, Floats]) -> Floats:
     """Return a way from its true start to its true goal."""
     whole = np.vstack([ends[0], way, ends[1]])
     whole = whole[np.r_[True, np.any(np.diff(whole, axis=0) != 0.0, axis=1)]]
-    for end, near, past in ((0, 1, 2), (-1, -2, -3)):  # the points with room, where they are not needed
+    for end, near, next_ in ((0, 1, 2), (-1, -2, -3)):  # the points with room, where they are not needed
         close = len(whole) > 2 and distance(whole[near], whole[end]) < 100.0 * HAIR
-        if close and segment_free(space, whole[end], whole[past]):
+        if close and segment_free(space, whole[end], whole[next_]):
             whole = np.delete(whole, near, axis=0)
     return whole

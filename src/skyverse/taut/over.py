@@ -1,4 +1,4 @@
-"""The way over the top: the straight line, lifted over all that it crosses."""
+"""The way over the top, or past one side: the straight line, moved that way past all that it crosses."""
 
 import numpy as np
 
@@ -13,15 +13,17 @@ ROUNDS = 12
 """How often what is still blocked is looked at more finely."""
 MOST = 4096
 """Places at most."""
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @kernel
-def over_the_top(space: Space, start: Floats, goal: Floats) -> Floats:
-    """Return a free way (k, 3) in the upright plane through two free points, empty if none was found.
+def past(space: Space, start: Floats, goal: Floats, side: Floats) -> Floats:
+    """Return a free way (k, 3) between two free points in the half-plane on one side, empty if none was found.
 
-    It is the least concave one over places that were found free: a string pulled tight over the tops.
+    It is the least concave one past places that were found free: a string pulled tight over the tops, where the side,
+    (3,) of length 1, is up.
     """
-    at, height = np.empty(MOST), np.empty(MOST)  # shares of the way across, metres above the straight line
+    at, height = np.empty(MOST), np.empty(MOST)  # shares of the way across, metres beside the straight line
     at[0], height[0], at[1], height[1] = 0.0, 0.0, 1.0, 0.0
     count = 2
     lifts = np.empty(STATIONS + 2)
@@ -31,8 +33,8 @@ def over_the_top(space: Space, start: Floats, goal: Floats) -> Floats:
         legs = count - 1
         done = True
         for k in range(legs):
-            _place(start, goal, at[k], height[k], a)
-            _place(start, goal, at[k + 1], height[k + 1], b)
+            _place(start, goal, side, at[k], height[k], a)
+            _place(start, goal, side, at[k + 1], height[k + 1], b)
             if segment_free(space, a, b):
                 continue
             done = False
@@ -40,8 +42,8 @@ def over_the_top(space: Space, start: Floats, goal: Floats) -> Floats:
             for s in range(STATIONS + 2):
                 share = s / (STATIONS + 1)
                 up = height[k] + share * (height[k + 1] - height[k])
-                _place(start, goal, at[k] + share * (at[k + 1] - at[k]), up, b)
-                lifts[s] = _lift(space, b)
+                _place(start, goal, side, at[k] + share * (at[k + 1] - at[k]), up, b)
+                lifts[s] = _lift(space, b, side)
                 if lifts[s] == np.inf:
                     return np.empty((0, 3))
                 blocked |= lifts[s] > 0.0
@@ -57,44 +59,51 @@ def over_the_top(space: Space, start: Floats, goal: Floats) -> Floats:
         if done:
             way = np.empty((count, 3))
             for k in range(count):
-                _place(start, goal, at[k], height[k], way[k])
+                _place(start, goal, side, at[k], height[k], way[k])
             return way
     return np.empty((0, 3))
 
 
 @kernel
-def _place(start: Floats, goal: Floats, share: float, height: float, p: Floats) -> None:
+def _place(start: Floats, goal: Floats, side: Floats, share: float, height: float, p: Floats) -> None:
     for axis in range(3):
-        p[axis] = start[axis] + share * (goal[axis] - start[axis])
-    p[2] += height
+        p[axis] = start[axis] + share * (goal[axis] - start[axis]) + height * side[axis]
 
 
 @kernel
-def _lift(space: Space, p: Floats) -> float:
-    """Return by how much a point must be lifted to be free, about; infinite where nothing above it is."""
+def _lift(space: Space, p: Floats, side: Floats) -> float:
+    """Return by how much a point must be moved to be free, about; infinite where nothing on that side is."""
     if point_free(space, p):
         return 0.0
-    q = p.copy()
-    step = 1e-3 * (space.high[2] - space.low[2])
-    inside, outside = 0.0, step
-    while True:
-        q[2] = min(p[2] + outside, space.high[2])
-        if point_free(space, q):
-            break
-        if q[2] == space.high[2]:
+    q = np.empty(3)
+    most, step = np.inf, 0.0
+    for axis in range(3):
+        if side[axis] != 0.0:
+            face = space.high[axis] if side[axis] > 0.0 else space.low[axis]
+            most = min(most, (face - p[axis]) / side[axis])
+            step += 1e-3 * abs(side[axis]) * (space.high[axis] - space.low[axis])
+    inside, outside = 0.0, min(step, most)
+    while not _free_at(space, p, side, outside, q):
+        if outside >= most:
             return np.inf
         inside = outside
         step *= 1.3
-        outside += step
-    outside = q[2] - p[2]
+        outside = min(outside + step, most)
     for _ in range(12):
         middle = 0.5 * (inside + outside)
-        q[2] = p[2] + middle
-        if point_free(space, q):
+        if _free_at(space, p, side, middle, q):
             outside = middle
         else:
             inside = middle
     return outside
+
+
+@kernel
+def _free_at(space: Space, p: Floats, side: Floats, far: float, q: Floats) -> bool:
+    """Tell whether the place so far from p is free; it is written into q."""
+    for axis in range(3):
+        q[axis] = p[axis] + far * side[axis]
+    return point_free(space, q)
 
 
 @kernel

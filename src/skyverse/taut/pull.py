@@ -215,3 +215,55 @@ def _off(way: Floats, i: int, far: float, before: float, after: float, p: Floats
     for axis in range(3):
         p[axis] = way[i, axis] + (way[i - 1, axis] - way[i, axis]) * (far / before)
         q[axis] = way[i, axis] + (way[i + 1, axis] - way[i, axis]) * (far / after)
+
+
+@kernel
+def slacken(space: Space, way: Floats) -> Floats:
+    """Return a free way with few bends for many: neighbours give way to one bend farther out, where that is free.
+
+    On a curved surface bends hold each other; fewer slide far.
+    """
+    apex = np.empty(3)
+    merged = True
+    while merged and len(way) > 3:
+        merged = False
+        looser = np.empty_like(way)
+        count, i = 0, 0
+        while i < len(way):
+            both = 0 < i < len(way) - 2 and _apex(looser[count - 1], way[i], way[i + 1], way[i + 2], apex)
+            if both and segment_free(space, looser[count - 1], apex) and segment_free(space, apex, way[i + 2]):
+                merged = True
+                i += 1
+            else:
+                for axis in range(3):
+                    apex[axis] = way[i, axis]
+            for axis in range(3):
+                looser[count, axis] = apex[axis]
+            count += 1
+            i += 1
+        way = looser[:count].copy()
+    return way
+
+
+@kernel
+def _apex(a: Floats, v: Floats, w: Floats, b: Floats, apex: Floats) -> bool:
+    """Write where the legs a-v and b-w, prolonged, come nearest to each other, a little farther out; tell if so."""
+    to_v, to_w = distance(a, v), distance(b, w)
+    if to_v == 0.0 or to_w == 0.0:
+        return False
+    along = from_v = from_w = 0.0
+    for axis in range(3):
+        p, q, gap = (v[axis] - a[axis]) / to_v, (w[axis] - b[axis]) / to_w, w[axis] - v[axis]
+        along += p * q
+        from_v += p * gap
+        from_w += q * gap
+    if along > 0.7 or along < -1.0 + 1e-9:  # they come back, or are one straight line
+        return False
+    s, t = (from_v - along * from_w) / (1.0 - along**2), (along * from_v - from_w) / (1.0 - along**2)
+    if s <= 0.0 or t <= 0.0:
+        return False
+    for axis in range(3):
+        p, q, middle = (v[axis] - a[axis]) / to_v, (w[axis] - b[axis]) / to_w, 0.5 * (v[axis] + w[axis])
+        meeting = 0.5 * (v[axis] + s * p + w[axis] + t * q)
+        apex[axis] = meeting + 0.02 * (meeting - middle)
+    return True

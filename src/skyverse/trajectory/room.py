@@ -10,7 +10,7 @@ import numpy as np
 
 from skyverse.result import Floats
 from skyverse.space.world import Space, World, point_free, segment_free
-from skyverse.taut.over import over_the_top
+from skyverse.taut.over import UP, past
 
 _TRIES = 6
 """How often legs that are still too near are drawn off farther."""
@@ -54,7 +54,7 @@ def with_room(world: World, path: Floats, room: float) -> Floats | None:
     rows = [whole[:1]]
     for k, (a, b) in enumerate(itertools.pairwise(whole)):
         if near[k]:
-            over = over_the_top(roomy, a, b) if point_free(roomy, a) and point_free(roomy, b) else whole[:0]
+            over = past(roomy, a, b, UP) if point_free(roomy, a) and point_free(roomy, b) else whole[:0]
             if not len(over):
                 return None
             rows.append(over[1:-1])
