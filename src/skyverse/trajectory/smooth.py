@@ -13,7 +13,6 @@ border them: a banded Cholesky factorisation, and a small dense Schur complement
 import math
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from skyverse.kernel import kernel
 from skyverse.result import Floats, Trajectory
@@ -25,6 +24,7 @@ from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.equations import FIXED, Task, assemble
 from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
 from skyverse.trajectory.newton import BAND, System, solve
+from skyverse.trajectory.pieces import pieces_of
 from skyverse.trajectory.room import with_room
 from skyverse.trajectory.spline import DEGREE, refine
 from skyverse.vehicle import UAV
@@ -87,11 +87,9 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
     points, spans, done = _through(boxes, path, limits, order)
     if not done:
         return None
-    knots = np.r_[0.0, np.cumsum(spans)]
-    spline = BSpline(np.r_[[0.0] * DEGREE, knots, [knots[-1]] * DEGREE], points, DEGREE)
-    rows = [spline(knots[:-1], nu=j) / math.factorial(j) for j in range(DEGREE + 1)]
-    rows[0] += origin
-    return Trajectory(knots, np.stack(rows, axis=1), "smooth")
+    knots, rows = pieces_of(points, spans)
+    rows[:, 0] += origin
+    return Trajectory(knots, rows, "smooth")
 
 
 def _corridor(world: World, path: Floats, close: bool) -> Floats:

@@ -1,0 +1,36 @@
+"""A quartic spline as polynomials, one a span."""
+
+import math
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from skyverse.result import Floats
+from skyverse.trajectory.spline import DEGREE, time_of
+
+STEADY = 1e-7
+"""Metres per second cubed by which rounding may let jerk jump at a knot."""
+
+
+def pieces_of(points: Floats, spans: Floats) -> tuple[Floats, Floats]:
+    """Return a spline's knots (S + 1,), and its pieces (S, 5, 3) by powers of the time since their knots.
+
+    Parameters
+    ----------
+    points
+        (S + 4, 3) control points.
+    spans
+        (S,) seconds.
+    """
+    knots = np.r_[0.0, np.cumsum(spans)]
+    lasting = np.diff(knots)[:, None]
+    spline = BSpline(np.r_[[0.0] * DEGREE, knots, [knots[-1]] * DEGREE], points, DEGREE)
+    rows = np.stack([spline(knots[:-1], nu=j) / math.factorial(j) for j in range(DEGREE + 1)], axis=1)
+    jumps = 6.0 * (rows[:-1, 3] + 4.0 * lasting[:-1] * rows[:-1, 4] - rows[1:, 3])
+    if np.any(np.abs(jumps) > STEADY):  # far off, in short spans: then both sides of a knot share one rounded jerk
+        jerk = points
+        for k in range(1, DEGREE):
+            times = np.array([time_of(spans, i - DEGREE + k, i) for i in range(len(jerk) - 1)])
+            jerk = (DEGREE + 1 - k) * np.diff(jerk, axis=0) / times[:, None]
+        rows[:, 3], rows[:, 4] = jerk[:-1] / 6.0, np.diff(jerk, axis=0) / lasting / 24.0
+    return knots, rows
