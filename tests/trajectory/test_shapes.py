@@ -172,7 +172,7 @@ def test_an_aeroplane_flies_around_a_pillar_and_over_a_ridge():
 
 
 def test_one_that_hovers_in_an_alley_between_turned_buildings_is_flown_around():
-    alley = (block(50, 12, 14, 0.3, 40), block(50, 48, 12, 0.5, 40))
-    ways = [((5, 30, 10), (95, 30, 10)), ((20, 30, 10), (20, 30, 10))]
+    alley = (block(50, 8, 14, 0.3, 40), block(50, 52, 12, 0.5, 40))
+    ways = [((5, 30, 10), (95, 30, 10)), ((50, 30, 10), (50, 30, 10))]
     mission = planned(fly(*alley, ways=ways))
     assert {action.kind for action in mission.deconfliction.actions} == {"detour"}

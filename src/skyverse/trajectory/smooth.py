@@ -19,7 +19,6 @@ from skyverse.result import Floats, Trajectory
 from skyverse.space.box import Ints
 from skyverse.space.world import World
 from skyverse.taut.among import beyond_boxes
-from skyverse.trajectory.corridor import MOST as MOST_BOXES
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.equations import FIXED, Task, assemble
 from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
@@ -44,7 +43,9 @@ NEAR = 0.005
 ROOMS = (2.0, 0.5, 8.0, 25.0, 0.1)
 """Metres by which a path is drawn off such shapes, one after the other, until its corridor has few boxes."""
 MANY = 40
-"""So many are few."""
+"""So many are few ..."""
+TOO_MANY = 120
+"""... and more than so many take seconds: then it stops at bends instead."""
 SPANS = 6
 """Of a box at first."""
 FINE = 0.08
@@ -99,7 +100,7 @@ def _corridor(world: World, path: Floats, close: bool) -> Floats:
     near = max(CLOSE, NEAR * float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()))
     size = (near, near) if close else (REACH, math.inf)
     ways = [path, *(with_room(world, path, room) for room in ROOMS if not close or room <= near)]
-    for most in (MANY, MOST_BOXES):
+    for most in (MANY, TOO_MANY):
         for way in ways:
             boxes = path[:0] if way is None else grow_corridor(world.space, way, *size, most)
             if len(boxes):
