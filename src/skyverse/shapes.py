@@ -149,6 +149,12 @@ class Prism(Upright):
         self._sound = (self.vertices, self.holes)
         return self
 
+    def __eq__(self, other: object) -> bool:  # whether it was looked at is no part of it
+        return self.__dict__ == other.__dict__ if type(self) is type(other) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((self.vertices, self.holes, self.low, self.high))
+
 
 def _edges_that_meet(rings: list[NDArray[np.float64]]) -> tuple[tuple[int, int], tuple[int, int]] | None:
     """Return two edges of outlines (n, 2), each as ring and number, that meet, or ``None``.

@@ -129,10 +129,23 @@ def shut_prisms(scenario: Scenario) -> Prisms:
     edges = np.array([len(shape.vertices) + sum(map(len, shape.holes)) for _, shape in some], dtype=np.intp)
     first = np.cumsum(edges) - edges
     low, high = (np.array([getattr(shape, side) for _, shape in some], dtype=np.float64) for side in ("low", "high"))
-    wide = np.maximum.reduceat(p, first) - np.minimum.reduceat(p, first) if some else np.zeros((0, 2))
-    narrow = wide.min(axis=1) + 2 * scenario.clearance
-    shut = scenario.clearance - np.minimum(TOLERANCE, narrow / 4)
+    # A wall thinner than the tolerance is still a wall: only a part of its thickness, area by length, is forgiven.
+    thin = np.array([_thickness(shape) for _, shape in some], dtype=np.float64)
+    shut = scenario.clearance - np.minimum(TOLERANCE, (thin + 2 * scenario.clearance) / 4)
     grown_low, grown_high = low - scenario.clearance, high + scenario.clearance
     flat = np.minimum(TOLERANCE, (grown_high - grown_low) / 4)
     number = np.array([k for k, _ in some], dtype=np.intp)
     return Prisms(p, p[following], first, edges, low, high, shut, grown_low + flat, grown_high - flat, number)
+
+
+def _thickness(prism: Prism) -> float:
+    """Return twice the area of a prism's polygon by the length of its edges, metres."""
+    area = length = 0.0
+    for k, ring in enumerate((prism.vertices, *prism.holes)):
+        corners = np.array(ring)
+        corners = corners - corners[0]
+        ahead = np.roll(corners, -1, axis=0)
+        part = abs(float(np.sum(corners[:, 0] * ahead[:, 1] - corners[:, 1] * ahead[:, 0]))) / 2
+        area += -part if k else part
+        length += float(np.linalg.norm(ahead - corners, axis=1).sum())
+    return max(2 * area / length, 0.0)
