@@ -120,8 +120,6 @@ def test_limits_are_read_as_their_schema_means_them(read, fields, low, high):
         ({"upper": True, "reference": "AGL"}, ("'upper'", "True")),
         ({"upper": 10, "lower": 20, "reference": "AGL"}, ("below the upper",)),
         ({"upper": 10, "ceiling": 20, "reference": "AGL"}, ("'upper'", "'ceiling'")),
-        ({"risk": 0}, ("'risk'",)),
-        ({"risk": "much"}, ("'risk'",)),
     ],
 )
 def test_what_could_be_either_is_refused_with_file_feature_and_field(read, fields, words):
@@ -134,8 +132,15 @@ def test_the_user_decides_what_bare_altitudes_are_counted_from(read):
     assert read(document, altitudes="amsl")[0].high == AboveSea(120.0)
 
 
-def test_a_zone_with_a_risk_may_be_flown_through(read):
-    assert read(collection(feature(risk=0.3, **ZONE)))[0].risk == 0.3
+def test_a_field_of_risk_opens_no_zone_unless_the_user_does(read):
+    document, told = collection(feature(risk=0.3, **ZONE), feature()), []
+    assert [zone.risk for zone in read(document, tell=told.append)] == [None, None]
+    assert len(told) == 1
+    assert "zones.geojson: 1 with a field 'risk' must not be entered" in told[0]
+    assert [zone.risk for zone in read(document, risk=0.5, tell=told.append)] == [0.3, 0.5]
+    for wrong in ("much", 0, True):
+        refused(read, collection(feature(risk=wrong, **ZONE)), "'risk': expected a number", risk=0.5)
+    assert len(told) == 1
 
 
 def test_buildings_stand_on_the_ground_and_need_a_height(read):

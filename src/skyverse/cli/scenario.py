@@ -42,7 +42,7 @@ def build(
     area: Annotated[str | None, Parameter(group=room, allow_leading_hyphen=True)] = None,
     margin: Metres = None,
     origin: Annotated[str | None, Parameter(group=room, allow_leading_hyphen=True)] = None,
-    geoid: Annotated[float, Parameter(group=room)] = 0.0,
+    geoid: Annotated[float | None, Parameter(group=room)] = None,
     ground: Annotated[str | None, Parameter(group=room, allow_leading_hyphen=True)] = None,
     ceiling: Annotated[str | None, Parameter(group=room)] = None,
     clearance: Annotated[float, Parameter(group=room)] = 2.0,
@@ -88,7 +88,8 @@ def build(
     zones
         A file of zones that must not be entered; repeat for more.
     soft_zones
-        FILE=RISK: zones that may be flown through, and the risk of a metre inside; repeat for more.
+        FILE=RISK: zones that may be flown through, and the risk of a metre inside, unless a field `risk` says it;
+        repeat for more.
     uav
         Where a UAV starts: latitude,longitude,altitude, with a name as in `alpha=46.81,9.85,60 m agl`; repeat.
     target
@@ -102,7 +103,7 @@ def build(
     origin
         latitude,longitude,altitude (amsl) of the frame's zero; the middle at its lowest ground when left out.
     geoid
-        How far mean sea level lies above the WGS84 ellipsoid, metres.
+        How far mean sea level lies above the WGS84 ellipsoid, metres; some exports need it.
     ground
         Without a terrain: level ground at this altitude, as in `0 m amsl`.
     ceiling
@@ -255,7 +256,7 @@ def _places(option: str, kind: str, texts: list[str]) -> "dict[str, Place]":
     return places
 
 
-def _origin(text: str | None, geoid: float) -> Any:
+def _origin(text: str | None, geoid: float | None) -> Any:
     from skyverse.maps.places import named
     from skyverse.scenario import Origin
 

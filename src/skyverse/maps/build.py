@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -91,7 +91,7 @@ def build_scenario(
     tolerance: float = 0.5,
     reading: Mapping[str, Any] | None = None,
     licences: Mapping[str, str] | None = None,
-    geoid: float = 0.0,
+    geoid: float | None = None,
     on_note: Callable[[Note], object] = _silent,
 ) -> Scenario:
     """Build a scenario of maps.
@@ -107,7 +107,7 @@ def build_scenario(
     buildings, zones
         Files of what must not be entered: GeoJSON, KML, Shapefile, GeoPackage, CityJSON, OpenStreetMap.
     soft_zones
-        Files of what may be flown through, and the risk of a metre flown inside.
+        Files of what may be flown through, and the risk of a metre flown inside, where no field ``risk`` says it.
     uavs, targets
         Latitude, longitude (WGS84 degrees) and altitude of each, in order or by name. A UAV's home is the ground
         below its start.
@@ -144,7 +144,7 @@ def build_scenario(
     licences
         By file, where a file does not say its licence itself.
     geoid
-        How far mean sea level lies above the WGS84 ellipsoid there, metres.
+        How far mean sea level lies above the WGS84 ellipsoid there, metres, where it is known.
     on_note
         Called with each thing done, as it is done.
 
@@ -245,19 +245,19 @@ def _read(
         if risk is not None and not (math.isfinite(risk) and risk > 0):
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
         told: list[str] = []
-        found = read_features(path, kind=kind, tell=told.append, **reading)
+        found = read_features(path, kind=kind, risk=risk, tell=told.append, **reading)
         for sentence in told[:MOST_TOLD]:
             on_note(Note(path, sentence.removeprefix(f"{path}: ")))
         if len(told) > MOST_TOLD:
             on_note(Note(path, f"and {len(told) - MOST_TOLD} more like these"))
-        read.append((path, found if risk is None else [replace(feature, risk=risk) for feature in found]))
+        read.append((path, found))
     return read
 
 
 MOST_TOLD = 5
 
 
-def _origin(area: Area | None, places: list[Place], files: list[Opened], read: Read, geoid: float) -> Origin:
+def _origin(area: Area | None, places: list[Place], files: list[Opened], read: Read, geoid: float | None) -> Origin:
     """Return the middle of what is asked for, at sea level."""
     if area is not None:
         latitude, longitude = area.middle

@@ -1,8 +1,9 @@
 """What the user decides where a file of buildings or zones leaves it open."""
 
 import math
+from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from skyverse.errors import InputError
@@ -33,8 +34,12 @@ class Choices:
         The coordinates of a file that does not say, such as ``"EPSG:2056"``.
     lod
         The level of detail taken from CityJSON; ``None`` for each building's highest.
+    risk
+        Of a metre inside, where a feature has no field that says it; ``None`` for what must not be entered.
     tell
         Is called with a sentence for all that was repaired or left out.
+    tally
+        What is told once for all of a file, and of how many features it is true.
     """
 
     kind: str | None = None
@@ -44,11 +49,15 @@ class Choices:
     buffer: float | None = None
     crs: str | None = None
     lod: str | None = None
+    risk: float | None = None
     tell: Callable[[str], object] = _silent
+    tally: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
         if self.altitudes not in (None, "agl", "amsl"):
-            raise InputError(f"altitudes: expected agl (the ground) or amsl (mean sea level), found {self.altitudes!r}")
-        for name, value in (("height", self.height), ("buffer", self.buffer)):
+            raise InputError(
+                f"--altitudes: expected agl (ground) or amsl (mean sea level), found {self.altitudes!r}"
+            )
+        for name, value in (("--building-height", self.height), ("--buffer", self.buffer)):
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name}: expected metres above zero, found {value}")

@@ -91,7 +91,8 @@ def _features(
         low, high = building(Properties(attributes), where, choices)
     for part in polygons(footprint, where, choices.tell, lenient=True):
         holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
-        yield Feature(np.array(part.exterior.coords)[:-1], holes, low, high, choices.kind or "building", name, where)
+        outline = np.array(part.exterior.coords)[:-1]
+        yield Feature(outline, holes, low, high, choices.kind or "building", name, where, choices.risk)
 
 
 def _shown(value: object) -> str:

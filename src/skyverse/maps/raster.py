@@ -277,7 +277,7 @@ def tiles(opened: Opened, origin: Origin, region: Rectangle, step: float) -> lis
         block = _block((right - left) * (bottom - top), pitch, step)
         heights = _read(opened, left, top, right - left, bottom - top, block)
         if opened.ellipsoidal:
-            heights -= origin.geoid
+            heights -= origin.geoid or 0.0
         found.append(Tile(heights, (left, top), block, to_metres, to_pixel))
     return found
 

@@ -86,7 +86,7 @@ def _of(record: Record, geometry: BaseGeometry, choices: Choices) -> Iterator[Fe
     )
     low, high = _ends(record, geometry, properties, kind, choices)
     name = _name(properties)
-    risk = _risk(properties, where)
+    risk = _risk(properties, where, choices)
     for part in (densified(part, EDGE) for part in parts):
         outline = np.array(part.exterior.coords)[:-1, :2]
         holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
@@ -116,9 +116,12 @@ def _name(properties: Properties) -> str | None:
     return properties.text("title", "identifier", "ident", "id")
 
 
-def _risk(properties: Properties, where: str) -> float | None:
+def _risk(properties: Properties, where: str, choices: Choices) -> float | None:
     value = properties.get("risk")
     if value is None:
+        return choices.risk
+    if choices.risk is None:
+        choices.tally["with a field 'risk' must not be entered all the same; --soft-zones lets them be"] += 1
         return None
     try:
         risk = float(value) if isinstance(value, str) else value

@@ -28,6 +28,7 @@ def read_features(
     buffer: float | None = None,
     crs: str | None = None,
     lod: str | None = None,
+    risk: float | None = None,
     tell: Callable[[str], object] = _silent,
 ) -> list[Feature]:
     """Read the buildings or zones of a file, told by its suffix (one of `SUFFIXES`).
@@ -51,6 +52,9 @@ def read_features(
         The coordinates of a file that does not say, such as ``"EPSG:2056"``.
     lod
         The level of detail taken from CityJSON, such as ``"1"``; ``None`` for each building's highest.
+    risk
+        Of a metre inside, where a feature's field ``risk`` does not say it; ``None`` for what must not be entered,
+        whatever such a field says.
     tell
         Is called with a sentence for all that was repaired or left out.
 
@@ -65,7 +69,8 @@ def read_features(
         If the file, or one of its features, cannot be used; the message says which and why.
     """
     path = Path(path)
-    choices = Choices(kind, altitudes, height, height_field, buffer, crs, lod, tell)
+    told: list[str] = []
+    choices = Choices(kind, altitudes, height, height_field, buffer, crs, lod, risk, told.append)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(f"{path}: expected a file of buildings or zones ({', '.join(SUFFIXES)}), found {suffix!r}")
@@ -77,9 +82,12 @@ def read_features(
     try:
         with warnings.catch_warnings():  # shapely's, of numbers that are refused later
             warnings.simplefilter("ignore", RuntimeWarning)
-            return _read(path, suffix, choices)
+            found = _read(path, suffix, choices)
     except (shapely.errors.ShapelyError, RecursionError, MemoryError) as error:
         raise InputError(f"{path}: its geometries cannot be used: {error}") from None
+    for sentence in (*(f"{path}: {number:,} {what}" for what, number in choices.tally.items()), *told):
+        tell(sentence)
+    return found
 
 
 def _read(path: Path, suffix: str, choices: Choices) -> list[Feature]:
