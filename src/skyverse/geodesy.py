@@ -20,13 +20,15 @@ E2 = F * (2 - F)
 def to_local(origin: Origin, places: ArrayLike) -> Floats:
     """Return (n, 3) local east, north, up of (n, 3) latitude, longitude (degrees), altitude above mean sea level."""
     rows = _rows(places)
-    moved: Floats = (_geocentric(rows, origin.geoid) - _geocentric(_place(origin), origin.geoid)) @ _axes(origin).T
+    geoid = origin.geoid or 0.0
+    moved: Floats = (_geocentric(rows, geoid) - _geocentric(_place(origin), geoid)) @ _axes(origin).T
     return moved
 
 
 def to_wgs84(origin: Origin, points: ArrayLike) -> Floats:
     """Return (n, 3) latitude, longitude (degrees), altitude above mean sea level of (n, 3) local metres."""
-    return _geodetic(_geocentric(_place(origin), origin.geoid) + _rows(points) @ _axes(origin), origin.geoid)
+    geoid = origin.geoid or 0.0
+    return _geodetic(_geocentric(_place(origin), geoid) + _rows(points) @ _axes(origin), geoid)
 
 
 def _rows(values: ArrayLike) -> Floats:

@@ -143,13 +143,14 @@ class Origin(Model):
     altitude
         Metres above mean sea level.
     geoid
-        How far mean sea level lies above the WGS84 ellipsoid there, metres.
+        How far mean sea level lies above the WGS84 ellipsoid there, metres; where it is not known, heights above the
+        ellipsoid cannot be written, and places are counted as if it were 0.
     """
 
     latitude: Annotated[Number, Field(ge=-90, le=90)]
     longitude: Annotated[Number, Field(ge=-180, le=180)]
     altitude: Number
-    geoid: Number = 0.0
+    geoid: Number | None = None
 
 
 class Frame(Model):

@@ -62,7 +62,9 @@ def random_mission(seed, terrain=False):
     """One to three UAVs anywhere on the globe but near the poles; straight or bent flights, some of which wait."""
     rng = np.random.default_rng(seed)
     longitude = float(rng.choice([rng.uniform(-180, 180), 180.0, -179.9999, 0.0]))
-    origin = Origin(latitude=float(rng.uniform(-75, 75)), longitude=longitude, altitude=float(rng.uniform(-100, 3000)))
+    origin = Origin(
+        latitude=float(rng.uniform(-75, 75)), longitude=longitude, altitude=float(rng.uniform(-100, 3000)), geoid=0.0
+    )
     flights = []
     for _ in range(int(rng.integers(1, 4))):
         points = rng.uniform([-250, -250, 60], [250, 250, 120], (int(rng.integers(2, 6)), 3))

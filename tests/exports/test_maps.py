@@ -158,3 +158,46 @@ def test_heights_above_the_ellipsoid_count_the_geoid(tmp_path):
     path = json.loads(file.read_text())["features"][0]
     assert path["geometry"]["coordinates"][0][2] == pytest.approx(1602.5, abs=1e-3)
     assert path["properties"]["altitudes"][0] == pytest.approx(1550, abs=1e-3)
+
+
+@pytest.mark.parametrize("suffix", [".geojson", ".wpml.kmz"])
+def test_heights_above_the_ellipsoid_are_refused_where_the_geoid_is_not_known(tmp_path, suffix):
+    flight = [handmade.along([(0, 0, 50), (100, 0, 50)], 20)]
+    mission = handmade.mission(flight, origin=Origin(latitude=46.8, longitude=9.8, altitude=1500))
+    with pytest.raises(sky.InputError, match=r"above the WGS84 ellipsoid.* give --geoid METRES"):
+        sky.export(mission, tmp_path / f"m{suffix}")
+    assert not list(tmp_path.iterdir())
+    sky.export(mission, tmp_path / f"m{suffix}", origin=Origin(latitude=46.8, longitude=9.8, altitude=1500, geoid=52))
+
+
+def test_a_known_geoid_is_kept_for_another_origin_nearby_only(tmp_path):
+    flight = [handmade.along([(0, 0, 50), (100, 0, 50)], 20)]
+    mission = handmade.mission(flight, origin=Origin(latitude=46.8, longitude=9.8, altitude=1500, geoid=52.5))
+    (file,) = sky.export(mission, tmp_path / "m.geojson", origin=Origin(latitude=46.81, longitude=9.8, altitude=1600))
+    assert "1702.5" in file.read_text()
+    with pytest.raises(sky.InputError, match="--geoid"):
+        sky.export(mission, tmp_path / "m.geojson", origin=Origin(latitude=40, longitude=9.8, altitude=1600))
+
+
+def test_waylines_above_the_sea_are_written_above_the_ellipsoid(tmp_path):
+    flight = [handmade.along([(0, 0, 50), (100, 0, 50)], 20)]
+    mission = handmade.mission(flight, origin=Origin(latitude=46.8, longitude=9.8, altitude=1500, geoid=52.5))
+    (file,) = sky.export(mission, tmp_path / "m.wpml.kmz")
+    with zipfile.ZipFile(file) as archive:
+        assert b"<wpml:executeHeight>1602.5</wpml:executeHeight>" in archive.read("wpmz/waylines.wpml")
+
+
+def test_the_command_line_takes_an_origin_with_its_frame_and_a_geoid(tmp_path):
+    from skyverse.cli.export import _origin, export
+
+    mission = handmade.mission([handmade.along([(0, 0, 50), (100, 0, 50)], 20)])
+    sky.write(mission, tmp_path / "m.json")
+    assert _origin("47.39,8.54,410 m amsl") == Origin(latitude=47.39, longitude=8.54, altitude=410)
+    for text in ("47.39,8.54,410", "47.39,8.54,410 m agl", "47.39,8.54", "470,8,4 amsl"):
+        with pytest.raises(sky.InputError, match="--origin: expected latitude,longitude,altitude above mean sea level"):
+            _origin(text)
+    out = tmp_path / "m.geojson"
+    with pytest.raises(sky.InputError, match="--geoid METRES"):
+        export(str(tmp_path / "m.json"), out, origin="47.39,8.54,410 m amsl")
+    export(str(tmp_path / "m.json"), out, origin="47.39,8.54,410 m amsl", geoid=48.0)
+    assert "508.0" in out.read_text()

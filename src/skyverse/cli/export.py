@@ -18,6 +18,7 @@ def export(
     *,
     altitude: Literal["amsl", "home", "ground"] = "amsl",
     origin: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    geoid: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
     rate: float | None = None,
     radius: float = 2.0,
     takeoff: float = 3.0,
@@ -30,7 +31,7 @@ def export(
     .trajectory.json, .trajectory.yaml. Skybrush .skybrush.zip. Waypoints .waypoints.csv and sampled trajectories .csv.
 
     Examples: `skyverse export out/city.json city.plan`, `skyverse export out/map1.json map1.csv --rate 50`,
-    `skyverse export out/map1.json map1.kmz --origin 47.39,8.54,410`
+    `skyverse export out/map1.json map1.kmz --origin "47.39,8.54,410 m amsl"`
 
     Parameters
     ----------
@@ -41,7 +42,9 @@ def export(
     altitude
         What altitudes are counted from: mean sea level, the ground below the UAV's start, or the ground below the UAV.
     origin
-        Where the scenario's zero lies: latitude,longitude,altitude in degrees and metres above mean sea level.
+        Where the scenario's zero lies: latitude,longitude,altitude (amsl), as in `47.39,8.54,410 m amsl`.
+    geoid
+        How far mean sea level lies above the WGS84 ellipsoid there, metres; .geojson and .wpml.kmz (amsl) need it.
     rate
         Samples a second in what is sampled.
     radius
@@ -54,7 +57,9 @@ def export(
     import skyverse as sky
 
     read = sky.read_mission(mission)
-    at = None if origin is None else _origin(origin)
+    at = read.scenario.frame.origin if origin is None else _origin(origin)
+    if at is not None and geoid is not None:
+        at = _with_geoid(at, geoid)
     for path in sky.export(
         read, output, altitude=altitude, origin=at, rate=rate, radius=radius, takeoff=takeoff, end=end
     ):
@@ -64,13 +69,23 @@ def export(
 def _origin(text: str) -> "Origin":
     from pydantic import ValidationError
 
+    from skyverse.altitude import AboveSea, parse_altitude
     from skyverse.scenario import Origin
 
     try:
-        latitude, longitude, altitude = (float(word) for word in text.split(","))
-        return Origin(latitude=latitude, longitude=longitude, altitude=altitude)
+        latitude, longitude, written = text.split(",", 2)
+        altitude = parse_altitude(written)
+        if not isinstance(altitude, AboveSea):
+            raise ValueError
+        return Origin(latitude=float(latitude), longitude=float(longitude), altitude=altitude.metres)
     except (ValueError, ValidationError):
         raise InputError(
-            f"--origin: expected latitude,longitude,altitude in degrees and metres, as in 47.39,8.54,410, "
+            "--origin: expected latitude,longitude,altitude above mean sea level, as in '47.39,8.54,410 m amsl', "
             f"found {text!r}"
         ) from None
+
+
+def _with_geoid(origin: "Origin", metres: float) -> "Origin":
+    if not -150 <= metres <= 150:
+        raise InputError(f"--geoid: expected metres from -150 to 150, found {metres:g}")
+    return origin.model_copy(update={"geoid": metres})

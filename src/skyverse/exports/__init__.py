@@ -75,7 +75,8 @@ def export(
         What altitudes are counted from: mean sea level; home, which is the ground below the UAV's start, or the start
         itself where there is no terrain; or the ground below, which needs a terrain.
     origin
-        Where the scenario's zero lies, in place of its own.
+        Where the scenario's zero lies, in place of its own. Its geoid is needed for ``.geojson``, and for ``.wpml.kmz``
+        above the sea; it is the scenario's where it says none and is near.
     rate
         Samples a second of what is sampled; 20 in ``.csv``, 4 in light shows, 10 in others when left out.
     radius
@@ -137,7 +138,7 @@ def export(
             _write_zip(path, {"doc.kml": text})
             return [path]
     elif suffix == ".geojson":
-        text = geojson_text(scenario, flights)
+        text = geojson_text(scenario, flights, str(path))
     elif suffix == ".gpx":
         text = gpx_text(scenario, flights)
     else:

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from skyverse.exports.outlines import outlines
-from skyverse.exports.places import Floats, origin_of, places
+from skyverse.exports.places import Floats, geoid_of, places
 from skyverse.exports.samples import Sampled
 from skyverse.scenario import Scenario
 
 
-def geojson_text(scenario: Scenario, flights: list[Sampled]) -> str:
+def geojson_text(scenario: Scenario, flights: list[Sampled], what: str = "GeoJSON") -> str:
     """Return a ``.geojson`` text. Heights are above the ellipsoid, as the standard wants them."""
-    geoid = origin_of(scenario).geoid
+    geoid = geoid_of(scenario, what)
     features = []
     for flight in flights:
         at = places(scenario, flight.uav, flight.position, "amsl")

@@ -39,10 +39,22 @@ class Places(NamedTuple):
     kind: type[Altitude]
 
 
+NEAR = 0.2
+"""Degrees within which a known geoid holds for another origin, to half a metre or so."""
+
+
 def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
-    """Return the mission's scenario with an origin, or refuse to write `what` without one."""
+    """Return the mission's scenario with an origin, or refuse to write `what` without one.
+
+    A known geoid is kept where the new origin is near the old one and does not say its own.
+    """
     scenario = mission.scenario
     if origin is not None:
+        known = scenario.frame.origin
+        if origin.geoid is None and known is not None:
+            turn = (origin.longitude - known.longitude + 180) % 360 - 180
+            if max(abs(turn), abs(origin.latitude - known.latitude)) <= NEAR:
+                origin = origin.model_copy(update={"geoid": known.geoid})
         return scenario.model_copy(update={"frame": Frame(origin=origin)})
     if scenario.frame.origin is None:
         raise InputError(
@@ -56,6 +68,17 @@ def origin_of(scenario: Scenario) -> Origin:
     """Return where the zero lies, once `with_origin` has seen to it."""
     assert scenario.frame.origin is not None
     return scenario.frame.origin
+
+
+def geoid_of(scenario: Scenario, what: str) -> float:
+    """Return how far mean sea level lies above the ellipsoid, or refuse to write `what` where it is not known."""
+    geoid = origin_of(scenario).geoid
+    if geoid is None:
+        raise InputError(
+            f"{what}: its heights are above the WGS84 ellipsoid, and scenario {scenario.name!r} does not say how far "
+            "mean sea level lies above that; give --geoid METRES (52 in Davos), or frame.origin.geoid in its file"
+        )
+    return geoid
 
 
 def require_kind(scenario: Scenario, above: str, allowed: tuple[Above, ...], what: str) -> None:

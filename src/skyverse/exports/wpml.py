@@ -6,7 +6,7 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.exports.kml import KML, printable
-from skyverse.exports.places import Above, origin_of, places
+from skyverse.exports.places import Above, geoid_of, origin_of, places
 from skyverse.exports.route import Route
 from skyverse.scenario import Scenario
 
@@ -23,6 +23,8 @@ DRONE, PAYLOAD = ("77", "0"), ("66", "0")
 def wpml_parts(scenario: Scenario, route: Route, above: Above, end: str) -> dict[str, str]:
     """Return the files in the archive."""
     vehicle = scenario.uavs[route.uav]
+    if above == "amsl":
+        geoid_of(scenario, "DJI's waylines, above the sea")
     if vehicle.fixed_wing is not None:
         raise InputError(f"{vehicle.name}: DJI's waylines are for multirotors, and it is an aeroplane")
     return {
@@ -62,7 +64,8 @@ def _template(scenario: Scenario, route: Route, above: Above, end: str) -> str:
     heading = ET.SubElement(folder, "wpml:globalWaypointHeadingParam")
     _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
     _add(folder, globalWaypointTurnMode=STOPS, globalUseStraightLine="1")
-    above_ellipsoid = at.sea + origin_of(scenario).geoid
+    geoid = origin_of(scenario).geoid
+    above_ellipsoid = at.altitude if geoid is None else at.sea + geoid  # not read where heights are not above the sea
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, ellipsoidHeight=_number(float(above_ellipsoid[k])), height=_number(float(at.altitude[k])))
@@ -79,7 +82,7 @@ def _waylines(scenario: Scenario, route: Route, above: Above, end: str) -> str:
     _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[above], waylineId="0")
     _add(folder, autoFlightSpeed=_number(max(speeds)))
     at = places(scenario, route.uav, route.points, above)
-    heights = at.altitude + (origin_of(scenario).geoid if above == "amsl" else 0.0)
+    heights = at.altitude + (geoid_of(scenario, "waylines") if above == "amsl" else 0.0)
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, executeHeight=_number(float(heights[k])), waypointSpeed=_number(speed))
