@@ -76,9 +76,9 @@ def pixels(path, origin, crs, unit=1.0):
     proj = pyproj.Transformer.from_pipeline(
         "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84 "
         f"+step +proj=topocentric +ellps=WGS84 +lat_0={origin.latitude!r} +lon_0={origin.longitude!r} "
-        f"+h_0={origin.altitude + origin.geoid!r}"
+        f"+h_0={origin.altitude + (origin.geoid or 0.0)!r}"
     )
-    return np.column_stack(proj.transform(lon, lat, heights.ravel() + origin.geoid))
+    return np.column_stack(proj.transform(lon, lat, heights.ravel() + (origin.geoid or 0.0)))
 
 
 def above(terrain, points):
@@ -253,6 +253,24 @@ def test_ellipsoidal_heights_lose_the_geoid(tmp_path):
     assert ground_below(terrain, np.zeros(1), np.zeros(1)) == pytest.approx(50, abs=0.01)
 
 
+def test_ellipsoidal_heights_without_a_geoid_are_refused(tmp_path):
+    transform = around(DAVOS, "EPSG:4326", 1 / 3600, 60)
+    path = written(tmp_path / "a.tif", np.full((60, 60), 1600.0), "EPSG:4979", transform)
+    unknown = DAVOS.model_copy(update={"geoid": None})
+    with pytest.raises(InputError, match=r"a\.tif: its heights are counted from the ellipsoid; --geoid METRES"):
+        read_terrain([Raster(path)], unknown, REGION)
+    level = DAVOS.model_copy(update={"geoid": 0.0})
+    assert read_terrain([Raster(path)], level, REGION)[0].heights.max() < 101
+
+
+def test_depths_are_no_heights(tmp_path):
+    path = square(tmp_path / "a.tif", np.full((60, 60), 50.0))
+    with rasterio.open(path, "r+") as file:
+        file.crs = rasterio.crs.CRS.from_user_input("EPSG:32632+5715")
+    with pytest.raises(InputError, match=r"a\.tif: expected heights, but .*depth.* counts downwards"):
+        read_terrain([Raster(path)], DAVOS, REGION)
+
+
 def test_of_several_bands_one_must_be_chosen(tmp_path):
     both = np.stack([np.full((60, 60), 1500.0), np.full((60, 60), 1700.0)])
     path = written(tmp_path / "a.tif", both, "EPSG:32632", around(DAVOS, "EPSG:32632", 20.0, 60))
@@ -285,6 +303,15 @@ def test_a_single_pixel_without_data_between_far_nodes_is_seen(tmp_path):
     path = square(tmp_path / "a.tif", heights)
     with pytest.raises(InputError, match="has no data"):
         read_terrain([Raster(path)], DAVOS, REGION, step=100.0)
+
+
+def test_a_pixel_without_data_raises_no_ground_below_the_sea(tmp_path):
+    heights = np.full((60, 60), -430.0)
+    heights[33, 22] = np.nan
+    shore = DAVOS.model_copy(update={"altitude": -430.0})
+    terrain, told = read_terrain([Raster(square(tmp_path / "a.tif", heights))], shore, REGION, fill="nearest")
+    assert told.filled > 0
+    assert terrain.heights.max() < 0.1
 
 
 def test_what_looks_like_no_data_or_a_wrong_unit_is_refused(tmp_path):

@@ -55,9 +55,7 @@ class Choices:
 
     def __post_init__(self) -> None:
         if self.altitudes not in (None, "agl", "amsl"):
-            raise InputError(
-                f"--altitudes: expected agl (ground) or amsl (mean sea level), found {self.altitudes!r}"
-            )
+            raise InputError(f"--altitudes: expected agl (ground) or amsl (mean sea level), found {self.altitudes!r}")
         for name, value in (("--building-height", self.height), ("--buffer", self.buffer)):
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name}: expected metres above zero, found {value}")

@@ -76,8 +76,7 @@ class Opened:
         self.path, self.data = str(raster.path), data
         self.nodata = raster.nodata
         self.band = self._which(raster.band)
-        self.crs, metres = self._where(raster.crs)
-        self.ellipsoidal = len(self.crs.axis_info) == 3
+        self.crs, metres, self.ellipsoidal = self._where(raster.crs)
         said = raster.unit if raster.unit is not None else (data.units[self.band - 1] or "")
         if said.strip().lower() not in _SPELT:
             raise InputError(f"{self.path}: its heights are in {said!r}, not metres or feet; say which (m, ft, us-ft)")
@@ -101,8 +100,8 @@ class Opened:
             raise InputError(f"{self.path}: band {chosen} holds complex numbers, not heights")
         return chosen
 
-    def _where(self, given: str | None) -> tuple["CRS", float | None]:
-        """Return the coordinates, and how many metres a vertical unit has, where they say."""
+    def _where(self, given: str | None) -> tuple["CRS", float | None, bool]:
+        """Return the coordinates, how many metres a vertical unit has, if known, and if heights are ellipsoidal."""
         _, pyproj = tools()
         own = self.data.crs
         if own is None and given is None:
@@ -112,15 +111,17 @@ class Opened:
         except pyproj.exceptions.CRSError:
             shown = given if own is None else own.to_wkt()
             raise InputError(f"{self.path}: expected a coordinate system, found {shown!r:.60}") from None
-        metres = None
+        upward = crs.axis_info[2] if len(crs.axis_info) == 3 else None
+        ellipsoidal = upward is not None
+        whole = crs
         if crs.is_compound:
-            crs, vertical = crs.sub_crs_list[0], crs.sub_crs_list[1]
-            metres = vertical.axis_info[0].unit_conversion_factor
-        elif len(crs.axis_info) == 3:
-            metres = crs.axis_info[2].unit_conversion_factor
+            crs = whole.sub_crs_list[0]
+            ellipsoidal = len(crs.axis_info) == 3 or "ellipsoid" in whole.sub_crs_list[1].name.lower()
+        if upward is not None and upward.direction == "down":
+            raise InputError(f"{self.path}: expected heights, but {whole.name!r} counts downwards")
         if not (crs.is_geographic or crs.is_projected):
             raise InputError(f"{self.path}: its coordinate system, {crs.name!r}, does not lie on Earth")
-        return crs, metres
+        return crs, None if upward is None else upward.unit_conversion_factor, ellipsoidal
 
     @property
     def name(self) -> str:
@@ -277,7 +278,12 @@ def tiles(opened: Opened, origin: Origin, region: Rectangle, step: float) -> lis
         block = _block((right - left) * (bottom - top), pitch, step)
         heights = _read(opened, left, top, right - left, bottom - top, block)
         if opened.ellipsoidal:
-            heights -= origin.geoid or 0.0
+            if origin.geoid is None:
+                raise InputError(
+                    f"{opened.path}: its heights are counted from the ellipsoid; --geoid METRES says how far mean sea "
+                    "level lies above it there"
+                )
+            heights -= origin.geoid
         found.append(Tile(heights, (left, top), block, to_metres, to_pixel))
     return found
 

@@ -164,7 +164,7 @@ class _Grid:
                 shares = (1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v
                 nodes = (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)
                 short = strip.z + HAIR - sum(share * heights[node] for share, node in zip(shares, nodes, strict=True))
-                low = short > 0
+                low = (short > 0) & ~strip.holes
                 if not low.any():
                     continue
                 weight = short[low] / sum(share[low] ** 2 for share in shares)
