@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse.cost import terms_of_legs
+from skyverse.cost import make_pricing, terms_of_legs
+from skyverse.exact import shortest_route
 from skyverse.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, require, unplanned
 from skyverse.problem import Problem
 from skyverse.result import Effort, History, Provenance, Result, Status, no_history
-from skyverse.scenario import Scenario
+from skyverse.scenario import Objective, Scenario
+from skyverse.space.lattice import Grid, Ints
 from skyverse.stop import OnIteration, Stop
 from skyverse.taut.among import beyond_boxes, way_among
 from skyverse.taut.route import least_length, taut_way
@@ -38,7 +40,8 @@ class Taut(Planner):
 
     Where there are other shapes than boxes and voxels, or a terrain, a few first ways are pulled tight along exact
     lines of sight, and the shortest is taken: the straight line lifted over all that it crosses, or past it on a side,
-    and Lazy Theta*'s over the scenario's lattice. Nothing near the answer is shorter by more than about a thousandth,
+    and, unless that is within a thousandth of the straight line, Lazy Theta*'s and the shortest over the scenario's
+    lattice. Nothing near the answer is shorter by more than about a thousandth,
     but another way around may be. `NO_PATH` then means that there is none over the lattice at this step, nor over the
     top or past a side; the bound is the straight line's length.
 
@@ -91,12 +94,18 @@ class Taut(Planner):
         space, grid = problem.airspace.world.space, problem.airspace.grid
         nodes = problem.source, problem.goal
         clock = Stopwatch()
-        way, expanded = way_among(space, grid, (problem.start, problem.end), nodes)
+        way, expanded = way_among(space, grid, (problem.start, problem.end), nodes, lambda: _route(grid, *nodes))
         seconds = clock.seconds
         if len(way) == 0:
             return unplanned(problem, problem.refusal or Status.NO_PATH, origin)
-        effort = Effort(generated_paths=2, generated_nodes=expanded, evaluations=1)
+        effort = Effort(generated_paths=3, generated_nodes=expanded, evaluations=1)
         straight = problem.scenario.objective.fuel * math.dist(problem.start, problem.end)
         result = planned_any_angle(problem, way, straight, effort, seconds, no_history(), "finished", origin)
         history = History(np.array([result.cost]), *(np.array([n]) for n in dataclasses.astuple(effort)))
         return dataclasses.replace(result, history=history)
+
+
+def _route(grid: Grid, source: int, goal: int) -> tuple[Ints, int]:
+    """Return the nodes of a shortest route on the lattice, none where there is none, and how many were expanded."""
+    route = shortest_route(grid, make_pricing(Objective(unit="metres"), grid.step), source, goal)
+    return (np.empty(0, np.int64), 0) if route is None else (route.nodes, route.expanded)

@@ -2,12 +2,13 @@
 
 import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from skyverse.result import Floats
 from skyverse.space.box import TOLERANCE
-from skyverse.space.lattice import Grid, position, positions
+from skyverse.space.lattice import Grid, Ints, position, positions
 from skyverse.space.world import Space, point_free, segment_free
 from skyverse.taut.bends import distance
 from skyverse.taut.lazy import lazy_theta_star
@@ -19,10 +20,15 @@ HAIR = 1e-5
 """Metres of room that bends keep beside the clearance: what touches a slope exactly is hard to prove."""
 SPARE = 0.1
 """Ways past one side that are longer than the shortest by more than this share are left as they are."""
+NEAR = 1e-3
+"""The lattice is searched where they are longer than the straight line by more than this share."""
 AGAIN = 4
 """How often a way is slackened and pulled tight again, at most."""
 ENOUGH = 1e-5
 """Done when that saves less than this share of it."""
+
+
+Route = Callable[[], tuple[Ints, int]]
 
 
 def beyond_boxes(space: Space) -> bool:
@@ -30,7 +36,9 @@ def beyond_boxes(space: Space) -> bool:
     return len(space.solids.kind) > 0 or space.ground.heights.size > 0
 
 
-def way_among(space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tuple[int, int]) -> tuple[Floats, int]:
+def way_among(
+    space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tuple[int, int], route: Route
+) -> tuple[Floats, int]:
     """Return a way (k, 3) between two free points, empty if none was found, and the lattice nodes expanded for it.
 
     Parameters
@@ -43,6 +51,9 @@ def way_among(space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tupl
         Start and goal, (3,) metres each.
     nodes
         The lattice nodes that stand for them, -1 for none.
+    route
+        Of the lattice's own shortest routes from node to node: the nodes of one, none where there is none, and how many
+        were expanded.
     """
     if segment_free(space, *ends):
         return np.stack(ends), 0
@@ -51,21 +62,28 @@ def way_among(space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tupl
     first, last = (_with_room(space, roomy, end) for end in ends)
     best, least = np.empty((0, 3)), np.inf
     thrown: list[Floats] = []
+    most = np.inf
     if first is not None and last is not None:
-        thrown = [way for side in _sides(first, last) if len(way := past(roomy, first, last, side))]
-        thrown.sort(key=length_of)
-    for way in thrown:
-        if length_of(way) < (1.0 + SPARE) * length_of(thrown[0]):
+        for side in _sides(first, last):
+            way = past(roomy, first, last, side, most)
+            if len(way):
+                thrown.append(way)
+                most = min(most, (1.0 + SPARE) * length_of(way))
+    for way in sorted(thrown, key=length_of):
+        if length_of(way) <= most:
             way = _ended(space, _tight(roomy, way), ends)
             if length_of(way) < least:
                 best, least = way, length_of(way)
-    if min(nodes) < 0:
+    if min(nodes) < 0 or least < (1.0 + NEAR) * distance(*ends):
         return best, 0
     slack = distance(ends[0], position(grid, nodes[0])) + distance(ends[1], position(grid, nodes[1]))
     slack += 4.0 * float(grid.step.max())  # what is gained when it is pulled tight
     corners, expanded = lazy_theta_star(grid, closed, *nodes, least + slack)
-    if len(corners):
-        places = positions(grid, corners)
+    shortest, more = route()
+    for found in (corners, shortest):
+        if not len(found):
+            continue
+        places = positions(grid, found)
         for tight, begin, end in ((roomy, first, last), (closed, *ends), (space, *ends)):
             if begin is None or end is None:
                 continue
@@ -74,9 +92,9 @@ def way_among(space: Space, grid: Grid, ends: tuple[Floats, Floats], nodes: tupl
             if all(segment_free(tight, a, b) for a, b in itertools.pairwise(way)):
                 way = _ended(space, _tight(tight, way), ends)
                 if length_of(way) < least:
-                    best = way
+                    best, least = way, length_of(way)
                 break
-    return best, expanded
+    return best, expanded + more
 
 
 def _sides(start: Floats, goal: Floats) -> list[Floats]:

@@ -8,7 +8,11 @@ from skyverse.space.world import Space, point_free, segment_free
 from skyverse.taut.bends import distance
 
 STATIONS = 48
-"""Places of a leg that is blocked where it is lifted."""
+"""Places of a leg that is blocked where it is lifted ..."""
+FEW = 8
+"""... of a short one, ..."""
+SHORT = 0.1
+"""... which takes less than this share of the way."""
 ROUNDS = 12
 """How often what is still blocked is looked at more finely."""
 MOST = 4096
@@ -17,11 +21,11 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 @kernel
-def past(space: Space, start: Floats, goal: Floats, side: Floats) -> Floats:
+def past(space: Space, start: Floats, goal: Floats, side: Floats, most: float) -> Floats:
     """Return a free way (k, 3) between two free points in the half-plane on one side, empty if none was found.
 
     It is the least concave one past places that were found free: a string pulled tight over the tops, where the side,
-    (3,) of length 1, is up.
+    (3,) of length 1, is up. Ways of `most` metres and more are not looked for.
     """
     at, height = np.empty(MOST), np.empty(MOST)  # shares of the way across, metres beside the straight line
     at[0], height[0], at[1], height[1] = 0.0, 0.0, 1.0, 0.0
@@ -31,6 +35,8 @@ def past(space: Space, start: Floats, goal: Floats, side: Floats) -> Floats:
     for _ in range(ROUNDS):
         count = _hull(at, height, count)
         legs = count - 1
+        if not _length(start, goal, side, at, height, count) < most:
+            break
         done = True
         for k in range(legs):
             _place(start, goal, side, at[k], height[k], a)
@@ -39,8 +45,9 @@ def past(space: Space, start: Floats, goal: Floats, side: Floats) -> Floats:
                 continue
             done = False
             blocked = False
-            for s in range(STATIONS + 2):
-                share = s / (STATIONS + 1)
+            stations = STATIONS if at[k + 1] - at[k] > SHORT else FEW
+            for s in range(stations + 2):
+                share = s / (stations + 1)
                 up = height[k] + share * (height[k + 1] - height[k])
                 _place(start, goal, side, at[k] + share * (at[k + 1] - at[k]), up, b)
                 lifts[s] = _lift(space, b, side)
@@ -48,11 +55,11 @@ def past(space: Space, start: Floats, goal: Floats, side: Floats) -> Floats:
                     return np.empty((0, 3))
                 blocked |= lifts[s] > 0.0
             if not blocked:  # something thin: over its middle, then
-                lifts[STATIONS // 2] = 1e-3 * distance(start, goal)
-            for s in range(1, STATIONS + 1):
+                lifts[stations // 2] = 1e-3 * distance(start, goal)
+            for s in range(1, stations + 1):
                 lift = max(lifts[s - 1], lifts[s], lifts[s + 1])
                 if lift > 0.0 and count < MOST:
-                    share = s / (STATIONS + 1)
+                    share = s / (stations + 1)
                     at[count] = at[k] + share * (at[k + 1] - at[k])
                     height[count] = height[k] + share * (height[k + 1] - height[k]) + lift
                     count += 1
@@ -62,6 +69,17 @@ def past(space: Space, start: Floats, goal: Floats, side: Floats) -> Floats:
                 _place(start, goal, side, at[k], height[k], way[k])
             return way
     return np.empty((0, 3))
+
+
+@kernel
+def _length(start: Floats, goal: Floats, side: Floats, at: Floats, height: Floats, count: int) -> float:
+    a, b = np.empty(3), np.empty(3)
+    total = 0.0
+    for k in range(count - 1):
+        _place(start, goal, side, at[k], height[k], a)
+        _place(start, goal, side, at[k + 1], height[k + 1], b)
+        total += distance(a, b)
+    return total
 
 
 @kernel

@@ -54,7 +54,7 @@ def with_room(world: World, path: Floats, room: float) -> Floats | None:
     rows = [whole[:1]]
     for k, (a, b) in enumerate(itertools.pairwise(whole)):
         if near[k]:
-            over = past(roomy, a, b, UP) if point_free(roomy, a) and point_free(roomy, b) else whole[:0]
+            over = past(roomy, a, b, UP, np.inf) if point_free(roomy, a) and point_free(roomy, b) else whole[:0]
             if not len(over):
                 return None
             rows.append(over[1:-1])
