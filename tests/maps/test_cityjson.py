@@ -106,7 +106,7 @@ def test_the_highest_level_of_detail_is_taken_unless_another_is_asked_for(read):
         read(document, lod="3")
 
 
-def test_parts_are_features_of_their_own_and_other_objects_are_none(read):
+def test_parts_are_features_of_their_own_and_roads_are_left_out_and_told(read):
     objects = {
         "house": {"type": "Building", "children": ["part"]},
         "part": {"type": "BuildingPart", "parents": ["house"], "geometry": [solid(FACES)]},
@@ -115,7 +115,25 @@ def test_parts_are_features_of_their_own_and_other_objects_are_none(read):
     }
     told = []
     assert [one.name for one in read(city(objects), tell=told.append)] == ["part", "many"]
-    assert not told
+    assert len(told) == 1
+    assert told[0].endswith("city.json: 1 of type 'Road' left out")
+
+
+def test_what_else_stands_in_the_way_is_read_with_its_kind(read):
+    kinds = {"Bridge": "bridge", "SolitaryVegetationObject": "tree", "CityFurniture": "furniture"}
+    objects = {name: {"type": name, "geometry": [solid(FACES)]} for name in kinds}
+    flat = {"type": "PlantCover", "geometry": [surfaces(FACES[:1])]}
+    point = {"type": "SolitaryVegetationObject", "geometry": [{"type": "MultiPoint", "lod": "1", "boundaries": [0]}]}
+    told = []
+    found = read(city({**objects, "lawn": flat, "point": point}), kind="building", tell=told.append)
+    assert {one.name: one.kind for one in found} == kinds
+    assert all(one.low == AboveSea(1.0) for one in found)
+    assert [sentence.split(": ")[1][:6] for sentence in told] == ["1 of t", "1 of k"]
+
+
+def test_a_level_of_detail_is_a_number(read):
+    with pytest.raises(InputError, match=r"--lod: expected a level of detail such as 2\.2, found 'high'"):
+        read(city(), lod="high")
 
 
 def test_a_flat_footprint_gets_its_height_from_its_attributes_or_the_user(read):
@@ -206,11 +224,12 @@ def test_a_wrong_type_at_any_place_of_the_file_is_read_or_refused_in_one_sentenc
 def test_delft_has_its_160_buildings_within_the_extent_that_it_states():
     document = json.loads((DATA / "delft.city.json").read_text())
     found = read_features(DATA / "delft.city.json")
-    assert len(found) == len({one.where for one in found}) == 160
+    assert len(found) == len({one.where for one in found}) == 160 + 126 + 3
+    assert [one.kind for one in found].count("building") == 160
     x0, y0, z0, x1, y1, z1 = document["metadata"]["geographicalExtent"]
     whole = shapely.union_all([flat(one) for one in found])
     assert shapely.box(x0 - 0.01, y0 - 0.01, x1 + 0.01, y1 + 0.01).covers(whole)
-    assert all(z0 <= one.low.metres < one.high.metres <= z1 for one in found)
+    assert all(z0 - 1e-6 <= one.low.metres < one.high.metres <= z1 + 1e-6 for one in found)
 
 
 @needs_data
@@ -229,4 +248,5 @@ def test_every_corner_of_every_building_lies_in_what_was_made_of_it(name, crs):
         assert shapely.covers(whole, shapely.points(corners[:, :2])).all()
         assert ones[0].low.metres == pytest.approx(corners[:, 2].min())
         assert ones[0].high.metres == pytest.approx(corners[:, 2].max())
-    assert len(found) == sum(one["type"] == "Building" for one in document["CityObjects"].values())
+    taken = ("Building", "Bridge", "PlantCover")
+    assert len(found) == sum(one["type"] in taken for one in document["CityObjects"].values())

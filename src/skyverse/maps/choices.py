@@ -59,3 +59,9 @@ class Choices:
         for name, value in (("--building-height", self.height), ("--buffer", self.buffer)):
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name}: expected metres above zero, found {value}")
+        try:
+            level = math.isfinite(float(self.lod or 0))
+        except ValueError:
+            level = False
+        if not level:
+            raise InputError(f"--lod: expected a level of detail such as 2.2, found {self.lod!r:.40}")

@@ -1,4 +1,4 @@
-"""CityJSON 1.0 to 2.0: each building and part as the ground that all its surfaces lie over, from its lowest corner up.
+"""CityJSON 1.0 to 2.0: what stands in the way as the ground that all its surfaces lie over, from its lowest corner up.
 
 https://www.cityjson.org/specs/
 """
@@ -25,12 +25,22 @@ from skyverse.maps.outlines import filled, named_crs, polygons, to_globe
 
 _DEPTH = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
 """How many lists there are around a geometry's surfaces."""
+KINDS = {
+    **dict.fromkeys(("Building", "BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"), "building"),
+    **dict.fromkeys(("Bridge", "BridgePart", "BridgeInstallation"), "bridge"),
+    **dict.fromkeys(("BridgeConstructionElement", "BridgeConstructiveElement"), "bridge"),
+    "OtherConstruction": "construction",
+    "CityFurniture": "furniture",
+    "SolitaryVegetationObject": "tree",
+    "PlantCover": "vegetation",
+}
+"""What stands in the way, by its type; the others lie on the ground, below it or inside."""
 _THIN = 0.02
 """Half the thickness, metres, of a wall that stands outside of what roofs and floors cover."""
 
 
 def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Feature]:
-    """Return each Building and BuildingPart that has a geometry, in its most detailed one or that of `choices.lod`.
+    """Return each object of `KINDS` that has a geometry, in its most detailed one or that of `choices.lod`.
 
     Raises
     ------
@@ -46,12 +56,14 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         raise InputError(f"{path}: 'CityObjects': expected objects by name, found {_shown(objects)}")
     outlines: list[BaseGeometry] = []
     spans: list[tuple[float, float]] = []
-    said: list[tuple[str, str, dict[str, Any]]] = []
+    said: list[tuple[str, str, str, dict[str, Any]]] = []
     for name, one in objects.items():
         where = f"{path}: {printable(name)}"
         if not isinstance(one, dict):
             raise InputError(f"{where}: expected an object, found {_shown(one)}")
-        if _kind(one) not in ("Building", "BuildingPart"):
+        if _type(one) not in KINDS:
+            if one.get("geometry"):
+                choices.tally[f"of type {printable(_type(one))!r:.60} left out"] += 1
             continue
         solid = _solid(one, vertices, where, choices)
         if solid is None:
@@ -62,7 +74,8 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
             raise InputError(f"{where}: 'attributes': expected fields, found {_shown(attributes)}")
         outlines.append(footprint)
         spans.append((low * unit, high * unit))
-        said.append((where, printable(name), attributes))
+        kind = KINDS[_type(one)]
+        said.append((where, printable(name), choices.kind or kind if kind == "building" else kind, attributes))
     if not outlines:
         raise InputError(f"{path}: expected buildings with surfaces, found none")
     array = np.empty(len(outlines), dtype=object)
@@ -70,8 +83,8 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
     moved = to_globe(array, crs, str(path), lambda k: said[k][0], choices.tell)
     return [
         feature
-        for place, span, (where, name, fields) in zip(moved, spans, said, strict=True)
-        for feature in _features(place, span, where, name, fields, choices)
+        for place, span, (where, name, kind, fields) in zip(moved, spans, said, strict=True)
+        for feature in _features(place, span, where, name, kind, fields, choices)
     ]
 
 
@@ -80,6 +93,7 @@ def _features(
     span: tuple[float, float],
     where: str,
     name: str,
+    kind: str,
     attributes: dict[str, Any],
     choices: Choices,
 ) -> Iterator[Feature]:
@@ -88,11 +102,17 @@ def _features(
     if span[0] < span[1]:
         low, high = AboveSea(span[0]), AboveSea(span[1])
     else:  # LoD0: flat
-        low, high = building(Properties(attributes), where, choices)
+        try:
+            low, high = building(Properties(attributes), where, choices)
+        except InputError:
+            if KINDS["Building"] == kind or kind == choices.kind:
+                raise
+            choices.tally[f"of kind {kind!r} left out, flat and without a height"] += 1
+            return
     for part in polygons(footprint, where, choices.tell, lenient=True):
         holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
         outline = np.array(part.exterior.coords)[:-1]
-        yield Feature(outline, holes, low, high, choices.kind or "building", name, where, choices.risk)
+        yield Feature(outline, holes, low, high, kind, name, where, choices.risk)
 
 
 def _shown(value: object) -> str:
@@ -162,13 +182,16 @@ def _solid(
     geometries = one.get("geometry") or []
     if not isinstance(geometries, list) or not all(isinstance(geometry, dict) for geometry in geometries):
         raise InputError(f"{where}: 'geometry': expected a list of geometries, found {_shown(geometries)}")
-    usable = [geometry for geometry in geometries if _kind(geometry) in _DEPTH]
+    usable = [geometry for geometry in geometries if _type(geometry) in _DEPTH]
     if choices.lod is not None:
         usable = [geometry for geometry in usable if _lod(geometry, where) == float(choices.lod)]
     if not usable:
         if geometries or not one.get("children"):
             level = f" of level {choices.lod}" if choices.lod is not None else ""
-            choices.tell(f"{where}: left out, it has no surfaces{level}")
+            if _type(one).startswith("Building"):
+                choices.tell(f"{where}: left out, it has no surfaces{level}")
+            else:
+                choices.tally[f"of type {_type(one)!r} left out, without surfaces{level}"] += 1
         return None
     best = max(_lod(geometry, where) for geometry in usable)
     rings = [
@@ -184,7 +207,7 @@ def _solid(
     return _shadow([[vertices[ring][:, :2] for ring in surface] for surface in rings]), float(z.min()), float(z.max())
 
 
-def _kind(holder: dict[str, Any]) -> str:
+def _type(holder: dict[str, Any]) -> str:
     return str(holder.get("type"))
 
 

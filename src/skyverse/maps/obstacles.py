@@ -20,6 +20,8 @@ from skyverse.shapes import Prism, Terrain
 
 Floats = NDArray[np.float64]
 
+STANDING = ("building", "construction", "furniture", "tree", "vegetation")
+"""Kinds of what reaches down to the ground, wherever its file lets it begin above the sea."""
 EARTH = 6.33e6
 """The least radius of the Earth's curve, metres."""
 GRAIN = 1e-3
@@ -142,7 +144,7 @@ def _ends(
             )
         return low, high
     lowest, highest = ground_between(terrain, outlines)
-    stands = np.array([f.low is None or (f.kind == "building" and isinstance(f.low, AboveSea)) for f in features], bool)
+    stands = np.array([f.low is None or (f.kind in STANDING and isinstance(f.low, AboveSea)) for f in features], bool)
     low[stands] = np.where(np.isfinite(low), np.minimum(low, lowest), lowest)[stands]
     low[floored] = lowest[floored] + _metres(features, floored, "low")
     high[capped] = highest[capped] + _metres(features, capped, "high")
