@@ -205,8 +205,11 @@ def routes_apart(mission: Mission, flown: list[Route]) -> Certificate:
     """
     trajectories: list[Trajectory | None] = [None] * len(mission.scenario.uavs)
     for one in flown:
-        pace = np.diff(one.points, axis=0) / np.diff(one.times)[:, None]
-        trajectories[one.uav] = Trajectory(one.times, np.stack([one.points[:-1], pace], axis=1))
+        stays = one.holds > 0
+        times = np.sort(np.r_[one.times, (one.times + one.holds)[stays]])
+        points = np.repeat(one.points, 1 + stays, axis=0)
+        pace = np.diff(points, axis=0) / np.diff(times)[:, None]
+        trajectories[one.uav] = Trajectory(times, np.stack([points[:-1], pace], axis=1))
     return certify(mission.scenario, replace(mission, trajectories=tuple(trajectories))).apart
 
 

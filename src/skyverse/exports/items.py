@@ -60,7 +60,9 @@ def items(scenario: Scenario, route: Route, above: Above, end: End) -> list[Item
             kind = 0.0 if wing is not None else 1.0  # of an aeroplane the airspeed
             made.append(Item(Command.SPEED, NO_PLACE, (kind, round(speed, 3), -1.0, 0.0, 0.0, 0.0, 0.0)))
             said = speed
-        made.append(Item(Command.WAYPOINT, frame, (0.0, route.radius, 0.0, None, *where[k])))
+        made.append(
+            Item(Command.WAYPOINT, frame, (round(float(route.holds[k]), 3), route.radius, 0.0, None, *where[k]))
+        )
     if end == "land":
         latitude, longitude, _ = where[-1]
         made.append(Item(Command.LAND, FRAMES[AboveHome], (0.0, 0.0, 0.0, None, latitude, longitude, 0.0)))

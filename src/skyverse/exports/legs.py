@@ -18,10 +18,14 @@ from skyverse.shapes import Terrain
 
 LET_PASS = 0.02
 """Metres by which a leg may come nearer than the clearance, or be out of bounds: start and target may touch both."""
-ROUNDING = 0.008
-"""Metres that 1e-7 degrees and single-precision altitudes make at most."""
+ROUNDING = 0.016
+"""Metres that 1e-7 degrees, cut off as QGroundControl does, and single-precision altitudes make at most."""
 FINEST = 0.01
 """The least that is added to the clearance; what is added is this or twice, four times ... as much, metres."""
+WIDTHS = (0.32, 0.08, 0.02)
+"""Half the distance of the lines by which a cut corner is judged, metres: the finer where the coarser do not do."""
+LATE = 1 / 8
+"""The share of those lines that is judged by itself, since they run together there."""
 EARTH = 6_335_439.0
 """The least radius of curvature of the ellipsoid, metres."""
 
@@ -36,17 +40,25 @@ class Legs:
     _known: dict[bytes, str | None] = field(default_factory=dict)
     _apart: dict[bytes, float] = field(default_factory=dict)
 
-    def trouble(self, points: Floats, radius: float) -> tuple[int, str] | None:
+    def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str] | None:
         """Return the first thing wrong with a polyline (n, 3) whose corners are cut within a radius.
 
-        The index is of the vertex behind the leg, or n plus the index of the corner that is wrong.
+        `stops`, (n,), tells where it is not cut. The index is of the vertex behind the leg, or n plus the index of the
+        corner that is wrong.
         """
         for k in range(len(points) - 1):
             said = self._remembered(self.leg, points[k : k + 2])
             if said is not None:
                 return k, said
+        if radius <= 0:
+            return None
         for k in range(1, len(points) - 1):
-            said = self._remembered(self.corner, points[k - 1 : k + 2], radius)
+            if stops[k]:
+                continue
+            entered = points[k - 1]
+            if k > 1 and not stops[k - 1]:
+                entered = points[k - 1] + _within(points[k - 2] - points[k - 1], radius)
+            said = self._remembered(self.corner, np.concatenate([entered[None], points[k - 1 : k + 2]]), radius)
             if said is not None:
                 return len(points) + k, said
         return None
@@ -68,21 +80,35 @@ class Legs:
                 return f"it is {low:.4g} m above ground, and {needed:.4g} m are required"
         return self._meets(a[None], b[None], self.apart(a, b))
 
-    def corner(self, before: Floats, at: Floats, after: Floats, radius: float) -> str | None:
-        """Return what is wrong with the triangle that an acceptance radius allows an autopilot to cut at a vertex."""
-        back, on = before - at, after - at
-        short, long = float(np.linalg.norm(back)), float(np.linalg.norm(on))
-        if radius <= 0 or min(short, long) == 0:
-            return None
-        p, q = back * min(radius / short, 1.0), on * min(radius / long, 1.0)
-        depth = float(np.linalg.norm(p + q)) / 2
-        if depth < FINEST / 10:
+    def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> str | None:
+        """Return what is wrong with all that an autopilot may fly from a vertex on to the next.
+
+        It turns as soon as it is within the radius of `at`, and from there heads for `after`, or back to the leg: so it
+        stays between the leg and the straight line to `after` from where it turned. It comes from `before`, or from
+        `entered`, where it may have cut the corner there.
+        """
+        p, q = _within(before - at, radius), _within(entered - at, radius)
+        on = after - at
+        long = float(np.linalg.norm(on))
+        if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < FINEST / 10:
             return None  # straight on
-        count = math.ceil(depth / (2 * FINEST))
-        shares = (np.arange(count) + 1)[:, None] / count
-        between = depth / count / 2  # whatever of the triangle is not on one of these lines is as near to one
-        extra = between + max(self.apart(before, at), self.apart(at, after))
-        return self._meets(at + shares * p, at + shares * q, extra)
+        apart = max(self.apart(before, at), self.apart(at, after))
+        slope = 0.0 if self.above == "ground" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
+        said = None
+        for width in WIDTHS:
+            deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
+            wide = _middles(float(np.linalg.norm(p - q)), width)
+            sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
+            starts = at + sides.reshape(-1, 3)
+            # whatever is flown is within this of one of the lines from here to `after`, and the nearer the later
+            between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 + slope)
+            late = starts + (1 - LATE) * (after - starts)
+            said = self._meets(starts, late, apart + between) or self._meets(
+                late, np.broadcast_to(after, late.shape), apart + LATE * between
+            )
+            if said is None:
+                return None
+        return said
 
     def apart(self, a: Floats, b: Floats) -> float:
         """Return how far a flown leg can be from the straight line in local metres.
@@ -132,6 +158,19 @@ class Legs:
             above = max(_clearance(self.scenario) - LET_PASS, 0.0) + steep
             terrain = None if self.above == "ground" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
+
+
+def _within(way: Floats, radius: float) -> Floats:
+    """Return (3,) metres along a way, at most a radius of it."""
+    length = float(np.linalg.norm(way))
+    shorter: Floats = way * min(radius / length, 1.0) if length else way
+    return shorter
+
+
+def _middles(length: float, half: float) -> Floats:
+    """Return the middles, as shares, of as many even parts of a length as make none longer than twice a half."""
+    count = max(math.ceil(length / (2 * half)), 1)
+    return (np.arange(count) + 0.5) / count
 
 
 def _clearance(scenario: Scenario) -> float:

@@ -18,6 +18,10 @@ MOST = 700
 PER_PIECE = 16
 """Places on each piece of a trajectory at which a waypoint may stand."""
 REPAIRS = 400
+COARSE = 0.25
+"""The share of the radius down to which it is halved before the UAV is told to stop at corners."""
+PUSH = 2.0
+"""How many radii a waypoint may be moved outwards."""
 SWELL = 10.0
 """Metres by which a leg above ground may follow rise and fall that the trajectory does not."""
 
@@ -33,13 +37,15 @@ class Route:
     points
         (n, 3) metres. The first is its start; with a takeoff the second is straight above it.
     times
-        (n,) seconds into the mission at which the trajectory passes by.
+        (n,) seconds into the mission at which it arrives: as the trajectory does, but for the stops before.
     radius
         The acceptance radius with which it is proven, metres; 0 where the UAV stops at every waypoint.
     takeoff
         How far it climbs before it leaves its start, metres.
     off
         How far flown legs may be from the trajectory's samples, metres: above ground, also by its rise and fall.
+    holds
+        (n,) seconds to stay at each: above 0 where its corner must not be cut.
     """
 
     uav: int
@@ -48,18 +54,21 @@ class Route:
     radius: float
     takeoff: float
     off: float
+    holds: Floats
 
     @property
     def speeds(self) -> Floats:
         """(n - 1,) m/s along the legs."""
         along = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        speeds: Floats = along / np.maximum(np.diff(self.times), 1e-9)
+        speeds: Floats = along / np.maximum(np.diff(self.times) - self.holds[:-1], 1e-9)
         return speeds
 
     def sentence(self, scenario: Scenario) -> str:
         """Say what is proven."""
         name, clearance = scenario.uavs[self.uav].name, scenario.clearance
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
+        held = int((self.holds > 0).sum())
+        cut += f" but at {held}, where it stops" if held else ""
         return (
             f"{name}: {len(self.points)} waypoints, {cut}: straight legs proven within bounds and clear of every "
             f"obstacle by {max(clearance - LET_PASS, 0):.4g} m, at most {self.off:.3g} m off the trajectory."
@@ -98,17 +107,16 @@ def route(
         lifted = curve[0] + np.array([0.0, 0.0, climb])
         if climb and legs.leg(curve[0], lifted) is not None:
             continue
-        size = radius
-        while size >= SMALLEST:
-            found = _Search(legs, curve, climb, 0.0 if stops else size, size).run()
+        for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
+            search = _Search(legs, curve, climb, 0.0 if stops else size, size, may_stop)
+            found = search.run()
             if isinstance(found, str):
                 said = found
             elif len(found) <= MOST:
-                return _made(uav, legs, instants, curve, found, climb, 0.0 if stops else size)
+                return _made(uav, search, instants, found, climb)
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MOST}"
                 break
-            size /= 2
     name = scenario.uavs[uav].name
     raise InputError(
         f"{name}: straight legs between waypoints could not be proven with an acceptance radius from {radius:g} m down "
@@ -116,18 +124,31 @@ def route(
     )
 
 
-def _made(
-    uav: int, legs: Legs, instants: Floats, curve: Floats, found: list[tuple[int, Floats]], climb: float, radius: float
-) -> Route:
+def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
+    """Return acceptance radii to try, and whether to stop where a corner is not clear."""
+    halved = []
+    while radius >= SMALLEST:
+        halved.append(radius)
+        radius /= 2
+    if not may_stop:
+        return [(size, False) for size in halved]
+    return [(size, False) for size in halved if size >= COARSE * halved[0]] + [(size, True) for size in halved]
+
+
+def _made(uav: int, search: "_Search", instants: Floats, found: list[tuple[int, Floats]], climb: float) -> Route:
+    legs, curve, radius = search.legs, search.curve, search.radius
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
     # the takeoff itself is no deviation
     ends = [(0, curve[0]), *found[1:]]
     off = max(float(_off(curve[a : b + 1], p, q).max()) + legs.apart(p, q) for (a, p), (b, q) in pairwise(ends))
+    holds = np.array([2 + radius if k in search.stopped else 0.0 for k, _ in found])
+    times = times + np.cumsum(np.r_[0.0, holds[:-1]])
     if climb:
+        holds = np.r_[0.0, holds]
         points = np.concatenate([curve[:1], points])
         pace = np.linalg.norm(points[2] - points[1]) / max(times[1] - times[0], 1e-9)
         times = np.concatenate([times[:1], times + climb / max(pace, 0.5)])
-    return Route(uav, points, times, radius, climb, off)
+    return Route(uav, points, times, radius, climb, off, holds)
 
 
 def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
@@ -157,8 +178,9 @@ def _off(points: Floats, a: Floats, b: Floats) -> Floats:
 class _Search:
     """Places waypoints on a curve, and moves them outwards where they would cut into something."""
 
-    def __init__(self, legs: Legs, curve: Floats, climb: float, radius: float, reach: float) -> None:
-        self.legs, self.curve, self.radius, self.reach = legs, curve, radius, reach
+    def __init__(self, legs: Legs, curve: Floats, climb: float, radius: float, reach: float, may_stop: bool) -> None:
+        self.legs, self.curve, self.radius, self.reach, self.may_stop = legs, curve, radius, reach, may_stop
+        self.stopped: set[int] = set()
         lifted = curve[0] + np.array([0.0, 0.0, climb])
         self.begin = curve[:1] if climb else curve[:0]
         self.nodes: list[tuple[int, Floats]] = [(0, lifted), (len(curve) - 1, curve[-1])]
@@ -180,8 +202,11 @@ class _Search:
     def _points(self) -> Floats:
         return np.concatenate([self.begin, np.array([point for _, point in self.nodes])])
 
+    def _stops(self, nodes: list[tuple[int, Floats]]) -> Floats:
+        return np.array([*(0.0 for _ in self.begin), *(float(k in self.stopped) for k, _ in nodes)])
+
     def _trouble(self) -> tuple[int, str] | None:
-        found = self.legs.trouble(self._points(), self.radius)
+        found = self.legs.trouble(self._points(), self.radius, self._stops(self.nodes))
         if found is None:
             return None
         where, said = found
@@ -219,7 +244,8 @@ class _Search:
         """Split a leg that cuts off the curve, or move waypoints outwards; tell whether anything could be done."""
         count = len(self.begin) + len(self.nodes)
         if where >= count:
-            return self._push(where - count - len(self.begin))
+            k = where - count - len(self.begin)
+            return self._push(k) or self._stop(k)
         k = where - len(self.begin)
         if k < 0:
             return False
@@ -230,6 +256,9 @@ class _Search:
             best = a + 1 + int(np.argmax(off))
             self.nodes.insert(k + 1, (best, self.curve[best]))
             return True
+        stopped = [self._stop(j) for j in (k, k + 1) if self.pushed.get(self.nodes[j][0], 0.0) > 0]
+        if any(stopped):
+            return True  # moved out of one thing's way into another's
         moved = [self._push(k), self._push(k + 1)]
         if any(moved):
             return True
@@ -245,15 +274,24 @@ class _Search:
             return False
         index, _ = self.nodes[k]
         done = self.pushed.get(index, 0.0)
-        if done >= self.reach:
+        if done >= PUSH * self.reach:
             return False
         ahead, behind = self.nodes[k + 1][1] - self.curve[index], self.curve[index] - self.nodes[k - 1][1]
         bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)
         size = float(np.linalg.norm(bend))
         if size < 1e-6:
             return False
-        self.pushed[index] = min(done + max(done, LET_PASS), self.reach)
+        self.pushed[index] = min(done + max(done, LET_PASS), PUSH * self.reach)
         self.nodes[k] = index, self.curve[index] - bend / size * self.pushed[index]
+        return True
+
+    def _stop(self, k: int) -> bool:
+        """Stop at a waypoint whose corner cannot be cut, back on the curve."""
+        if not (self.may_stop and 0 < k < len(self.nodes) - 1) or self.nodes[k][0] in self.stopped:
+            return False
+        index, _ = self.nodes[k]
+        self.stopped.add(index)
+        self.nodes[k] = index, self.curve[index]
         return True
 
     def _thin(self) -> None:
@@ -264,7 +302,8 @@ class _Search:
             near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach and not self._swells(k - 1, k + 1)
             beside = np.concatenate([self.begin, np.array([point for _, point in without])])
             j = k + len(self.begin)
-            if near and self.legs.trouble(beside[max(j - 3, 0) : j + 2], self.radius) is None:
+            part = slice(max(j - 3, 0), j + 3)
+            if near and self.legs.trouble(beside[part], self.radius, self._stops(without)[part]) is None:
                 self.nodes = without
             else:
                 k += 1
