@@ -152,6 +152,24 @@ def test_buildings_stand_on_the_ground_and_need_a_height(read):
     assert tower.high == AboveGround(31.5)
 
 
+def test_of_several_heights_the_greatest_counts_and_guesses_are_told(read):
+    document, told = collection(feature(height=3, measuredHeight=30), feature(levels=2, **{"building:levels": 4})), []
+    assert [one.high.metres for one in read(document, kind="building", tell=told.append)] == [30.0, 15.0]
+    assert ["several heights" in sentence for sentence in told] == [True, False]
+    assert "1 with a height guessed from levels" in told[1]
+    chosen = read(collection(feature(height=3, measuredHeight=30)), kind="building", height_field="height")
+    assert chosen[0].high == AboveGround(3.0)
+
+
+def test_limits_without_a_unit_are_told_once_a_file_unless_the_user_says(read):
+    document, told = collection(*[feature(lower=0, upper=100, reference="AGL")] * 3), []
+    assert read(document, tell=told.append)[0].high == AboveGround(100.0)
+    assert len(told) == 1
+    assert "3 limits without a unit taken as metres; --unit ft" in told[0]
+    assert read(document, unit="ft", tell=told.append)[0].high.metres == pytest.approx(30.48)
+    assert len(told) == 1
+
+
 def test_ed_269_gives_a_record_for_each_volume_and_circles_are_circumscribed(read):
     volume = {"uomDimensions": "M", "lowerLimit": 0, "lowerVerticalReference": "AGL"}
     volume |= {"upperLimit": 120, "upperVerticalReference": "AGL"}

@@ -58,6 +58,7 @@ def build(
     terrain_unit: Annotated[Literal["m", "ft", "us-ft"] | None, Parameter(group=terrain_files)] = None,
     nodata: Annotated[float | None, Parameter(group=terrain_files, allow_leading_hyphen=True)] = None,
     altitudes: Annotated[Literal["agl", "amsl"] | None, Parameter(group=other_files)] = None,
+    unit: Annotated[Literal["m", "ft"] | None, Parameter(group=other_files)] = None,
     building_height: Annotated[float | None, Parameter(group=other_files)] = None,
     height_field: Annotated[str | None, Parameter(group=other_files)] = None,
     buffer: Annotated[float | None, Parameter(group=other_files)] = None,
@@ -134,6 +135,8 @@ def build(
         The number that stands for no data.
     altitudes
         What bare altitudes are counted from.
+    unit
+        Of limits of zones without one; metres when left out.
     building_height
         Of buildings that no height is given of, metres.
     height_field
@@ -179,6 +182,7 @@ def build(
             tolerance=tolerance,
             reading={
                 "altitudes": altitudes,
+                "unit": unit,
                 "height": building_height,
                 "height_field": height_field,
                 "buffer": buffer,

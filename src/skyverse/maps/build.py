@@ -139,8 +139,8 @@ def build_scenario(
     tolerance
         By how much outlines may grow to lose corners, metres.
     reading
-        Keywords for the readers of buildings and zones: ``altitudes``, ``height``, ``height_field``, ``buffer``,
-        ``crs``, ``lod``.
+        Keywords for the readers of buildings and zones: ``altitudes``, ``unit``, ``height``, ``height_field``,
+        ``buffer``, ``crs``, ``lod``.
     licences
         By file, where a file does not say its licence itself.
     geoid

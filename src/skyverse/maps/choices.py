@@ -24,6 +24,8 @@ class Choices:
         file says.
     altitudes
         What bare altitudes are counted from: ``"agl"``, the ground, or ``"amsl"``, mean sea level.
+    unit
+        Of limits of zones without one, ``"m"`` or ``"ft"``; metres, and told, when left out.
     height
         Of buildings that no usable height is given of, metres.
     height_field
@@ -50,12 +52,15 @@ class Choices:
     crs: str | None = None
     lod: str | None = None
     risk: float | None = None
+    unit: Literal["m", "ft"] | None = None
     tell: Callable[[str], object] = _silent
     tally: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
         if self.altitudes not in (None, "agl", "amsl"):
             raise InputError(f"--altitudes: expected agl (ground) or amsl (mean sea level), found {self.altitudes!r}")
+        if self.unit not in (None, "m", "ft"):
+            raise InputError(f"--unit: expected m or ft, found {self.unit!r}")
         for name, value in (("--building-height", self.height), ("--buffer", self.buffer)):
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name}: expected metres above zero, found {value}")

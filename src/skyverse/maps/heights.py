@@ -66,15 +66,24 @@ def building(tags: Properties, where: str, choices: Choices) -> tuple[AboveGroun
 
 
 def _height(tags: Properties, where: str, choices: Choices) -> float:
-    own = (choices.height_field,) if choices.height_field else ()
+    own = choices.height_field
     unread = None
-    for field, value in [*((name, tags.get(name)) for name in own if tags.get(name) is not None), *tags.of(*HEIGHT)]:
+    found: set[float] = set()
+    for field, value in [*([(own, tags.get(own))] if own and tags.get(own) is not None else []), *tags.of(*HEIGHT)]:
         height = metres(value)
         if height is not None and math.isfinite(height) and height > 0:
-            return height
-        unread = unread or f"{field!r}: expected a height in metres, found {printable(repr(value)):.40}"
+            if field == own:
+                return height
+            found.add(height)
+        else:
+            unread = unread or f"{field!r}: expected a height in metres, found {printable(repr(value)):.40}"
+    if len(found) > 1:
+        choices.tally["of which fields say several heights, taken as high as the greatest"] += 1
+    if found:
+        return max(found)
     number = levels(tags.get("building:levels"))
     if number is not None and number > 0:
+        choices.tally["with a height guessed from levels"] += 1
         return LEVEL * number + _roof(tags)
     if choices.height is not None:
         if unread:

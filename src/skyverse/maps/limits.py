@@ -118,7 +118,7 @@ def _altitude(
             return _written(value, place)
         value, unit = float(written[1]), written[2].lower() or None
     number = finite(value, place)
-    scale = _UNITS[unit] if unit else _scale(properties, side, where)
+    scale = _UNITS[unit] if unit else _scale(properties, side, where, choices, number)
     return _frame(properties, side, place, choices)(number * scale)
 
 
@@ -138,12 +138,16 @@ def finite(value: object, place: str) -> float:
     return float(value)
 
 
-def _scale(properties: Properties, side: str, where: str) -> float:
+def _scale(properties: Properties, side: str, where: str, choices: Choices, number: float) -> float:
     for field, value in properties.of(*(side + name for name in _OWN_UNIT), *_UNIT):
         scale = _UNITS.get(plain(value)) if isinstance(value, str) else None
         if scale is None:
             raise InputError(f"{where}: {field!r}: expected M or FT, found {printable(repr(value)):.40}")
         return scale
+    if choices.unit is not None:
+        return _UNITS[choices.unit]
+    if number != 0:
+        choices.tally["limits without a unit taken as metres; --unit ft takes them as feet"] += 1
     return 1.0
 
 

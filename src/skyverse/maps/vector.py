@@ -29,6 +29,7 @@ def read_features(
     crs: str | None = None,
     lod: str | None = None,
     risk: float | None = None,
+    unit: Literal["m", "ft"] | None = None,
     tell: Callable[[str], object] = _silent,
 ) -> list[Feature]:
     """Read the buildings or zones of a file, told by its suffix (one of `SUFFIXES`).
@@ -55,6 +56,8 @@ def read_features(
     risk
         Of a metre inside, where a feature's field ``risk`` does not say it; ``None`` for what must not be entered,
         whatever such a field says.
+    unit
+        Of limits of zones without one, ``"m"`` or ``"ft"``; metres, and told, when left out.
     tell
         Is called with a sentence for all that was repaired or left out.
 
@@ -70,7 +73,7 @@ def read_features(
     """
     path = Path(path)
     told: list[str] = []
-    choices = Choices(kind, altitudes, height, height_field, buffer, crs, lod, risk, told.append)
+    choices = Choices(kind, altitudes, height, height_field, buffer, crs, lod, risk, unit, told.append)
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(f"{path}: expected a file of buildings or zones ({', '.join(SUFFIXES)}), found {suffix!r}")
