@@ -137,6 +137,17 @@ def test_plan_ends_with_1_where_a_target_cannot_be_reached(skyverse, tmp_path):
     assert code == 1
     assert "no path" in out
     assert "finer step" in out
+    code, out, err = skyverse("check", "out/shut.json")
+    assert (code, err) == (1, "The mission is not complete: uav-1 has no way.\n")
+
+
+def test_a_planner_that_seeks_length_alone_says_so_where_more_is_priced(skyverse):
+    band = {"low": 1.0, "high": 2.0, "weight": 1.0}
+    scenario = sky.read("map1")
+    priced = sky.Scenario.model_validate({**scenario.model_dump(), "objective": {"unit": "metres", "altitude": band}})
+    sky.write(priced, "band.json")
+    _, _, err = skyverse("plan", "band.json", "--planner", "taut", "--shape", "stop-and-go", "--no-page")
+    assert "Taut seeks length alone; priced, but not sought: altitude (astar and hybrid-mvo seek them)." in err
 
 
 def test_check_ends_with_0_on_a_good_mission_and_with_1_on_a_bad_one(skyverse, mission_file, tmp_path):

@@ -15,7 +15,17 @@ from skyverse.cli.report import json_text, report, table, violation_data
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.watch import progress_bar, stop_rule
-from skyverse.cli.words import file_name, make_folder, planner_of, refuse_output, refuse_unsafe, whole_number, with_more
+from skyverse.cli.words import (
+    file_name,
+    make_folder,
+    planner_of,
+    refuse_output,
+    refuse_unsafe,
+    tell_unsought,
+    whole_number,
+    with_more,
+    without_way,
+)
 from skyverse.errors import InputError
 
 FOUND_WRONG, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -180,6 +190,7 @@ def plan(
     asked = with_more(scenario, sky.read_scenario(scenario), uav, target)
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [])
+    tell_unsought(asked, method)
     out = output if output is not None else Path("out") / f"{file_name(asked.name)}.json"
     if out.suffix.lower() != ".json":
         raise InputError(f"--output: {out}: a mission is written as .json")
@@ -234,7 +245,9 @@ def check(mission: str, /, *, scenario: str | None = None, as_json: AsJson = Fal
         for violation in violations:
             print(f"{violation.fault.value}: {violation.message}")
         print(f"{len(violations)} found." if violations else "The referee found nothing wrong.")
-    return FOUND_WRONG if violations else 0
+    if not judged.complete:
+        print(without_way(judged), file=sys.stderr)
+    return FOUND_WRONG if violations or not judged.complete else 0
 
 
 @app.command

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from skyverse.errors import InputError
 if TYPE_CHECKING:
     from skyverse.lab.study import Study
     from skyverse.planners.base import Planner
+    from skyverse.result import Mission
     from skyverse.scenario import Scenario
 
 _BUDGETS = ("paths", "nodes", "evaluations", "iterations", "seconds")
@@ -44,15 +46,38 @@ def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets
     """Add UAVs and targets to a scenario, and refuse one that is left without any."""
     from skyverse.files.scenarios import scenario_from_data
 
-    data = scenario.model_dump()
+    data = {name: getattr(scenario, name) for name in type(scenario).model_fields}
     for kind, field, words in (("uav", "start", uavs), ("target", "position", targets)):
         things = data[f"{kind}s"] = list(data[f"{kind}s"])
-        names = {thing["name"] for thing in things}
+        names = {thing.name for thing in things}
         free = (name for number in itertools.count(len(things) + 1) if (name := f"{kind}-{number}") not in names)
         things += [{"name": next(free), field: _point(f"--{kind}", text)} for text in words or []]
         if not things:
             raise InputError(f"{source}: {kind}s: there are none; give some with --{kind} x,y,z")
     return scenario_from_data(source, data)
+
+
+def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:
+    """Say on standard error which terms of the objective a planner does not seek to lower."""
+    from skyverse.cost import soft_terms
+    from skyverse.planners.taut import Taut
+    from skyverse.planners.theta_star import ThetaStar
+
+    terms = soft_terms(scenario)
+    if terms and isinstance(planner, Taut | ThetaStar):
+        said = f"{type(planner).__name__} seeks length alone; priced, but not sought: {', '.join(terms)}"
+        print(f"{said} (astar and hybrid-mvo seek them).", file=sys.stderr)
+
+
+def without_way(mission: "Mission") -> str:
+    """Say which UAVs of a mission have no way to a target."""
+    names = [
+        uav.name
+        for uav, target, trajectory in zip(mission.scenario.uavs, mission.assignment, mission.trajectories, strict=True)
+        if target is not None and trajectory is None
+    ]
+    cut = "It was interrupted. " if mission.interrupted else ""
+    return f"{cut}The mission is not complete: {', '.join(names) or 'a target'} has no way."
 
 
 def _point(option: str, text: str) -> tuple[float, ...]:
