@@ -251,3 +251,51 @@ def test_places_cut_off_at_1e_7_degrees_are_within_what_is_added_to_the_clearanc
     globe[:, :2] = np.trunc(globe[:, :2] * 1e7) / 1e7  # as QGroundControl turns degrees into whole numbers
     off = np.linalg.norm(to_local(origin, globe) - points, axis=1).max()
     assert 0.014 < off <= Legs(mission.scenario, "amsl").apart(points[0], points[1])
+
+
+def crossing(begin):
+    east = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
+    return handmade.mission([east, handmade.along([(0, -100, 50), (0, 100, 50)], 40, begin)], origin=ORIGIN)
+
+
+def test_waypoints_of_uavs_that_would_meet_are_refused_unless_one_says_that_they_may(tmp_path):
+    for suffix in ("plan", "waypoints", "wpml.kmz"):
+        with pytest.raises(sky.InputError, match=r"come too close, and --allow-close is not given: .*uav-1"):
+            sky.export(crossing(0.0), tmp_path / f"m.{suffix}")
+        assert not list(tmp_path.iterdir())
+    notes = []
+    assert len(sky.export(crossing(0.0), tmp_path / "m.plan", allow_close=True, on_note=notes.append)) == 2
+    assert len(notes) == 3
+    notes = []
+    assert len(sky.export(crossing(25.0), tmp_path / "m.plan", on_note=notes.append)) == 2
+    assert "straight legs proven" in notes[0]
+    assert "Between waypoints, on schedule: " in notes[2]
+
+
+def test_the_command_line_says_what_is_proven_of_waypoints(tmp_path, capsys):
+    from skyverse.cli.export import export
+
+    sky.write(crossing(25.0), tmp_path / "m.json")
+    export(str(tmp_path / "m.json"), tmp_path / "m.plan", altitude="home")
+    out, said = capsys.readouterr()
+    assert out.splitlines() == [str(tmp_path / f"m-uav-{k}.plan") for k in (1, 2)]
+    assert said.count("straight legs proven") == 2
+    assert said.count("counted from home at 60.00 m above mean sea level") == 2
+    assert "Between waypoints, on schedule" in said
+    sky.write(crossing(0.0), tmp_path / "m.json")
+    with pytest.raises(sky.InputError, match="--allow-close"):
+        export(str(tmp_path / "m.json"), tmp_path / "m.plan")
+    export(str(tmp_path / "m.json"), tmp_path / "m.plan", allow_close=True)
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+def test_a_home_below_a_roof_is_refused_by_name(tmp_path, suffix):
+    level = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=1.0)
+    house = ((-5, -5, -2), (5, 5, 30))
+    flight = [handmade.along([(0, 0, 31), (60, 0, 50)], 20)]
+    mission = handmade.mission(flight, boxes=[house], terrain=level, origin=ORIGIN)
+    with pytest.raises(sky.InputError, match=r"uav-1: its home, .* obstacle 0 lies between"):
+        sky.export(mission, tmp_path / f"m.{suffix}", altitude="home")
+    assert sky.export(mission, tmp_path / f"m.{suffix}", altitude="amsl")
+    beside = handmade.mission(flight, boxes=[((6, 6, -2), (9, 9, 30))], terrain=level, origin=ORIGIN)
+    assert sky.export(beside, tmp_path / f"m.{suffix}", altitude="home")

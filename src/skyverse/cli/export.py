@@ -1,5 +1,6 @@
 """``skyverse export``: a mission as a file that other software opens."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -23,6 +24,7 @@ def export(
     radius: float = 2.0,
     takeoff: float = 3.0,
     end: Literal["loiter", "land"] = "loiter",
+    allow_close: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
     """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
 
@@ -53,6 +55,8 @@ def export(
         Metres above home to climb to first in .plan and .waypoints; less where there is no room.
     end
         Stay at the target, or land below it.
+    allow_close
+        Write waypoints also of UAVs that come too close between them.
     """
     import skyverse as sky
 
@@ -60,10 +64,23 @@ def export(
     at = read.scenario.frame.origin if origin is None else _origin(origin)
     if at is not None and geoid is not None:
         at = _with_geoid(at, geoid)
-    for path in sky.export(
-        read, output, altitude=altitude, origin=at, rate=rate, radius=radius, takeoff=takeoff, end=end
-    ):
+    notes: list[str] = []
+    files = sky.export(
+        read,
+        output,
+        altitude=altitude,
+        origin=at,
+        rate=rate,
+        radius=radius,
+        takeoff=takeoff,
+        end=end,
+        allow_close=allow_close,
+        on_note=notes.append,
+    )
+    for path in files:
         print(path)
+    for note in notes:
+        print(note, file=sys.stderr)
 
 
 def _origin(text: str) -> "Origin":

@@ -5,6 +5,7 @@ import io
 import math
 import re
 import zipfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -17,6 +18,7 @@ from skyverse.exports.geojson import geojson_text
 from skyverse.exports.gpx import gpx_text
 from skyverse.exports.items import End
 from skyverse.exports.kml import kml_text
+from skyverse.exports.legs import require_home
 from skyverse.exports.places import Above, home, places, require_kind, with_origin
 from skyverse.exports.plan import plan_text
 from skyverse.exports.ros import as_text, path_message, trajectory_message
@@ -29,7 +31,7 @@ from skyverse.files import write
 from skyverse.referee import certify
 from skyverse.result import Mission, Trajectory
 from skyverse.scenario import Origin, Scenario
-from skyverse.verdict import Certificate
+from skyverse.verdict import Certificate, Verdict
 
 __all__ = ["Route", "export", "routes", "routes_apart"]
 
@@ -49,6 +51,10 @@ ALTITUDES: dict[str, tuple[Above, ...]] = {
 }
 
 
+def _silent(note: str) -> None:
+    """Say nothing."""
+
+
 def export(
     mission: Mission,
     path: str | Path,
@@ -59,6 +65,8 @@ def export(
     radius: float = 2.0,
     takeoff: float = 3.0,
     end: End = "loiter",
+    allow_close: bool = False,
+    on_note: Callable[[str], object] = _silent,
 ) -> list[Path]:
     """Write a mission as a file that other software opens; its suffix tells which.
 
@@ -87,6 +95,11 @@ def export(
         there is no room.
     end
         Whether the mission ends by staying at the target, or by landing below it, which is not proven.
+    allow_close
+        Whether waypoints are written of UAVs that come closer than their separation when they fly straight between
+        them on schedule.
+    on_note
+        Called with each sentence on what is proven of waypoints.
 
     Returns
     -------
@@ -97,7 +110,7 @@ def export(
     ------
     InputError
         If the suffix is unknown, the scenario has no origin and the format needs one, altitudes cannot be counted so,
-        or legs cannot be proven.
+        legs cannot be proven, or UAVs come too close.
     """
     path = Path(path)
     suffix = _suffix(path)
@@ -114,7 +127,21 @@ def export(
             takeoff=0.0 if suffix == ".wpml.kmz" else takeoff,
             stops=suffix == ".wpml.kmz",
         )
-        return _each(path, suffix, scenario, flown, altitude, end)
+        notes = [one.sentence(scenario) for one in flown]
+        if altitude == "home":
+            notes += [_home_note(scenario, one.uav) for one in flown]
+        if len(flown) > 1:
+            apart = routes_apart(mission, flown)
+            if apart.verdict is Verdict.REFUTED and not allow_close:
+                raise InputError(
+                    f"{path}: UAVs that fly straight from waypoint to waypoint come too close, and --allow-close is "
+                    f"not given: {apart.sentence}"
+                )
+            notes.append(f"Between waypoints, on schedule: {apart.sentence}")
+        files = _each(path, suffix, scenario, flown, altitude, end)
+        for note in notes:
+            on_note(note)
+        return files
     flights = sampled(mission, RATES.get(suffix, 10.0) if rate is None else rate)
     if not flights:
         raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
@@ -172,6 +199,10 @@ def routes(
     """
     scenario = with_origin(mission, origin, "waypoints")
     require_kind(scenario, altitude, get_args(Above), "waypoints")
+    if altitude == "home":
+        for k, trajectory in enumerate(mission.trajectories):
+            if trajectory is not None and scenario.uavs[k].fixed_wing is None:
+                require_home(scenario, k)
     for noun, value, least in (("radius", radius, 0.05), ("takeoff", takeoff, 0.0)):
         if not (math.isfinite(value) and value >= least):
             raise InputError(f"{noun}: expected metres from {least:g} on, found {value!r}")
@@ -183,6 +214,14 @@ def routes(
     if not found:
         raise InputError("expected a mission with a trajectory to export, found none")
     return found
+
+
+def _home_note(scenario: Scenario, uav: int) -> str:
+    at = places(scenario, uav, home(scenario, uav)[None], "amsl")
+    return (
+        f"{scenario.uavs[uav].name}: its heights are counted from home at {float(at.altitude[0]):.2f} m above mean sea "
+        "level; where it arms lower than that, it flies as much lower."
+    )
 
 
 def _climb(scenario: Scenario, uav: int, takeoff: float) -> float:

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from skyverse.exports.places import Above, Floats, ground, origin_of
+from skyverse.errors import InputError
+from skyverse.exports.places import Above, Floats, ground, home, origin_of
 from skyverse.geodesy import to_local, to_wgs84
 from skyverse.referee.clearance import Space, judge_legs, shut_space
 from skyverse.scenario import Scenario
@@ -158,6 +159,21 @@ class Legs:
             above = max(_clearance(self.scenario) - LET_PASS, 0.0) + steep
             terrain = None if self.above == "ground" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
+
+
+def require_home(scenario: Scenario, uav: int) -> None:
+    """Refuse a home that is not in the open below a UAV's start, as where it starts on a roof."""
+    start, below = np.array(scenario.uavs[uav].start), home(scenario, uav)
+    if not below[2] < start[2]:
+        return
+    bare = scenario.model_copy(update={"clearance": 0.0, "terrain": None})
+    met = judge_legs(bare, shut_space(bare), below[None], start[None])[1]
+    if met is not None:
+        named = scenario.obstacles[met.obstacle].name
+        raise InputError(
+            f"{scenario.uavs[uav].name}: its home, the ground below its start, cannot be risen from: "
+            f"obstacle {met.obstacle}{f' ({named})' if named else ''} lies between; count altitudes from the sea (amsl)"
+        )
 
 
 def _within(way: Floats, radius: float) -> Floats:
