@@ -271,6 +271,22 @@ def test_depths_are_no_heights(tmp_path):
         read_terrain([Raster(path)], DAVOS, REGION)
 
 
+@pytest.mark.parametrize(
+    ("crs", "doubt"),
+    [
+        ("EPSG:27700", "OSGB36 / British National Grid are known to 2 m"),
+        ("+proj=tmerc +lat_0=52 +lon_0=-1 +ellps=airy", "as if their datum were WGS84's"),
+        ("EPSG:32630", ""),
+    ],
+)
+def test_how_well_coordinates_are_known_is_said(tmp_path, crs, doubt):
+    england = Origin(latitude=52.0, longitude=-1.0, altitude=0.0)
+    path = written(tmp_path / "a.tif", np.full((60, 60), 100.0), crs, around(england, crs, 20.0, 60))
+    with opened(Raster(path)) as file:
+        assert doubt in file.doubt
+        assert bool(doubt) == bool(file.doubt)
+
+
 def test_of_several_bands_one_must_be_chosen(tmp_path):
     both = np.stack([np.full((60, 60), 1500.0), np.full((60, 60), 1700.0)])
     path = written(tmp_path / "a.tif", both, "EPSG:32632", around(DAVOS, "EPSG:32632", 20.0, 60))

@@ -346,6 +346,14 @@ def test_coordinates_that_cannot_be_degrees_are_refused_with_a_hint(read):
     refused(read, collection(feature([metres])), "metres", "--crs")
 
 
+def test_coordinates_known_to_some_metres_are_told(read):
+    told = []
+    kansas = [[x - 107, y - 7] for x, y in SQUARE]
+    nad27 = {"type": "name", "properties": {"name": "EPSG:4267"}}  # dozens of operations, by state
+    read(collection(feature([kansas]), crs=nad27), tell=told.append)
+    assert [sentence.split(": ", 1)[1] for sentence in told] == ["coordinates in NAD27 are known to 7 m on the globe"]
+
+
 def test_an_older_crs_member_is_followed(read):
     there = pyproj.Transformer.from_crs("OGC:CRS84", "EPSG:2056", always_xy=True)
     ring = [list(there.transform(x, y)) for x, y in SQUARE]

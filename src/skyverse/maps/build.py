@@ -168,6 +168,9 @@ def build_scenario(
         raise InputError("--ground: expected it without a terrain, found both; the terrain says where the ground is")
     with ExitStack() as stack:
         files = [stack.enter_context(opened(raster)) for raster in rasters]
+        for file in files:
+            if file.doubt:
+                on_note(Note(file.path, file.doubt))
         refuse_off_map({**starts, **goals}, files)
         bounds = None if area is None else Area(*area)
         frame = origin or _origin(bounds, places, files, read, geoid)

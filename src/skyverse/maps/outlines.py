@@ -12,6 +12,7 @@ from shapely import LineString, MultiPolygon, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError
+from skyverse.maps import datum
 from skyverse.maps.limits import printable
 
 Tell = Callable[[str], object]
@@ -54,11 +55,12 @@ def to_globe(
         _in_range(geometries, names)
         return geometries
     try:
-        transformer = pyproj.Transformer.from_crs(flat, WGS84, always_xy=True)
+        x0, y0, x1, y1 = shapely.total_bounds(geometries).tolist()
+        transformer, doubt = datum.to_globe(flat, (x0 + x1) / 2, (y0 + y1) / 2)
     except pyproj.exceptions.ProjError as error:
         raise InputError(f"{file}: coordinates in {crs.name} cannot be brought to WGS84: {error}") from None
-    if transformer.accuracy > 1:
-        tell(f"{file}: coordinates in {crs.name} are known to {transformer.accuracy:g} m on the globe")
+    if doubt:
+        tell(f"{file}: {doubt}")
     if flat.is_projected:
         unit = flat.axis_info[0].unit_conversion_factor or 1.0
         _finite(geometries, names)

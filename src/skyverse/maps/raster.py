@@ -72,7 +72,8 @@ class Opened:
     """A raster that is open, with heights in metres and a way between its pixels and the globe."""
 
     def __init__(self, raster: Raster, data: Any) -> None:
-        _, pyproj = tools()
+        from skyverse.maps import datum
+
         self.path, self.data = str(raster.path), data
         self.nodata = raster.nodata
         self.band = self._which(raster.band)
@@ -84,7 +85,8 @@ class Opened:
         if said == "" and metres is not None:
             self.unit = metres
         flat = self.crs.to_2d()
-        self.globe = pyproj.Transformer.from_crs(flat, "EPSG:4326", always_xy=True)
+        middle = _moved(data.transform, np.array(data.width / 2), np.array(data.height / 2))
+        self.globe, self.doubt = datum.to_globe(flat, float(middle[0]), float(middle[1]))
         self.turn = 2 * np.pi / flat.axis_info[0].unit_conversion_factor if flat.is_geographic else None
         if data.transform.determinant == 0 or data.transform.is_identity or min(data.shape) < 2:
             raise InputError(f"{self.path}: it does not say where on Earth its pixels lie (no geotransform)")
