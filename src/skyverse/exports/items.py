@@ -68,5 +68,6 @@ def items(scenario: Scenario, route: Route, above: Above, end: End) -> list[Item
         made.append(Item(Command.LAND, FRAMES[AboveHome], (0.0, 0.0, 0.0, None, latitude, longitude, 0.0)))
     else:
         around = wing.turn_radius if wing is not None else 0.0
-        made.append(Item(Command.LOITER, frame, (0.0, 0.0, around, None, *where[-1])))
+        yaw = 0.0 if at.kind is AboveGround else None  # such missions are ArduPilot's, and it wants a number here
+        made.append(Item(Command.LOITER, frame, (0.0, 0.0, around, yaw, *where[-1])))
     return made

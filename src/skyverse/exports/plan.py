@@ -15,7 +15,7 @@ from skyverse.shapes import Box, Cylinder, Prism
 
 MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's own numbers for what an altitude is counted from."""
-PX4 = 12
+PX4, ARDUPILOT = 12, 3
 
 
 def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
@@ -28,7 +28,7 @@ def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
     speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
     mission = {
         "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
-        "firmwareType": PX4,
+        "firmwareType": ARDUPILOT if above == "ground" else PX4,  # PX4 does not know altitudes above ground
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
         "items": [_item(k, item, mode) for k, item in enumerate(items(scenario, route, above, end), 1)],

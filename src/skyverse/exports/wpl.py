@@ -1,6 +1,8 @@
 """QGC WPL 110, the text format of Mission Planner and many others: home, then a command a line."""
 
-from skyverse.exports.items import FRAMES, End, Item, items
+import math
+
+from skyverse.exports.items import FRAMES, Command, End, Item, items
 from skyverse.exports.places import Above, home, places
 from skyverse.exports.route import Route
 from skyverse.scenario import Scenario
@@ -16,7 +18,9 @@ def waypoints_text(scenario: Scenario, route: Route, above: Above, end: End) -> 
 
 
 def _item(number: int, item: Item) -> str:
-    return _row(number, 0, item.frame, item.command, tuple(value or 0.0 for value in item.numbers))
+    # a heading that is the autopilot's to choose is NaN, as 0 is north; but to loiter ArduPilot takes only numbers
+    free = 0.0 if item.command is Command.LOITER else math.nan
+    return _row(number, 0, item.frame, item.command, tuple(free if v is None else v for v in item.numbers))
 
 
 def _row(number: int, current: int, frame: int, command: int, values: tuple[float, ...]) -> str:
@@ -24,4 +28,6 @@ def _row(number: int, current: int, frame: int, command: int, values: tuple[floa
 
 
 def _number(value: float) -> str:
+    if math.isnan(value):
+        return "NaN"  # Mission Planner reads no other case
     return f"{value:.10f}".rstrip("0").rstrip(".") if value else "0"

@@ -23,10 +23,10 @@ DRONE, PAYLOAD = ("77", "0"), ("66", "0")
 def wpml_parts(scenario: Scenario, route: Route, above: Above, end: str) -> dict[str, str]:
     """Return the files in the archive."""
     vehicle = scenario.uavs[route.uav]
-    if above == "amsl":
-        geoid_of(scenario, "DJI's waylines, above the sea")
     if vehicle.fixed_wing is not None:
         raise InputError(f"{vehicle.name}: DJI's waylines are for multirotors, and it is an aeroplane")
+    if above == "amsl":
+        geoid_of(scenario, "DJI's waylines, above the sea")
     return {
         "wpmz/template.kml": _template(scenario, route, above, end),
         "wpmz/waylines.wpml": _waylines(scenario, route, above, end),
