@@ -3,6 +3,7 @@
 Each may be an obstacle, or, with a risk, a zone that may be flown through; the ground is the ground.
 """
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -166,21 +167,59 @@ def _edges_that_meet(rings: list[NDArray[np.float64]]) -> tuple[tuple[int, int],
     starts = np.cumsum([0, *sizes[:-1]])
     following = np.concatenate([s + np.roll(np.arange(n), -1) for s, n in zip(starts, sizes, strict=True)])
     ahead = corners[following] - corners
-    to = corners[None] - corners[:, None]
-    side = np.sign(ahead[:, None, 0] * to[..., 1] - ahead[:, None, 1] * to[..., 0])  # (edge, corner)
-    apart = side * side[:, following] > 0
     low, high = np.minimum(corners, corners[following]), np.maximum(corners, corners[following])
-    meet = ~(apart | apart.T | np.any((low[:, None] > high[None]) | (high[:, None] < low[None]), axis=2))
+
+    def side(edge: NDArray[np.int64], corner: NDArray[np.int64]) -> NDArray[np.float64]:
+        to = corners[corner] - corners[edge]
+        crossed: NDArray[np.float64] = np.sign(ahead[edge, 0] * to[:, 1] - ahead[edge, 1] * to[:, 0])
+        return crossed
+
     onward = np.sum(ahead * ahead[following], axis=1)
-    each = np.arange(len(corners))
-    folds = (side[each, following[following]] == 0) & (onward <= 0)
-    meet[each, each] = False
-    meet[each, following] = meet[following, each] = folds
-    first = np.argwhere(meet)
-    if not len(first):
+    folds = (side(np.arange(len(corners)), following[following]) == 0) & (onward <= 0)
+    first: tuple[int, int] | None = None
+    for a, b in _edges_near(low, high):
+        near = np.all((low[a] <= high[b]) & (high[a] >= low[b]), axis=1)
+        a, b = a[near], b[near]
+        apart = side(a, b) * side(a, following[b]) > 0
+        apart |= side(b, a) * side(b, following[a]) > 0
+        meet = np.where(following[a] == b, folds[a], np.where(following[b] == a, folds[b], ~apart))
+        found = min(zip(a[meet].tolist(), b[meet].tolist(), strict=True), default=None)
+        first = found if first is None or (found is not None and found < first) else first
+    if first is None:
         return None
     numbered = [(ring, edge) for ring, size in enumerate(sizes) for edge in range(size)]
-    return numbered[first[0, 0]], numbered[first[0, 1]]
+    return numbered[first[0]], numbered[first[1]]
+
+
+def _edges_near(
+    low: NDArray[np.float64], high: NDArray[np.float64]
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Yield pairs of edges, the lesser number first, some at a time: all whose bounds (n, 2) overlap, and others."""
+    if len(low) <= FEW_EDGES:
+        yield np.triu_indices(len(low), 1)
+        return
+    sweeps = []
+    for axis in range(2):
+        order = np.argsort(low[:, axis], kind="stable")
+        ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
+        sweeps.append((order, ends - np.arange(len(low)) - 1))
+    order, counts = min(sweeps, key=lambda sweep: int(sweep[1].sum()))
+    total = np.cumsum(counts)
+    parts = np.searchsorted(total, np.arange(0, total[-1] + PAIRS, PAIRS)).tolist()
+    for begin, end in zip(parts, [*parts[1:], len(low)], strict=True):
+        many = counts[begin:end]
+        if not many.sum():
+            continue
+        edge = np.repeat(np.arange(begin, end), many)
+        onward = np.arange(len(edge)) - np.repeat(np.cumsum(many) - many, many) + 1
+        one, other = order[edge], order[edge + onward]
+        yield np.minimum(one, other), np.maximum(one, other)
+
+
+FEW_EDGES = 64
+"""Up to so many, all pairs are looked at; of more, those that a sweep along x or y finds side by side."""
+PAIRS = 1_000_000
+"""Looked at together."""
 
 
 def _inside(place: NDArray[np.float64], ring: NDArray[np.float64]) -> bool:

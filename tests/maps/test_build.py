@@ -22,6 +22,8 @@ from skyverse.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
 from skyverse.cli import main  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps.build import build_scenario  # noqa: E402
+from skyverse.maps.feature import Feature  # noqa: E402
+from skyverse.maps.obstacles import GRAIN, Placed, prisms  # noqa: E402
 from skyverse.maps.terrain import ground_below  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
@@ -201,6 +203,29 @@ def test_buildings_that_touch_become_one_unless_they_are_to_stay_as_they_are(val
     options = {"terrain": [valley], "buildings": [path], "uavs": [START], "targets": [GOAL]}
     assert len(build_scenario("v", **options, tolerance=0).obstacles) == 4
     assert len(build_scenario("v", **options, tolerance=5).obstacles) == 1
+
+
+@pytest.mark.parametrize("width", [2e-4, 4e-4, 9e-4])
+def test_what_is_thinner_than_a_grain_becomes_a_thin_prism(width):
+    sliver = shapely.box(0, 0, 10, width)
+    court = shapely.Polygon(shapely.box(20, 0, 40, 20).exterior, [shapely.box(25, 5, 25 + width, 15).exterior])
+    features = [Feature(np.zeros((3, 2)), (), None, None, "zone", None, "z") for _ in range(2)]
+    made, _ = prisms(Placed([sliver, court], features, np.zeros(2), np.ones(2)))
+    for prism, outline in zip(made, (sliver, court), strict=True):
+        polygon = shapely.Polygon(prism.vertices, prism.holes)
+        assert polygon.buffer(GRAIN / 2 + 1e-9, join_style="mitre").covers(outline)
+        assert polygon.bounds == pytest.approx(outline.bounds, abs=3 * GRAIN)
+
+
+def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_they_are(valley, tmp_path):
+    turn = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
+    lake = outline(*(100 * np.column_stack([np.cos(turn), np.sin(turn)])))
+    path, told = geojson(tmp_path / "z.geojson", (lake, {"upper": "90 m agl"})), []
+    options = {"terrain": [valley], "uavs": [START], "targets": [GOAL], "on_note": told.append}
+    (prism,) = build_scenario("v", zones=[path], tolerance=0, **options).obstacles
+    assert len(prism.vertices) <= 1000
+    assert 100**2 * np.pi - 1 < shapely.Polygon(prism.vertices).area < 101**2 * np.pi
+    assert any("of more than 1000 corners, simplified by 0.0" in note.text for note in told)
 
 
 @pytest.mark.parametrize(

@@ -174,13 +174,13 @@ def slimmed(these: Placed, tolerance: float) -> Placed:
 
     from skyverse.maps.footprints import merge, simplify
 
-    if not these.outlines or tolerance == 0:
+    if not these.outlines:
         return these
     outlines = np.empty(len(these.outlines), dtype=object)
     outlines[:] = these.outlines
     counts = Counter(these.counts)
     corners = int(shapely.get_num_coordinates(outlines).sum())
-    alike = np.array([feature.kind == "building" and feature.risk is None for feature in these.features])
+    alike = np.array([tolerance > 0 and f.kind == "building" and f.risk is None for f in these.features])
     features = [feature for feature, one in zip(these.features, alike, strict=True) if not one]
     outlines, joint = outlines[~alike], outlines[alike]
     low, high = these.low[~alike], these.high[~alike]
@@ -195,7 +195,7 @@ def slimmed(these: Placed, tolerance: float) -> Placed:
         low, high = np.concatenate([low, merged.low]), np.concatenate([high, merged.high])
     outlines = simplify(outlines, tolerance)
     while (many := shapely.get_num_coordinates(outlines) > MOST_CORNERS).any() and tolerance < 1e4:
-        tolerance *= 2
+        tolerance = max(2 * tolerance, 0.01)
         outlines[many] = simplify(outlines[many], tolerance)
         counts[f"of more than {MOST_CORNERS} corners, simplified by {tolerance:g} m"] = int(many.sum())
     counts["corners of outlines taken away"] = corners - int(shapely.get_num_coordinates(outlines).sum())
@@ -219,14 +219,20 @@ def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:
         }
         try:
             made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))
-        except ValidationError:  # an outline that touches itself; what it lies in does not
-            made.append(Prism(vertices=_ring(outline.convex_hull.exterior), **given))
+        except ValidationError:  # an outline that touches itself, or is thinner than a grain; what it lies in is not
+            hull = outline.convex_hull.buffer(GRAIN, join_style="mitre")
+            try:
+                made.append(Prism(vertices=_ring(hull.exterior), **given))
+            except ValidationError as error:
+                said = error.errors()[0]["msg"].removeprefix("Value error, ")
+                raise InputError(f"{feature.where}: cannot become a prism: {said}") from None
             counts["taken as their convex hull"] += 1
     return made, counts
 
 
 def _rings(outline: Any) -> tuple[Floats, ...]:
-    return tuple(_ring(hole) for hole in outline.interiors)
+    rings = [_ring(hole) for hole in outline.interiors]
+    return tuple(ring for ring in rings if len(ring) >= 3)  # a hole thinner than a grain is filled
 
 
 def _ring(ring: Any) -> Floats:
