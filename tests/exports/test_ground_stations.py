@@ -261,7 +261,7 @@ def test_plans_have_every_field_that_qgroundcontrol_wants_and_no_other(tmp_path)
         for file in sky.export(mission, tmp_path / f"m{seed}.plan", altitude=above, end=end, allow_close=True):
             plan = json.loads(file.read_text())
             validator.validate(plan)
-            # PX4 answers UNSUPPORTED_FRAME to altitudes above ground; ArduPilot refuses a yaw that is no number to loiter
+            # PX4 answers UNSUPPORTED_FRAME to altitudes above ground; ArduPilot wants a number to loiter
             assert plan["mission"]["firmwareType"] == (3 if above == "ground" else 12)
             yaws = [item["params"][3] for item in plan["mission"]["items"] if item["command"] == LOITER]
             assert all((yaw is None) == (above != "ground") for yaw in yaws)
