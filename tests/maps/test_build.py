@@ -320,6 +320,28 @@ def test_an_origin_that_is_given_is_kept(valley):
     assert altitudes[0] == pytest.approx(altitudes[1], abs=1.5)  # their grids differ, and are raised differently
 
 
+def test_a_geoid_goes_with_an_origin_that_has_none_and_not_with_another(valley):
+    origin = sky.Origin(latitude=46.79, longitude=9.84, altitude=1234.5)
+    options = {"terrain": [valley], "uavs": [START], "geoid": 50.0}
+    assert build_scenario("v", origin=origin, **options).frame.origin.geoid == 50.0
+    with pytest.raises(InputError, match=r"--geoid: expected that of the origin, 48, found 50"):
+        build_scenario("v", origin=origin.model_copy(update={"geoid": 48.0}), **options)
+
+
+def test_files_of_one_name_have_their_own_licences(valley, tmp_path):
+    paths = []
+    for folder in "ab":
+        (tmp_path / folder).mkdir()
+        paths.append(geojson(tmp_path / folder / "z.geojson", (SQUARE, {"upper": "90 m agl"})))
+    options = {"terrain": [valley], "zones": paths, "uavs": [START]}
+    made = build_scenario("v", **options, licences={str(paths[1]): "CC0", "valley.tif": "mine"})
+    assert [(s.file, s.licence) for s in made.sources] == [
+        ("valley.tif", "mine"), ("z.geojson", ""), ("z.geojson", "CC0")
+    ]  # fmt: skip
+    with pytest.raises(InputError, match=r"--licence: z\.geojson: .* found several of that name"):
+        build_scenario("v", **options, licences={"z.geojson": "CC0"})
+
+
 def test_a_missing_extra_is_told_with_the_line_that_installs_it(valley, monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio", None)
     with pytest.raises(InputError, match=r'pip install "skyverse\[maps\]"'):

@@ -563,6 +563,20 @@ def test_a_file_of_another_kind_or_none_at_all_is_refused(tmp_path, suffix):
         read_features(path)
 
 
+@pytest.mark.parametrize(
+    ("choices", "option"),
+    [
+        ({"height": -1.0}, "--building-height"),
+        ({"buffer": 0.0}, "--buffer"),
+        ({"unit": "km"}, "--unit"),
+        ({"altitudes": "fl"}, "--altitudes"),
+        ({"lod": "nan"}, "--lod"),
+    ],
+)
+def test_a_choice_that_cannot_be_is_refused_by_the_name_of_its_option(read, choices, option):
+    refused(read, collection(feature()), f"{option}: expected", **choices)
+
+
 def test_a_missing_library_is_named_with_the_line_that_installs_it(read, monkeypatch):
     monkeypatch.setitem(sys.modules, "shapely", None)
     refused(read, collection(feature()), 'pip install "skyverse[maps]"', "shapely")

@@ -142,7 +142,7 @@ def build_scenario(
         Keywords for the readers of buildings and zones: ``altitudes``, ``unit``, ``height``, ``height_field``,
         ``buffer``, ``crs``, ``lod``.
     licences
-        By file, where a file does not say its licence itself.
+        By file as given (or its name, where only one has it), where a file does not say its licence itself.
     geoid
         How far mean sea level lies above the WGS84 ellipsoid there, metres, where it is known.
     on_note
@@ -166,6 +166,10 @@ def build_scenario(
     read = _read(buildings, zones, soft_zones, reading or {}, on_note)
     if rasters and ground is not None:
         raise InputError("--ground: expected it without a terrain, found both; the terrain says where the ground is")
+    if origin is not None and geoid is not None:
+        if origin.geoid not in (None, geoid):
+            raise InputError(f"--geoid: expected that of the origin, {origin.geoid:g}, found {geoid:g}")
+        origin = origin.model_copy(update={"geoid": geoid})
     with ExitStack() as stack:
         files = [stack.enter_context(opened(raster)) for raster in rasters]
         for file in files:
@@ -178,7 +182,11 @@ def build_scenario(
         region = _region(bounds, margin, places, files, read, level, on_note)
         refuse_outside([*starts, *goals], places, level, region, "the area")
         sources = [
-            Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name) for file in files
+            (
+                Path(file.path),
+                Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name),
+            )
+            for file in files
         ]
     relief = _relief(rasters, ground, level, region, terrain_step, fill_nodata, ground_clearance, on_note)
     if origin is None and relief is not None:
@@ -200,7 +208,8 @@ def build_scenario(
         obstacles += [prism for prism in made if prism.risk is None]
         soft += [prism for prism in made if prism.risk is not None]
         gives = "buildings" if path in map(str, buildings) else "zones"
-        sources.append(Source(file=Path(path).name, gives=gives, licence=licence_of(Path(path))))
+        where = Path(path)
+        sources.append((where, Source(file=where.name, gives=gives, licence=licence_of(where))))
     box = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
     try:
         return Scenario(
@@ -359,10 +368,14 @@ def _told(features: int, made: int, counts: Counter[str]) -> str:
     return f"{features:,} outlines, {made:,} prisms{more}"
 
 
-def _licensed(sources: list[Source], licences: Mapping[str, str]) -> list[Source]:
-    """Return sources with what the user says of their licences."""
-    said = {Path(file).name: text for file, text in licences.items()}
-    unknown = said.keys() - {source.file for source in sources}
-    if unknown:
-        raise InputError(f"--licence: {min(unknown)}: expected one of the files given, found another")
-    return [source.model_copy(update={"licence": said.get(source.file, source.licence)}) for source in sources]
+def _licensed(sources: list[tuple[Path, Source]], licences: Mapping[str, str]) -> list[Source]:
+    """Return sources with what the user says of their licences, by path, or by name where that is one file's only."""
+    paths = {path for path, _ in sources}
+    said = {}
+    for file, text in licences.items():
+        meant = {path for path in paths if path == Path(file)} or {path for path in paths if path.name == str(file)}
+        if len(meant) != 1:
+            found = "several of that name" if meant else "another"
+            raise InputError(f"--licence: {file}: expected one of the files given, found {found}")
+        said[meant.pop()] = text
+    return [source.model_copy(update={"licence": said.get(path, source.licence)}) for path, source in sources]

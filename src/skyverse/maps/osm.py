@@ -24,8 +24,6 @@ from skyverse.maps.outlines import WGS84, filled
 from skyverse.maps.record import Record, features
 from skyverse.maps.xml import parse
 
-LICENCE = "ODbL 1.0, © OpenStreetMap contributors"
-
 _PBF = """closed_ways_are_polygons=building,building:part
 [points]
 osm_id=no
