@@ -58,7 +58,7 @@ def mission(
     return Mission(scenario, tuple(range(len(starts))), nothing, tuple(trajectories), (), made)
 
 
-def random_mission(seed, terrain=False):
+def random_mission(seed, terrain=False, towers=False):
     """One to three UAVs anywhere on the globe but near the poles; straight or bent flights, some of which wait."""
     rng = np.random.default_rng(seed)
     longitude = float(rng.choice([rng.uniform(-180, 180), 180.0, -179.9999, 0.0]))
@@ -77,7 +77,24 @@ def random_mission(seed, terrain=False):
     under = Terrain(origin=(-325.0, -325.0), step=(50.0, 50.0), heights=heights, clearance=10.0) if terrain else None
     names = list(map(str, rng.permutation(NAMES)[: len(flights)]))
     wing = FixedWing(speed=15, turn_radius=40, climb=20) if rng.random() < 0.2 else None
-    return mission(flights, origin=origin, terrain=under, names=names, wing=wing)
+    boxes = beside(rng, flights, 0.5, 3.0 if wing else 0.05) if towers else ()
+    return mission(flights, origin=origin, terrain=under, names=names, wing=wing, boxes=boxes)
+
+
+def beside(rng, flights, clearance, least):
+    """Towers beside the ways, some nearly as near as the clearance, none nearer to any."""
+    ways = [flight.at(np.linspace(flight.start, flight.end, 2000)).position for flight in flights]
+    below = [np.linspace(way[0] * [1, 1, 0] - [0, 0, 50], way[0], 100) for way in ways]
+    every = np.concatenate([*ways, *below])
+    boxes = []
+    for _ in range(12):
+        way = ways[int(rng.integers(len(ways)))]
+        place, half = way[int(rng.integers(len(way)))], rng.uniform(2, 10, 2)
+        middle = place[:2] + rng.choice([-1, 1], 2) * (half + clearance + rng.uniform(least, 5))
+        away = np.maximum(np.abs(every[:, :2] - middle) - half, 0)
+        if np.hypot(*away.T).min() > clearance + least and np.abs(middle).max() < 280:
+            boxes.append(((*(middle - half), -50.0), (*(middle + half), 140.0)))
+    return boxes
 
 
 def local(origin, latitude, longitude, altitude):

@@ -56,7 +56,7 @@ def stations():
 
 def random_case(seed):
     above = ("amsl", "home", "ground")[seed % 3]
-    mission = handmade.random_mission(seed, terrain=above == "ground" or seed % 2 == 1)
+    mission = handmade.random_mission(seed, terrain=above == "ground" or seed % 2 == 1, towers=above != "ground")
     return mission, above
 
 

@@ -299,3 +299,10 @@ def test_a_home_below_a_roof_is_refused_by_name(tmp_path, suffix):
     assert sky.export(mission, tmp_path / f"m.{suffix}", altitude="amsl")
     beside = handmade.mission(flight, boxes=[((6, 6, -2), (9, 9, 30))], terrain=level, origin=ORIGIN)
     assert sky.export(beside, tmp_path / f"m.{suffix}", altitude="home")
+
+
+@pytest.mark.parametrize("seed", [seed for seed in range(24) if seed % 3 != 2])
+def test_routes_of_random_missions_among_towers_are_clear_as_flown(seed):
+    mission = handmade.random_mission(seed, towers=True)
+    for route in sky.routes(mission, altitude=("amsl", "home")[seed % 3]):
+        assert gaps(mission, flown(mission, route)).min() >= 0.5 - LET_PASS

@@ -217,10 +217,10 @@ def routes(
 
 
 def _home_note(scenario: Scenario, uav: int) -> str:
-    at = places(scenario, uav, home(scenario, uav)[None], "amsl")
+    at = round(float(places(scenario, uav, home(scenario, uav)[None], "amsl").altitude[0]), 2)
     return (
-        f"{scenario.uavs[uav].name}: its heights are counted from home at {float(at.altitude[0]):.2f} m above mean sea "
-        "level; where it arms lower than that, it flies as much lower."
+        f"{scenario.uavs[uav].name}: its heights are counted from home at {at + 0.0:.2f} m above mean sea level; where "
+        "it arms lower than that, it flies as much lower."
     )
 
 
