@@ -111,7 +111,7 @@ def test_geojson_read_by_gdal_has_the_same_paths(tmp_path):
 def test_no_line_in_geojson_spans_the_antimeridian(tmp_path):
     import json
 
-    origin = Origin(latitude=-17, longitude=180, altitude=20)
+    origin = Origin(latitude=-17, longitude=180, altitude=20, geoid=0)
     mission = handmade.mission([handmade.along([(-200, 0, 50), (200, 30, 60), (-100, 50, 60)], 20)], origin=origin)
     (file,) = sky.export(mission, tmp_path / "m.geojson", rate=1)
     shape = json.loads(file.read_text())["features"][0]["geometry"]
