@@ -46,6 +46,8 @@ def main() -> int:
     if options.command == "test":
         # a file's tests stay together, so that few kernels are compiled twice
         asked = rest[1:] if rest[:1] == ["--"] else rest or ["-n", "auto", "--dist", "loadfile"]
+        if not rest and not os.environ.get("NUMBA_DISABLE_JIT"):
+            run("python", "tests/kernels.py")
         return run("python", "-m", "pytest", *asked)
     if options.command == "docs":
         return run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")

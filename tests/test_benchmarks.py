@@ -15,6 +15,7 @@ def run(*words):
     return subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=300)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="a benchmark of plain Python says nothing")
 def test_the_peers_are_compared_in_tables_and_a_figure(tmp_path):
     if importlib.util.find_spec("ompl") is None:
@@ -39,6 +40,7 @@ def test_an_unknown_name_is_refused_with_the_list_of_names():
     assert "Theta*" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="planning thirty missions in plain Python is slow"
 )

@@ -19,6 +19,7 @@ FIELDS = list(itertools.product((15, 30), range(20)))
 BUDGET = sky.MaxEvaluations(500)
 
 
+@pytest.mark.slow
 def test_seeded_by_taut_and_astar_it_beats_the_best_of_six_peers_on_nine_fields_of_ten():
     """40 random fields of threats at 500 evaluations; the peers but MVO have straight legs too."""
     for package in ("cma", "pymoo", "niapy"):

@@ -246,6 +246,7 @@ def test_whatever_is_flown_among_pillars_is_proven(places, uav):
         assert prove(PILLAR, uav, trajectory).verdict is Verdict.PROVEN
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(st.lists(PLACES, min_size=1, max_size=5), planes())
 def test_with_room_enough_there_is_always_a_way(places, uav):
