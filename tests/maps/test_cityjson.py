@@ -116,7 +116,7 @@ def test_parts_are_features_of_their_own_and_roads_are_left_out_and_told(read):
     told = []
     assert [one.name for one in read(city(objects), tell=told.append)] == ["part", "many"]
     assert len(told) == 1
-    assert told[0].endswith("city.json: 1 of type 'Road' left out")
+    assert told[0].endswith("city.json: 1 left out, which do not stand in the way or are of unknown type: 1 Road")
 
 
 def test_what_else_stands_in_the_way_is_read_with_its_kind(read):

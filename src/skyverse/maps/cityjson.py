@@ -4,6 +4,7 @@ https://www.cityjson.org/specs/
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -57,13 +58,14 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
     outlines: list[BaseGeometry] = []
     spans: list[tuple[float, float]] = []
     said: list[tuple[str, str, str, dict[str, Any]]] = []
+    others: Counter[str] = Counter()
     for name, one in objects.items():
         where = f"{path}: {printable(name)}"
         if not isinstance(one, dict):
             raise InputError(f"{where}: expected an object, found {_shown(one)}")
         if _type(one) not in KINDS:
             if one.get("geometry"):
-                choices.tally[f"of type {printable(_type(one))!r:.60} left out"] += 1
+                others[f"{printable(_type(one)):.40}"] += 1
             continue
         solid = _solid(one, vertices, where, choices)
         if solid is None:
@@ -76,6 +78,9 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         spans.append((low * unit, high * unit))
         kind = KINDS[_type(one)]
         said.append((where, printable(name), choices.kind or kind if kind == "building" else kind, attributes))
+    if others:
+        named = ", ".join(f"{number:,} {kind}" for kind, number in others.most_common())
+        choices.tally[f"left out, which do not stand in the way or are of unknown type: {named}"] += others.total()
     if not outlines:
         raise InputError(f"{path}: expected buildings with surfaces, found none")
     array = np.empty(len(outlines), dtype=object)
