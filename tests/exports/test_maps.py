@@ -1,6 +1,7 @@
 """Missions for maps, read back by fastkml, GDAL and gpxpy."""
 
 import csv
+import dataclasses
 import zipfile
 from datetime import datetime
 
@@ -201,3 +202,16 @@ def test_the_command_line_takes_an_origin_with_its_frame_and_a_geoid(tmp_path):
         export(str(tmp_path / "m.json"), out, origin="47.39,8.54,410 m amsl")
     export(str(tmp_path / "m.json"), out, origin="47.39,8.54,410 m amsl", geoid=48.0)
     assert "508.0" in out.read_text()
+
+
+def test_what_is_made_of_maps_is_not_moved_and_who_is_left_out_is_told(tmp_path):
+    flights = [handmade.along([(0, y, 50), (100, y, 50)], 20) for y in (0, 30)]
+    mission = handmade.mission(flights, origin=Origin(latitude=46.8, longitude=9.8, altitude=1500))
+    alone = dataclasses.replace(mission, trajectories=(flights[0], None))
+    told = []
+    sky.export(alone, tmp_path / "m.kml", on_note=told.append)
+    assert told == ["Left out, for want of a trajectory: uav-2."]
+    mapped = mission.scenario.model_copy(update={"sources": (sky.Source(file="dem.tif", gives="terrain"),)})
+    real = dataclasses.replace(mission, scenario=mapped)
+    with pytest.raises(sky.InputError, match=r"made of maps and lies at latitude 46\.8, longitude 9\.8, 1500 m above"):
+        sky.export(real, tmp_path / "m.kml", origin=Origin(latitude=9.8, longitude=46.8, altitude=0))

@@ -182,6 +182,14 @@ def test_soft_zones_carry_their_risk_and_no_end_reaches_past_the_bounds(valley, 
     assert any("1 outlines, 1 prisms" in note.text for note in told)
 
 
+def test_zones_with_latitude_first_are_not_dropped_as_lying_elsewhere(valley, tmp_path):
+    (ring,) = SQUARE["coordinates"]
+    turned = {"type": "Polygon", "coordinates": [[corner[::-1] for corner in ring]]}
+    path = geojson(tmp_path / "z.geojson", (turned, {"upper": "90 m agl"}))
+    with pytest.raises(InputError, match=r"z\.geojson: nothing of it lies in the area, but would with latitude and"):
+        build_scenario("valley", terrain=[valley], zones=[path], uavs=[START], targets=[GOAL])
+
+
 def test_what_lies_outside_is_dropped_and_what_crosses_the_edge_is_cut(valley, tmp_path):
     far = outline((700, 0), (720, 0), (710, 20))
     long = outline((-5000, 90), (5000, 90), (5000, 110), (-5000, 110))

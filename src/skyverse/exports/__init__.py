@@ -114,6 +114,9 @@ def export(
     """
     path = Path(path)
     suffix = _suffix(path)
+    left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
+    if left:
+        on_note(f"Left out, for want of a trajectory: {', '.join(left)}.")
     if suffix in OURS:
         write(mission, path, rate=RATES[".csv"] if rate is None else rate)
         return [path]

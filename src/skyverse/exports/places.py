@@ -46,11 +46,19 @@ NEAR = 0.2
 def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
     """Return the mission's scenario with an origin, or refuse to write `what` without one.
 
-    A known geoid is kept where the new origin is near the old one and does not say its own.
+    What is made of maps stays where it is. Of others a known geoid is kept where the new origin is near the old one and
+    does not say its own.
     """
     scenario = mission.scenario
     if origin is not None:
         known = scenario.frame.origin
+        moved = known is not None and origin.model_copy(update={"geoid": known.geoid}) != known
+        if known is not None and moved and (scenario.terrain is not None or scenario.sources):
+            raise InputError(
+                f"{what}: {scenario.name!r} is made of maps and lies at latitude {known.latitude:g}, longitude "
+                f"{known.longitude:g}, {known.altitude:g} m above the sea; found another origin, latitude "
+                f"{origin.latitude:g}, longitude {origin.longitude:g}, {origin.altitude:g} m"
+            )
         if origin.geoid is None and known is not None:
             turn = (origin.longitude - known.longitude + 180) % 360 - 180
             if max(abs(turn), abs(origin.latitude - known.latitude)) <= NEAR:

@@ -26,6 +26,7 @@ from skyverse.maps.places import (
     refuse_low,
     refuse_off_map,
     refuse_outside,
+    refuse_swapped,
 )
 from skyverse.maps.raster import Opened, Raster, Rectangle, opened
 from skyverse.maps.region import Area, around, checked, common, covered
@@ -205,6 +206,9 @@ def build_scenario(
     for (path, found), one in zip(read, cut, strict=True):
         made, counts = prisms(slimmed(bounded(one, floor, top, reach), tolerance))
         on_note(Note(str(path), _told(len(found), len(made), counts)))
+        if found and not made:
+            refuse_swapped(path, found, frame, region)
+            on_note(Note(str(path), "nothing of it lies in the area"))
         obstacles += [prism for prism in made if prism.risk is None]
         soft += [prism for prism in made if prism.risk is not None]
         gives = "buildings" if path in map(str, buildings) else "zones"

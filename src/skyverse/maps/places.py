@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.errors import InputError
 from skyverse.geodesy import to_local, to_wgs84
+from skyverse.maps.feature import Feature
 from skyverse.maps.raster import Opened, Rectangle
 from skyverse.maps.region import within
 from skyverse.maps.terrain import ground_below
@@ -84,6 +85,18 @@ def refuse_outside(names: Sequence[str], places: Sequence[Place], origin: Origin
         raise InputError(
             f"{name}: expected a place in {what}, which ends {_far(point, region)} from latitude {latitude:g}, "
             f"longitude {longitude:g}{hint}"
+        )
+
+
+def refuse_swapped(path: str, found: Sequence[Feature], origin: Origin, region: Rectangle) -> None:
+    """Refuse a file of which nothing lies over the region, but would if latitude and longitude were swapped."""
+    corners = np.concatenate([feature.outline for feature in found])
+    turned = corners[np.abs(corners[:, 0]) <= 90]
+    flat: list[Place] = [(float(first), float(second), AboveSea(origin.altitude)) for first, second in turned]
+    if flat and any(within(point, region) for point in flat_points(flat, origin)):
+        raise InputError(
+            f"{path}: nothing of it lies in the area, but would with latitude and longitude swapped; expected "
+            "longitude first"
         )
 
 
