@@ -18,11 +18,9 @@ def listed(value: object) -> object:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-Coordinate = Annotated[Number, Field(ge=-1e9, le=1e9)]
-"""Metres; nothing on Earth is farther from anything, and squares stay numbers."""
-Point = Annotated[tuple[Coordinate, Coordinate, Coordinate], BeforeValidator(listed)]
+Point = Annotated[tuple[Number, Number, Number], BeforeValidator(listed)]
 """x, y, z in metres; a numpy array of three is accepted."""
-Place = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(listed)]
+Place = Annotated[tuple[Number, Number], BeforeValidator(listed)]
 """x, y in metres."""
 Steps = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(listed)]
 

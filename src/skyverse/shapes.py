@@ -132,7 +132,8 @@ class Prism(Upright):
         if self._sound is not None and self._sound[0] is self.vertices and self._sound[1] is self.holes:
             return self  # pydantic asks again whenever a prism becomes a part of something
         rings = [np.array(ring) for ring in (self.vertices, *self.holes)]
-        met = _edges_that_meet(rings)
+        with np.errstate(over="ignore", invalid="ignore"):  # of corners farther away than squares can tell
+            met = _edges_that_meet(rings)
         if met is not None:
             (ring, edge), (other, another) = met
             names = ["the outline", *(f"holes[{k}]" for k in range(len(self.holes)))]
