@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from skyverse.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
-from skyverse.shapes import Obstacle, Terrain, Voxels, Zone
+from skyverse.shapes import Obstacle, Terrain, Zone
 from skyverse.vehicle import UAV
 
 
@@ -193,9 +193,6 @@ def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
     return named
 
 
-SEAM = 1e-3
-
-
 class Scenario(Model):
     """All that is given. Every field is validated; unknown keys are refused.
 
@@ -259,15 +256,6 @@ class Scenario(Model):
                     f"the terrain must cover the bounds, but along {'xy'[axis]} it runs from {first[axis]:g} to "
                     f"{last[axis]:g} and they from {low:g} to {high:g}"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _voxels_are_closed(self) -> Self:
-        if self.clearance < SEAM and any(isinstance(obstacle, Voxels) for obstacle in self.obstacles):
-            raise ValueError(
-                f"clearance must be {SEAM:g} m or more where there are voxels, or a way would lead between two that "
-                f"touch; it is {self.clearance:g}"
-            )
         return self
 
     @model_validator(mode="after")
