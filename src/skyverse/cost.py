@@ -77,7 +77,7 @@ def make_rates(scenario: Scenario) -> Rates:
         zones=compiled,
         risks=risks[order],
         order=np.argsort(order),
-        ground=make_ground(scenario.terrain if above else None, scenario.clearance),
+        ground=make_ground(scenario.terrain if above else None),
     )
 
 
@@ -87,7 +87,7 @@ def _rank(zone: Zone) -> int:
 
 _UNPRICED = Rates(
     *(0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, False, 0.0, 0.0),
-    *(make_solids([])[0], np.zeros(0), np.zeros(0, np.int64), make_ground(None, 0.0)),
+    *(make_solids([])[0], np.zeros(0), np.zeros(0, np.int64), make_ground(None)),
 )
 
 

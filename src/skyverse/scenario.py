@@ -227,6 +227,12 @@ class Scenario(Model):
     frame: Frame = Frame()
     sources: tuple[Source, ...] = ()
 
+    @property
+    def ground_clearance(self) -> float:
+        """How high above ground must be kept, metres: the terrain's clearance, or the scenario's where it has none."""
+        own = None if self.terrain is None else self.terrain.clearance
+        return self.clearance if own is None else own
+
     @field_validator("uavs")
     @classmethod
     def _name_uavs(cls, uavs: tuple[UAV, ...]) -> tuple[UAV, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -357,6 +357,16 @@ class Terrain(GridModel):
         """The least and the greatest x, y that it covers, metres."""
         (x, y), (dx, dy), (nx, ny) = self.origin, self.step, self.heights.shape
         return (x, y), (x + dx * (nx - 1), y + dy * (ny - 1))
+
+    def height(self, places: ArrayLike) -> NDArray[np.float64]:
+        """Return the ground's z at places (..., 2), metres: bilinear, and level beyond the last heights."""
+        h, last = self.heights, np.array(self.heights.shape) - 1
+        at = np.clip((np.asarray(places, dtype=np.float64) - self.origin) / self.step, 0, last)
+        cell = np.minimum(at.astype(np.intp), last - 1)
+        (i, j), (u, v) = np.moveaxis(cell, -1, 0), np.moveaxis(at - cell, -1, 0)
+        low, high = h[i, j] * (1 - u) + h[i + 1, j] * u, h[i, j + 1] * (1 - u) + h[i + 1, j + 1] * u
+        z: NDArray[np.float64] = low * (1 - v) + high * v
+        return z
 
 
 def _kind_of(value: object) -> str:

@@ -10,7 +10,6 @@ import pytest
 
 import skyverse as sky
 from skyverse.draw.html import banner, page, slider_step, write_html
-from skyverse.draw.relief import ground
 from skyverse.draw.scene import scene
 from skyverse.draw.table import number, percent, seconds
 from skyverse.errors import InputError
@@ -224,7 +223,7 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     np.testing.assert_allclose((x, y), (250, 750), atol=5)  # a pixel is some metres wide
     there = to_wgs84(mission.scenario.frame.origin, [(x, y, 0.0)])[0]
     np.testing.assert_allclose((latitude, longitude), there[:2], atol=2e-5)
-    assert height == pytest.approx(ground(mission.scenario.terrain, [(x, y)])[0], abs=1.5)
+    assert height == pytest.approx(mission.scenario.terrain.height((x, y)), abs=1.5)
 
     side = "document.getElementById('profile').data.find((t) => t.meta.role === 'flight')"
     assert tab.evaluate(f"{side}.name") == "uav-1"

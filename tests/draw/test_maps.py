@@ -15,7 +15,7 @@ from skyverse.draw import kinds as kinds_module
 from skyverse.draw.figures import trajectories
 from skyverse.draw.html import data, page
 from skyverse.draw.map_traces import from_above, spacing
-from skyverse.draw.relief import FINEST, Relief, along, cleared, ground, relief
+from skyverse.draw.relief import FINEST, Relief, along, cleared, relief
 from skyverse.draw.scene import scene
 from skyverse.draw.solids import coarser, extent, faces, footprint, span, surface
 from skyverse.draw.triangles import triangles, turned
@@ -124,7 +124,7 @@ def test_ground_is_bilinear_in_each_cell():
     terrain = Terrain(origin=(10, 20), step=(2, 4), heights=[[0, 8], [4, 16]])
     for u, v in itertools.product((0.0, 0.25, 0.5, 1.0), repeat=2):
         expected = 0 * (1 - u) * (1 - v) + 4 * u * (1 - v) + 8 * (1 - u) * v + 16 * u * v
-        assert ground(terrain, [(10 + 2 * u, 20 + 4 * v)])[0] == pytest.approx(expected)
+        assert terrain.height([(10 + 2 * u, 20 + 4 * v)])[0] == pytest.approx(expected)
 
 
 def test_a_large_terrain_is_drawn_from_end_to_end_in_few_heights():
@@ -148,10 +148,10 @@ def test_no_path_above_ground_seems_to_run_below(seed):
     terrain = Terrain(origin=(0, 0), step=(1, 1), heights=rng.uniform(0, 30, (81, 81)))
     places = np.vstack([rng.uniform(0, 80, 2), rng.uniform(0, 80, 2)])
     points = along([np.column_stack([places, np.zeros(2)])], 0.25)
-    points[:, 2] = ground(terrain, points[:, :2]) + rng.uniform(0, 5, len(points))
+    points[:, 2] = terrain.height(points[:, :2]) + rng.uniform(0, 5, len(points))
     drawn = cleared(relief(terrain, (0, 0), (80, 80), 12), terrain, points)
     shown = Terrain(origin=(0, 0), step=(drawn.x[1], drawn.y[1]), heights=drawn.z)
-    assert np.all(ground(shown, points[:, :2]) <= points[:, 2] + 1e-6)
+    assert np.all(shown.height(points[:, :2]) <= points[:, 2] + 1e-6)
 
 
 def test_the_map_is_stretched_only_where_the_ground_is_flat():
@@ -210,7 +210,7 @@ def test_a_profiles_ground_is_that_below_the_path():
     for profile, trajectory in zip(drawn.profiles, mission.trajectories, strict=True):
         share = profile.distance / profile.distance[-1]
         np.testing.assert_allclose(profile.points, trajectory.at(60.0 * share).position, atol=1e-6)
-        np.testing.assert_allclose(profile.ground, ground(mission.scenario.terrain, profile.points[:, :2]))
+        np.testing.assert_allclose(profile.ground, mission.scenario.terrain.height(profile.points[:, :2]))
         np.testing.assert_allclose(profile.band, profile.ground[:, None] + (40, 90))
         assert profile.clearance == 20
         assert np.diff(profile.distance).max() < 5

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.space import ground, voxels, world
+from skyverse.space import ground, solids, tree, voxels, world
 from skyverse.space.lattice import make_grid, positions
 
 HALL = Prism(
@@ -95,10 +95,11 @@ def depth(scenario, at, growth=None):
             d = np.full(len(at), -np.inf)
             for low, high in boxes:
                 d = np.maximum(d, np.min(np.minimum(at - low, np.array(high) - at), axis=1) + c)
+            if isinstance(shape, Voxels) and c == 0:
+                d[within(shape, at)] = np.inf
         deepest = np.maximum(deepest, d)
     if scenario.terrain is not None:
-        own = scenario.clearance if scenario.terrain.clearance is None else scenario.terrain.clearance
-        margin = own + c - scenario.clearance
+        margin = scenario.ground_clearance + c - scenario.clearance
         deepest = np.maximum(deepest, z_of_ground(scenario.terrain, at[:, :2]) + margin - at[:, 2])
     return deepest
 
@@ -106,6 +107,14 @@ def depth(scenario, at, growth=None):
 def cells_of(shape):
     at = np.argwhere(shape.occupied)
     return [(np.array(shape.origin) + i * shape.step, np.array(shape.origin) + (i + 1) * shape.step) for i in at]
+
+
+def within(shape, at):
+    """Which places (n, 3) have occupied cells on all sides: no border between two cells is open."""
+    filled = np.pad(shape.occupied, 2)
+    sides = itertools.product((-1e-9, 1e-9), repeat=3)
+    cells = [np.floor((at - shape.origin + side) / shape.step).astype(int) for side in sides]
+    return np.all([filled[tuple(np.clip(cell, -1, shape.occupied.shape).T + 2)] for cell in cells], axis=0)
 
 
 def along(a, b, n=2001):
@@ -117,10 +126,9 @@ def along(a, b, n=2001):
 def test_a_point_is_free_outside_of_all_that_is_grown(scenario, at):
     at = np.array(at)
     deep, free = depth(scenario, at), sky.World(scenario).free(at)
-    merged = any(isinstance(shape, Voxels) for shape in scenario.obstacles)  # which leave no seams between cells
     assert not free[deep > 1e-8].any()
-    assert merged or free[deep < -1e-8].all()
-    assert merged or free[np.abs(deep) < 1e-12].all()  # on the surface is safe
+    assert free[deep < -1e-8].all()
+    assert free[np.abs(deep) < 1e-12].all()  # on the surface is safe
     for p, safe in zip(at, free, strict=True):
         assert (sky.World(scenario).why_unsafe(p) is None) == safe
 
@@ -145,14 +153,19 @@ def test_a_free_segment_has_free_points_only_and_a_shut_point_blocks(scenario, a
 def test_what_is_within_a_sweep_is_free_where_the_sweep_is(scenario, a, b, dev, seed):
     space = sky.World(scenario).space
     a, b = np.array(a), np.array(b)
-    if not world.swept_crosses(space, 0.25, dev, a, b):
+    swept = max(
+        tree.crossed(space.tree, space.boxes, 0.25 + dev, a, b) >= 0,
+        solids.crossed(space.solids, 0.25 + dev, a, b) >= 0,
+        ground.crossed(space.ground, 0.25 + space.ground.extra, dev, a, b),
+    )
+    if not swept:
         rng = np.random.default_rng(seed)
         way = rng.normal(size=(400, 3))
         near = along(a, b, 400) + dev * way / np.linalg.norm(way, axis=1)[:, None]
         near = near[np.all((near >= space.low) & (near <= space.high), axis=1)]
         assert (depth(scenario, near, 0.25) < 1e-8).all()
     if dev == 0.0:
-        assert world.swept_crosses(space, 0.25, dev, a, b) == world.crosses(space, 0.25, a, b)
+        assert swept == world.crosses(space, 0.25, a, b)
 
 
 @settings(max_examples=60)
@@ -163,10 +176,16 @@ def test_a_box_that_nothing_meets_holds_no_shut_point(scenario, a, b, growth):
     space = sky.World(scenario).space
     inside = low + (high - low) * np.array(list(itertools.product(np.linspace(0.01, 0.99, 12), repeat=3)))
     deep = depth(scenario, inside, growth).max()
+    corners = np.hstack((space.boxes[:, :3] - growth - high, low - growth - space.boxes[:, 3:]))
+    meets = max(
+        bool(np.all(corners < -1e-9, axis=1).any()),
+        solids.reaching(space.solids, growth, low, high) >= 0,
+        world.ground_reaches(space, growth, low, high),
+    )
     if deep > 1e-8:
-        assert world.box_meets(space, growth, low, high)
+        assert meets
     elif deep < -np.linalg.norm(high - low) / 12 * 3.5 - 1e-8:
-        assert not world.box_meets(space, growth, low, high)
+        assert not meets
 
 
 @settings(max_examples=15)
@@ -281,7 +300,7 @@ def test_what_is_in_the_way_is_named():
 
 def test_the_pyramid_knows_the_least_and_the_greatest_height_of_every_block():
     heights = np.random.default_rng(3).uniform(0, 50, (14, 23))
-    made = ground.make_ground(Terrain(origin=(0, 0), step=(1, 1), heights=heights), 0.0)
+    made = ground.make_ground(Terrain(origin=(0, 0), step=(1, 1), heights=heights))
     for level, (first, rows, columns) in enumerate(made.levels):
         for i, j in itertools.product(range(rows), range(columns)) if level else ():
             block = heights[i << level : ((i + 1) << level) + 1, j << level : ((j + 1) << level) + 1]

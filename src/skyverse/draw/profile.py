@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse.draw.kinds import Kind
-from skyverse.draw.relief import along, ground
+from skyverse.draw.relief import along
 from skyverse.draw.solids import span
 from skyverse.draw.track import Floats, Track
 from skyverse.scenario import Scenario
@@ -57,13 +57,12 @@ def profile(track: Track, scenario: Scenario, kinds: Sequence[Kind], most: int) 
     length = float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
     points = along([line], max(length / most, 1e-9))
     distance = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1))])[: len(points)]
-    below = None if terrain is None else ground(terrain, points[:, :2])
-    clearance = scenario.clearance if terrain is None or terrain.clearance is None else terrain.clearance
+    below = None if terrain is None else terrain.height(points[:, :2])
     return Profile(
         distance=distance,
         points=points,
         ground=below,
-        clearance=clearance,
+        clearance=scenario.ground_clearance,
         band=_band(scenario, below, len(points)),
         crossings=_crossings(distance, points, kinds) if len(points) else (),
     )

@@ -27,19 +27,13 @@ class Relief:
     z: Floats
 
 
-def ground(terrain: Terrain, places: ArrayLike) -> Floats:
-    """Return the ground's z under places (n, 2), bilinear; outside, that of the terrain's edge."""
-    at = np.asarray(places, dtype=np.float64).reshape(-1, 2)
-    return _bilinear(terrain.heights, (at - np.array(terrain.origin)) / np.array(terrain.step))
-
-
 def relief(terrain: Terrain, low: ArrayLike, high: ArrayLike, finest: int = FINEST) -> Relief:
     """Return the ground from `low` to `high` (x, y) in at most `finest` heights along either side, evenly spaced."""
     first, last = (np.clip(np.asarray(corner, dtype=np.float64)[:2], *terrain.extent) for corner in (low, high))
     counts = np.ceil((last - first) / terrain.step - 1e-9).astype(int) + 1
     x, y = (np.linspace(first[k], last[k], np.clip(counts[k], 2, finest)) for k in range(2))
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    return Relief(x, y, ground(terrain, places).reshape(len(x), len(y)))
+    return Relief(x, y, terrain.height(places))
 
 
 def cleared(drawn: Relief, terrain: Terrain, points: Floats) -> Relief:
@@ -47,7 +41,7 @@ def cleared(drawn: Relief, terrain: Terrain, points: Floats) -> Relief:
 
     Between few heights the ground may seem higher than it is; what flies above it is not to disappear below.
     """
-    true = ground(terrain, points[:, :2])
+    true = terrain.height(points[:, :2])
     most = np.maximum(true, (true + points[:, 2]) / 2)
     i = np.clip(np.searchsorted(drawn.x, points[:, 0], side="right") - 1, 0, len(drawn.x) - 2)
     j = np.clip(np.searchsorted(drawn.y, points[:, 1], side="right") - 1, 0, len(drawn.y) - 2)
@@ -99,15 +93,3 @@ def relit(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     height = (drawn.z - drawn.z.min()) / (float(np.ptp(drawn.z)) or 1.0)
     both: Floats = 0.35 * height + 0.65 * shade(drawn, exaggeration)
     return both
-
-
-def _bilinear(heights: Floats, at: Floats) -> Floats:
-    """Return heights (n, m) at fractional indices (k, 2)."""
-    most = np.array(heights.shape) - 1.0
-    at = np.clip(at, 0, most)
-    cell = np.minimum(at.astype(np.int64), most.astype(np.int64) - 1)
-    (i, j), (u, v) = cell.T, (at - cell).T
-    lower = heights[i, j] * (1 - u) + heights[i + 1, j] * u
-    upper = heights[i, j + 1] * (1 - u) + heights[i + 1, j + 1] * u
-    level: Floats = lower * (1 - v) + upper * v
-    return level

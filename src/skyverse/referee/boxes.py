@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.referee.voxels import merged
+from skyverse.referee.voxels import covered, merged
 from skyverse.scenario import Scenario
 from skyverse.shapes import Box, Voxels
 
@@ -60,8 +60,7 @@ class Closest(NamedTuple):
 
 def keeps(scenario: Scenario, obstacle: int) -> float:
     """Return the clearance of an obstacle or the ground, metres."""
-    terrain = scenario.terrain
-    return terrain.clearance if obstacle == GROUND and terrain and terrain.clearance is not None else scenario.clearance
+    return scenario.ground_clearance if obstacle == GROUND else scenario.clearance
 
 
 def _called(scenario: Scenario, obstacle: int) -> str:
@@ -151,7 +150,7 @@ def shut_boxes(scenario: Scenario) -> Boxes:
             lows.append(np.array([shape.min]))
             highs.append(np.array([shape.max]))
         elif isinstance(shape, Voxels):
-            first, beyond = merged(shape.occupied)
+            first, beyond = (merged if scenario.clearance > TOLERANCE else covered)(shape.occupied)
             lows.append(np.array(shape.origin) + first * np.array(shape.step))
             highs.append(np.array(shape.origin) + beyond * np.array(shape.step))
         else:

@@ -30,6 +30,26 @@ def merged(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
     return first, beyond
 
 
+def covered(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
+    """Return boxes as `merged` does, but overlapping: none of the borders between cells is left between them.
+
+    A place within the cells may be on the border of two, four or eight of them. So boxes are also made of all pairs of
+    cells along each axis, and of pairs of pairs.
+    """
+    firsts, beyonds = [], []
+    for axes in ((), (0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)):
+        together = occupied
+        for axis in axes:
+            last = together.shape[axis] - 1
+            together = together.take(range(last), axis) & together.take(range(1, last + 1), axis)
+        first, beyond = merged(together)
+        beyond[:, list(axes)] += 1
+        firsts.append(first)
+        beyonds.append(beyond)
+    both = np.unique(np.hstack([np.concatenate(firsts), np.concatenate(beyonds)]), axis=0)
+    return both[:, :3], both[:, 3:]
+
+
 def _joined(first: Whole, beyond: Whole, axis: int) -> tuple[Whole, Whole]:
     """Join boxes that follow one another along an axis and are equal along the others."""
     same = np.zeros(len(first), dtype=np.int64)  # one number for what must be equal

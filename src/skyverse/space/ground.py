@@ -46,19 +46,16 @@ class Ground(NamedTuple):
     levels: Ints
 
 
-def make_ground(terrain: Terrain | None, clearance: float) -> Ground:
-    """Compile a terrain, or none, in a scenario with this clearance."""
+def make_ground(terrain: Terrain | None, extra: float = 0.0) -> Ground:
+    """Compile a terrain, or none."""
     if terrain is None:
         none = np.zeros(0)
         return Ground(np.zeros((0, 0)), none, none, 0.0, 0.0, np.zeros((0, 2)), np.zeros((0, 3), np.int64))
     heights = terrain.heights.copy()  # kernels are compiled for arrays that could be written to
     extremes, levels = _pyramid(heights)
-    own = clearance if terrain.clearance is None else terrain.clearance
     dx, dy = terrain.step
     slope = math.hypot(np.abs(np.diff(heights, axis=0)).max() / dx, np.abs(np.diff(heights, axis=1)).max() / dy)
-    return Ground(
-        heights, np.array(terrain.origin), np.array(terrain.step), float(own - clearance), slope, extremes, levels
-    )
+    return Ground(heights, np.array(terrain.origin), np.array(terrain.step), extra, slope, extremes, levels)
 
 
 def _pyramid(heights: Floats) -> tuple[Floats, Ints]:

@@ -133,21 +133,6 @@ def touching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats
 
 
 @query
-def reaching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats) -> int:
-    """Return a box whose interior, grown by `growth`, reaches into the open box between two corners, or -1."""
-    node = 0
-    while node < len(tree.skip):
-        if not box.reaches(tree.bounds, node, growth, low, high):
-            node = tree.skip[node]
-            continue
-        for i in range(tree.first[node], tree.stop[node]):
-            if box.reaches(boxes, i, growth, low, high):
-                return i
-        node += 1
-    return -1
-
-
-@query
 def distance(tree: Tree, boxes: Floats, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to the nearest box as given, negative inside; infinite without boxes."""
     nearest = np.inf

@@ -1,5 +1,7 @@
 """Voxels as boxes: occupied cells that fill a box together are one."""
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,8 +13,28 @@ from skyverse.space.box import Ints
 
 def merged(voxels: Voxels) -> Floats:
     """Return boxes (n, 6), metres, that fill what the occupied cells fill, and do not overlap."""
+    return _placed(voxels, _merged(voxels.occupied.astype(np.uint8)))
+
+
+def seamless(voxels: Voxels) -> Floats:
+    """Return boxes (n, 6), metres, whose open interiors together are that of all occupied cells together.
+
+    They overlap, so that no face, edge or corner between occupied cells is on the surface of all. Each of those lies
+    within two, four or eight cells; so blocks of two cells along some axes are merged as cells are, the largest first.
+    """
+    found = np.zeros((0, 6), np.int64)
+    for wide in product((1, 0), repeat=3):
+        full = voxels.occupied
+        for axis in np.flatnonzero(wide):
+            full = np.take(full, range(1, full.shape[axis]), axis) & np.take(full, range(full.shape[axis] - 1), axis)
+        left = full.astype(np.uint8)
+        _take_out(left, found - np.array([0, 0, 0, *wide]))
+        found = np.vstack((found, _merged(left) + np.array([0, 0, 0, *wide])))
+    return _placed(voxels, found)
+
+
+def _placed(voxels: Voxels, cells: Ints) -> Floats:
     origin, step = np.array(voxels.origin), np.array(voxels.step)
-    cells = _merged(voxels.occupied.astype(np.uint8))
     return np.hstack((origin + cells[:, :3] * step, origin + cells[:, 3:] * step))
 
 
@@ -42,16 +64,23 @@ def _merged(left: NDArray[np.uint8]) -> Ints:
                     j1 += 1
                 while i1 < nx and _full(left, i1, i1 + 1, j, j1, k, k1):
                     i1 += 1
-                for x in range(i, i1):
-                    for y in range(j, j1):
-                        for z in range(k, k1):
-                            left[x, y, z] = 0
                 if count == len(found):
                     found = _longer(found)
                 found[count, 0], found[count, 1], found[count, 2] = i, j, k
                 found[count, 3], found[count, 4], found[count, 5] = i1, j1, k1
+                _take_out(left, found[count : count + 1])
                 count += 1
     return found[:count].copy()
+
+
+@kernel
+def _take_out(left: NDArray[np.uint8], boxes: Ints) -> None:
+    """Take the cells of boxes (n, 6) out of what is left."""
+    for n in range(len(boxes)):
+        for x in range(boxes[n, 0], boxes[n, 3]):
+            for y in range(boxes[n, 1], boxes[n, 4]):
+                for z in range(boxes[n, 2], boxes[n, 5]):
+                    left[x, y, z] = 0
 
 
 @kernel

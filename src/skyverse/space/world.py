@@ -13,7 +13,7 @@ from skyverse.space import box, ground, solids, tree
 from skyverse.space.ground import Ground
 from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree
-from skyverse.space.voxels import merged
+from skyverse.space.voxels import merged, seamless
 
 ROOM = 1e-7
 """A hair of room, metres: touching obstacles leave none between them, so that no line of sight slips through a seam.
@@ -84,29 +84,6 @@ def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
 
 
 @query
-def swept_crosses(space: Space, growth: float, dev: float, a: Floats, b: Floats) -> bool:
-    """Tell whether what lies within `dev` metres of a segment may meet the interior of an obstacle grown by `growth`.
-
-    Exact but for the ground, where the steepness of every cell nearby counts; never False where it should be True.
-    """
-    return (
-        tree.crossed(space.tree, space.boxes, growth + dev, a, b) >= 0
-        or solids.crossed(space.solids, growth + dev, a, b) >= 0
-        or ground.crossed(space.ground, growth + space.ground.extra, dev, a, b)
-    )
-
-
-@query
-def box_meets(space: Space, growth: float, low: Floats, high: Floats) -> bool:
-    """Tell whether some obstacle, grown by `growth`, reaches into the open box between two corners."""
-    return (
-        tree.reaching(space.tree, space.boxes, growth, low, high) >= 0
-        or solids.reaching(space.solids, growth, low, high) >= 0
-        or ground_reaches(space, growth, low, high)
-    )
-
-
-@query
 def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the ground, raised as `growth` raises it, reaches into the open box between two corners."""
     floor = low[2] - growth - space.ground.extra + box.TOLERANCE
@@ -171,9 +148,10 @@ class World:
 
     def __init__(self, scenario: Scenario) -> None:
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
+        filled = merged if scenario.clearance > box.TOLERANCE else seamless  # where nothing grows, seams would be open
         for number, obstacle in enumerate(scenario.obstacles):
             if isinstance(obstacle, Box | Voxels):
-                rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else merged(obstacle)
+                rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else filled(obstacle)
                 blocks.append(rows)
                 boxes += [number] * len(rows)
             else:
@@ -192,7 +170,7 @@ class World:
             clearance=scenario.clearance,
             tree=index,
             solids=round_,
-            ground=ground.make_ground(scenario.terrain, scenario.clearance),
+            ground=ground.make_ground(scenario.terrain, scenario.ground_clearance - scenario.clearance),
         )
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
