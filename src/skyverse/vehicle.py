@@ -35,6 +35,9 @@ class UAV(Model):
         Unique in its scenario; ``uav-1``, ``uav-2`` ... when left out.
     start
         Metres.
+    home
+        z of the real ground below `start`, metres, where it stands before it takes off, and from where autopilots count
+        heights above home. When left out it is the terrain below, or the start itself where there is no terrain.
     max_speed, max_acceleration, max_jerk
         Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
     max_tilt
@@ -54,6 +57,7 @@ class UAV(Model):
 
     name: str = ""
     start: Point
+    home: Number | None = None
     max_speed: Limit = 5.0
     max_acceleration: Limit = 3.5
     max_jerk: Limit = 50.0
@@ -72,6 +76,8 @@ class UAV(Model):
 
     @model_validator(mode="after")
     def _within_limits(self) -> Self:
+        if self.home is not None and self.home > self.start[2]:
+            raise ValueError(f"home, at {self.home:g} m, must not be above the start, at {self.start[2]:g} m")
         if (self.separation == 0) != (self.ellipsoid[1] == 0):
             raise ValueError(
                 "separation and vertical_separation must both be above 0, or both 0, but they are "

@@ -13,7 +13,7 @@ import skyverse as sky
 
 pytest.importorskip("pyproj", reason="an independent geodesy")
 
-FRAMES = {"amsl": 0, "home": 3, "ground": 10}
+FRAMES = {"amsl": 0, "home": 3, "agl": 10}
 WAYPOINT, LOITER, LAND, TAKEOFF, DELAY, SPEED = 16, 17, 21, 22, 93, 178
 SEEDS = range(100)
 
@@ -55,8 +55,8 @@ def stations():
 
 
 def random_case(seed):
-    above = ("amsl", "home", "ground")[seed % 3]
-    mission = handmade.random_mission(seed, terrain=above == "ground" or seed % 2 == 1, towers=above != "ground")
+    above = ("amsl", "home", "agl")[seed % 3]
+    mission = handmade.random_mission(seed, terrain=above == "agl" or seed % 2 == 1, towers=above != "agl")
     return mission, above
 
 
@@ -134,7 +134,7 @@ def test_waypoints_read_by_pymavlink_have_the_same_places_in_the_same_frame(tmp_
             flown = flown_items(read[1:])
             assert {item.frame for item in flown} == {FRAMES[above]}
             same_places(
-                mission, route, above, [(i.x, i.y, i.z) for i in flown], tolerance=5e-3 if above == "ground" else 1e-3
+                mission, route, above, [(i.x, i.y, i.z) for i in flown], tolerance=5e-3 if above == "agl" else 1e-3
             )
             assert read[-1].command == LAND
             assert all(np.isnan(item.param4) for item in flown)  # the autopilot's own heading, not north
@@ -262,9 +262,9 @@ def test_plans_have_every_field_that_qgroundcontrol_wants_and_no_other(tmp_path)
             plan = json.loads(file.read_text())
             validator.validate(plan)
             # PX4 answers UNSUPPORTED_FRAME to altitudes above ground; ArduPilot wants a number to loiter
-            assert plan["mission"]["firmwareType"] == (3 if above == "ground" else 12)
+            assert plan["mission"]["firmwareType"] == (3 if above == "agl" else 12)
             yaws = [item["params"][3] for item in plan["mission"]["items"] if item["command"] == LOITER]
-            assert all((yaw is None) == (above != "ground") for yaw in yaws)
+            assert all((yaw is None) == (above != "agl") for yaw in yaws)
             items = plan["mission"]["items"]
             assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
             assert all(i["Altitude"] == i["params"][6] for i in items if i["frame"] != 2)

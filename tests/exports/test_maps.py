@@ -72,7 +72,7 @@ def test_kml_above_ground_has_the_height_above_the_terrain(tmp_path):
     from fastkml.utils import find_all
 
     mission = handmade.random_mission(7, terrain=True)
-    (file,) = sky.export(mission, tmp_path / "m.kml", altitude="ground", rate=1)
+    (file,) = sky.export(mission, tmp_path / "m.kml", altitude="agl", rate=1)
     read = fastkml.KML.from_string(file.read_text().split("\n", 1)[1])
     mark = next(m for m in find_all(read, of_type=fastkml.Placemark) if type(m.kml_geometry).__name__ == "LineString")
     assert mark.kml_geometry.altitude_mode is AltitudeMode.relative_to_ground

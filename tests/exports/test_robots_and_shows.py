@@ -119,12 +119,12 @@ def words(element):
     return [child.tag.removeprefix(WPML) for child in element if child.tag.startswith(WPML)]
 
 
-@pytest.mark.parametrize("above", ["amsl", "home", "ground"])
+@pytest.mark.parametrize("above", ["amsl", "home", "agl"])
 def test_waylines_have_all_that_dji_requires_and_the_same_places(tmp_path, above):
     pytest.importorskip("pyproj", reason="an independent geodesy")
-    modes = {"amsl": "WGS84", "home": "relativeToStartPoint", "ground": "realTimeFollowSurface"}
+    modes = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
     for seed in range(12):
-        mission = handmade.random_mission(seed, terrain=above == "ground")
+        mission = handmade.random_mission(seed, terrain=above == "agl")
         if mission.scenario.uavs[0].fixed_wing is not None:
             with pytest.raises(sky.InputError, match="multirotors"):
                 sky.export(mission, tmp_path / "m.wpml.kmz")

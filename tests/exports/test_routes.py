@@ -1,5 +1,8 @@
 """Whether exported legs are clear as an autopilot flies them, by dense sampling on the globe."""
 
+import json
+from dataclasses import replace
+
 import handmade_exports as handmade
 import numpy as np
 import pytest
@@ -22,7 +25,7 @@ def flown(mission, route, above="amsl", steps=60):
         shares = np.linspace(0, 1, steps)[:, None]
         globe = to_wgs84(origin, np.stack([a, b]))
         points = to_local(origin, globe[0] + shares * (globe[1] - globe[0]))
-        if above == "ground":
+        if above == "agl":
             ground = handmade.under(scenario, np.stack([a, b]))
             over = np.array([a[2], b[2]]) - ground
             points[:, 2] = handmade.under(scenario, points) + over[0] + shares[:, 0] * (over[1] - over[0])
@@ -137,7 +140,7 @@ def test_legs_over_terrain_keep_their_height_over_every_summit():
     ground = Terrain(origin=(-320.0, -320.0), step=(10.0, 10.0), heights=heights, clearance=5.0)
     corners = [(-200, -100, 60), (0, 50, 36), (200, -30, 60)]
     mission = handmade.mission([handmade.along(corners, 30)], terrain=ground, origin=ORIGIN)
-    for above in ("amsl", "ground"):
+    for above in ("amsl", "agl"):
         (route,) = sky.routes(mission, altitude=above)
         points = flown(mission, route, above, steps=2000)
         height = points[:, 2] - handmade.under(mission.scenario, points)
@@ -190,8 +193,8 @@ def test_scenarios_without_an_origin_say_how_to_give_one(tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"altitude": "ground"}, "altitudes above ground need a terrain"),
-        ({"altitude": "sea"}, "expected altitudes above amsl or home or ground, found 'sea'"),
+        ({"altitude": "agl"}, r"altitudes above ground \(agl\) need a terrain"),
+        ({"altitude": "sea"}, "expected altitudes as amsl or home or agl, found 'sea'"),
         ({"radius": 0.0}, "radius: expected metres from 0.05 on, found 0.0"),
         ({"radius": float("nan")}, "radius: expected metres"),
         ({"takeoff": -1.0}, "takeoff: expected metres from 0 on, found -1.0"),
@@ -218,9 +221,9 @@ def test_legs_above_ground_do_not_follow_a_valley_that_the_trajectory_crosses():
     ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=5.0)
     mission = handmade.mission([handmade.along([(-250, 0, 30), (250, 0, 30)], 60)], terrain=ground, origin=ORIGIN)
     assert len(sky.routes(mission, altitude="amsl", takeoff=0)[0].points) == 2
-    (route,) = sky.routes(mission, altitude="ground", takeoff=0)
+    (route,) = sky.routes(mission, altitude="agl", takeoff=0)
     assert len(route.points) > 2
-    assert np.abs(flown(mission, route, "ground", steps=500)[:, 2] - 30).max() <= route.off <= 15
+    assert np.abs(flown(mission, route, "agl", steps=500)[:, 2] - 30).max() <= route.off <= 15
 
 
 def test_where_a_corner_cannot_be_cut_the_uav_stops_at_it_and_is_held_there(tmp_path):
@@ -299,6 +302,35 @@ def test_a_home_below_a_roof_is_refused_by_name(tmp_path, suffix):
     assert sky.export(mission, tmp_path / f"m.{suffix}", altitude="amsl")
     beside = handmade.mission(flight, boxes=[((6, 6, -2), (9, 9, 30))], terrain=level, origin=ORIGIN)
     assert sky.export(beside, tmp_path / f"m.{suffix}", altitude="home")
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "geo.csv"])
+def test_heights_are_counted_from_the_home_that_the_scenario_says(tmp_path, suffix):
+    raised = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.full((33, 33), 8.0), clearance=1.0)
+    mission = handmade.mission([handmade.along([(0, 0, 31), (60, 0, 50)], 20)], terrain=raised, origin=ORIGIN)
+    (uav,) = mission.scenario.uavs
+    real = uav.model_copy(update={"home": -3.5})
+    mission = replace(mission, scenario=mission.scenario.model_copy(update={"uavs": (real,)}))
+    notes = []
+    (file,) = sky.export(mission, tmp_path / f"m.{suffix}", altitude="home", on_note=notes.append)
+    if suffix == "plan":
+        read = json.loads(file.read_text())["mission"]
+        at = read["plannedHomePosition"][2]
+        first = next(item["Altitude"] for item in read["items"] if item["command"] == 22)
+    elif suffix == "waypoints":
+        rows = [line.split("\t") for line in file.read_text().splitlines()[1:]]
+        at = float(rows[0][10])
+        first = next(float(row[10]) for row in rows if row[3] == "22")
+    else:
+        at, first = ORIGIN.altitude - 3.5, float(file.read_text().splitlines()[1].split(",")[4])
+    assert at == pytest.approx(ORIGIN.altitude - 3.5, abs=1e-3)
+    assert first == pytest.approx(31 + 3.5, abs=1e-3)
+    assert suffix == "geo.csv" or f"home at {ORIGIN.altitude - 3.5:.2f} m" in notes[1]
+
+
+def test_a_home_above_its_start_is_refused():
+    with pytest.raises(ValueError, match="home, at 3 m, must not be above the start, at 2 m"):
+        sky.UAV(start=(0, 0, 2), home=3)
 
 
 @pytest.mark.parametrize("seed", [seed for seed in range(24) if seed % 3 != 2])

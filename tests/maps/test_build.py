@@ -16,6 +16,7 @@ pyproj = pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 shapely = pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
 from rasterio.transform import Affine  # noqa: E402
+from scipy.ndimage import map_coordinates  # noqa: E402
 
 import skyverse as sky  # noqa: E402
 from skyverse.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
@@ -24,7 +25,7 @@ from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps.build import build_scenario  # noqa: E402
 from skyverse.maps.feature import Feature  # noqa: E402
 from skyverse.maps.obstacles import GRAIN, Placed, prisms  # noqa: E402
-from skyverse.maps.terrain import ground_below  # noqa: E402
+from skyverse.maps.raster import Raster  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 LAT, LON = 46.8, 9.85
@@ -90,15 +91,72 @@ def test_uavs_and_targets_are_where_they_were_said_to_be_in_each_frame(valley):
     starts = {uav.name: uav.start for uav in scenario.uavs}
     lat, lon, altitude = place(-300, 0, AboveSea(1600))
     assert starts["sea"] == pytest.approx(proj.transform(lon, lat, altitude.metres), abs=1e-3)
-    for name, metres in (("ground", 60), ("home", 30)):
-        x, y, z = starts[name]
-        assert z - ground_below(scenario.terrain, np.array([x]), np.array([y])) == pytest.approx(metres, abs=1e-3)
+    x, y, z = starts["ground"]
+    assert z - scenario.terrain.height((x, y)) == pytest.approx(60, abs=1e-3)
+    assert sky.to_wgs84(origin, starts["home"])[0, 2] == pytest.approx(surveyed(valley, *place(100, -80, 30)), abs=1e-3)
     assert sky.to_wgs84(origin, starts["home"])[0, :2] == pytest.approx(place(100, -80, 0)[:2], abs=1e-8)
     assert scenario.targets[0].name == "target-1"
     assert scenario.sources[0].licence == "CC-BY, the surveyors"
     assert scenario.sources[0].crs == "EPSG:32632"
     assert scenario.terrain.heights.min() >= 0
     assert scenario.terrain.heights.min() < 1
+
+
+def surveyed(path, latitude, longitude, above=0.0):
+    """The height of a raster at a place by SciPy, bilinear between pixels' centres."""
+    with rasterio.open(path) as file:
+        heights = file.read(1).astype(float)
+        x, y = pyproj.Transformer.from_crs(4326, file.crs, always_xy=True).transform(longitude, latitude)
+        column, row = ~file.transform @ (x, y)
+    return float(map_coordinates(heights, [[row - 0.5], [column - 0.5]], order=1)[0]) + above
+
+
+def homes(scenario):
+    """Where UAVs stand, metres above mean sea level."""
+    points = [(*uav.start[:2], uav.home) for uav in scenario.uavs]
+    return sky.to_wgs84(scenario.frame.origin, points)[:, 2]
+
+
+def test_a_uav_stands_on_the_rasters_ground_not_on_the_raised_one(valley):
+    rng = np.random.default_rng(3)
+    places = [place(*rng.uniform(-800, 800, 2), AboveGround(40)) for _ in range(40)]
+    scenario = build_scenario("v", terrain=[valley], uavs=places, terrain_step=60)
+    expected = [surveyed(valley, latitude, longitude) for latitude, longitude, _ in places]
+    assert homes(scenario) == pytest.approx(expected, abs=1e-4)
+    raised = [scenario.terrain.height(uav.start[:2]) - uav.home for uav in scenario.uavs]
+    assert np.mean(raised) > 0.5
+
+
+@pytest.mark.skipif(not (DATA / "davosdorf.tif").is_file(), reason="the terrain of Davos is not here")
+def test_in_davos_too_home_is_the_rasters_ground():
+    path, rng = DATA / "davosdorf.tif", np.random.default_rng(4)
+    south, north, west, east = 46.80, 46.83, 9.80, 9.86
+    places = [(rng.uniform(south, north), rng.uniform(west, east), AboveGround(60)) for _ in range(60)]
+    scenario = build_scenario("davos", terrain=[path], uavs=places)
+    assert homes(scenario) == pytest.approx([surveyed(path, *at[:2]) for at in places], abs=0.02)  # PROJ's grids
+    raised = [scenario.terrain.height(uav.start[:2]) - uav.home for uav in scenario.uavs]
+    assert max(raised) > 1
+
+
+def test_home_is_of_the_higher_file_in_metres_above_the_sea_and_unknown_beside_holes(valley, tmp_path):
+    with rasterio.open(valley) as file:
+        heights, profile = file.read(1), file.profile
+
+    def changed(name, values, **more):
+        with rasterio.open(tmp_path / name, "w", **{**profile, **more}) as file:
+            file.write(values.astype("float32"), 1)
+        return tmp_path / name
+
+    feet = changed("feet.tif", (heights + 5) / 0.3048)
+    both = build_scenario("v", terrain=[valley, Raster(feet, unit="ft")], uavs=[START])
+    assert homes(both)[0] == pytest.approx(surveyed(valley, *START[:2], 5), abs=1e-3)
+    ellipsoid = changed("e.tif", heights + 50, crs=pyproj.CRS("EPSG:32632").to_3d().to_wkt())
+    above = build_scenario("v", terrain=[ellipsoid], uavs=[START], geoid=50.0)
+    assert homes(above)[0] == pytest.approx(surveyed(valley, *START[:2]), abs=1e-3)
+    holed = np.where(np.indices(heights.shape)[1] < 50, -9999, heights)  # START is there
+    hole = changed("hole.tif", holed, nodata=-9999)
+    assert build_scenario("v", terrain=[hole], uavs=[START], fill_nodata=1500.0).uavs[0].home is None
+    assert build_scenario("v", ground=AboveSea(1500), uavs=[START]).uavs[0].home is None
 
 
 corner = st.tuples(st.floats(-400, 400), st.floats(-400, 400))
@@ -132,7 +190,7 @@ def test_what_is_in_a_zone_is_in_its_prisms(valley, tmp_path, corners, low, high
         return
     lat, lon, _ = place(*spots.T, 0)
     flat = sky.to_local(origin, np.column_stack([lat, lon, np.full(len(lat), origin.altitude)]))
-    ground = ground_below(scenario.terrain, flat[:, 0], flat[:, 1])
+    ground = scenario.terrain.height(flat[:, :2])
     sea = sky.to_wgs84(origin, np.column_stack([flat[:, :2], ground]))[:, 2]
 
     def altitude(text, otherwise):
@@ -161,7 +219,7 @@ def test_a_building_stands_on_the_lowest_ground_and_ends_above_the_highest(valle
     (prism,) = scenario.obstacles
     x, y = (at.ravel() for at in np.meshgrid(np.linspace(-49, 49, 40), np.linspace(-49, 49, 40)))
     middle = sky.to_local(scenario.frame.origin, [LAT, LON, 1500])[0]
-    ground = ground_below(scenario.terrain, x + middle[0], y + middle[1])
+    ground = scenario.terrain.height(np.column_stack([x + middle[0], y + middle[1]]))
     assert ground.min() - 3 < prism.low <= ground.min()
     assert ground.max() + 12 <= prism.high < ground.max() + 15
     assert (prism.name, prism.kind) == ("town hall", "building")

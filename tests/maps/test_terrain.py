@@ -18,7 +18,7 @@ from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps import raster as raster_module  # noqa: E402
 from skyverse.maps.raster import Raster, opened  # noqa: E402
 from skyverse.maps.region import covered  # noqa: E402
-from skyverse.maps.terrain import flat_ground, ground_below, ground_between, read_terrain  # noqa: E402
+from skyverse.maps.terrain import flat_ground, ground_between, read_terrain  # noqa: E402
 from skyverse.scenario import Origin  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
@@ -86,7 +86,7 @@ def above(terrain, points):
     (x0, y0), (x1, y1) = terrain.extent
     over = (points[:, 0] >= x0) & (points[:, 0] <= x1) & (points[:, 1] >= y0) & (points[:, 1] <= y1)
     assert over.sum() > 10
-    return ground_below(terrain, points[over, 0], points[over, 1]) - points[over, 2]
+    return terrain.height(points[over, :2]) - points[over, 2]
 
 
 def hills(size, seed=0):
@@ -218,7 +218,7 @@ REGION = (-300.0, -300.0, 300.0, 300.0)
 def test_heights_in_feet_come_out_in_metres(tmp_path, said, given, metres):
     path = square(tmp_path / "a.tif", np.full((60, 60), 5000.0), units=(said,))
     terrain, _ = read_terrain([Raster(path, unit=given)], DAVOS, REGION)
-    middle = ground_below(terrain, np.zeros(1), np.zeros(1))
+    middle = terrain.height((0, 0))
     assert middle == pytest.approx(5000 * metres - 1500, abs=0.01)
 
 
@@ -227,7 +227,7 @@ def test_the_unit_of_a_vertical_coordinate_system_is_used(tmp_path):
     with rasterio.open(path, "r+") as file:
         file.crs = rasterio.crs.CRS.from_user_input("EPSG:32632+6360")  # NAVD88, US survey feet
     terrain, _ = read_terrain([Raster(path)], DAVOS, REGION)
-    assert ground_below(terrain, np.zeros(1), np.zeros(1)) == pytest.approx(5000 * 1200 / 3937 - 1500, abs=0.01)
+    assert terrain.height((0, 0)) == pytest.approx(5000 * 1200 / 3937 - 1500, abs=0.01)
 
 
 def test_an_unknown_unit_is_refused(tmp_path):
@@ -239,7 +239,7 @@ def test_an_unknown_unit_is_refused(tmp_path):
 def test_scale_and_offset_are_used(tmp_path):
     path = square(tmp_path / "a.tif", np.full((60, 60), 600, dtype="int16"), scales=(0.5,), offsets=(1300.0,))
     terrain, _ = read_terrain([Raster(path)], DAVOS, REGION)
-    assert ground_below(terrain, np.zeros(1), np.zeros(1)) == pytest.approx(100, abs=0.01)
+    assert terrain.height((0, 0)) == pytest.approx(100, abs=0.01)
 
 
 def test_ellipsoidal_heights_lose_the_geoid(tmp_path):
@@ -250,7 +250,7 @@ def test_ellipsoidal_heights_lose_the_geoid(tmp_path):
         if len(pyproj.CRS(file.crs.to_wkt()).axis_info) != 3:
             pytest.skip("this GDAL does not keep three-dimensional systems")
     terrain, _ = read_terrain([Raster(path)], origin, REGION)
-    assert ground_below(terrain, np.zeros(1), np.zeros(1)) == pytest.approx(50, abs=0.01)
+    assert terrain.height((0, 0)) == pytest.approx(50, abs=0.01)
 
 
 def test_ellipsoidal_heights_without_a_geoid_are_refused(tmp_path):
@@ -295,7 +295,7 @@ def test_of_several_bands_one_must_be_chosen(tmp_path):
     with pytest.raises(InputError, match=r"expected a band from 1 to 2, found 3"):
         read_terrain([Raster(path, band=3)], DAVOS, REGION)
     terrain, _ = read_terrain([Raster(path, band=2)], DAVOS, REGION)
-    assert ground_below(terrain, np.zeros(1), np.zeros(1)) == pytest.approx(200, abs=0.01)
+    assert terrain.height((0, 0)) == pytest.approx(200, abs=0.01)
 
 
 @pytest.mark.parametrize("hole", ["nodata", "nan", "said"])
@@ -307,10 +307,10 @@ def test_holes_are_refused_with_their_share_and_place_or_filled(tmp_path, hole):
     with pytest.raises(InputError, match=r"a\.tif: \d\.\d% of the area has no data, such as latitude 46\.79"):
         read_terrain([raster], DAVOS, REGION)
     filled, told = read_terrain([raster], DAVOS, REGION, fill=1550.0)
-    assert ground_below(filled, np.zeros(1), np.zeros(1)) == pytest.approx(50, abs=0.01)
+    assert filled.height((0, 0)) == pytest.approx(50, abs=0.01)
     assert 0.01 < told.filled < 0.06
     nearest, _ = read_terrain([raster], DAVOS, REGION, fill="nearest")
-    assert ground_below(nearest, np.zeros(1), np.zeros(1)) == pytest.approx(100, abs=0.05)
+    assert nearest.height((0, 0)) == pytest.approx(100, abs=0.05)
 
 
 def test_a_single_pixel_without_data_between_far_nodes_is_seen(tmp_path):
@@ -352,14 +352,14 @@ def test_an_ascii_grid_has_no_coordinates_until_they_are_said(tmp_path):
         read_terrain([Raster(path, crs="EPSG:nonsense")], DAVOS, REGION)
     origin = DAVOS.model_copy(update={"latitude": 46.805, "longitude": 9.855})
     terrain, _ = read_terrain([Raster(path, crs="EPSG:4326")], origin, REGION)
-    assert ground_below(terrain, np.zeros(1), np.zeros(1)) == pytest.approx(100, abs=0.1)
+    assert terrain.height((0, 0)) == pytest.approx(100, abs=0.1)
 
 
 def test_an_hgt_tile_is_read(tmp_path):
     path = tmp_path / "N46E009.hgt"
     np.full((1201, 1201), 1600, dtype=">i2").tofile(path)
     terrain, _ = read_terrain([Raster(path)], DAVOS, REGION)
-    assert ground_below(terrain, np.zeros(1), np.zeros(1)) == pytest.approx(100, abs=0.2)
+    assert terrain.height((0, 0)) == pytest.approx(100, abs=0.2)
 
 
 def test_a_file_without_a_geotransform_is_refused(tmp_path):
@@ -405,7 +405,7 @@ def test_a_raster_of_the_globe_is_read_across_its_edge(tmp_path):
     rows, columns = np.mgrid[:180, :360]
     path = written(tmp_path / "a.tif", (columns + rows).astype("float32"), "EPSG:4326", from_corner(-180, 90, 1))
     terrain, _ = read_terrain([Raster(path)], origin, (-90_000, -20_000, 90_000, 20_000), step=5000.0)
-    (west,), (east,) = (ground_below(terrain, np.array([x]), np.zeros(1)) for x in (-80_000.0, 80_000.0))
+    (west,), (east,) = (terrain.height([(x, 0)]) for x in (-80_000.0, 80_000.0))
     assert west > 300 - 600  # the last columns; the level bends down by 500 m so far away
     assert east < west - 250
 
@@ -441,7 +441,7 @@ def test_flat_ground_is_level_and_bends_with_the_earth():
     origin = Origin(latitude=52, longitude=4, altitude=10)
     terrain = flat_ground(origin, (-5000, -100, 5000, 100), 12.0)
     there = np.array([0.0, 5000.0]), np.zeros(2)
-    assert ground_below(terrain, *there) == pytest.approx([2.0, 2.0 - 1.96], abs=0.01)
+    assert terrain.height(np.column_stack(there)) == pytest.approx([2.0, 2.0 - 1.96], abs=0.01)
 
 
 def test_the_ground_between_ends_holds_all_ground_under_a_polygon():
@@ -459,7 +459,7 @@ def test_the_ground_between_ends_holds_all_ground_under_a_polygon():
         west, south, east, north = outline.bounds
         x, y = rng.uniform([west, south], [east, north], (500, 2)).T
         inside = shapely.contains_xy(outline, x, y) & (x > x0) & (x < x1) & (y > y0) & (y < y1)
-        ground = ground_below(terrain, x[inside], y[inside])
+        ground = terrain.height(np.column_stack([x[inside], y[inside]]))
         assert (ground >= least - 1e-9).all()
         assert (ground <= most + 1e-9).all()
     # a long thin one counts what is under it, not all of the box around it

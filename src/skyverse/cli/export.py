@@ -17,7 +17,7 @@ def export(
     output: Path,
     /,
     *,
-    altitude: Literal["amsl", "home", "ground"] = "amsl",
+    altitude: Literal["amsl", "home", "agl"] = "amsl",
     origin: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     geoid: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
     rate: float | None = None,
@@ -42,7 +42,7 @@ def export(
     output
         The file to write; its ending tells what.
     altitude
-        What altitudes are counted from: mean sea level, the ground below the UAV's start, or the ground below the UAV.
+        What altitudes are counted from: mean sea level, the ground below the UAV's start, or that below the UAV.
     origin
         Where the scenario's zero lies: latitude,longitude,altitude (amsl), as in `47.39,8.54,410 m amsl`.
     geoid

@@ -44,10 +44,10 @@ SUFFIXES = (*ROUTES, *MAPS, *ROBOTS, SHOW, *OURS)
 RATES = {".csv": 20.0, SHOW: 4.0}
 """Samples a second by suffix; 10 where nothing is said."""
 ALTITUDES: dict[str, tuple[Above, ...]] = {
-    **dict.fromkeys(ROUTES, ("amsl", "home", "ground")),
+    **dict.fromkeys(ROUTES, ("amsl", "home", "agl")),
     **dict.fromkeys(MAPS, ("amsl",)),
-    **dict.fromkeys((".kml", ".kmz"), ("amsl", "ground")),
-    ".geo.csv": ("amsl", "home", "ground"),
+    **dict.fromkeys((".kml", ".kmz"), ("amsl", "agl")),
+    ".geo.csv": ("amsl", "home", "agl"),
 }
 
 
@@ -80,8 +80,9 @@ def export(
         ``.skybrush.zip`` (light shows), or what `write` writes. Of formats for one vehicle there is a file for each UAV
         that flies: ``city.plan`` becomes ``city-uav-1.plan`` ... where there are several.
     altitude
-        What altitudes are counted from: mean sea level; home, which is the ground below the UAV's start, or the start
-        itself where there is no terrain; or the ground below, which needs a terrain.
+        What altitudes are counted from: ``"amsl"``, mean sea level; ``"home"``, the ground below the UAV's start (its
+        `home`, or the terrain, or the start itself where there is neither); ``"agl"``, the ground below the UAV, which
+        needs a terrain.
     origin
         Where the scenario's zero lies, in place of its own. Its geoid is needed for ``.geojson``, and for ``.wpml.kmz``
         above the sea; it is the scenario's where it says none and is near.

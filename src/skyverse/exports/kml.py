@@ -13,7 +13,7 @@ KML = "http://www.opengis.net/kml/2.2"
 GX = "http://www.google.com/kml/ext/2.2"
 COLOURS = ("ff2f8bff", "ffd0a020", "ff50c850", "ffc050c0", "ff3030e0", "ffc0c020")
 """aabbggrr."""
-MODES: dict[str, str] = {"amsl": "absolute", "ground": "relativeToGround"}
+MODES: dict[str, str] = {"amsl": "absolute", "agl": "relativeToGround"}
 
 
 def kml_text(scenario: Scenario, flights: list[Sampled], above: Above) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.exports.places import Above, Floats, ground, home, origin_of
+from skyverse.exports.places import Above, Floats, home, origin_of
 from skyverse.geodesy import to_local, to_wgs84
 from skyverse.referee.clearance import Space, judge_legs, shut_space
 from skyverse.scenario import Scenario
@@ -72,11 +72,11 @@ class Legs:
 
     def leg(self, a: Floats, b: Floats) -> str | None:
         """Return what is wrong with a leg between (3,) metres, if anything."""
-        if self.above == "ground":  # what is between two heights above ground is so everywhere along the leg
+        if self.above == "agl":  # what is between two heights above ground is so everywhere along the leg
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
-            low = float((ends[:, 2] - ground(self.scenario.terrain, ends[:, :2])).min())
-            needed = _clearance(self.scenario) - LET_PASS / 2
+            low = float((ends[:, 2] - self.scenario.terrain.height(ends[:, :2])).min())
+            needed = self.scenario.ground_clearance - LET_PASS / 2
             if low < needed:
                 return f"it is {low:.4g} m above ground, and {needed:.4g} m are required"
         return self._meets(a[None], b[None], self.apart(a, b))
@@ -94,7 +94,7 @@ class Legs:
         if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < FINEST / 10:
             return None  # straight on
         apart = max(self.apart(before, at), self.apart(at, after))
-        slope = 0.0 if self.above == "ground" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
+        slope = 0.0 if self.above == "agl" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
         said = None
         for width in WIDTHS:
             deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
@@ -129,7 +129,7 @@ class Legs:
         globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the short way, also over the antimeridian
         middle = to_local(origin, globe.mean(axis=0, keepdims=True))[0]
         bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * EARTH))
-        if self.above == "ground":
+        if self.above == "agl":
             assert self.scenario.terrain is not None
             bent += _swell(self.scenario.terrain, a, b)
         return ROUNDING + 1.1 * bent
@@ -156,8 +156,8 @@ class Legs:
         terrain = self.scenario.terrain
         if terrain is not None:
             steep = extra + ROUNDING * _steepest(terrain)
-            above = max(_clearance(self.scenario) - LET_PASS, 0.0) + steep
-            terrain = None if self.above == "ground" else terrain.model_copy(update={"clearance": above})
+            above = max(self.scenario.ground_clearance - LET_PASS, 0.0) + steep
+            terrain = None if self.above == "agl" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
 
 
@@ -189,12 +189,6 @@ def _middles(length: float, half: float) -> Floats:
     return (np.arange(count) + 0.5) / count
 
 
-def _clearance(scenario: Scenario) -> float:
-    assert scenario.terrain is not None
-    own = scenario.terrain.clearance
-    return scenario.clearance if own is None else own
-
-
 def _steepest(terrain: Terrain) -> float:
     """Return the largest slope of the ground: on a bilinear surface it is along an edge of a cell."""
     east = np.abs(np.diff(terrain.heights, axis=0)).max() / terrain.step[0]
@@ -212,7 +206,7 @@ def _swell(terrain: Terrain, a: Floats, b: Floats) -> float:
             shares += list((whole - lines[0]) / (lines[1] - lines[0]))
     at = np.unique(np.clip(shares, 0.0, 1.0))
     at = np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
-    level = ground(terrain, a[:2] + at[:, None] * (b - a)[:2])
+    level = terrain.height(a[:2] + at[:, None] * (b - a)[:2])
     off = level - (level[0] + at * (level[-1] - level[0]))
     first, middle, last = off[:-2:2], off[1:-1:2], off[2::2]
     # a quadratic in each cell: between its ends it exceeds the largest of the three by at most an eighth of this

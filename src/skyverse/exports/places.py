@@ -10,11 +10,10 @@ from skyverse.errors import InputError
 from skyverse.geodesy import to_wgs84
 from skyverse.result import Mission
 from skyverse.scenario import Frame, Origin, Scenario
-from skyverse.shapes import Terrain
 
 Floats = NDArray[np.float64]
-Above = Literal["amsl", "home", "ground"]
-KINDS: dict[Above, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "ground": AboveGround}
+Above = Literal["amsl", "home", "agl"]
+KINDS: dict[Above, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
 
 
 class Places(NamedTuple):
@@ -92,9 +91,11 @@ def geoid_of(scenario: Scenario, what: str) -> float:
 def require_kind(scenario: Scenario, above: str, allowed: tuple[Above, ...], what: str) -> None:
     """Refuse altitudes that a format does not know, or that need a terrain where there is none."""
     if above not in allowed:
-        raise InputError(f"{what}: expected altitudes above {' or '.join(allowed)}, found {above!r}")
-    if above == "ground" and scenario.terrain is None:
-        raise InputError(f"{what}: altitudes above ground need a terrain, and scenario {scenario.name!r} has none")
+        raise InputError(f"{what}: expected altitudes as {' or '.join(allowed)}, found {above!r}")
+    if above == "agl" and scenario.terrain is None:
+        raise InputError(
+            f"{what}: altitudes above ground (agl) need a terrain, and scenario {scenario.name!r} has none"
+        )
 
 
 def places(scenario: Scenario, uav: int, points: Floats, above: Above) -> Places:
@@ -103,10 +104,10 @@ def places(scenario: Scenario, uav: int, points: Floats, above: Above) -> Places
     latitude, longitude, sea = to_wgs84(origin, points).T
     if above == "home":
         altitude = sea - to_wgs84(origin, home(scenario, uav))[0, 2]
-    elif above == "ground":
+    elif above == "agl":
         assert scenario.terrain is not None
         below = points.copy()
-        below[:, 2] = ground(scenario.terrain, points[:, :2])
+        below[:, 2] = scenario.terrain.height(points[:, :2])
         altitude = sea - to_wgs84(origin, below)[:, 2]
     else:
         altitude = sea
@@ -114,21 +115,14 @@ def places(scenario: Scenario, uav: int, points: Floats, above: Above) -> Places
 
 
 def home(scenario: Scenario, uav: int) -> Floats:
-    """Return where a UAV takes off, (3,) metres: on the ground below its start, or at it where there is no terrain."""
+    """Return where a UAV takes off, (3,) metres, straight below its start.
+
+    On the real ground, where the scenario has it; else on the terrain; else at the start itself.
+    """
     at = np.array(scenario.uavs[uav].start)
-    if scenario.terrain is not None:
-        at[2] = ground(scenario.terrain, at[None, :2])[0]
+    real = scenario.uavs[uav].home
+    if real is not None:
+        at[2] = real
+    elif scenario.terrain is not None:
+        at[2] = scenario.terrain.height(at[:2])
     return at
-
-
-def ground(terrain: Terrain, at: Floats) -> Floats:
-    """Return z of the ground at (n, 2) x, y, metres: bilinear, and level beyond the grid."""
-    shape = np.array(terrain.heights.shape)
-    cells = np.clip((at - np.array(terrain.origin)) / np.array(terrain.step), 0, shape - 1)
-    i, j = np.minimum(cells.astype(np.intp), shape - 2).T
-    u, v = (cells - np.column_stack([i, j])).T
-    h = terrain.heights
-    low = h[i, j] * (1 - u) + h[i + 1, j] * u
-    high = h[i, j + 1] * (1 - u) + h[i + 1, j + 1] * u
-    z: Floats = low * (1 - v) + high * v
-    return z

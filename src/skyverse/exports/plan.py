@@ -28,7 +28,7 @@ def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
     speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
     mission = {
         "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
-        "firmwareType": ARDUPILOT if above == "ground" else PX4,  # PX4 does not know altitudes above ground
+        "firmwareType": ARDUPILOT if above == "agl" else PX4,  # PX4 does not know altitudes above ground
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
         "items": [_item(k, item, mode) for k, item in enumerate(items(scenario, route, above, end), 1)],

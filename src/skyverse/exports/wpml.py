@@ -11,8 +11,8 @@ from skyverse.exports.route import Route
 from skyverse.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
-TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "ground": "realTimeFollowSurface"}
-EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "ground": "realTimeFollowSurface"}
+TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
+EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 FASTEST = 15.0
 """m/s that a wayline may ask for."""
 STOPS = "toPointAndStopWithDiscontinuityCurvature"

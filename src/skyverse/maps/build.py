@@ -21,6 +21,7 @@ from skyverse.maps.places import (
     Place,
     Places,
     flat_points,
+    homes,
     local_points,
     named,
     refuse_low,
@@ -30,7 +31,7 @@ from skyverse.maps.places import (
 )
 from skyverse.maps.raster import Opened, Raster, Rectangle, opened
 from skyverse.maps.region import Area, around, checked, common, covered
-from skyverse.maps.terrain import flat_ground, read_terrain
+from skyverse.maps.terrain import flat_ground, height_of, read_terrain
 from skyverse.scenario import (
     Bounds,
     Frame,
@@ -111,7 +112,7 @@ def build_scenario(
         Files of what may be flown through, and the risk of a metre flown inside, where no field ``risk`` says it.
     uavs, targets
         Latitude, longitude (WGS84 degrees) and altitude of each, in order or by name. A UAV's home is the ground
-        below its start.
+        below its start as the terrain's files have it, before it is raised.
     origin
         Of the local frame; by default the middle of the area, at its lowest ground.
     area
@@ -176,7 +177,8 @@ def build_scenario(
         for file in files:
             if file.doubt:
                 on_note(Note(file.path, file.doubt))
-        refuse_off_map({**starts, **goals}, files)
+        for some in (starts, goals):
+            refuse_off_map(some, files)
         bounds = None if area is None else Area(*area)
         frame = origin or _origin(bounds, places, files, read, geoid)
         level = frame if origin else frame.model_copy(update={"altitude": 0.0})
@@ -189,6 +191,7 @@ def build_scenario(
             )
             for file in files
         ]
+        ground_at = homes(starts, files, frame.geoid)
     relief = _relief(rasters, ground, level, region, terrain_step, fill_nodata, ground_clearance, on_note)
     if origin is None and relief is not None:
         frame, relief = _lowered(level, relief)
@@ -196,12 +199,15 @@ def build_scenario(
         frame = level
     reach = 2 * clearance + 10.0
     cut = [placed(found, frame, region, relief, reach) for _, found in read]
-    starting = local_points(starts, starts, frame, relief)
-    ending = local_points(goals, starts, frame, relief)
-    refuse_low({**starting, **ending}, relief, clearance if ground_clearance is None else ground_clearance)
+    starting, ending = (local_points(some, starts, frame, relief, ground_at) for some in (starts, goals))
+    standing = {name: _z(frame, starting[name], altitude) for name, altitude in ground_at.items()}
+    above = clearance if ground_clearance is None else ground_clearance
+    refuse_low(starting, relief, above, standing)
+    refuse_low(ending, relief, above)
     floor, highest = extent.heights(relief, cut, [*starting.values(), *ending.values()])
     top = extent.ceiling(ceiling, band, frame, region, relief, floor, highest)
-    extent.refuse_high({**starting, **ending}, top)
+    for points in (starting, ending):
+        extent.refuse_high(points, top)
     obstacles, soft = [], []
     for (path, found), one in zip(read, cut, strict=True):
         made, counts = prisms(slimmed(bounded(one, floor, top, reach), tolerance))
@@ -225,7 +231,7 @@ def build_scenario(
             clearance=clearance,
             lattice=Lattice(step=extent.lattice(box, lattice_step)),
             objective=Objective(unit="metres", altitude=extent.band(band, band_weight, relief)),
-            uavs=tuple(UAV(name=uav, start=point) for uav, point in starting.items()),
+            uavs=tuple(UAV(name=uav, start=point, home=standing.get(uav)) for uav, point in starting.items()),
             targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
             frame=Frame(origin=frame),
             sources=tuple(_licensed(sources, licences or {})),
@@ -365,6 +371,12 @@ def _lowered(level: Origin, relief: Terrain) -> tuple[Origin, Terrain]:
     return frame, Terrain(
         origin=relief.origin, step=relief.step, heights=relief.heights - down, clearance=relief.clearance
     )
+
+
+def _z(frame: Origin, point: tuple[float, float, float], altitude: float) -> float:
+    """Return z of an altitude above mean sea level over or below a point."""
+    x, y, z = (np.array([value]) for value in (*point[:2], altitude))
+    return float(height_of(frame, x, y, z)[0])
 
 
 def _told(features: int, made: int, counts: Counter[str]) -> str:

@@ -1,6 +1,8 @@
 """UAVs and targets on the globe to points of the local frame."""
 
+import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,6 @@ from skyverse.geodesy import to_local, to_wgs84
 from skyverse.maps.feature import Feature
 from skyverse.maps.raster import Opened, Rectangle
 from skyverse.maps.region import within
-from skyverse.maps.terrain import ground_below
 from skyverse.scenario import Origin
 from skyverse.shapes import Terrain
 
@@ -54,13 +55,7 @@ def refuse_off_map(places: Mapping[str, Place], files: Sequence[Opened]) -> None
     """Refuse a place that is on none of the terrain's files."""
 
     def known(latitude: float, longitude: float) -> bool:
-        for file in files:
-            for turns in (-1, 0, 1):
-                at = file.pixels(np.array([longitude]), np.array([latitude]), longitude, turns)
-                column, row = float(at[0][0]), float(at[1][0])
-                if 0 <= column <= file.data.width and 0 <= row <= file.data.height:
-                    return True
-        return not files
+        return not files or any(file.pixel(latitude, longitude) is not None for file in files)
 
     for name, (latitude, longitude, _) in places.items():
         if known(latitude, longitude):
@@ -106,20 +101,41 @@ def _far(point: Floats, region: Rectangle) -> str:
     return f"{metres:.0f} m" if metres < 10_000 else f"{metres / 1000:.0f} km"
 
 
+def homes(starts: Mapping[str, Place], files: Sequence[Opened], geoid: float | None) -> dict[str, float]:
+    """Return how high above the sea the real ground below starts is, metres; of several files, the highest.
+
+    It is the rasters' own, not the scenario's, which is raised. A start beside holes is left out.
+    """
+    found = {}
+    for name, (latitude, longitude, _) in starts.items():
+        heights = [file.height(latitude, longitude) - (geoid or 0.0) * file.ellipsoidal for file in files]
+        known = [height for height in heights if not math.isnan(height)]
+        if known:
+            found[name] = max(known)
+    return found
+
+
 def local_points(
-    given: dict[str, Place], homes: dict[str, Place], origin: Origin, terrain: Terrain | None
+    given: Mapping[str, Place],
+    starts: Mapping[str, Place],
+    origin: Origin,
+    terrain: Terrain | None,
+    homes: Mapping[str, float],
 ) -> dict[str, tuple[float, float, float]]:
-    """Return local points of places; a UAV's home is the ground below its start, a target's the only UAV's."""
+    """Return local points of places; a UAV's home is the real ground below its start, a target's the only UAV's."""
     points = {}
     for name, (latitude, longitude, altitude) in given.items():
         if isinstance(altitude, AboveHome):
-            if name not in homes and len(homes) != 1:
+            if name not in starts and len(starts) != 1:
                 raise InputError(
-                    f"{name}: an altitude above home, but there are {len(homes)} UAVs; give it as agl or amsl"
+                    f"{name}: an altitude above home, but there are {len(starts)} UAVs; give it as agl or amsl"
                 )
-            home = homes.get(name) or next(iter(homes.values()))
-            ground = _above_ground(name, home[0], home[1], 0.0, origin, terrain)
-            altitude = AboveSea(float(to_wgs84(origin, [ground])[0, 2]) + altitude.metres)
+            uav = name if name in starts else next(iter(starts))
+            home = homes.get(uav)
+            if home is None:
+                ground = _above_ground(name, starts[uav][0], starts[uav][1], 0.0, origin, terrain)
+                home = float(to_wgs84(origin, [ground])[0, 2])
+            altitude = AboveSea(home + altitude.metres)
         if isinstance(altitude, AboveGround):
             points[name] = _above_ground(name, latitude, longitude, altitude.metres, origin, terrain)
         else:
@@ -139,17 +155,22 @@ def _above_ground(
     altitude = origin.altitude
     for _ in range(4):  # the vertical there is not quite the frame's
         point = to_local(origin, [latitude, longitude, altitude])
-        altitude += float(ground_below(terrain, point[:, 0], point[:, 1])[0]) + metres - float(point[0, 2])
+        altitude += float(terrain.height(point[0, :2])) + metres - float(point[0, 2])
     x, y, z = to_local(origin, [latitude, longitude, altitude])[0].tolist()
     return x, y, z
 
 
-def refuse_low(points: dict[str, tuple[float, float, float]], terrain: Terrain | None, clearance: float) -> None:
-    """Refuse a point that is nearer to the ground than the clearance."""
+def refuse_low(
+    points: Mapping[str, tuple[float, float, float]],
+    terrain: Terrain | None,
+    clearance: float,
+    real: Mapping[str, float] = MappingProxyType({}),
+) -> None:
+    """Refuse a point that is nearer to the ground than the clearance, or to the `real` ground below it, by its z."""
     if terrain is None:
         return
     for name, (x, y, z) in points.items():
-        ground = float(ground_below(terrain, np.array([x]), np.array([y]))[0])
+        ground = max(float(terrain.height((x, y))), real.get(name, -math.inf))
         if z < ground + clearance - 1e-6:
             below = f"{z - ground:.2f} m above" if z >= ground else f"{ground - z:.2f} m below"
             raise InputError(

@@ -1,5 +1,6 @@
 """Rasters of heights as files have them: opened, checked, and read in windows, never whole where a part will do."""
 
+import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -148,6 +149,26 @@ class Opened:
             middle = around * self.turn / 360
             first = middle + (first - middle + self.turn / 2) % self.turn - self.turn / 2 + turns * self.turn
         return _moved(~self.data.transform, np.asarray(first), np.asarray(second))
+
+    def pixel(self, latitude: float, longitude: float) -> tuple[float, float] | None:
+        """Return the pixel coordinates of a place, or ``None`` where it is outside."""
+        for turns in (0,) if self.turn is None else (-1, 0, 1):
+            at = self.pixels(np.array([longitude]), np.array([latitude]), longitude, turns)
+            column, row = float(at[0][0]), float(at[1][0])
+            if 0 <= column <= self.data.width and 0 <= row <= self.data.height:
+                return column, row
+        return None
+
+    def height(self, latitude: float, longitude: float) -> float:
+        """Return the height at a place, metres, bilinear between pixels' centres; ``nan`` outside and beside holes."""
+        at = self.pixel(latitude, longitude)
+        if at is None:
+            return math.nan
+        x, y = (min(max(c - 0.5, 0.0), n - 1.0) for c, n in zip(at, (self.data.width, self.data.height), strict=True))
+        i, j = min(int(x), self.data.width - 2), min(int(y), self.data.height - 2)
+        u, v = x - i, y - j
+        near = self.heights(i, j, 2, 2)
+        return float(np.array([1 - v, v]) @ near @ np.array([1 - u, u]))
 
     def heights(self, column: int, row: int, columns: int, rows: int) -> Floats:
         """Return a window's heights in metres, ``nan`` where there is none."""

@@ -312,16 +312,6 @@ def flat_ground(origin: Origin, region: Rectangle, altitude: float, clearance: f
 FLAT_STEP = 200.0
 
 
-def ground_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
-    """Return z of the ground (n,) at places over the terrain."""
-    (x0, y0), (dx, dy), h = terrain.origin, terrain.step, terrain.heights
-    u, v = np.clip((x - x0) / dx, 0, h.shape[0] - 1), np.clip((y - y0) / dy, 0, h.shape[1] - 1)
-    i, j = np.minimum(u.astype(np.int64), h.shape[0] - 2), np.minimum(v.astype(np.int64), h.shape[1] - 2)
-    u, v = u - i, v - j
-    low: Floats = (1 - u) * ((1 - v) * h[i, j] + v * h[i, j + 1]) + u * ((1 - v) * h[i + 1, j] + v * h[i + 1, j + 1])
-    return low
-
-
 def ground_between(terrain: Terrain, outlines: NDArray[Any]) -> tuple[Floats, Floats]:
     """Return the lowest and the highest ground (n,) under polygons of shapely, or less and more by a cell's slope.
 
