@@ -48,9 +48,10 @@ def read(path: Path) -> None:
         terrain, _ = read_terrain([Raster(path)], origin, (-200.0, -200.0, 200.0, 200.0), fill="nearest")
         assert isinstance(terrain, sky.Terrain)
     elif path.suffix in FEATURES or path.name == "city.json":
+        from skyverse.maps.choices import Choices
         from skyverse.maps.vector import read_features
 
-        found = read_features(path, altitudes="agl", height=10.0, buffer=5.0)
+        found = read_features(path, Choices(altitudes="agl", building_height=10.0, buffer=5.0))
         assert isinstance(found, list)
     else:
         assert isinstance(sky.read(path), sky.Scenario | sky.Mission)

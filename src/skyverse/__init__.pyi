@@ -37,6 +37,7 @@ from .lab.study import read_study as read_study
 from .many import plan_many as plan_many
 from .maps.build import Note as Note
 from .maps.build import build_scenario as build_scenario
+from .maps.choices import Reading as Reading
 from .maps.raster import Raster as Raster
 from .mission import plan_mission as plan_mission
 from .planners.astar import AStar as AStar

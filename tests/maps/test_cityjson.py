@@ -14,6 +14,7 @@ from skyverse.errors import InputError
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
+from skyverse.maps.choices import Choices  # noqa: E402
 from skyverse.maps.vector import read_features  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
@@ -51,7 +52,7 @@ def read(tmp_path):
     def written(document, **choices):
         path = tmp_path / "city.json"
         path.write_text(json.dumps(document))
-        return read_features(path, **choices)
+        return read_features(path, Choices(**choices))
 
     return written
 
@@ -139,7 +140,7 @@ def test_a_level_of_detail_is_a_number(read):
 def test_a_flat_footprint_gets_its_height_from_its_attributes_or_the_user(read):
     flat_one = {"type": "Building", "geometry": [surfaces(FACES[:1], "0")]}
     assert read(city({"a": {**flat_one, "attributes": {"measuredHeight": 9.5}}}))[0].high == AboveGround(9.5)
-    assert read(city({"a": flat_one}), height=4.0)[0].high == AboveGround(4.0)
+    assert read(city({"a": flat_one}), building_height=4.0)[0].high == AboveGround(4.0)
     with pytest.raises(InputError, match=r"a: .*--building-height"):
         read(city({"a": flat_one}))
 
@@ -239,7 +240,7 @@ def test_every_corner_of_every_building_lies_in_what_was_made_of_it(name, crs):
     transform = document["transform"]
     vertices = np.array(document["vertices"]) * transform["scale"] + transform["translate"]
     found = {}
-    for one in read_features(DATA / name, crs=crs):
+    for one in read_features(DATA / name, Choices(crs=crs)):
         found.setdefault(one.name, []).append(one)
     for number, ones in found.items():
         used = json.dumps(document["CityObjects"][number]["geometry"][0]["boundaries"])

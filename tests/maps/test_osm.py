@@ -17,6 +17,7 @@ shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyproj")
 pyogrio = pytest.importorskip("pyogrio")
 
+from skyverse.maps.choices import Choices  # noqa: E402
 from skyverse.maps.heights import levels, metres  # noqa: E402
 from skyverse.maps.vector import read_features  # noqa: E402
 
@@ -51,7 +52,7 @@ def read(tmp_path):
     def written(text, **choices):
         path = tmp_path / "city.osm"
         path.write_text(text, encoding="utf-8")
-        return read_features(path, **choices)
+        return read_features(path, Choices(**choices))
 
     return written
 
@@ -144,7 +145,8 @@ def test_an_open_outline_is_closed_and_told(read):
 )
 def test_heights_follow_the_tags(read, tags, low, high):
     (found,) = read(
-        osm(way(1, OUTER, building="yes", **{k: v.replace('"', "&quot;") for k, v in tags.items()})), height=7.0
+        osm(way(1, OUTER, building="yes", **{k: v.replace('"', "&quot;") for k, v in tags.items()})),
+        building_height=7.0,
     )
     assert (found.low.metres if found.low else 0) == pytest.approx(low)
     assert found.high.metres == pytest.approx(high)
@@ -199,7 +201,7 @@ def test_broken_bytes_are_read_or_refused_in_one_sentence(tmp_path_factory, data
     path = tmp_path_factory.mktemp("broken") / "city.osm"
     path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
     try:
-        message = "" if read_features(path, height=3.0) else "nothing"
+        message = "" if read_features(path, Choices(building_height=3.0)) else "nothing"
     except InputError as error:
         message = str(error)
     assert not message or str(path) in message
@@ -215,7 +217,7 @@ def test_a_suburb_has_as_many_buildings_as_gdal_counts():
         if building is not None and number is not None
     }
     told = []
-    ours = read_features(DATA / "suburb.osm", height=6.0, tell=told.append)
+    ours = read_features(DATA / "suburb.osm", Choices(building_height=6.0, tell=told.append))
     by_way = {}
     for one in ours:
         by_way.setdefault(int(one.where.rsplit(" ", 1)[1]), []).append(polygon(one))

@@ -20,6 +20,7 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
+from skyverse.maps.choices import Choices  # noqa: E402
 from skyverse.maps.vector import read_features  # noqa: E402
 
 SQUARE = [[7.0, 47.0], [7.001, 47.0], [7.001, 47.001], [7.0, 47.001], [7.0, 47.0]]
@@ -41,7 +42,7 @@ def read(tmp_path):
     def written(document, name="zones.geojson", **choices):
         path = tmp_path / name
         path.write_text(document if isinstance(document, str) else json.dumps(document), encoding="utf-8")
-        return read_features(path, **choices)
+        return read_features(path, Choices(**choices))
 
     return written
 
@@ -53,7 +54,7 @@ def polygon(one):
 def outcome(path, **choices):
     """Return what is read, or the one sentence that it ends in."""
     try:
-        return read_features(path, **choices), ""
+        return read_features(path, Choices(**choices)), ""
     except InputError as error:
         return None, str(error)
 
@@ -146,7 +147,7 @@ def test_a_field_of_risk_opens_no_zone_unless_the_user_does(read):
 def test_buildings_stand_on_the_ground_and_need_a_height(read):
     plain = collection(feature(use="house"))
     refused(read, plain, "feature 1", "--building-height", kind="building")
-    (house,) = read(plain, kind="building", height=8.0)
+    (house,) = read(plain, kind="building", building_height=8.0)
     assert (house.kind, house.low, house.high) == ("building", None, AboveGround(8.0))
     (tower,) = read(collection(feature(h_max=31.5)), kind="building", height_field="h_max")
     assert tower.high == AboveGround(31.5)
@@ -216,7 +217,7 @@ def test_tables_come_back_from_their_coordinates_with_their_fields(tmp_path, suf
     fields = [np.array([12.5, np.nan]), np.array(["Haus", "Hütte"], dtype=object)]
     shapes = shapely.to_wkb(np.array([house, hut]))
     write(path, shapes, fields, ["height", "name"], geometry_type="Polygon", crs="EPSG:2056")
-    first, second = sorted(read_features(path, kind="building", height=4.0), key=lambda f: f.name)
+    first, second = sorted(read_features(path, Choices(kind="building", building_height=4.0)), key=lambda f: f.name)
     assert (first.name, first.high) == ("Haus", AboveGround(12.5))
     assert (second.name, second.high) == ("Hütte", AboveGround(4.0))
     same = shapely.Polygon(SQUARE, [COURT])
@@ -236,9 +237,9 @@ def test_a_shapefile_without_coordinate_system_is_refused_unless_the_user_says(t
     path.with_suffix(".prj").unlink()
     with pytest.raises(InputError, match=r"\.prj.*--crs"):
         read_features(path)
-    assert len(read_features(path, crs="EPSG:4326")) == 1
+    assert len(read_features(path, Choices(crs="EPSG:4326"))) == 1
     with pytest.raises(InputError, match="coordinate system"):
-        read_features(path, crs="EPSG:nonsense")
+        read_features(path, Choices(crs="EPSG:nonsense"))
 
 
 def test_a_geopackage_gives_all_its_layers(tmp_path):
@@ -566,7 +567,7 @@ def test_a_file_of_another_kind_or_none_at_all_is_refused(tmp_path, suffix):
 @pytest.mark.parametrize(
     ("choices", "option"),
     [
-        ({"height": -1.0}, "--building-height"),
+        ({"building_height": -1.0}, "--building-height"),
         ({"buffer": 0.0}, "--buffer"),
         ({"unit": "km"}, "--unit"),
         ({"altitudes": "fl"}, "--altitudes"),

@@ -152,6 +152,7 @@ def build(
     """
     from skyverse.files import write
     from skyverse.maps.build import build_scenario
+    from skyverse.maps.choices import Reading
     from skyverse.maps.raster import Raster
 
     if output.suffix.lower() not in (".yaml", ".yml", ".json"):
@@ -180,15 +181,7 @@ def build(
             band=None if band is None else _numbers("--band", "low,high in metres above ground", band, 2),
             band_weight=band_weight,
             tolerance=tolerance,
-            reading={
-                "altitudes": altitudes,
-                "unit": unit,
-                "height": building_height,
-                "height_field": height_field,
-                "buffer": buffer,
-                "crs": crs,
-                "lod": lod,
-            },
+            reading=Reading(altitudes, unit, building_height, height_field, buffer, crs, lod),
             licences=dict(_pair("--licence", word, str) for word in licence or ()),
             geoid=geoid,
             on_note=on_note,

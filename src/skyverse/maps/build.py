@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from skyverse.altitude import AboveSea, Altitude
 from skyverse.errors import InputError
 from skyverse.maps import extent
+from skyverse.maps.choices import Choices, Reading
 from skyverse.maps.feature import Feature
 from skyverse.maps.licence import licence_of
 from skyverse.maps.obstacles import bounded, placed, prisms, slimmed
@@ -91,7 +92,7 @@ def build_scenario(
     band: tuple[float, float] | None = None,
     band_weight: float = 0.1,
     tolerance: float = 0.5,
-    reading: Mapping[str, Any] | None = None,
+    reading: Reading | None = None,
     licences: Mapping[str, str] | None = None,
     geoid: float | None = None,
     on_note: Callable[[Note], object] = _silent,
@@ -141,8 +142,7 @@ def build_scenario(
     tolerance
         By how much outlines may grow to lose corners, metres.
     reading
-        Keywords for the readers of buildings and zones: ``altitudes``, ``unit``, ``height``, ``height_field``,
-        ``buffer``, ``crs``, ``lod``.
+        How files of buildings and zones are to be read where they leave it open.
     licences
         By file as given (or its name, where only one has it), where a file does not say its licence itself.
     geoid
@@ -165,7 +165,7 @@ def build_scenario(
     rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in terrain]
     starts, goals = named(uavs, "uav"), named(targets, "target")
     places = [*starts.values(), *goals.values()]
-    read = _read(buildings, zones, soft_zones, reading or {}, on_note)
+    read = _read(buildings, zones, soft_zones, reading or Reading(), on_note)
     if rasters and ground is not None:
         raise InputError("--ground: expected it without a terrain, found both; the terrain says where the ground is")
     if origin is not None and geoid is not None:
@@ -254,7 +254,7 @@ def _read(
     buildings: Sequence[str | Path],
     zones: Sequence[str | Path],
     soft_zones: Sequence[tuple[str | Path, float]],
-    reading: Mapping[str, Any],
+    reading: Reading,
     on_note: Callable[[Note], object],
 ) -> Read:
     from skyverse.maps.vector import read_features
@@ -267,7 +267,7 @@ def _read(
         if risk is not None and not (math.isfinite(risk) and risk > 0):
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
         told: list[str] = []
-        found = read_features(path, kind=kind, risk=risk, tell=told.append, **reading)
+        found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=told.append))
         for sentence in told[:MOST_TOLD]:
             on_note(Note(path, sentence.removeprefix(f"{path}: ")))
         if len(told) > MOST_TOLD:

@@ -85,10 +85,10 @@ def _height(tags: Properties, where: str, choices: Choices) -> float:
     if number is not None and number > 0:
         choices.tally["with a height guessed from levels"] += 1
         return LEVEL * number + _roof(tags)
-    if choices.height is not None:
+    if choices.building_height is not None:
         if unread:
-            choices.tell(f"{where}: {unread}; taken as {choices.height:g} m")
-        return choices.height
+            choices.tell(f"{where}: {unread}; taken as {choices.building_height:g} m")
+        return choices.building_height
     reason = unread or "expected a height or levels, found neither"
     raise InputError(f"{where}: {reason}; --building-height gives one to buildings without")
 
