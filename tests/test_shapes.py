@@ -1,37 +1,40 @@
-"""Outlines of prisms: whichever way they are looked at, the same edges meet."""
+"""Outlines of prisms: which are sound, as another library sees it."""
 
 import tracemalloc
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse import shapes
 
-
-@settings(max_examples=60, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(3, 30), st.booleans())
-def test_edges_that_meet_are_the_same_by_a_sweep_as_by_looking_at_all_pairs(seed, count, coarse):
-    rng = np.random.default_rng(seed)
-    ring = rng.integers(0, 6, (count, 2)).astype(float) if coarse else rng.uniform(0, 1, (count, 2))
-    whole = [ring, rng.uniform(-1, 2, (4, 2))] if seed % 2 else [ring]
-    low = np.concatenate([np.minimum(one, np.roll(one, -1, axis=0)) for one in whole])
-    high = np.concatenate([np.maximum(one, np.roll(one, -1, axis=0)) for one in whole])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(shapes, "FEW_EDGES", 10**9)
-        every, told = _pairs(low, high), shapes._edges_that_meet(whole)
-        patch.setattr(shapes, "FEW_EDGES", 0)
-        patch.setattr(shapes, "PAIRS", 7)
-        swept = _pairs(low, high)
-        overlap = {(a, b) for a, b in every if (low[a] <= high[b]).all() and (low[b] <= high[a]).all()}
-        assert overlap <= swept <= every
-        assert shapes._edges_that_meet(whole) == told
+rings = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=3, max_size=9, unique=True)
 
 
-def _pairs(low, high):
-    return {pair for a, b in shapes._edges_near(low, high) for pair in zip(a.tolist(), b.tolist(), strict=True)}
+@settings(max_examples=300, deadline=None)
+@given(rings)
+def test_an_outline_is_taken_where_others_call_it_simple(corners):
+    shapely = pytest.importorskip("shapely", reason="the oracle is shapely")
+    line = shapely.LinearRing(corners)
+    assert (shapes._edges_that_meet([tuple(corners)]) is None) == bool(line.is_simple)
+
+
+@settings(max_examples=200, deadline=None)
+@given(rings, rings)
+def test_a_hole_is_taken_where_others_call_the_polygon_sound(corners, hole):
+    shapely = pytest.importorskip("shapely", reason="the oracle is shapely")
+    outside = [(3 * x - 6, 3 * y - 6) for x, y in corners]
+    assume(shapely.LinearRing(outside).is_simple and shapely.LinearRing(hole).is_simple)
+    around, within = shapely.Polygon(outside), shapely.Polygon(hole)
+    sound = around.contains_properly(within)
+    try:
+        sky.Prism(vertices=outside, holes=[hole], low=0, high=1)
+    except ValueError:
+        assert not sound
+    else:
+        assert sound
 
 
 def test_an_outline_of_many_thousand_corners_is_checked_at_once():

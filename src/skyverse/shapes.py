@@ -3,7 +3,7 @@
 Each may be an obstacle, or, with a risk, a zone that may be flown through; the ground is the ground.
 """
 
-from collections.abc import Iterator
+from bisect import bisect_right
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -105,6 +105,10 @@ Ring = Annotated[tuple[Place, ...], BeforeValidator(listed), Field(min_length=3)
 """x, y of three corners or more, metres, in either sense of rotation, the first not repeated."""
 
 
+Outline = tuple[tuple[float, float], ...]
+Edge = tuple[float, float, float, float]
+
+
 class Prism(Upright):
     """A vertical prism on a polygon, convex or not, with or without holes.
 
@@ -131,9 +135,8 @@ class Prism(Upright):
     def _simple(self) -> Self:
         if self._sound is not None and self._sound[0] is self.vertices and self._sound[1] is self.holes:
             return self  # pydantic asks again whenever a prism becomes a part of something
-        rings = [np.array(ring) for ring in (self.vertices, *self.holes)]
-        with np.errstate(over="ignore", invalid="ignore"):  # of corners farther away than squares can tell
-            met = _edges_that_meet(rings)
+        rings = [self.vertices, *self.holes]
+        met = _edges_that_meet(rings)
         if met is not None:
             (ring, edge), (other, another) = met
             names = ["the outline", *(f"holes[{k}]" for k in range(len(self.holes)))]
@@ -158,78 +161,62 @@ class Prism(Upright):
         return hash((self.vertices, self.holes, self.low, self.high))
 
 
-def _edges_that_meet(rings: list[NDArray[np.float64]]) -> tuple[tuple[int, int], tuple[int, int]] | None:
-    """Return two edges of outlines (n, 2), each as ring and number, that meet, or ``None``.
+def _edges_that_meet(rings: list[Outline]) -> tuple[tuple[int, int], tuple[int, int]] | None:
+    """Return two edges of outlines, each as ring and number, that meet, or ``None``; neighbours, where one folds back.
 
-    Neighbours do where one folds back.
+    A sweep along x or y: of edges that begin one after another, each is held against those that begin before it ends.
     """
-    corners = np.concatenate(rings)
-    sizes = [len(ring) for ring in rings]
-    starts = np.cumsum([0, *sizes[:-1]])
-    following = np.concatenate([s + np.roll(np.arange(n), -1) for s, n in zip(starts, sizes, strict=True)])
-    ahead = corners[following] - corners
-    low, high = np.minimum(corners, corners[following]), np.maximum(corners, corners[following])
-
-    def side(edge: NDArray[np.int64], corner: NDArray[np.int64]) -> NDArray[np.float64]:
-        to = corners[corner] - corners[edge]
-        crossed: NDArray[np.float64] = np.sign(ahead[edge, 0] * to[:, 1] - ahead[edge, 1] * to[:, 0])
-        return crossed
-
-    onward = np.sum(ahead * ahead[following], axis=1)
-    folds = (side(np.arange(len(corners)), following[following]) == 0) & (onward <= 0)
-    first: tuple[int, int] | None = None
-    for a, b in _edges_near(low, high):
-        near = np.all((low[a] <= high[b]) & (high[a] >= low[b]), axis=1)
-        a, b = a[near], b[near]
-        apart = side(a, b) * side(a, following[b]) > 0
-        apart |= side(b, a) * side(b, following[a]) > 0
-        meet = np.where(following[a] == b, folds[a], np.where(following[b] == a, folds[b], ~apart))
-        found = min(zip(a[meet].tolist(), b[meet].tolist(), strict=True), default=None)
-        first = found if first is None or (found is not None and found < first) else first
-    if first is None:
-        return None
-    numbered = [(ring, edge) for ring, size in enumerate(sizes) for edge in range(size)]
-    return numbered[first[0]], numbered[first[1]]
-
-
-def _edges_near(
-    low: NDArray[np.float64], high: NDArray[np.float64]
-) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield pairs of edges, the lesser number first, some at a time: all whose bounds (n, 2) overlap, and others."""
-    if len(low) <= FEW_EDGES:
-        yield np.triu_indices(len(low), 1)
-        return
+    edges = [(*a, *b) for ring in rings for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)]
+    named = [(number, edge) for number, ring in enumerate(rings) for edge in range(len(ring))]
     sweeps = []
     for axis in range(2):
-        order = np.argsort(low[:, axis], kind="stable")
-        ends = np.searchsorted(low[order, axis], high[order, axis], side="right")
-        sweeps.append((order, ends - np.arange(len(low)) - 1))
-    order, counts = min(sweeps, key=lambda sweep: int(sweep[1].sum()))
-    total = np.cumsum(counts)
-    parts = np.searchsorted(total, np.arange(0, total[-1] + PAIRS, PAIRS)).tolist()
-    for begin, end in zip(parts, [*parts[1:], len(low)], strict=True):
-        many = counts[begin:end]
-        if not many.sum():
-            continue
-        edge = np.repeat(np.arange(begin, end), many)
-        onward = np.arange(len(edge)) - np.repeat(np.cumsum(many) - many, many) + 1
-        one, other = order[edge], order[edge + onward]
-        yield np.minimum(one, other), np.maximum(one, other)
+        low = [min(edge[axis], edge[axis + 2]) for edge in edges]
+        high = [max(edge[axis], edge[axis + 2]) for edge in edges]
+        begins = sorted(low)
+        sweeps.append((sum(bisect_right(begins, end) for end in high), low, high))
+    (_, low, high), (_, near, far) = sorted(sweeps, key=lambda sweep: sweep[0])
+    order = sorted(range(len(edges)), key=low.__getitem__)
+    for place, i in enumerate(order, 1):
+        for k in range(place, len(order)):
+            j = order[k]
+            if low[j] > high[i]:
+                break
+            if near[j] <= far[i] and near[i] <= far[j] and _meet(edges[i], edges[j], named[i], named[j], rings):
+                first, second = sorted((i, j))
+                return named[first], named[second]
+    return None
 
 
-FEW_EDGES = 64
-"""Up to so many, all pairs are looked at; of more, those that a sweep along x or y finds side by side."""
-PAIRS = 1_000_000
-"""Looked at together."""
+def _meet(one: Edge, other: Edge, name: tuple[int, int], another: tuple[int, int], rings: list[Outline]) -> bool:
+    """Tell whether two edges whose bounds overlap meet; where one follows the other, whether it folds back."""
+    ring, size = name[0], len(rings[name[0]])
+    if ring == another[0]:
+        if (name[1] + 1) % size == another[1]:
+            return _folds(one, other)
+        if (another[1] + 1) % size == name[1]:
+            return _folds(other, one)
+    return _side(one, *other[:2]) * _side(one, *other[2:]) <= 0 and _side(other, *one[:2]) * _side(other, *one[2:]) <= 0
 
 
-def _inside(place: NDArray[np.float64], ring: NDArray[np.float64]) -> bool:
-    """Tell whether a place is inside an outline (n, 2): a ray along x crosses it an odd number of times."""
-    a, b = ring, np.roll(ring, -1, axis=0)
-    spans = (a[:, 1] > place[1]) != (b[:, 1] > place[1])
-    a, b = a[spans], b[spans]
-    crossings = a[:, 0] + (place[1] - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
-    return bool(np.count_nonzero(crossings > place[0]) % 2)
+def _folds(edge: Edge, following: Edge) -> bool:
+    """Tell whether an edge lies on the one before it."""
+    onward = (edge[2] - edge[0]) * (following[2] - following[0]) + (edge[3] - edge[1]) * (following[3] - following[1])
+    return _side(edge, *following[2:]) == 0 and not onward > 0
+
+
+def _side(edge: Edge, x: float, y: float) -> int:
+    """Return on which side of an edge a place is: 1, -1, or 0 on its line, or where numbers cannot tell."""
+    turn = (edge[2] - edge[0]) * (y - edge[1]) - (edge[3] - edge[1]) * (x - edge[0])
+    return (turn > 0) - (turn < 0)
+
+
+def _inside(place: tuple[float, float], ring: Outline) -> bool:
+    """Tell whether a place is inside an outline: a ray along x crosses it an odd number of times."""
+    odd = False
+    for (ax, ay), (bx, by) in zip(ring, (*ring[1:], ring[0]), strict=True):
+        if (ay > place[1]) != (by > place[1]):
+            odd ^= (place[1] - ay) / (by - ay) * (bx - ax) + ax > place[0]
+    return odd
 
 
 def _stored(value: object, info: ValidationInfo) -> object:
