@@ -179,8 +179,9 @@ def test_what_is_in_a_zone_is_in_its_prisms(valley, tmp_path, corners, low, high
     fields = {"lower": low, "upper": high}
     path = geojson(tmp_path / "zones.geojson", (outline(*shape.exterior.coords[:-1]), fields))
     scenario = build_scenario(
-        "valley", terrain=[valley], zones=[path], uavs=[START], targets=[GOAL], tolerance=tolerance, margin=100
-    )
+        "valley", terrain=[valley], zones=[path], area=(*place(-400, -100, 0)[1::-1], *place(400, 150, 0)[1::-1]),
+        tolerance=tolerance,
+    )  # fmt: skip
     origin, bounds = scenario.frame.origin, scenario.bounds
     rng = np.random.default_rng(seed)
     west, south, east, north = shape.bounds
@@ -211,6 +212,35 @@ def test_what_is_in_a_zone_is_in_its_prisms(valley, tmp_path, corners, low, high
             (points[:, 2] >= prism.low - 1e-6) & (points[:, 2] <= prism.high + 1e-6)
         )
     assert hit[inside].all()
+
+
+@pytest.mark.parametrize(
+    ("east", "north", "altitude", "safe"),
+    [
+        (0, 0, AboveSea(1540), False),
+        (51, 0, AboveSea(1540), False),  # nearer than the clearance
+        (51.9, 51.9, AboveSea(1540), True),  # though 1.9 m from both sides
+        (53, 0, AboveSea(1540), True),
+        (0, 0, AboveSea(1591), False),
+        (0, 0, AboveSea(1593), True),
+        (-20, 10, AboveSea(1540), True),  # in its court
+        (-31, 10, AboveSea(1540), False),
+    ],
+)
+def test_a_start_or_target_in_a_zone_or_near_it_is_refused_by_both_names(valley, tmp_path, east, north, altitude, safe):
+    court = outline((-30, 0), (-10, 0), (-10, 20), (-30, 20))["coordinates"]
+    shape = {"type": "Polygon", "coordinates": SQUARE["coordinates"] + court}
+    zone = geojson(tmp_path / "z.geojson", (shape, {"upper": "1590 m amsl", "name": "Castle"}))
+    options = {"terrain": [valley], "zones": [zone], "tolerance": 0}
+    at = place(east, north, altitude)
+    for ends in ({"uavs": {"alpha": at}}, {"uavs": [START], "targets": {"alpha": at}}):
+        if safe:
+            build_scenario("v", **ends, **options)
+            continue
+        with pytest.raises(
+            InputError, match=r"alpha: expected a point 2 m or .* the no-fly zone 'Castle' of z\.geojson"
+        ):
+            build_scenario("v", **ends, **options)
 
 
 def test_a_building_stands_on_the_lowest_ground_and_ends_above_the_highest(valley, tmp_path):

@@ -36,6 +36,7 @@ def build(
     buildings: Annotated[list[Path] | None, Parameter(group=what)] = None,
     zones: Annotated[list[Path] | None, Parameter(group=what)] = None,
     soft_zones: Words = None,
+    voxels: Annotated[list[Path] | None, Parameter(group=what)] = None,
     uav: Words = None,
     target: Words = None,
     licence: Words = None,
@@ -51,6 +52,7 @@ def build(
     band_weight: Annotated[float, Parameter(group=room)] = 0.1,
     lattice_step: Metres = None,
     terrain_step: Metres = None,
+    voxel_size: Metres = None,
     tolerance: Annotated[float, Parameter(group=room)] = 0.5,
     fill_nodata: Annotated[str | None, Parameter(group=room, allow_leading_hyphen=True)] = None,
     terrain_crs: Annotated[str | None, Parameter(group=terrain_files)] = None,
@@ -91,6 +93,8 @@ def build(
     soft_zones
         FILE=RISK: zones that may be flown through, and the risk of a metre inside, unless a field `risk` says it;
         repeat for more.
+    voxels
+        A point cloud, .las or .laz, taken from the air: it and all below is occupied; repeat for more.
     uav
         Where a UAV starts: latitude,longitude,altitude, with a name as in `alpha=46.81,9.85,60 m agl`; repeat.
     target
@@ -121,6 +125,8 @@ def build(
         Of lattice planners, metres; chosen for at most two million nodes when left out.
     terrain_step
         Between ground heights, metres; about that of the finest file when left out.
+    voxel_size
+        Of point clouds, metres; at least 2 when left out, and longer than gaps between points.
     tolerance
         By how much outlines may grow to lose corners, metres; 0 for as they are.
     fill_nodata
@@ -166,6 +172,7 @@ def build(
             buildings=buildings or (),
             zones=zones or (),
             soft_zones=[_pair("--soft-zones", word, float) for word in soft_zones or ()],
+            voxels=voxels or (),
             uavs=_places("--uav", "uav", uav or []),
             targets=_places("--target", "target", target or []),
             origin=_origin(origin, geoid),
@@ -177,6 +184,7 @@ def build(
             ground_clearance=ground_clearance,
             lattice_step=lattice_step,
             terrain_step=terrain_step,
+            voxel_size=voxel_size,
             fill_nodata=_fill(fill_nodata),
             band=None if band is None else _numbers("--band", "low,high in metres above ground", band, 2),
             band_weight=band_weight,

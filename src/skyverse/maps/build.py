@@ -6,22 +6,20 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import ValidationError
 
 from skyverse.altitude import AboveSea, Altitude
 from skyverse.errors import InputError
-from skyverse.maps import extent
+from skyverse.maps import aerial, extent, frame
 from skyverse.maps.choices import Choices, Reading
 from skyverse.maps.feature import Feature
-from skyverse.maps.licence import licence_of
-from skyverse.maps.obstacles import bounded, placed, prisms, slimmed
+from skyverse.maps.licence import licence_of, licensed
+from skyverse.maps.obstacles import bounded, placed, prisms, refuse_inside, slimmed
 from skyverse.maps.places import (
-    Place,
     Places,
-    flat_points,
     homes,
     local_points,
     named,
@@ -30,8 +28,8 @@ from skyverse.maps.places import (
     refuse_outside,
     refuse_swapped,
 )
-from skyverse.maps.raster import Opened, Raster, Rectangle, opened
-from skyverse.maps.region import Area, around, checked, common, covered
+from skyverse.maps.raster import Raster, Rectangle, opened
+from skyverse.maps.region import Area, checked
 from skyverse.maps.terrain import flat_ground, height_of, read_terrain
 from skyverse.scenario import (
     Bounds,
@@ -43,11 +41,8 @@ from skyverse.scenario import (
     Source,
     Target,
 )
-from skyverse.shapes import Terrain
+from skyverse.shapes import Prism, Terrain, Voxels
 from skyverse.vehicle import UAV
-
-MARGIN = 250.0
-"""Metres around UAVs and targets that are kept when nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +72,7 @@ def build_scenario(
     buildings: Sequence[str | Path] = (),
     zones: Sequence[str | Path] = (),
     soft_zones: Sequence[tuple[str | Path, float]] = (),
+    voxels: Sequence[str | Path] = (),
     uavs: Places = (),
     targets: Places = (),
     origin: Origin | None = None,
@@ -88,6 +84,7 @@ def build_scenario(
     ground_clearance: float | None = None,
     lattice_step: float | None = None,
     terrain_step: float | None = None,
+    voxel_size: float | None = None,
     fill_nodata: float | Literal["nearest"] | None = None,
     band: tuple[float, float] | None = None,
     band_weight: float = 0.1,
@@ -111,6 +108,9 @@ def build_scenario(
         Files of what must not be entered: GeoJSON, KML, Shapefile, GeoPackage, CityJSON, OpenStreetMap.
     soft_zones
         Files of what may be flown through, and the risk of a metre flown inside, where no field ``risk`` says it.
+    voxels
+        Point clouds that say where on Earth they lie, .las or .laz, taken from the air: what is below a point counts as
+        occupied. Points of noise are left out, those of the ground where there is a terrain.
     uavs, targets
         Latitude, longitude (WGS84 degrees) and altitude of each, in order or by name. A UAV's home is the ground
         below its start as the terrain's files have it, before it is raised.
@@ -134,6 +134,8 @@ def build_scenario(
         Metres; the shortest of 1, 2, 5, 10 ... that makes at most two million nodes when left out.
     terrain_step
         Between heights, metres; about that of the finest raster when left out.
+    voxel_size
+        Of point clouds, metres; 2 or more, for no more than eight million voxels, when left out.
     fill_nodata
         What stands for the ground where rasters have none: metres above mean sea level, or the nearest height. Such
         holes are refused when left out.
@@ -142,7 +144,7 @@ def build_scenario(
     tolerance
         By how much outlines may grow to lose corners, metres.
     reading
-        How files of buildings and zones are to be read where they leave it open.
+        How files of buildings, zones and points are to be read where they leave it open.
     licences
         By file as given (or its name, where only one has it), where a file does not say its licence itself.
     geoid
@@ -165,7 +167,11 @@ def build_scenario(
     rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in terrain]
     starts, goals = named(uavs, "uav"), named(targets, "target")
     places = [*starts.values(), *goals.values()]
-    read = _read(buildings, zones, soft_zones, reading or Reading(), on_note)
+    chosen = reading or Reading()
+    read = _read(buildings, zones, soft_zones, chosen, on_note)
+    clouds = [_cloud(Path(path), chosen, on_note) for path in voxels]
+    outlines = [*(feature.outline for _, found in read for feature in found), *(cloud.outline for cloud in clouds)]
+    corners = np.concatenate([np.empty((0, 2)), *outlines])
     if rasters and ground is not None:
         raise InputError("--ground: expected it without a terrain, found both; the terrain says where the ground is")
     if origin is not None and geoid is not None:
@@ -180,9 +186,8 @@ def build_scenario(
         for some in (starts, goals):
             refuse_off_map(some, files)
         bounds = None if area is None else Area(*area)
-        frame = origin or _origin(bounds, places, files, read, geoid)
-        level = frame if origin else frame.model_copy(update={"altitude": 0.0})
-        region = _region(bounds, margin, places, files, read, level, on_note)
+        level = origin or frame.middle(bounds, places, files, corners, geoid)
+        region = frame.kept(bounds, margin, places, files, corners, level, lambda *told: on_note(Note(*told)))
         refuse_outside([*starts, *goals], places, level, region, "the area")
         sources = [
             (
@@ -191,31 +196,39 @@ def build_scenario(
             )
             for file in files
         ]
-        ground_at = homes(starts, files, frame.geoid)
+        ground_at = homes(starts, files, level.geoid)
     relief = _relief(rasters, ground, level, region, terrain_step, fill_nodata, ground_clearance, on_note)
-    if origin is None and relief is not None:
-        frame, relief = _lowered(level, relief)
-    else:
-        frame = level
+    zero, relief = (level, relief) if origin is not None or relief is None else _lowered(level, relief)
     reach = 2 * clearance + 10.0
-    cut = [placed(found, frame, region, relief, reach) for _, found in read]
-    starting, ending = (local_points(some, starts, frame, relief, ground_at) for some in (starts, goals))
-    standing = {name: _z(frame, starting[name], altitude) for name, altitude in ground_at.items()}
+    cut = [placed(found, zero, region, relief, reach) for _, found in read]
+    solids = {cloud.path: _voxels(cloud, zero, region, reach, relief, voxel_size, on_note) for cloud in clouds}
+    starting, ending = (local_points(some, starts, zero, relief, ground_at) for some in (starts, goals))
+    standing = {name: _z(zero, starting[name], altitude) for name, altitude in ground_at.items()}
     above = clearance if ground_clearance is None else ground_clearance
     refuse_low(starting, relief, above, standing)
     refuse_low(ending, relief, above)
-    floor, highest = extent.heights(relief, cut, [*starting.values(), *ending.values()])
-    top = extent.ceiling(ceiling, band, frame, region, relief, floor, highest)
-    for points in (starting, ending):
-        extent.refuse_high(points, top)
-    obstacles, soft = [], []
+    points = [*starting.values(), *ending.values()]
+    floor, highest = extent.heights(relief, cut, [one for some in solids.values() for one in some], points)
+    top = extent.ceiling(ceiling, band, zero, region, relief, floor, highest)
+    for ends in (starting, ending):
+        extent.refuse_high(ends, top)
+    obstacles: list[Prism | Voxels] = []
+    soft: list[Prism] = []
+    for cloud in clouds:
+        for ends in (starting, ending):
+            refuse_inside(ends, solids[cloud.path], clearance, cloud.path.name)
+        obstacles += solids[cloud.path]
+        sources.append((cloud.path, Source(file=cloud.path.name, gives="voxels", crs=cloud.name)))
     for (path, found), one in zip(read, cut, strict=True):
         made, counts = prisms(slimmed(bounded(one, floor, top, reach), tolerance))
         on_note(Note(str(path), _told(len(found), len(made), counts)))
         if found and not made:
-            refuse_swapped(path, found, frame, region)
+            refuse_swapped(path, found, zero, region)
             on_note(Note(str(path), "nothing of it lies in the area"))
-        obstacles += [prism for prism in made if prism.risk is None]
+        hard = [prism for prism in made if prism.risk is None]
+        for ends in (starting, ending):
+            refuse_inside(ends, hard, clearance, Path(path).name)
+        obstacles += hard
         soft += [prism for prism in made if prism.risk is not None]
         gives = "buildings" if path in map(str, buildings) else "zones"
         where = Path(path)
@@ -233,8 +246,8 @@ def build_scenario(
             objective=Objective(unit="metres", altitude=extent.band(band, band_weight, relief)),
             uavs=tuple(UAV(name=uav, start=point, home=standing.get(uav)) for uav, point in starting.items()),
             targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
-            frame=Frame(origin=frame),
-            sources=tuple(_licensed(sources, licences or {})),
+            frame=Frame(origin=zero),
+            sources=tuple(licensed(sources, licences or {})),
         )
     except ValidationError as error:
         raise InputError(f"{name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
@@ -268,71 +281,50 @@ def _read(
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
         told: list[str] = []
         found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=told.append))
-        for sentence in told[:MOST_TOLD]:
-            on_note(Note(path, sentence.removeprefix(f"{path}: ")))
-        if len(told) > MOST_TOLD:
-            on_note(Note(path, f"and {len(told) - MOST_TOLD} more like these"))
+        _tell(path, told, on_note)
         read.append((path, found))
     return read
+
+
+def _tell(path: str, told: list[str], on_note: Callable[[Note], object]) -> None:
+    for sentence in told[:MOST_TOLD]:
+        on_note(Note(path, sentence.removeprefix(f"{path}: ")))
+    if len(told) > MOST_TOLD:
+        on_note(Note(path, f"and {len(told) - MOST_TOLD} more like these"))
 
 
 MOST_TOLD = 5
 
 
-def _origin(area: Area | None, places: list[Place], files: list[Opened], read: Read, geoid: float | None) -> Origin:
-    """Return the middle of what is asked for, at sea level."""
-    if area is not None:
-        latitude, longitude = area.middle
-    elif places:
-        latitude, longitude = _middle(np.array([place[:2] for place in places], dtype=np.float64))
-    elif files:
-        width, height = files[0].data.width, files[0].data.height
-        lon, lat = files[0].places(np.array([width / 2]), np.array([height / 2]))
-        latitude, longitude = float(lat[0]), float(lon[0])
-        if not math.isfinite(latitude + longitude):
-            raise InputError(f"{files[0].path}: its middle is not on the globe; give --area")
-    elif read:
-        latitude, longitude = _middle(np.concatenate([f.outline[:, ::-1] for _, found in read for f in found]))
-    else:
-        raise InputError("there is nothing to build of; give a terrain, buildings, zones, UAVs or an area")
-    longitude = (longitude + 180) % 360 - 180
-    return Origin(latitude=round(latitude, 7), longitude=round(longitude, 7), altitude=0.0, geoid=geoid)
+def _cloud(path: Path, reading: Reading, on_note: Callable[[Note], object]) -> aerial.Cloud:
+    told: list[str] = []
+    cloud = aerial.opened(path, Choices(**vars(reading), tell=told.append))
+    _tell(str(path), told, on_note)
+    return cloud
 
 
-def _middle(places: Any) -> tuple[float, float]:
-    turned = (places[:, 1] - places[0, 1] + 180) % 360 - 180
-    latitude = (places[:, 0].min() + places[:, 0].max()) / 2
-    return float(latitude), float(places[0, 1] + (turned.min() + turned.max()) / 2)
-
-
-def _region(
-    area: Area | None,
-    margin: float | None,
-    places: list[Place],
-    files: list[Opened],
-    read: Read,
-    level: Origin,
+def _voxels(
+    cloud: aerial.Cloud,
+    zero: Origin,
+    region: Rectangle,
+    reach: float,
+    relief: Terrain | None,
+    size: float | None,
     on_note: Callable[[Note], object],
-) -> Rectangle:
-    if area is not None:
-        if margin is not None:
-            raise InputError("--margin: expected it without --area, found both")
-        return area.inside(level)
-    wide = MARGIN if margin is None else margin
-    if places:
-        region = around(flat_points(places, level), wide)
-        if margin is None and len(files) == 1:
-            region, whole = common(region, covered(files[0], level)), region
-            if region != whole and min(region[2] - region[0], region[3] - region[1]) > 0:
-                on_note(Note(files[0].path, f"ends less than {MARGIN:g} m from a UAV or target; the area ends there"))
-        return region
-    if len(files) > 1:
-        raise InputError("several terrain files: expected an area or UAVs that say what to take of them, found neither")
-    if files:
-        return covered(files[0], level)
-    corners = np.concatenate([f.outline for _, found in read for f in found])
-    flat = [(lat, lon, AboveSea(0.0)) for lon, lat in corners]
-    return around(flat_points(flat, level), wide)
+) -> list[Voxels]:
+    solid, counts = aerial.voxels(cloud, zero, region, reach, relief, size)
+    if solid is None:
+        on_note(Note(str(cloud.path), "nothing of it stands in the area"))
+        return []
+    left = "".join(f", {counts[what]:,} {what} left out" for what in aerial.LEFT_OUT if counts[what])
+    on_note(
+        Note(
+            str(cloud.path),
+            f"{counts['kept']:,} points{left}; {counts['columns']:,} columns of voxels of {solid.step[0]:g} m, "
+            "occupied from the highest point down, as what is below was not seen",
+        )
+    )
+    return [solid]
 
 
 def _relief(
@@ -382,16 +374,3 @@ def _z(frame: Origin, point: tuple[float, float, float], altitude: float) -> flo
 def _told(features: int, made: int, counts: Counter[str]) -> str:
     more = "".join(f", {number:,} {what}" for what, number in counts.items() if number)
     return f"{features:,} outlines, {made:,} prisms{more}"
-
-
-def _licensed(sources: list[tuple[Path, Source]], licences: Mapping[str, str]) -> list[Source]:
-    """Return sources with what the user says of their licences, by path, or by name where that is one file's only."""
-    paths = {path for path, _ in sources}
-    said = {}
-    for file, text in licences.items():
-        meant = {path for path in paths if path == Path(file)} or {path for path in paths if path.name == str(file)}
-        if len(meant) != 1:
-            found = "several of that name" if meant else "another"
-            raise InputError(f"--licence: {file}: expected one of the files given, found {found}")
-        said[meant.pop()] = text
-    return [source.model_copy(update={"licence": said.get(path, source.licence)}) for path, source in sources]

@@ -18,6 +18,7 @@ from shapely.geometry.base import BaseGeometry
 
 from skyverse.altitude import AboveSea, Altitude
 from skyverse.errors import InputError
+from skyverse.maps import datum
 from skyverse.maps.choices import Choices
 from skyverse.maps.feature import Feature
 from skyverse.maps.heights import building
@@ -168,10 +169,10 @@ def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyp
     if not isinstance(said, str):
         raise InputError(f"{where}: expected a coordinate system, found {_shown(said)}")
     crs = named_crs(said.replace("https://", "http://", 1) if "/def/crs/" in said else said, where)
-    vertical = [axis for axis in crs.axis_info if axis.direction in ("up", "down")]
-    if vertical and vertical[0].direction == "up" and crs.is_compound:
-        return crs, vertical[0].unit_conversion_factor or 1.0
-    if vertical:
+    vertical = datum.vertical(crs, where)
+    if vertical is not None and not vertical[1]:
+        return crs, vertical[0]
+    if vertical is not None:
         raise InputError(f"{where}: expected altitudes above mean sea level, but those of {crs.name} are not")
     if choices.altitudes != "amsl":
         raise InputError(

@@ -12,7 +12,7 @@ from skyverse.maps.grid import grid_around, trimmed, voxels
 from skyverse.maps.las_header import require_sound
 from skyverse.shapes import Voxels
 
-_CHUNK = 1_000_000
+CHUNK = 1_000_000
 Points = Callable[[], Iterator[NDArray[np.float64]]]
 """Gives the points (n, 3) in parts, anew each time that it is called."""
 
@@ -42,7 +42,7 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
 
     def parts() -> Iterator[NDArray[np.float64]]:
         with laspy.open(path) as file:
-            for chunk in file.chunk_iterator(_CHUNK):
+            for chunk in file.chunk_iterator(CHUNK):
                 yield np.column_stack([chunk.x, chunk.y, chunk.z]).astype(np.float64)
 
     try:
@@ -50,7 +50,7 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
     except InputError:
         raise
     except Exception as error:
-        raise _unreadable(path, "LAS", error) from None
+        raise unreadable(path, "LAS", error) from None
 
 
 def _require_metres(path: Path) -> None:
@@ -62,7 +62,7 @@ def _require_metres(path: Path) -> None:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except Exception as error:
-        raise _unreadable(path, "LAS", error) from None
+        raise unreadable(path, "LAS", error) from None
     for axis in [] if crs is None else crs.axis_info:
         if axis.unit_conversion_factor != 1 or axis.unit_name not in ("metre", "meter"):
             raise InputError(f"{path}: expected coordinates in metres, found {axis.name} in {axis.unit_name}")
@@ -92,6 +92,7 @@ def voxels_of_points(where: object, parts: Points, size: float | None = None, at
     return voxels(first, length, occupied)
 
 
-def _unreadable(path: Path, kind: str, error: Exception) -> InputError:
+def unreadable(path: Path, kind: str, error: Exception) -> InputError:
+    """Return what to say of a file that a library cannot read."""
     said = (str(error).strip().splitlines() or [type(error).__name__])[0]
     return InputError(f"{path}: cannot be read as {kind}: {said[:200]}")

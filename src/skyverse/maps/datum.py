@@ -6,6 +6,8 @@ from typing import Any
 import pyproj
 from pyproj.aoi import AreaOfInterest
 
+from skyverse.errors import InputError
+
 NEAR = 0.1
 """Degrees around a place that an operation is chosen for."""
 EXACT = 1.0
@@ -44,3 +46,23 @@ def to_globe(crs: pyproj.CRS, x: float, y: float) -> tuple[pyproj.Transformer, s
     if used.accuracy > EXACT:
         return transformer, f"coordinates in {crs.name} are known to {used.accuracy:g} m on the globe"
     return transformer, ""
+
+
+def vertical(crs: pyproj.CRS, where: str) -> tuple[float, bool] | None:
+    """Return the metres to each unit of a system's heights, and whether they are above the ellipsoid.
+
+    ``None`` where it says nothing of heights.
+
+    Raises
+    ------
+    InputError
+        If it counts downwards.
+    """
+    axis = next((axis for axis in crs.axis_info if axis.direction in ("up", "down")), None)
+    if axis is None:
+        return None
+    if axis.direction == "down":
+        raise InputError(f"{where}: expected heights, but {crs.name!r} counts downwards")
+    parts = crs.sub_crs_list if crs.is_compound else [crs]
+    above = len(parts[0].axis_info) == 3 or "ellipsoid" in parts[-1].name.lower()
+    return axis.unit_conversion_factor or 1.0, above

@@ -1,7 +1,7 @@
 """How high a scenario reaches, what its lattice is, and which heights it keeps to."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from skyverse.maps.obstacles import Placed
 from skyverse.maps.raster import Rectangle
 from skyverse.maps.terrain import height_of
 from skyverse.scenario import AltitudeBand, Bounds, Origin
-from skyverse.shapes import Terrain
+from skyverse.shapes import Terrain, Voxels
 
 ABOVE = 30.0
 """Metres from the highest ground, building, UAV or target to the ceiling when nothing is said."""
@@ -21,7 +21,10 @@ _STEPS = [digit * 10.0**power for power in range(-1, 5) for digit in (1, 2, 5)]
 
 
 def heights(
-    relief: Terrain | None, these: list[Placed], points: list[tuple[float, float, float]]
+    relief: Terrain | None,
+    these: Sequence[Placed],
+    solids: Sequence[Voxels],
+    points: Sequence[tuple[float, float, float]],
 ) -> tuple[float, float]:
     """Return the lowest and the highest z of what is there."""
     z = [point[2] for point in points]
@@ -29,6 +32,8 @@ def heights(
         standing = np.array([feature.kind == "building" for feature in one.features], dtype=bool)
         ends = np.concatenate([one.low[standing], one.high[standing]])
         z += ends[np.isfinite(ends)].tolist()
+    for solid in solids:
+        z += [solid.origin[2], solid.origin[2] + solid.step[2] * solid.occupied.shape[2]]
     if relief is not None:
         return float(np.floor(relief.heights.min())), max([float(relief.heights.max()), *z])
     if not z:

@@ -1,8 +1,12 @@
 """Under which licence a file says that it may be used."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from skyverse.errors import InputError
+from skyverse.scenario import Source
 
 OPEN_STREET_MAP = "© OpenStreetMap contributors, Open Database License (ODbL) 1.0"
 _FIELDS = ("license", "licence", "copyright", "attribution")
@@ -32,3 +36,16 @@ def _said(document: dict[str, Any]) -> str:
                 if isinstance(lower.get(name), str) and lower[name].strip():
                     return " ".join(lower[name].split())[:200]
     return ""
+
+
+def licensed(sources: list[tuple[Path, Source]], licences: Mapping[str, str]) -> list[Source]:
+    """Return sources with what the user says of their licences, by path, or by name where that is one file's only."""
+    paths = {path for path, _ in sources}
+    said = {}
+    for file, text in licences.items():
+        meant = {path for path in paths if path == Path(file)} or {path for path in paths if path.name == str(file)}
+        if len(meant) != 1:
+            found = "several of that name" if meant else "another"
+            raise InputError(f"--licence: {file}: expected one of the files given, found {found}")
+        said[meant.pop()] = text
+    return [source.model_copy(update={"licence": said.get(path, source.licence)}) for path, source in sources]

@@ -1,7 +1,7 @@
 """Buildings and zones on the globe to prisms of the local frame, never smaller than they are."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from skyverse.maps.feature import Feature
 from skyverse.maps.raster import Rectangle
 from skyverse.maps.terrain import ground_between, height_of
 from skyverse.scenario import Origin
-from skyverse.shapes import Prism, Terrain
+from skyverse.shapes import Prism, Terrain, Voxels
 
 Floats = NDArray[np.float64]
 
@@ -203,6 +203,37 @@ def slimmed(these: Placed, tolerance: float) -> Placed:
 
 
 MOST_CORNERS = 1000
+
+
+def refuse_inside(
+    points: Mapping[str, tuple[float, float, float]], solids: Sequence[Prism | Voxels], clearance: float, file: str
+) -> None:
+    """Refuse a point that is in what a file says must not be entered, or nearer to it than the clearance."""
+    for name, point in points.items():
+        shut = next((solid for solid in solids if _shuts(solid, np.array(point), clearance)), None)
+        if shut is not None:
+            called = f"the {shut.kind or 'obstacle'}" + (f" {shut.name!r}" if shut.name else "")
+            raise InputError(
+                f"{name}: expected a point {clearance:g} m or more from what must not be entered, found it in or near "
+                f"{called} of {file}"
+            )
+
+
+def _shuts(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
+    if isinstance(solid, Voxels):
+        first = np.array(solid.origin)
+        low = np.maximum(np.floor((point - clearance - first) / solid.step + 1e-9), 0).astype(np.int64)
+        high = np.maximum(np.ceil((point + clearance - first) / solid.step - 1e-9), 0).astype(np.int64)
+        return bool(solid.occupied[tuple(slice(a, b) for a, b in zip(low, high, strict=True))].any())
+    if not solid.low - clearance < point[2] < solid.high + clearance:
+        return False
+    corners = np.asarray(solid.vertices)
+    if ((point[:2] < corners.min(axis=0) - clearance) | (point[:2] > corners.max(axis=0) + clearance)).any():
+        return False
+    import shapely
+
+    outline, place = shapely.Polygon(solid.vertices, solid.holes), shapely.Point(point[:2])
+    return bool(outline.distance(place) < clearance) if clearance else bool(outline.contains_properly(place))
 
 
 def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:

@@ -105,6 +105,8 @@ class Opened:
 
     def _where(self, given: str | None) -> tuple["CRS", float | None, bool]:
         """Return the coordinates, how many metres a vertical unit has, if known, and if heights are ellipsoidal."""
+        from skyverse.maps import datum
+
         _, pyproj = tools()
         own = self.data.crs
         if own is None and given is None:
@@ -114,17 +116,12 @@ class Opened:
         except pyproj.exceptions.CRSError:
             shown = given if own is None else own.to_wkt()
             raise InputError(f"{self.path}: expected a coordinate system, found {shown!r:.60}") from None
-        upward = crs.axis_info[2] if len(crs.axis_info) == 3 else None
-        ellipsoidal = upward is not None
-        whole = crs
+        upward = datum.vertical(crs, self.path)
         if crs.is_compound:
-            crs = whole.sub_crs_list[0]
-            ellipsoidal = len(crs.axis_info) == 3 or "ellipsoid" in whole.sub_crs_list[1].name.lower()
-        if upward is not None and upward.direction == "down":
-            raise InputError(f"{self.path}: expected heights, but {whole.name!r} counts downwards")
+            crs = crs.sub_crs_list[0]
         if not (crs.is_geographic or crs.is_projected):
             raise InputError(f"{self.path}: its coordinate system, {crs.name!r}, does not lie on Earth")
-        return crs, None if upward is None else upward.unit_conversion_factor, ellipsoidal
+        return crs, *(upward or (None, False))
 
     @property
     def name(self) -> str:
