@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.cli import main
 from skyverse.maps.octomap import read_octomap
 
 HEAD = b"# Octomap OcTree binary file\n#\nid OcTree\nsize %d\nres %s\ndata\n"
@@ -24,6 +25,29 @@ def bt(path, words, size=None, res=b"0.5"):
 def chain(depth, last):
     """Nodes that lead to the child 0 down to a depth, there to these children."""
     return [[3] + [0] * 7] * depth + [last]
+
+
+def octree(cells):
+    """Nodes of a tree that holds these states (n, n, n) in its lowest corner, by subdivision down to single ones."""
+    nodes = []
+
+    def node(part):
+        half = len(part) // 2
+        row, after = [], []
+        nodes.append(row)
+        for k in range(8):
+            x, y, z = (k >> axis & 1 for axis in range(3))
+            child = part[x * half : (x + 1) * half, y * half : (y + 1) * half, z * half : (z + 1) * half]
+            if (child == child.flat[0]).all():
+                row.append(int(child.flat[0]))
+            else:
+                row.append(3)
+                after.append(child)
+        for child in after:
+            node(child)
+
+    node(cells)
+    return chain(16 - int(np.log2(len(cells))), [])[:-1] + nodes
 
 
 def tree(seed, resolution=0.25):
@@ -66,18 +90,19 @@ def test_the_voxels_are_the_occupied_leaves_that_octomap_finds(seed, suffix, tmp
     path = str(tmp_path / f"a{suffix}")
     assert grown.writeBinary(path) if suffix == ".bt" else grown.write(path)
     wanted = cells(grown, True)
-    voxels = read_octomap(Path(path))
+    voxels = read_octomap(Path(path), unknown="free")
     assert voxels.step == (0.25, 0.25, 0.25)
     assert occupied_cells(voxels) == wanted
     assert len(wanted) > 512
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_unknown_space_is_occupied_if_so_wished(seed, tmp_path):
+def test_unknown_space_is_occupied_unless_the_map_does_not_say_what_is_free(seed, tmp_path):
     grown = tree(seed)
     path = str(tmp_path / "a.bt")
     assert grown.writeBinary(path)
-    voxels = read_octomap(Path(path), unknown="occupied")
+    voxels = read_octomap(Path(path))
+    assert voxels == read_octomap(Path(path), unknown="occupied")
     free, occupied = cells(grown, False), cells(grown, True)
     known = np.array(sorted(free | occupied))
     low, high = known.min(axis=0), known.max(axis=0)
@@ -109,12 +134,40 @@ def test_a_tree_too_fine_for_the_grid_is_read_in_larger_voxels(tmp_path):
 
 
 def test_a_tree_by_hand_reads_as_it_says(tmp_path):
-    scenario = sky.read(bt(tmp_path / "a.bt", chain(15, [2, 1, 0, 0, 0, 0, 0, 2])))
+    low = (-16384.0,) * 3  # the lowest corner of all, 2^15 voxels of half a metre below zero
+    path = bt(tmp_path / "a.bt", chain(15, [2, 1, 0, 0, 0, 0, 0, 2]))
+    scenario = sky.read(path)
     (voxels,) = scenario.obstacles
-    assert voxels.origin == (-16384.0,) * 3  # the lowest corner of all, 2^15 voxels of half a metre below zero
+    assert (voxels.origin, voxels.kind) == (low, "occupied or unknown space")
+    assert voxels.occupied.tolist() == [[[True, True], [True, True]], [[False, True], [True, True]]]
+    assert (scenario.bounds.min, scenario.bounds.max) == (low, (-16383.0,) * 3)  # beyond, all is unknown
+    assert scenario.sources[0].file == "a.bt"
+    scenario = sky.read(path, unknown="free")
+    (voxels,) = scenario.obstacles
+    assert (voxels.origin, voxels.kind) == (low, "occupied space")
     assert voxels.occupied.tolist() == [[[True, False], [False, False]], [[False, False], [False, True]]]
     assert scenario.bounds.min == (-16389.0,) * 3
-    assert scenario.sources[0].file == "a.bt"
+
+
+def test_the_command_line_says_what_unknown_space_was_taken_for(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = np.full((16, 16, 16), 1)
+    rows[4:12, 4:12, :12] = 0  # within what is seen, a block of which nobody knows
+    rows[8, 8, 8] = 2
+    bt(tmp_path / "a.bt", octree(rows), res=b"1")
+    low = -32768.0
+    words = ["plan", "a.bt", "--planner", "taut", "--no-page", "--uav", f"{low + 1.5},{low + 8},{low + 8}", "--target"]
+    for more, taken in (([], "occupied; --unknown free takes it as free."), (["--unknown", "free"], "")):
+        with pytest.raises(SystemExit) as ended:
+            main([*words, f"{low + 14.5},{low + 8},{low + 8}", *more, "-o", "m.json"])
+        assert not ended.value.code
+        assert (f"Unknown space counts as {taken}" in capsys.readouterr().err) == (not more)
+        length = sky.read_mission("m.json").results[0].cost
+        assert (length > 15) == (not more)
+    with pytest.raises(SystemExit) as ended:
+        main(["plan", "map1", "--unknown", "free"])
+    assert ended.value.code == 2
+    assert "map1: unknown: expected it for an OctoMap (.bt, .ot) only" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from skyverse.cli.words import (
     planner_of,
     refuse_output,
     refuse_unsafe,
+    tell_unknown,
     tell_unsought,
     whole_number,
     with_more,
@@ -137,6 +138,7 @@ def plan(
     keep_apart: bool = True,
     uav: More = None,
     target: More = None,
+    unknown: Literal["free", "occupied"] | None = None,
     page: bool = True,
     as_json: AsJson = False,
 ) -> int:
@@ -180,6 +182,8 @@ def plan(
         Add a UAV that starts at x,y,z; repeat for more.
     target
         Add a target at x,y,z; repeat for more.
+    unknown
+        What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
     page
         Write the page too.
     as_json
@@ -187,7 +191,8 @@ def plan(
     """
     import skyverse as sky
 
-    asked = with_more(scenario, sky.read_scenario(scenario), uav, target)
+    asked = with_more(scenario, sky.read_scenario(scenario, unknown=unknown), uav, target)
+    tell_unknown(asked, unknown)
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [])
     tell_unsought(asked, method)

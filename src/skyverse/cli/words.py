@@ -69,6 +69,17 @@ def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:
         print(f"{said} (astar and hybrid-mvo seek them).", file=sys.stderr)
 
 
+def tell_unknown(scenario: "Scenario", chosen: str | None) -> None:
+    """Say on standard error what an OctoMap's unknown space was taken for, where nobody has chosen it."""
+    from skyverse.maps.grid import UNKNOWN
+
+    kinds = {shape.kind for shape in scenario.obstacles}
+    taken = next((word for word, kind in UNKNOWN.items() if kind in kinds), None)
+    if taken is not None and chosen is None:
+        other = next(word for word in UNKNOWN if word != taken)
+        print(f"Unknown space counts as {taken}; --unknown {other} takes it as {other}.", file=sys.stderr)
+
+
 def without_way(mission: "Mission") -> str:
     """Say which UAVs of a mission have no way to a target."""
     names = [

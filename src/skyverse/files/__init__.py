@@ -13,6 +13,7 @@ from skyverse.files.missions import mission_from_data, mission_text, trajectorie
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
 from skyverse.flown import Flight
 from skyverse.maps import voxels
+from skyverse.maps.grid import Unknown
 from skyverse.maps.rotorpy_world import is_rotorpy_world, rotorpy_world
 from skyverse.result import Mission
 from skyverse.scenario import Scenario
@@ -20,7 +21,7 @@ from skyverse.scenario import Scenario
 __all__ = ["NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
 
 
-def read(source: str | Path) -> Scenario | Mission:
+def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mission:
     """Read a scenario or a mission.
 
     Parameters
@@ -30,12 +31,17 @@ def read(source: str | Path) -> Scenario | Mission:
         ``.json``; a mission as ``.json``; a flight gives the mission that was flown. Maps give scenarios without UAVs:
         the course's ``.txt``, rotorpy's ``.json``, MovingAI's ``.3dmap``, OctoMap's ``.bt`` and ``.ot``, point clouds
         and meshes, ``.las``, ``.laz``, ``.ply``, ``.stl``, ``.obj``.
+    unknown
+        What an OctoMap's unknown space is taken for, ``"occupied"`` or ``"free"``. When left out it is occupied, but
+        free where the map does not say what is free.
 
     Raises
     ------
     InputError
         If there is no such scenario or file, or it cannot be used; the message names file and field.
     """
+    if unknown is not None and Path(source).suffix.lower() not in voxels.TREES:
+        raise InputError(f"{source}: unknown: expected it for an OctoMap ({', '.join(voxels.TREES)}) only")
     if str(source) in NAMES:
         return builtin(str(source))
     path = Path(source)
@@ -47,7 +53,7 @@ def read(source: str | Path) -> Scenario | Mission:
     if suffix == ".txt":
         return course_map(path, read_text(path))
     if suffix in voxels.SUFFIXES:
-        return voxels.voxel_scenario(path)
+        return voxels.voxel_scenario(path, unknown=unknown)
     if suffix not in (".yaml", ".yml", ".json"):
         known = ", ".join((".yaml", ".yml", ".json", ".txt", *voxels.SUFFIXES))
         raise InputError(f"{path}: expected a file ending in {known}, found {suffix or 'no ending'!r}")
@@ -61,9 +67,9 @@ def read(source: str | Path) -> Scenario | Mission:
     return scenario_from_data(path, data)
 
 
-def read_scenario(source: str | Path) -> Scenario:
+def read_scenario(source: str | Path, *, unknown: Unknown | None = None) -> Scenario:
     """Read a scenario; a mission gives the scenario that it embeds. See `read`."""
-    found = read(source)
+    found = read(source, unknown=unknown)
     return found.scenario if isinstance(found, Mission) else found
 
 

@@ -1,6 +1,7 @@
 """Grids of voxels: how large they may be, and how long a voxel is where nobody says."""
 
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,10 @@ MAX_VOXELS = 2**23
 """Voxels at most in one grid, some eight million."""
 SIZE = 0.5
 """How long a voxel is unless said otherwise, metres; doubled until the grid has no more than `MAX_VOXELS`."""
+
+Unknown = Literal["free", "occupied"]
+UNKNOWN: dict[Unknown, str] = {"free": "occupied space", "occupied": "occupied or unknown space"}
+"""The kind of an OctoMap's voxels, by what space was taken for that nobody has seen."""
 
 _FAR = 1e8
 """Metres from zero beyond which no coordinate makes sense."""

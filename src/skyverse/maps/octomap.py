@@ -9,14 +9,13 @@ In a .ot it is its log-odds, 4 bytes, and one byte, a bit for each child that fo
 import math
 import re
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.errors import InputError
 from skyverse.kernel import kernel
-from skyverse.maps.grid import MAX_VOXELS, require_few, require_size, trimmed, voxels
+from skyverse.maps.grid import MAX_VOXELS, UNKNOWN, Unknown, require_few, require_size, trimmed, voxels
 from skyverse.shapes import Voxels
 
 _DEPTH = 16
@@ -24,7 +23,7 @@ _FREE, _OCCUPIED = 1, 2
 _BYTES_OF_COLOUR = {"OcTree": 0, "ColorOcTree": 3}
 
 
-def read_octomap(path: Path, size: float | None = None, unknown: Literal["free", "occupied"] = "free") -> Voxels:
+def read_octomap(path: Path, size: float | None = None, unknown: Unknown | None = None) -> Voxels:
     """Read an OctoMap tree.
 
     Parameters
@@ -36,7 +35,14 @@ def read_octomap(path: Path, size: float | None = None, unknown: Literal["free",
         with which there are at most `skyverse.maps.grid.MAX_VOXELS`, unless said otherwise. A voxel is occupied if any
         part of it is.
     unknown
-        What to take space for that nobody has seen, between what has been seen.
+        What to take space for that nobody has seen, between what has been seen. When left out it is occupied, but free
+        where the tree has no free leaf: then nobody has noted what was seen.
+
+    Returns
+    -------
+    Voxels
+        Of one of the kinds in `UNKNOWN`. Where unknown space is occupied, the grid is the box of all that has been
+        seen, else of what is occupied.
 
     Raises
     ------
@@ -44,8 +50,10 @@ def read_octomap(path: Path, size: float | None = None, unknown: Literal["free",
         If the file cannot be read as one, nothing is occupied, or there are too many voxels.
     """
     leaves, resolution = _leaves(path)
+    if unknown is None:
+        unknown = "occupied" if (leaves[:, 4] == _FREE).any() else "free"
     kept = leaves if unknown == "occupied" else leaves[leaves[:, 4] == _OCCUPIED]
-    if not (leaves[:, 4] == _OCCUPIED).any() and unknown == "free":
+    if not len(kept):
         raise InputError(f"{path}: expected something occupied, found all of it free")
     low, high = kept[:, :3].min(axis=0), (kept[:, :3] + kept[:, 3:4]).max(axis=0)
     coarser = _coarser(path, low, high, resolution, size)
@@ -56,8 +64,12 @@ def read_octomap(path: Path, size: float | None = None, unknown: Literal["free",
     wanted = leaves[leaves[:, 4] == (_FREE if unknown == "occupied" else _OCCUPIED)]
     _fill(filled, np.ascontiguousarray(wanted), first, coarser)
     occupied = filled < 8**coarser if unknown == "occupied" else filled > 0
-    first, occupied = trimmed(first, occupied) if occupied.any() else (first, occupied)
-    return voxels(first - (1 << (_DEPTH - 1 - coarser)), resolution * 2**coarser, occupied)
+    if not occupied.any():
+        raise InputError(f"{path}: expected something occupied, found all of it free")
+    if unknown == "free":
+        first, occupied = trimmed(first, occupied)
+    made = voxels(first - (1 << (_DEPTH - 1 - coarser)), resolution * 2**coarser, occupied)
+    return made.model_copy(update={"kind": UNKNOWN[unknown]})
 
 
 def _coarser(path: Path, low: NDArray[np.int64], high: NDArray[np.int64], resolution: float, size: float | None) -> int:

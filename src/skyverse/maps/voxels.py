@@ -4,16 +4,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 from skyverse.errors import InputError
+from skyverse.maps.grid import UNKNOWN, Unknown
 from skyverse.maps.lattice import CLEARANCE, lattice_of
 from skyverse.scenario import Bounds, Scenario, Source
 from skyverse.shapes import Voxels
 
 SUFFIXES = (".3dmap", ".bt", ".ot", ".las", ".laz", ".ply", ".stl", ".obj")
+TREES = (".bt", ".ot")
 MARGIN = 10
 """Voxels of free space that `voxel_scenario` leaves about what is occupied."""
 
 
-def read_voxels(path: str | Path, size: float | None = None) -> Voxels:
+def read_voxels(path: str | Path, size: float | None = None, unknown: Unknown | None = None) -> Voxels:
     """Read an OctoMap tree, a .3dmap, a point cloud or a mesh as voxels, in the file's own coordinates, metres.
 
     Parameters
@@ -22,6 +24,8 @@ def read_voxels(path: str | Path, size: float | None = None) -> Voxels:
         A file that ends in one of `SUFFIXES`.
     size
         How long a voxel is, metres; each reader has its own default.
+    unknown
+        What an OctoMap's unknown space is taken for.
 
     Raises
     ------
@@ -34,21 +38,21 @@ def read_voxels(path: str | Path, size: float | None = None) -> Voxels:
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     try:
-        return _reader(path.suffix.lower())(path, size)
+        return _reader(path.suffix.lower(), unknown)(path, size)
     except MemoryError:
         raise InputError(f"{path}: does not fit into memory") from None
 
 
-def _reader(suffix: str) -> Callable[[Path, float | None], Voxels]:
+def _reader(suffix: str, unknown: Unknown | None) -> Callable[[Path, float | None], Voxels]:
     """Return what reads such files; the others' libraries are not loaded."""
     if suffix == ".3dmap":
         from skyverse.maps.moving_ai import read_3dmap
 
         return read_3dmap
-    if suffix in (".bt", ".ot"):
+    if suffix in TREES:
         from skyverse.maps.octomap import read_octomap
 
-        return read_octomap
+        return lambda path, size: read_octomap(path, size, unknown)
     if suffix in (".las", ".laz"):
         from skyverse.maps.cloud import read_las
 
@@ -58,15 +62,23 @@ def _reader(suffix: str) -> Callable[[Path, float | None], Voxels]:
     return read_mesh
 
 
-def voxel_scenario(path: str | Path, size: float | None = None) -> Scenario:
+def voxel_scenario(path: str | Path, size: float | None = None, unknown: Unknown | None = None) -> Scenario:
     """Read such a file as a scenario without UAVs.
 
-    Its bounds are the grid of a .3dmap; else what is occupied and `MARGIN` voxels about. The clearance is 0.25 m, the
-    lattice's step a voxel, or that doubled until there are a million nodes at most.
+    Its bounds are the grid of a .3dmap, or what an OctoMap has seen where unknown space is occupied; else what is
+    occupied and `MARGIN` voxels about. The clearance is 0.25 m, the lattice's step a voxel, or that doubled until there
+    are a million nodes at most.
+
+    Parameters
+    ----------
+    path, size
+        As for `read_voxels`.
+    unknown
+        What an OctoMap's unknown space is taken for; see `read_octomap`. What it was is the kind of the voxels.
     """
     path = Path(path)
-    solid = read_voxels(path, size)
-    margin = 0 if path.suffix.lower() == ".3dmap" else MARGIN
+    solid = read_voxels(path, size, unknown)
+    margin = 0 if path.suffix.lower() == ".3dmap" or solid.kind == UNKNOWN["occupied"] else MARGIN
     step = solid.step[0]
     bounds = Bounds(
         min=tuple(start - margin * step for start in solid.origin),
