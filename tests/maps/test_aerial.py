@@ -183,7 +183,7 @@ def test_a_header_that_lies_is_not_believed(tmp_path):
 def test_a_cloud_that_is_cut_off_is_refused_in_one_sentence(tmp_path, suffix, share):
     path = las(tmp_path / f"a{suffix}", some(12)[0])
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
-    with pytest.raises(InputError, match=rf"a\{suffix}: cannot be read as LAS: ") as caught:
+    with pytest.raises(InputError, match=rf"a\{suffix}: cannot be read as LAS, it is cut off or damaged: ") as caught:
         build_scenario("a", voxels=[path], origin=ORIGIN, area=WIDE)
     assert "\n" not in str(caught.value)
 

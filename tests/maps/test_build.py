@@ -349,8 +349,20 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
         ({"uavs": [START], "ceiling": AboveHome(100)}, r"--ceiling: expected agl .* found home"),
         ({"uavs": [START], "margin": 5000}, r"valley\.tif: expected terrain over all of the area"),
         ({"uavs": [START], "margin": 100, "area": (9.84, 46.79, 9.86, 46.81)}, r"--margin: .* found both"),
-        ({"area": (46.79, 9.84, 46.81, 9.86)}, r"valley\.tif: expected terrain over all of the area"),
-        ({"area": (9.86, 46.81, 9.84, 46.79)}, r"south below north"),
+        (
+            {"area": (46.79, 9.84, 46.81, 9.86)},
+            r"the middle of --area: .*valley\.tif, .* latitude and longitude swapped\?",
+        ),
+        ({"area": (9.835, 46.79, 9.88, 46.81)}, r"valley\.tif: expected terrain over all of the area"),
+        ({"area": (9.86, 46.79, 9.84, 46.81)}, r"--area .*: expected west,.* found 359\.98 degrees from west to east"),
+        (
+            {"uavs": [START], "origin": sky.Origin(latitude=9.85, longitude=46.8, altitude=1500)},
+            r"--origin: expected one within 200 km of latitude 46\.8, .* 5221 km away; are latitude",
+        ),
+        (
+            {"area": (9.86, 46.81, 9.84, 46.79)},
+            r"expected west,south,east,north, found 46\.81 for south, 46\.79 for north",
+        ),
         ({"area": (9.84, 146.79, 9.86, 146.81)}, r"expected south from -90 to 90 degrees, found 146\.79; the order"),
         ({"uavs": [START], "ground": AboveSea(0)}, r"--ground: expected it without a terrain"),
         ({"uavs": [START], "clearance": -1.0}, r"--clearance: expected a number from 0 on, found -1"),
@@ -450,6 +462,25 @@ def command(*words):
     return ended.value.code or 0
 
 
+def test_several_files_may_follow_one_option(valley, tmp_path):
+    first = geojson(tmp_path / "a.geojson", (SQUARE, {"upper": "50 m agl"}))
+    second = geojson(tmp_path / "b.geojson", (outline((80, 0), (99, 0), (99, 9)), {"upper": "50 m agl"}))
+    start = f"{START[0]},{START[1]},60 m agl"
+    options = ["--terrain", valley, "--uav", start, "-o", tmp_path / "v.yaml", "--margin", "500"]
+    options += ["--licence", "a.geojson=A", "b.geojson=B"]
+    assert command(*options, "--zones", first, second) == 0
+    made = sky.read_scenario(tmp_path / "v.yaml")
+    assert len(made.obstacles) == 2
+    assert [source.licence for source in made.sources[1:]] == ["A", "B"]
+    assert command(*options, "--zones", first, "--zones", second) == 0
+    assert sky.read_scenario(tmp_path / "v.yaml") == made
+
+
+def test_a_folder_that_is_not_there_is_made_as_by_the_other_verbs(valley, tmp_path):
+    assert command("--terrain", valley, "--uav", f"{START[0]},{START[1]},60 m agl", "-o", tmp_path / "a/b/v.yaml") == 0
+    assert (tmp_path / "a/b/v.yaml").is_file()
+
+
 def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
     zones = geojson(tmp_path / "z.geojson", (SQUARE, {"upper": "50 m agl"}))
     out = tmp_path / "valley.yaml"
@@ -490,6 +521,13 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
         (["--fill-nodata", "much"], "--fill-nodata: expected metres above sea level, or nearest"),
         (["--soft-zones", "z.geojson"], "--soft-zones: expected FILE=RISK"),
         (["--origin", "146,9,5 m amsl"], "--origin: expected a latitude"),
+        (["--origin", "46.8,9.8"], "--origin: expected latitude,longitude,altitude above mean sea level, as in '46.81"),
+        (["--origin", "46.8,9.8,5 m agl"], "--origin: expected latitude,longitude,altitude above mean sea level"),
+        (
+            ["--uav", "46.8,9.85,60 agl", "b.geojson"],
+            "each of several values after its own option, as in --uav A --uav",
+        ),
+        (["--zones", "a.geojson", "b.geojson"], "a.geojson: there is no such file"),
     ],
 )
 def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, monkeypatch, words, sentence):

@@ -288,6 +288,30 @@ def test_the_binary_format_gives_the_same_as_xml(tmp_path, read):
         assert one.where.rsplit(": ", 1)[1] == other.where.rsplit(": ", 1)[1]
 
 
+def test_what_a_file_is_decides_not_its_name(tmp_path, read):
+    things = [(1, OUTER, {"building": "yes", "height": "12"})]
+    (tmp_path / "binary.osm").write_bytes(pbf(things))
+    text = osm(*(way(number, nodes, **tags) for number, nodes, tags in things))
+    (tmp_path / "xml.osm.pbf").write_text(text)
+    (one,), (other,) = (read_features(tmp_path / name) for name in ("binary.osm", "xml.osm.pbf"))
+    assert np.allclose(one.outline, other.outline, atol=1e-9)
+    assert one.high == other.high
+    (tmp_path / "other.osm.pbf").write_bytes(b"PK\x03\x04 something")
+    with pytest.raises(
+        InputError, match=r"other\.osm\.pbf: expected OpenStreetMap's binary format, found something else"
+    ):
+        read_features(tmp_path / "other.osm.pbf")
+
+
+def test_a_binary_way_that_does_not_close_is_told_once(tmp_path):
+    told = []
+    broken = [(n, [1, 2, 3, 4], {"building": "yes", "height": "12", "area": "yes"}) for n in (1, 2)]
+    (tmp_path / "city.osm.pbf").write_bytes(pbf([*broken, (3, OUTER, {"building": "yes", "height": "12"})]))
+    found = read_features(tmp_path / "city.osm.pbf", Choices(tell=told.append))
+    assert len(found) >= 1
+    assert not any("OGR" in sentence for sentence in told)
+
+
 def test_a_binary_file_cut_off_is_refused(tmp_path):
     whole = pbf([(1, OUTER, {"building": "yes", "height": "12"})])
     path = tmp_path / "city.osm.pbf"

@@ -590,3 +590,26 @@ def test_five_thousand_footprints_are_read_in_seconds(read):
     start = time.process_time()
     assert len(read(text, kind="building")) == 5_000
     assert time.process_time() - start < 6
+
+
+@pytest.mark.parametrize("suffix", [".gpkg", ".fgb", ".shp", ".kml", ".kmz", ".geojson"])
+def test_a_file_that_is_cut_off_is_said_to_be(tmp_path, suffix):
+    import pyogrio
+
+    whole = tmp_path / f"whole{suffix}"
+    if suffix == ".kmz":
+        with zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("doc.kml", "<kml>" + "<Placemark/>" * 100 + "</kml>")
+    elif suffix == ".kml":
+        whole.write_text("<kml>" + "<Placemark/>" * 100 + "</kml>")
+    elif suffix == ".geojson":
+        whole.write_text(json.dumps(collection(feature(), feature())))
+    else:
+        shape = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))] * 20, dtype=object)
+        pyogrio.raw.write(whole, shape, [], [], geometry_type="Polygon", crs="EPSG:4326")
+    data = whole.read_bytes()
+    for share in (0.1, 0.5, 0.9):
+        whole.write_bytes(data[: int(share * len(data))])
+        with pytest.raises(InputError, match=rf"whole\{suffix}: .*cut off") as caught:
+            read_features(whole)
+        assert "\n" not in str(caught.value)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import App, CycloptsError, Group, Parameter
+from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
 from skyverse._version import __version__
 from skyverse.cli.compare import compare
@@ -53,6 +53,9 @@ def main(words: Sequence[str] | None = None) -> None:
             print_error=False,
             result_action="return_value",
         )
+    except UnusedCliTokensError as error:
+        found = " ".join(map(repr, error.unused_tokens or ()))
+        _fail(f"expected each of several values after its own option, as in --uav A --uav B, found {found} without one")
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))
     except InputError as error:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.words import origin_of, refuse_output
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -61,7 +62,8 @@ def export(
     import skyverse as sky
 
     read = sky.read_mission(mission)
-    at = read.scenario.frame.origin if origin is None else _origin(origin)
+    refuse_output(output)
+    at = read.scenario.frame.origin if origin is None else origin_of(origin)
     if at is not None and geoid is not None:
         at = _with_geoid(at, geoid)
     notes: list[str] = []
@@ -81,25 +83,6 @@ def export(
         print(path)
     for note in notes:
         print(note, file=sys.stderr)
-
-
-def _origin(text: str) -> "Origin":
-    from pydantic import ValidationError
-
-    from skyverse.altitude import AboveSea, parse_altitude
-    from skyverse.scenario import Origin
-
-    try:
-        latitude, longitude, written = text.split(",", 2)
-        altitude = parse_altitude(written)
-        if not isinstance(altitude, AboveSea):
-            raise ValueError
-        return Origin(latitude=float(latitude), longitude=float(longitude), altitude=altitude.metres)
-    except (ValueError, ValidationError):
-        raise InputError(
-            "--origin: expected latitude,longitude,altitude above mean sea level, as in '47.39,8.54,410 m amsl', "
-            f"found {text!r}"
-        ) from None
 
 
 def _with_geoid(origin: "Origin", metres: float) -> "Origin":

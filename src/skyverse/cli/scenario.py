@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Group, Parameter
 
 from skyverse.cli.report import json_text
-from skyverse.cli.words import refuse_output
+from skyverse.cli.words import origin_of, refuse_output
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,7 +23,9 @@ what = Group("What to read", sort_key=1)
 terrain_files = Group("How terrain files are to be read, where they do not say", sort_key=3)
 other_files = Group("How files of buildings and zones are to be read, where they do not say", sort_key=4)
 room = Group("What part of the world, and how", sort_key=2)
-Words = Annotated[list[str] | None, Parameter(group=what, allow_leading_hyphen=True)]
+Files = Annotated[list[Path] | None, Parameter(group=what, consume_multiple=True)]
+FileWords = Annotated[list[str] | None, Parameter(group=what, consume_multiple=True)]
+Places = Annotated[list[str] | None, Parameter(group=what, allow_leading_hyphen=True)]
 Metres = Annotated[float | None, Parameter(group=room)]
 
 
@@ -32,14 +34,14 @@ def build(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     name: str | None = None,
-    terrain: Annotated[list[Path] | None, Parameter(group=what)] = None,
-    buildings: Annotated[list[Path] | None, Parameter(group=what)] = None,
-    zones: Annotated[list[Path] | None, Parameter(group=what)] = None,
-    soft_zones: Words = None,
-    voxels: Annotated[list[Path] | None, Parameter(group=what)] = None,
-    uav: Words = None,
-    target: Words = None,
-    licence: Words = None,
+    terrain: Files = None,
+    buildings: Files = None,
+    zones: Files = None,
+    soft_zones: FileWords = None,
+    voxels: Files = None,
+    uav: Places = None,
+    target: Places = None,
+    licence: FileWords = None,
     area: Annotated[str | None, Parameter(group=room, allow_leading_hyphen=True)] = None,
     margin: Metres = None,
     origin: Annotated[str | None, Parameter(group=room, allow_leading_hyphen=True)] = None,
@@ -85,22 +87,23 @@ def build(
     name
         The scenario's; the file's by default.
     terrain
-        A raster of ground heights: GeoTIFF, ASCII grid, .hgt and others; repeat for more.
+        A raster of ground heights: GeoTIFF, ASCII grid, .hgt and others; or several.
     buildings
-        A file of buildings: CityJSON, OpenStreetMap, GeoJSON, KML, Shapefile, GeoPackage; repeat for more.
+        A file of buildings: CityJSON, OpenStreetMap, GeoJSON, KML, Shapefile, GeoPackage; or several.
     zones
-        A file of zones that must not be entered; repeat for more.
+        A file of zones that must not be entered; or several.
     soft_zones
         FILE=RISK: zones that may be flown through, and the risk of a metre inside, unless a field `risk` says it;
-        repeat for more.
+        or several.
     voxels
-        A point cloud, .las or .laz, taken from the air: it and all below is occupied; repeat for more.
+        A point cloud, .las or .laz, taken from the air: it and all below is occupied; or several.
     uav
-        Where a UAV starts: latitude,longitude,altitude, with a name as in `alpha=46.81,9.85,60 m agl`; repeat.
+        Where a UAV starts: latitude,longitude,altitude, with a name as in `alpha=46.81,9.85,60 m agl`; repeat
+        --uav for more.
     target
         Where one must get to, alike.
     licence
-        FILE=TEXT: a file's licence, kept in the scenario, where the file does not say; repeat for more.
+        FILE=TEXT: a file's licence, kept in the scenario, where the file does not say; or several.
     area
         west,south,east,north in degrees; what lies outside is dropped.
     margin
@@ -112,7 +115,8 @@ def build(
     ground
         Without a terrain: level ground at this altitude, as in `0 m amsl`.
     ceiling
-        How high the bounds reach, as in `120 m agl` (above the highest ground); 30 m above all when left out.
+        How high the bounds reach. `120 m agl` is above the highest ground, and more than that above all other ground,
+        where --band is what keeps UAVs low; 30 m above all that is there when left out.
     clearance
         From obstacles, metres.
     ground_clearance
@@ -175,7 +179,7 @@ def build(
             voxels=voxels or (),
             uavs=_places("--uav", "uav", uav or []),
             targets=_places("--target", "target", target or []),
-            origin=_origin(origin, geoid),
+            origin=None if origin is None else origin_of(origin),
             area=None if area is None else _numbers("--area", "west,south,east,north in degrees", area, 4),
             margin=margin,
             ceiling=None if ceiling is None else _altitude("--ceiling", ceiling),
@@ -259,17 +263,6 @@ def _places(option: str, kind: str, texts: list[str]) -> "dict[str, Place]":
             raise InputError(f"{option}: expected names that differ, found {key!r} twice")
         places[key] = _place(option, rest if equals else text)
     return places
-
-
-def _origin(text: str | None, geoid: float | None) -> Any:
-    from skyverse.maps.places import named
-    from skyverse.scenario import Origin
-
-    if text is None:
-        return None
-    latitude, longitude, _ = named({"--origin": _place("--origin", text)}, "origin")["--origin"]
-    sea = _sea("--origin", text.split(",", 2)[2])
-    return Origin(latitude=latitude, longitude=longitude, altitude=sea.metres, geoid=geoid)
 
 
 def _fill(text: str | None) -> Any:

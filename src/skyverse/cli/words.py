@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from skyverse.lab.study import Study
     from skyverse.planners.base import Planner
     from skyverse.result import Mission
-    from skyverse.scenario import Scenario
+    from skyverse.scenario import Origin, Scenario
 
 _BUDGETS = ("paths", "nodes", "evaluations", "iterations", "seconds")
 
@@ -99,6 +99,29 @@ def _point(option: str, text: str) -> tuple[float, ...]:
     if len(point) != 3:
         raise InputError(f"{option}: expected x,y,z in metres, as in 0,-4,1, found {text!r}")
     return point
+
+
+def origin_of(text: str) -> "Origin":
+    """Read where a frame's zero lies, as in ``46.81,9.85,1560 m amsl``."""
+    from skyverse.altitude import AboveSea, parse_altitude
+    from skyverse.scenario import Origin
+
+    words = text.split(",", 2)
+    try:
+        latitude, longitude, altitude = float(words[0]), float(words[1]), parse_altitude(words[2])
+    except (ValueError, IndexError):
+        altitude = None
+    if not isinstance(altitude, AboveSea):
+        raise InputError(
+            "--origin: expected latitude,longitude,altitude above mean sea level, as in '46.81,9.85,1560 m amsl', "
+            f"found {text!r}"
+        )
+    if not abs(latitude) <= 90:
+        hint = "; are latitude and longitude swapped?" if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
+        raise InputError(f"--origin: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
+    if not abs(longitude) <= 180:
+        raise InputError(f"--origin: expected a longitude from -180 to 180 degrees, found {longitude:g}")
+    return Origin(latitude=latitude, longitude=longitude, altitude=altitude.metres)
 
 
 def refuse_unsafe(source: str, scenario: "Scenario") -> None:

@@ -186,7 +186,11 @@ def build_scenario(
         for some in (starts, goals):
             refuse_off_map(some, files)
         bounds = None if area is None else Area(*area)
+        if bounds is not None:
+            refuse_off_map({"the middle of --area": (*bounds.middle, AboveSea(0))}, files)
         level = origin or frame.middle(bounds, places, files, corners, geoid)
+        if origin is not None:
+            frame.refuse_far(origin, frame.middle(bounds, places, files, corners, geoid))
         region = frame.kept(bounds, margin, places, files, corners, level, lambda *told: on_note(Note(*told)))
         refuse_outside([*starts, *goals], places, level, region, "the area")
         sources = [

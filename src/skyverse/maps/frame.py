@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from skyverse.altitude import AboveSea
 from skyverse.errors import InputError
+from skyverse.geodesy import to_local
 from skyverse.maps.places import Place, flat_points
 from skyverse.maps.raster import Opened, Rectangle
-from skyverse.maps.region import Area, around, common, covered
+from skyverse.maps.region import LARGEST, Area, around, common, covered
 from skyverse.scenario import Origin
 
 Floats = NDArray[np.float64]
@@ -46,6 +47,25 @@ def middle(
         raise InputError("there is nothing to build of; give a terrain, buildings, zones, UAVs or an area")
     longitude = (longitude + 180) % 360 - 180
     return Origin(latitude=round(latitude, 7), longitude=round(longitude, 7), altitude=0.0, geoid=geoid)
+
+
+def refuse_far(origin: Origin, there: Origin) -> None:
+    """Refuse an origin that is too far from what is asked for."""
+
+    def away(latitude: float, longitude: float) -> float:
+        other = origin.model_copy(update={"latitude": latitude, "longitude": longitude})
+        return float(np.linalg.norm(to_local(other, [there.latitude, there.longitude, other.altitude])))
+
+    found = away(origin.latitude, origin.longitude)
+    if found <= LARGEST:
+        return
+    turned = abs(origin.longitude) <= 90 and away(origin.longitude, origin.latitude) <= LARGEST
+    hint = "; are latitude and longitude swapped?" if turned else ""
+    raise InputError(
+        f"--origin: expected one within {LARGEST / 1000:g} km of latitude {there.latitude:g}, longitude "
+        f"{there.longitude:g}, found latitude {origin.latitude:g}, longitude {origin.longitude:g}, "
+        f"{found / 1000:.0f} km away{hint}"
+    )
 
 
 def _middle(places: Any) -> tuple[float, float]:

@@ -25,7 +25,7 @@ def layers(path: Path, choices: Choices) -> Iterator[tuple[list[Record], pyproj.
     _check(path)
     names = [str(name) for name, kind in _tried(path, lambda: pyogrio.list_layers(path)) if kind is not None]
     if not names:
-        raise InputError(f"{path}: expected a layer of polygons, found none")
+        raise InputError(f"{path}: expected a layer of polygons, found none; it may be cut off")
     for name in names:
         meta, rows = table(path, name, choices)
         where = f"{path}: layer {name!r}, feature" if len(names) > 1 else f"{path}: feature"
@@ -50,7 +50,11 @@ def table(
             path, lambda: pyogrio.raw.read(path, layer=layer, datetime_as_string=True, **options)
         )
     for doubt in doubts:
-        choices.tell(f"{path}: {printable(str(doubt.message))}")
+        said = printable(str(doubt.message))
+        if said.startswith("Non closed ring"):
+            choices.tally["outlines that do not close, closed from end to beginning"] += 1
+        else:
+            choices.tell(f"{path}: {said}")
     if shapes is None:
         return meta, []
     geometries = _tried(path, lambda: shapely.from_wkb(shapes, on_invalid="fix"))
@@ -81,7 +85,8 @@ def _tried(path: Path, read: Callable[[], Any]) -> Any:
     try:
         return read()
     except Exception as error:  # what a broken file makes pyogrio raise is not documented: its own errors and others
-        raise InputError(f"{path}: cannot be read: {printable(str(error))}") from None
+        reason = printable(str(error)).removeprefix(f"{path}: ")
+        raise InputError(f"{path}: cannot be read, it is cut off or damaged: {reason:.120}") from None
 
 
 def _system(said: str | None, path: Path, choices: Choices) -> pyproj.CRS:

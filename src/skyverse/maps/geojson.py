@@ -35,6 +35,10 @@ def load(path: Path) -> Any:
         raise
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
+    except json.JSONDecodeError as error:
+        cut = error.pos > len(error.doc.rstrip()) - 5 or error.msg.startswith("Unterminated string")  # as in "tru"
+        found = "it cut off" if cut else "something else"
+        raise InputError(f"{path}: expected JSON, found {found}: {printable(str(error))}") from None
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: expected JSON, found something else: {printable(str(error))}") from None
 

@@ -48,7 +48,10 @@ def _opened(path: Path) -> IO[bytes]:
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: expected a KMZ archive, found something else: {printable(str(error))}") from None
+        with path.open("rb") as stream:
+            begun = stream.read(2) == b"PK"
+        found = "it cut off or damaged" if begun else "something else"
+        raise InputError(f"{path}: expected a KMZ archive, found {found}: {printable(str(error))}") from None
     if len(content) > LARGEST:
         raise InputError(f"{path}: expected less than {LARGEST / 1e6:g} MB when unpacked, found more")
     return io.BytesIO(content)

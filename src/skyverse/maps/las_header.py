@@ -27,7 +27,7 @@ def require_sound(path: Path) -> None:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     if problem is not None:
-        raise InputError(f"{path}: cannot be read as LAS: {problem}")
+        raise InputError(f"{path}: cannot be read as LAS, it is cut off or damaged: {problem}")
 
 
 def _found(file: BinaryIO, size: int) -> str | None:

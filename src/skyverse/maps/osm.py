@@ -39,10 +39,11 @@ all_tags=yes
 tags_format=json
 """
 """What GDAL is to take for polygons, with all their tags."""
+_BLANK = b"\xef\xbb\xbf \t\r\n"
 
 
 def buildings(path: Path, choices: Choices) -> list[Feature]:
-    """Return the buildings of an extract, ``.osm`` (XML) or ``.osm.pbf``.
+    """Return the buildings of an extract, XML or binary, whatever its suffix says.
 
     A building that is cut by the extract's edge, so that corners are missing, is left out, and told.
 
@@ -51,7 +52,14 @@ def buildings(path: Path, choices: Choices) -> list[Feature]:
     InputError
         If it is no OpenStreetMap, or a building has no height and `choices` have none for such.
     """
-    records = list(_binary(path, choices) if path.suffix.lower() == ".pbf" else _extract(path, choices))
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(64)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    if path.suffix.lower() == ".pbf" and b"OSMHeader" not in head and not head.lstrip(_BLANK).startswith(b"<"):
+        raise InputError(f"{path}: expected OpenStreetMap's binary format, found something else")
+    records = list(_binary(path, choices) if b"OSMHeader" in head else _extract(path, choices))
     if not records:
         raise InputError(f"{path}: expected buildings, found none")
     return features(records, WGS84, str(path), choices)

@@ -90,8 +90,8 @@ def refuse_swapped(path: str, found: Sequence[Feature], origin: Origin, region: 
     flat: list[Place] = [(float(first), float(second), AboveSea(origin.altitude)) for first, second in turned]
     if flat and any(within(point, region) for point in flat_points(flat, origin)):
         raise InputError(
-            f"{path}: nothing of it lies in the area, but would with latitude and longitude swapped; expected "
-            "longitude first"
+            f"{path}: nothing of it lies in the area, but would with latitude and longitude swapped; longitude comes "
+            "first in files and in --area, latitude in places"
         )
 
 

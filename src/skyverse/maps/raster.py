@@ -176,7 +176,7 @@ class Opened:
                 raw = self.data.read(self.band, window=window, masked=True)
                 values: Floats = np.ma.getdata(raw).astype(np.float64)
         except rasterio.errors.RasterioError as error:
-            raise InputError(f"{self.path}: cannot be read: {_first(error)}") from None
+            raise InputError(f"{self.path}: cannot be read, it is cut off or damaged: {_first(error)}") from None
         holes = np.ma.getmaskarray(raw) | ~np.isfinite(values)
         if self.nodata is not None:
             holes |= values == self.nodata
@@ -215,7 +215,9 @@ def opened(raster: Raster) -> Iterator[Opened]:
         try:
             data = rasterio.open(path)
         except rasterio.errors.RasterioError as error:
-            raise InputError(f"{path}: expected a raster such as a GeoTIFF: {_first(error)}") from None
+            raise InputError(
+                f"{path}: expected a raster such as a GeoTIFF, found it cut off or something else: {_first(error)}"
+            ) from None
         with data:
             yield Opened(raster, data)
 

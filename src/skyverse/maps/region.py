@@ -26,16 +26,21 @@ class Area:
     north: float
 
     def __post_init__(self) -> None:
-        shown = f"{self.west:g},{self.south:g},{self.east:g},{self.north:g}"
+        shown = f"--area {self.west:g},{self.south:g},{self.east:g},{self.north:g}"
         for name, value, most in (("south", self.south, 90), ("north", self.north, 90)):
             if not abs(value) <= most:
                 hint = "; the order is west,south,east,north" if abs(value) <= 180 else ""
-                raise InputError(f"area {shown}: expected {name} from -90 to 90 degrees, found {value:g}{hint}")
+                raise InputError(f"{shown}: expected {name} from -90 to 90 degrees, found {value:g}{hint}")
         for name, value in (("west", self.west), ("east", self.east)):
             if not abs(value) <= 180:
-                raise InputError(f"area {shown}: expected {name} from -180 to 180 degrees, found {value:g}")
+                raise InputError(f"{shown}: expected {name} from -180 to 180 degrees, found {value:g}")
         if not self.south < self.north or self.west == self.east:
-            raise InputError(f"area {shown}: expected west,south,east,north with south below north")
+            raise InputError(
+                f"{shown}: expected west,south,east,north, found {self.south:g} for south, {self.north:g} for north, "
+                f"{self.west:g} for west, {self.east:g} for east"
+            )
+        if (wide := (self.east - self.west) % 360) > 180:
+            raise InputError(f"{shown}: expected west,south,east,north, found {wide:g} degrees from west to east")
 
     @property
     def middle(self) -> tuple[float, float]:

@@ -7,6 +7,11 @@ from xml.parsers import expat
 
 from skyverse.errors import InputError
 
+_CUT_OFF = [expat.errors.codes[said] for said in (
+    expat.errors.XML_ERROR_NO_ELEMENTS, expat.errors.XML_ERROR_UNCLOSED_TOKEN, expat.errors.XML_ERROR_PARTIAL_CHAR,
+    expat.errors.XML_ERROR_UNCLOSED_CDATA_SECTION,
+)]  # fmt: skip
+
 
 def parse(
     stream: IO[bytes],
@@ -38,4 +43,6 @@ def parse(
     except (expat.ExpatError, UnicodeError, LookupError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path}: expected XML, found something else: {error}") from None
+        cut = isinstance(error, expat.ExpatError) and error.code in _CUT_OFF
+        found = "it cut off" if cut else "something else"
+        raise InputError(f"{path}: expected XML, found {found}: {error}") from None
