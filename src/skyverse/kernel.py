@@ -6,9 +6,22 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+class Kernel(CPUDispatcher):
+    """What calls a compiled function: once compiled, it takes all integers.
+
+    Numba would compile a function that kernels call again for each constant that one of them hands to it.
+    """
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return how other kernels call this one, by arguments of these types."""
+        return super().get_call_template([unliteral(kind) for kind in args], kws)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -17,11 +30,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Kernels take arrays, scalars, NamedTuples of arrays and a numpy Generator, nothing else.
     With ``NUMBA_DISABLE_JIT=1`` the function itself comes back.
     """
-    try:
-        compiled: Callable[P, R] = numba.njit(cache=True, nogil=True)(function)
-    except RuntimeError:  # neither the installation nor the home folder can be written to
-        compiled = numba.njit(nogil=True)(function)
-    return compiled
+    return _compiled(function)
 
 
 def query(function: Callable[P, R]) -> Callable[P, R]:
@@ -29,11 +38,16 @@ def query(function: Callable[P, R]) -> Callable[P, R]:
 
     With many arrays in a NamedTuple the counting would take longer than a short query.
     """
-    options: dict[str, Any] = {"nogil": True, "_nrt": False}
+    return _compiled(function, _nrt=False)
+
+
+def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     try:
-        compiled: Callable[P, R] = numba.njit(cache=True, **options)(function)
-    except RuntimeError:
-        compiled = numba.njit(**options)(function)
+        compiled: Callable[P, R] = numba.njit(cache=True, nogil=True, **options)(function)
+    except RuntimeError:  # neither the installation nor the home folder can be written to
+        compiled = numba.njit(nogil=True, **options)(function)
+    if isinstance(compiled, CPUDispatcher):  # not where compilation is disabled
+        compiled.__class__ = Kernel
     return compiled
 
 

@@ -167,10 +167,10 @@ class World:
             low=np.array(scenario.bounds.min),
             high=np.array(scenario.bounds.max),
             boxes=table[order],
-            clearance=scenario.clearance,
+            clearance=float(scenario.clearance),
             tree=index,
             solids=round_,
-            ground=ground.make_ground(scenario.terrain, scenario.ground_clearance - scenario.clearance),
+            ground=ground.make_ground(scenario.terrain, float(scenario.ground_clearance - scenario.clearance)),
         )
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
