@@ -91,6 +91,87 @@ def test_a_roof_that_reaches_over_the_walls_counts_and_a_courtyard_stays_open(re
     assert near(flat(house), shapely.box(X - 2, Y - 1, X + 12, Y + 9) - shapely.box(X + 4, Y + 3, X + 6, Y + 5))
 
 
+TREE = [[x, y, z] for z in (0, 4) for x, y in ((-1, -2), (1, -2), (1, 2), (-1, 2))]
+
+
+def instances(*geometries, **more):
+    held = {"templates": [solid(FACES, "1.0"), surfaces(FACES, 2)], "vertices-templates": TREE}
+    objects = {f"t{k}": {"type": "SolitaryVegetationObject", "geometry": [one]} for k, one in enumerate(geometries)}
+    return city(objects, **{"geometry-templates": held, **more})
+
+
+def instance(matrix, template=0, at=0):
+    rows = np.vstack([np.asarray(matrix, dtype=float), [0, 0, 0, 1]])
+    return {
+        "type": "GeometryInstance",
+        "template": template,
+        "boundaries": [at],
+        "transformationMatrix": rows.ravel().tolist(),
+    }
+
+
+def test_templates_are_scaled_turned_and_moved_to_their_vertex(read):
+    whole = np.eye(3, 4)
+    turned = np.array([[0, -3, 0, 5], [3, 0, 0, 6], [0, 0, 2, 1]])  # three times as wide, a quarter turn, moved
+    one, other = read(instances(instance(whole, at=4), instance(turned, template=1, at=2)))
+    assert near(flat(one), shapely.box(X - 1, Y - 2, X + 1, Y + 2))
+    assert (one.low, one.high, one.kind) == (AboveSea(7.5), AboveSea(11.5), "tree")
+    assert near(flat(other), shapely.box(X + 10 + 5 - 6, Y + 8 + 6 - 3, X + 10 + 5 + 6, Y + 8 + 6 + 3))
+    assert (other.low, other.high) == (AboveSea(2.0), AboveSea(10.0))
+
+
+def test_a_template_has_its_own_level_of_detail(read):
+    low = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 9]])
+    both = [instance(np.eye(3, 4), template=1), instance(low, template=0)]
+    document = city(
+        {"t": {"type": "CityFurniture", "geometry": both}},
+        **{"geometry-templates": {"templates": [solid(FACES, "1.0"), solid(FACES, "2")], "vertices-templates": TREE}},
+    )
+    assert read(document)[0].low == AboveSea(1.0)
+    assert read(document, lod="1")[0].low == AboveSea(10.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"template": 2}, "t0: 'template': expected one of 2 templates, found 2"),
+        ({"template": True}, "t0: 'template': expected one of 2 templates, found True"),
+        ({"boundaries": [8]}, "t0: 'boundaries': expected the vertex of a template"),
+        ({"boundaries": []}, "t0: 'boundaries': expected the vertex of a template"),
+        ({"transformationMatrix": [1] * 15}, "t0: 'transformationMatrix': expected 16 numbers"),
+        ({"transformationMatrix": [1] * 16}, "t0: 'transformationMatrix': expected 16 numbers"),
+        ({"transformationMatrix": [None] * 12 + [0, 0, 0, 1]}, "t0: 'transformationMatrix': expected 16 numbers"),
+    ],
+)
+def test_a_broken_instance_is_refused(read, change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        read(instances({**instance(np.eye(3, 4)), **change}))
+    with pytest.raises(InputError, match="'vertices-templates': expected rows of three numbers"):
+        read(instances(instance(np.eye(3, 4)), **{"geometry-templates": {"templates": [], "vertices-templates": 3}}))
+
+
+def test_points_and_lines_get_the_width_that_is_asked_for(read):
+    points = {"type": "MultiPoint", "lod": "0", "boundaries": [0, 6]}
+    line = {"type": "MultiLineString", "lod": "0", "boundaries": [[1, 6], [6, 7]]}
+    document = city(
+        {
+            "house": {"type": "Building", "geometry": [solid(FACES)]},
+            "masts": {"type": "CityFurniture", "geometry": [points]},
+            "wire": {"type": "OtherConstruction", "geometry": [line]},
+        }
+    )
+    told = []
+    assert len(read(document, tell=told.append)) == 1
+    assert sum("points or lines; --buffer gives them a width" in sentence for sentence in told) == 2
+    _, *masts, wire, last = read(document, buffer=2.0)
+    assert [one.name for one in masts] == ["masts", "masts"]
+    for one, at in zip(masts, ((0, 0), (10, 8)), strict=True):
+        assert near(flat(one), shapely.Point(X + at[0], Y + at[1]).buffer(2.0, 64), 0.02)
+        assert (one.low, one.high) == (AboveSea(-1.0), AboveSea(9.5))
+    both = shapely.union_all([flat(wire), flat(last)])
+    assert near(both, shapely.LineString([(X + 10, Y), (X + 10, Y + 8), (X, Y + 8)]).buffer(2.0, 64), 0.03)
+
+
 def test_walls_that_stand_alone_are_thin_but_not_lost(read):
     (wall,) = read(city({"a": {"type": "Building", "geometry": [surfaces(FACES[2:3])]}}))
     assert flat(wall).buffer(0.001).covers(shapely.LineString([(X, Y), (X + 10, Y)]))

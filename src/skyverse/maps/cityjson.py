@@ -13,7 +13,7 @@ import numpy as np
 import pyproj
 import shapely
 from numpy.typing import NDArray
-from shapely import LineString, Polygon
+from shapely import GeometryCollection, LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.altitude import AboveSea, Altitude
@@ -25,8 +25,12 @@ from skyverse.maps.heights import building
 from skyverse.maps.limits import Properties, printable
 from skyverse.maps.outlines import filled, named_crs, polygons, to_globe
 
+Floats = NDArray[np.float64]
+
 _DEPTH = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
 """How many lists there are around a geometry's surfaces."""
+_LINES = ("MultiPoint", "MultiLineString")
+INSTANCE = "GeometryInstance"
 KINDS = {
     **dict.fromkeys(("Building", "BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"), "building"),
     **dict.fromkeys(("Bridge", "BridgePart", "BridgeInstallation"), "bridge"),
@@ -51,7 +55,7 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
     """
     if str(document.get("version")) not in ("1.0", "1.1", "2.0"):
         raise InputError(f"{path}: expected CityJSON 1.0, 1.1 or 2.0, found version {_shown(document.get('version'))}")
-    vertices = _vertices(document, path)
+    vertices, templates = _vertices(document, path), _templates(document, path)
     crs, unit = _system(document, path, choices)
     objects = document.get("CityObjects")
     if not isinstance(objects, dict):
@@ -68,7 +72,7 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
             if one.get("geometry"):
                 others[f"{printable(_type(one)):.40}"] += 1
             continue
-        solid = _solid(one, vertices, where, choices)
+        solid = _solid(one, vertices, templates, where, choices)
         if solid is None:
             continue
         footprint, low, high = solid
@@ -115,7 +119,7 @@ def _features(
                 raise
             choices.tally[f"of kind {kind!r} left out, flat and without a height"] += 1
             return
-    for part in polygons(footprint, where, choices.tell, lenient=True):
+    for part in polygons(footprint, where, choices.tell, buffer=choices.buffer, lenient=True):
         holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
         outline = np.array(part.exterior.coords)[:-1]
         yield Feature(outline, holes, low, high, kind, name, where, choices.risk)
@@ -125,24 +129,27 @@ def _shown(value: object) -> str:
     return f"{printable(repr(value)[:60]):.40}"
 
 
-def _vertices(document: dict[str, Any], path: Path) -> NDArray[np.float64]:
-    listed = document.get("vertices")
+def _vertices(document: dict[str, Any], path: Path) -> Floats:
+    vertices = _threes(document.get("vertices"), f"{path}: 'vertices'")
+    transform = document.get("transform")
+    if transform is None:
+        return vertices
+    factors = [_three(transform, name, path) for name in ("scale", "translate")]
+    moved: Floats = vertices * factors[0] + factors[1]
+    return moved
+
+
+def _threes(listed: Any, where: str) -> Floats:
     good = isinstance(listed, list) and all(
         isinstance(v, list) and len(v) == 3 and all(type(c) in (int, float) and abs(c) < 1e15 for c in v)
         for v in listed
     )
     if not good:
-        raise InputError(f"{path}: 'vertices': expected rows of three numbers")
-    vertices = np.array(listed, dtype=np.float64).reshape(-1, 3)
-    transform = document.get("transform")
-    if transform is None:
-        return vertices
-    factors = [_three(transform, name, path) for name in ("scale", "translate")]
-    moved: NDArray[np.float64] = vertices * factors[0] + factors[1]
-    return moved
+        raise InputError(f"{where}: expected rows of three numbers")
+    return np.array(listed, dtype=np.float64).reshape(-1, 3)
 
 
-def _three(transform: Any, name: str, path: Path) -> NDArray[np.float64]:
+def _three(transform: Any, name: str, path: Path) -> Floats:
     three = transform.get(name) if isinstance(transform, dict) else None
     if (
         not isinstance(three, list)
@@ -182,35 +189,95 @@ def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyp
 
 
 def _solid(
-    one: dict[str, Any], vertices: NDArray[np.float64], where: str, choices: Choices
+    one: dict[str, Any], vertices: Floats, templates: list[tuple[dict[str, Any], Floats]], where: str, choices: Choices
 ) -> tuple[BaseGeometry, float, float] | None:
-    """Return what lies under all surfaces, and the least and the greatest z."""
+    """Return what lies under all surfaces, or, without any, points and lines; and the least and the greatest z."""
     geometries = one.get("geometry") or []
     if not isinstance(geometries, list) or not all(isinstance(geometry, dict) for geometry in geometries):
         raise InputError(f"{where}: 'geometry': expected a list of geometries, found {_shown(geometries)}")
-    usable = [geometry for geometry in geometries if _type(geometry) in _DEPTH]
+    placed = [
+        _placed(geometry, vertices, templates, where) if _type(geometry) == INSTANCE else (geometry, vertices)
+        for geometry in geometries
+    ]
     if choices.lod is not None:
-        usable = [geometry for geometry in usable if _lod(geometry, where) == float(choices.lod)]
+        known, asked = (*_DEPTH, *_LINES), float(choices.lod)
+        placed = [pair for pair in placed if _type(pair[0]) in known and _lod(pair[0], where) == asked]
+    level = f" of level {choices.lod}" if choices.lod is not None else ""
+    usable = [pair for pair in placed if _type(pair[0]) in _DEPTH]
     if not usable:
-        if geometries or not one.get("children"):
-            level = f" of level {choices.lod}" if choices.lod is not None else ""
+        thin = [pair for pair in placed if _type(pair[0]) in _LINES]
+        if thin and choices.buffer is not None:
+            return _thin(thin, choices.buffer, where)
+        if thin:
+            choices.tally[f"of type {_type(one)!r} left out, points or lines{level}; --buffer gives them a width"] += 1
+        elif geometries or not one.get("children"):
             if _type(one).startswith("Building"):
                 choices.tell(f"{where}: left out, it has no surfaces{level}")
             else:
                 choices.tally[f"of type {_type(one)!r} left out, without surfaces{level}"] += 1
         return None
-    best = max(_lod(geometry, where) for geometry in usable)
-    rings = [
-        ring
-        for geometry in usable
+    best = max(_lod(geometry, where) for geometry, _ in usable)
+    surfaces = [
+        [places[ring] for ring in rings]
+        for geometry, places in usable
         if _lod(geometry, where) == best
-        for ring in _rings(geometry.get("boundaries"), _DEPTH[geometry["type"]], len(vertices), where)
+        for rings in _rings(geometry.get("boundaries"), _DEPTH[_type(geometry)], len(places), where)
     ]
-    if not rings:
+    if not surfaces:
         choices.tell(f"{where}: left out, it has no surfaces")
         return None
-    z = np.concatenate([vertices[np.concatenate(surface)][:, 2] for surface in rings])
-    return _shadow([[vertices[ring][:, :2] for ring in surface] for surface in rings]), float(z.min()), float(z.max())
+    z = np.concatenate([ring[:, 2] for rings in surfaces for ring in rings])
+    return _shadow([[ring[:, :2] for ring in rings] for rings in surfaces]), float(z.min()), float(z.max())
+
+
+def _thin(
+    usable: list[tuple[dict[str, Any], Floats]], buffer: float, where: str
+) -> tuple[BaseGeometry, float, float] | None:
+    """Return points and lines, and z from as far below as above them as they are to be wide."""
+    parts: list[BaseGeometry] = []
+    z: list[float] = []
+    for geometry, places in usable:
+        lines = geometry.get("boundaries")
+        for line in [lines] if _type(geometry) == "MultiPoint" else lines if isinstance(lines, list) else [None]:
+            corners = places[_ring(line, 1, len(places), where)]
+            z += corners[:, 2].tolist()
+            if _type(geometry) == "MultiPoint" or len(corners) == 1:
+                parts += [Point(corner) for corner in corners[:, :2]]
+            else:
+                parts.append(LineString(corners[:, :2]))
+    return (GeometryCollection(parts), min(z) - buffer, max(z) + buffer) if z else None
+
+
+def _templates(document: dict[str, Any], path: Path) -> list[tuple[dict[str, Any], Floats]]:
+    """Return each geometry that objects may share, and its vertices around zero."""
+    held = document.get("geometry-templates")
+    if held is None:
+        return []
+    where = f"{path}: 'geometry-templates'"
+    listed = held.get("templates") if isinstance(held, dict) else None
+    if not isinstance(listed, list) or not all(isinstance(geometry, dict) for geometry in listed):
+        raise InputError(f"{where}: expected 'templates', found {_shown(held)}")
+    places = _threes(held.get("vertices-templates"), f"{where}: 'vertices-templates'")
+    return [(geometry, places) for geometry in listed]
+
+
+def _placed(
+    instance: dict[str, Any], vertices: Floats, templates: list[tuple[dict[str, Any], Floats]], where: str
+) -> tuple[dict[str, Any], Floats]:
+    """Return the geometry of a template, and its vertices turned, scaled and moved to where an object has it."""
+    number, at = instance.get("template"), instance.get("boundaries")
+    if type(number) is not int or not 0 <= number < len(templates):
+        raise InputError(f"{where}: 'template': expected one of {len(templates)} templates, found {_shown(number)}")
+    if not isinstance(at, list) or len(at) != 1 or type(at[0]) is not int or not 0 <= at[0] < len(vertices):
+        raise InputError(f"{where}: 'boundaries': expected the vertex of a template, found {_shown(at)}")
+    matrix = instance.get("transformationMatrix")
+    listed = matrix if isinstance(matrix, list) and len(matrix) == 16 else [None]
+    if not all(type(c) in (int, float) and abs(c) < 1e12 for c in listed) or listed[12:] != [0, 0, 0, 1]:
+        what = f"{where}: 'transformationMatrix'"
+        raise InputError(f"{what}: expected 16 numbers, 0, 0, 0, 1 last, found {_shown(matrix)}")
+    geometry, places = templates[number]
+    turned = np.array(listed, dtype=np.float64).reshape(4, 4)[:3]
+    return geometry, places @ turned[:, :3].T + turned[:, 3] + vertices[at[0]]
 
 
 def _type(holder: dict[str, Any]) -> str:
@@ -236,16 +303,18 @@ def _rings(boundaries: Any, depth: int, count: int, where: str) -> Iterator[list
             yield from _rings(inner, depth - 1, count, where)
         return
     for surface in boundaries:
-        rings = []
-        for ring in surface if isinstance(surface, list) and surface else [None]:
-            good = isinstance(ring, list) and len(ring) >= 3 and all(type(n) is int and 0 <= n < count for n in ring)
-            if not good:
-                raise InputError(f"{where}: 'boundaries': expected rings of vertices, found {_shown(ring)}")
-            rings.append(np.array(ring, dtype=np.int64))
-        yield rings
+        listed = surface if isinstance(surface, list) and surface else [None]
+        yield [_ring(ring, 3, count, where) for ring in listed]
 
 
-def _shadow(surfaces: list[list[NDArray[np.float64]]]) -> BaseGeometry:
+def _ring(ring: Any, least: int, count: int, where: str) -> NDArray[np.int64]:
+    good = isinstance(ring, list) and len(ring) >= least and all(type(n) is int and 0 <= n < count for n in ring)
+    if not good:
+        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {_shown(ring)}")
+    return np.array(ring, dtype=np.int64)
+
+
+def _shadow(surfaces: list[list[Floats]]) -> BaseGeometry:
     """Return what lies under surfaces, each an outline and its holes (n, 2)."""
     flat = np.array([Polygon(rings[0], rings[1:]) for rings in surfaces], dtype=object)
     upright = shapely.area(shapely.convex_hull(flat)) < 1e-6
