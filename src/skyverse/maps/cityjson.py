@@ -271,7 +271,7 @@ def _placed(
     if not isinstance(at, list) or len(at) != 1 or type(at[0]) is not int or not 0 <= at[0] < len(vertices):
         raise InputError(f"{where}: 'boundaries': expected the vertex of a template, found {_shown(at)}")
     matrix = instance.get("transformationMatrix")
-    listed = matrix if isinstance(matrix, list) and len(matrix) == 16 else [None]
+    listed: list[Any] = matrix if isinstance(matrix, list) and len(matrix) == 16 else [None]
     if not all(type(c) in (int, float) and abs(c) < 1e12 for c in listed) or listed[12:] != [0, 0, 0, 1]:
         what = f"{where}: 'transformationMatrix'"
         raise InputError(f"{what}: expected 16 numbers, 0, 0, 0, 1 last, found {_shown(matrix)}")
