@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import kernel, writable
 from skyverse.result import Floats
 from skyverse.scenario import Objective, Scenario
 from skyverse.shapes import Cylinder, Prism, Voxels, Zone
@@ -262,7 +262,7 @@ def terms_of_nodes(scenario: Scenario, grid: Grid, pricing: Pricing, nodes: Ints
 
 def terms_of_legs(scenario: Scenario, rates: Rates, path: Floats, goal: Floats) -> dict[str, float]:
     """Return the terms of a path (n, 3) of straight legs by name; they add up to its cost."""
-    return _named(scenario, legs(rates, np.ascontiguousarray(path, dtype=np.float64), goal).tolist())
+    return _named(scenario, legs(rates, writable(path), goal).tolist())
 
 
 def _named(scenario: Scenario, shares: Sequence[float]) -> dict[str, float]:

@@ -6,8 +6,10 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+import numpy as np
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
+from numpy.typing import ArrayLike, NDArray
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -49,6 +51,11 @@ def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     if isinstance(compiled, CPUDispatcher):  # not where compilation is disabled
         compiled.__class__ = Kernel
     return compiled
+
+
+def writable(numbers: ArrayLike) -> NDArray[np.float64]:
+    """Return a copy of numbers as kernels take them: for an array that is read-only they would be compiled anew."""
+    return np.array(numbers, dtype=np.float64, order="C")
 
 
 def on_first_compilation(tell: Callable[[], None]) -> None:

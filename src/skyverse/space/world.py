@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from skyverse.kernel import kernel, query
+from skyverse.kernel import kernel, query, writable
 from skyverse.result import Floats
 from skyverse.scenario import Scenario
 from skyverse.shapes import Box, Voxels
@@ -223,7 +223,7 @@ class World:
 
 
 def _rows(points: ArrayLike) -> Floats:
-    rows = np.atleast_2d(np.ascontiguousarray(points, dtype=np.float64))
+    rows = np.atleast_2d(writable(points))
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f"points are rows of x, y, z, but the array has shape {np.shape(points)}")
     return rows

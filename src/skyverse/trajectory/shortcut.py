@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import kernel, writable
 from skyverse.result import Floats
 from skyverse.space.world import ROOM, Space, World, segment_free
 
@@ -26,7 +26,7 @@ def shortcut(world: World, waypoints: Floats) -> Floats:
 
     A line of sight has a hair of room: it does not slip through the seam of obstacles that touch.
     """
-    waypoints = np.ascontiguousarray(waypoints, dtype=np.float64)
+    waypoints = writable(waypoints)
     roomy = world.space._replace(clearance=world.space.clearance + ROOM)
     return waypoints[_farthest_in_sight(roomy, waypoints)]
 

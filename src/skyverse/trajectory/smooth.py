@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import kernel, writable
 from skyverse.result import Floats, Trajectory
 from skyverse.space.box import Ints
 from skyverse.space.world import World
@@ -76,7 +76,7 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
         Quartic pieces, three times continuously differentiable, at rest at both ends; ``None`` where the path leads
         through a passage too narrow to turn it into a corridor.
     """
-    path = np.ascontiguousarray(waypoints, dtype=np.float64)
+    path = writable(waypoints)
     if len(path) < 2 or float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) < STANDSTILL:
         return None
     boxes = _corridor(world, path, close)
