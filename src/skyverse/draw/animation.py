@@ -111,7 +111,8 @@ def frames(drawn: Scene) -> Iterator[Frame]:
         trail = axes.lines[-1]
         uav(axes, track, np.array(track.start))
         moving.append((track, trail, axes.lines[-1]))
-    clock = figure.text(0.03, 0.97, "", fontsize=13, color=INK, va="top", family="monospace")
+    below = 1 - 0.52 / figure.get_figheight()  # below the title
+    clock = figure.text(0.03, below, "", fontsize=13, color=INK, va="top", family="monospace")
     last = drawn.totals.makespan or 0.0
     for t in times:
         canvas.restore_region(still)

@@ -26,12 +26,14 @@ _HEADS = (
     ("Flight", "seconds flown"),
     ("RMS error", "root mean square of the tracking error"),
     ("Largest error", "largest tracking error"),
-    ("Clearance", "smallest distance to an obstacle as given"),
+    ("Clearance", "smallest distance to an obstacle as given, or height above the ground"),
     ("Mean thrust", "share of the most"),
     ("Peak thrust", "share of the most"),
     ("Peak tilt", "degrees between thrust and the vertical"),
     ("Energy", "mechanical work of the rotors"),
 )
+
+_NEAREST = "to an obstacle as given"
 
 
 def flight_page(flight: Flight) -> str:
@@ -67,9 +69,10 @@ def _tiles(flight: Flight) -> str:
     nearest = min(f.clearance for f in flown)
     closest = min((passing.nearness for passing in flight.passings), default=None)
     rms = math.sqrt(sum(f.rms**2 * len(f.times) for f in flown) / sum(len(f.times) for f in flown))
+    terrain = flight.mission.scenario.terrain
     shown = [
         ("Largest error", f"{1000 * flight.largest:.1f} mm", f"RMS {1000 * rms:.1f} mm"),
-        ("Clearance", f"{number(nearest, 3)} m", "to an obstacle as given"),
+        ("Clearance", f"{number(nearest, 3)} m", _NEAREST if terrain is None else f"{_NEAREST}, or to the ground"),
         ("Separation", NOTHING if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
         ("Makespan", f"{flight.mission.makespan:.2f} s", "as planned"),
         ("Energy", f"{sum(f.energy for f in flown):,.0f} J", "mechanical work of the rotors"),

@@ -47,6 +47,7 @@ _MAPS = """
   <section class="card profile" aria-label="Altitude profile">
     <div class="bar"><h2>Altitude profile</h2>
       <label>UAV <select id="whose" aria-label="UAV of the profile"></select></label></div>
+    <div class="beside" id="beside"></div>
     <div id="profile" role="img" aria-label="The flight from the side"></div>
     <p class="hint" id="sideways"></p>
   </section>"""
@@ -89,7 +90,7 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
         "layout": _layout(drawn),
         "maps": _MAPS if drawn["mapped"] else "",
         "css": here.joinpath("page.css").read_text("utf-8"),
-        "js": "".join(here.joinpath(name).read_text("utf-8") for name in ("maps.js", "page.js")),
+        "js": "".join(here.joinpath(name).read_text("utf-8") for name in ("motion.js", "maps.js", "page.js")),
         "plotly": get_plotlyjs(),
     }
     template = here.joinpath("page.html").read_text("utf-8")
@@ -99,7 +100,9 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
 def _layout(drawn: dict[str, Any]) -> str:
     if not drawn["mapped"]:
         return ""
-    return ' class="mapped"' if drawn["search"] else ' class="mapped direct"'
+    (west, south, _), (east, north, _) = drawn["extent"]
+    kind = "mapped" if drawn["search"] else "mapped direct"
+    return f' class="{kind}" style="--tall: {(north - south) / (east - west):.4f}"'
 
 
 def embedded(data: Any) -> str:

@@ -29,6 +29,9 @@ _KNOWN = {
     "school": "#b8860b",
     "hospital": "#c2548b",
     "water": "#4f86c6",
+    "bridge": "#a0785a",
+    "construction": "#b5a27c",
+    "furniture": "#5c6f82",
 }
 _OTHERS = ("#7b61a8", "#3b8ea5", "#a0522d", "#5f7f3f", "#96487a", "#5a6ea8", "#8a7a2a", "#4d7f74")
 _AIR = ("zone", "space", "restricted", "prohibited", "danger", "fly", "corridor", "geofence")

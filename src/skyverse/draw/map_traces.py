@@ -16,6 +16,8 @@ from skyverse.draw.track import Floats
 
 CONTOURED = 160
 """Heights along either side that contour lines are drawn from."""
+LEVEL = 1.0
+"""Metres of height without which there are no contour lines."""
 
 _PLACE = "x %{x:.1f}, y %{y:.1f} m<extra></extra>"
 _DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
@@ -55,7 +57,8 @@ def contours(relief: Relief) -> Trace:
     """Return lines of equal height, a round number of metres apart."""
     rows, columns = (np.unique(np.linspace(0, n - 1, min(n, CONTOURED)).round().astype(int)) for n in relief.z.shape)
     heights = relief.z[np.ix_(rows, columns)]
-    step = spacing(float(np.ptp(heights)))
+    range_ = float(np.ptp(heights))
+    step = spacing(range_)
     return {
         "type": "contour",
         "name": f"Contour lines every {step:g} m",
@@ -71,7 +74,8 @@ def contours(relief: Relief) -> Trace:
         },
         "showscale": False,
         "hoverinfo": "skip",
-        "meta": {"role": "contours", "step": step},
+        "visible": range_ >= LEVEL,
+        "meta": {"role": "contours", "step": step if range_ >= LEVEL else None},
     }
 
 

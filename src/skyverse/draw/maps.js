@@ -5,7 +5,6 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
   const { tracks, profiles } = data, { traces, ground, degrees } = data.map;
   const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
   const faded = (hex, alpha) => hex + Math.round(alpha * 255).toString(16).padStart(2, "0");
-  const decoded = ({ bdata }) => new Float32Array(Uint8Array.from(atob(bdata), (letter) => letter.charCodeAt(0)).buffer);
   const font = (name, size) => ({ family: getComputedStyle(document.body).fontFamily, color: colour(name), size });
   const line = () => ({ gridcolor: colour("grid"), linecolor: colour("line"), zeroline: false, automargin: true });
 
@@ -20,8 +19,8 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     if (role === "ends") trace.marker.line.color = "#ffffff";
     return trace;
   };
-  const visible = ({ meta: { role, kind, uav } }) => {
-    if (role === "contours") return layers.terrain;
+  const visible = ({ meta: { role, kind, uav, step } }) => {
+    if (role === "contours") return layers.terrain && step !== null;
     if (role === "kind") return layers.kinds[kind];
     if (role === "path") return layers.paths && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
@@ -30,7 +29,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
   const drawMap = async () => {
     const [low, high] = data.extent, pad = 0.01 * Math.max(high[0] - low[0], high[1] - low[1]);
     const axis = (title, k) => ({ ...line(), title: { text: title, standoff: 6 }, range: [low[k] - pad, high[k] + pad], constrain: "domain", constraintoward: k ? "top" : "center", showgrid: !ground, tickformat: ",", nticks: 7 });
-    const north = { text: "<b>N</b>", xref: "x domain", yref: "y domain", x: 1, y: 1, xshift: -14, yshift: -8, ax: 0, ay: 34, arrowhead: 2, arrowsize: 1.1, arrowwidth: 2,
+    const north = { text: "<b>N</b>", xref: "x domain", yref: "y domain", x: 0, y: 1, xshift: 16, yshift: -8, ax: 0, ay: 34, arrowhead: 2, arrowsize: 1.1, arrowwidth: 2,
       arrowcolor: "#17202b", font: { ...font("ink", 13), color: "#17202b" }, bgcolor: "rgba(255,255,255,0.75)", borderpad: 2 };
     await Plotly.newPlot("map", traces.map(dress), {
       xaxis: axis("x, east (m)", 0), yaxis: { ...axis("y, north (m)", 1), scaleanchor: "x" }, font: font("soft", 12), showlegend: false,
@@ -40,7 +39,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     }, { ...config, scrollZoom: true, modeBarButtonsToRemove: [...config.modeBarButtonsToRemove, "select2d", "lasso2d", "autoScale2d"] });
     const contours = traces.find((trace) => trace.meta.role === "contours");
     $("mapped").textContent = [
-      contours ? `Contour lines every ${contours.meta.step} m.` : "", "Scale equal on both axes.",
+      contours?.meta.step ? `Contour lines every ${contours.meta.step} m.` : "", "Scale equal on both axes.",
       degrees ? "Point at a place for its latitude and longitude." : "",
     ].filter(Boolean).join(" ");
     $("map").on("plotly_relayout", move);
@@ -117,15 +116,24 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     if (role === "ends") trace.marker.line.color = colour("card");
     return trace;
   };
+  const tellSide = (drawn) => {
+    const told = drawn.filter(({ name, meta }, k) => meta.role !== "ends" && drawn.findIndex((trace) => trace.name === name) === k);
+    $("beside").replaceChildren(...told.map(({ name, fill, fillcolor, line }) => {
+      const label = document.createElement("span"), mark = document.createElement("i");
+      mark.style.cssText = fill ? `background: ${fillcolor}; border: 1px ${line.dash === "solid" || !line.dash ? "solid" : "dashed"} ${line.color}`
+        : `height: 0; border-radius: 0; border-top: ${Math.max(line.width, 2)}px ${line.dash === "dash" ? "dashed" : "solid"} ${line.color}`;
+      label.append(mark, name);
+      return label;
+    }));
+  };
   const drawProfile = async () => {
     const { uav, traces: drawn, range } = profiles.find((profile) => profile.uav === Number(whose.value));
-    const bands = drawn.filter((trace) => trace.meta.role === "band").length;
-    drawn.forEach((trace, k) => { trace.showlegend = !(bands > 1 && trace.meta.role === "band" && drawn[k - 1].meta.role === "band") && trace.meta.role !== "ends"; });
     const end = drawn.at(-1).x[1];
-    await Plotly.newPlot("profile", drawn.map(side), {
+    tellSide(drawn.map(side));
+    await Plotly.newPlot("profile", drawn, {
       xaxis: { ...line(), title: { text: "distance along the path, over the map (m)", standoff: 8 }, range: [-0.01 * end, 1.01 * end || 1], tickformat: "," },
       yaxis: { ...line(), title: { text: "z (m)", standoff: 8 }, range, tickformat: "," },
-      showlegend: true, legend: { orientation: "h", x: 0, y: 1, yanchor: "bottom", font: font("soft", 12) }, font: font("soft", 12),
+      showlegend: false, font: font("soft", 12),
       margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hoverlabel: { font: font("ink", 12) }, hovermode: "closest",
     }, { ...config, displayModeBar: false });
     const { xaxis, yaxis } = $("profile")._fullLayout;

@@ -5,7 +5,7 @@
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
   const LIGHT = { x: -1e5, y: 1e5, z: 1e5 };
   const shown = tracks.map(() => true);
-  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, names: tracks.length <= 12 };
+  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, names: data.space.at(-1).mode.includes("text") };
   const config = {
     responsive: true, displaylogo: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
@@ -15,6 +15,10 @@
   const fleet = index("fleet"), trail = index("trail");
   const crowded = data.crowded;
   const kindColour = (kind) => data.kinds[kind].colour || colour(data.kinds[kind].hard ? "box" : "zone");
+  const ground = index("terrain") < 0 ? null : data.space[index("terrain")];
+  const grid = ground && { x: decoded(ground.x), y: decoded(ground.y), z: decoded(ground.z), light: decoded(ground.surfacecolor) };
+  if (ground) Object.assign(ground, { type: "mesh3d", ...meshed(grid, Infinity) }), delete ground.surfacecolor, delete ground.contours;
+  const swift = motion($("space"), grid);
   let stretch = data.stretch;
   let flat = null;
   let now = 0, playing = false, ready = false, turned = false;
@@ -51,13 +55,14 @@
       at(track, t).forEach((value, k) => xyz[k].push(value, null));
       for (let m = 0; m < flown + 2; m++) colours.push(track.colour);
     });
+    if (!colours.length) { for (const values of xyz) values.push(null); colours.push(colour("ink")); }
     return [xyz, colours];
   };
 
   // ---- the picture in space ----
   const dress = (trace) => {
     const role = trace.meta.role, ink = colour("ink");
-    if (role === "terrain") Object.assign(trace, { lighting: { ambient: 0.85, diffuse: 0.2, specular: 0, roughness: 1, fresnel: 0 }, lightposition: LIGHT });
+    if (role === "terrain") Object.assign(trace, { lighting: { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 } });
     if (role === "kind") {
       const { hard, solid } = data.kinds[trace.meta.kind];
       Object.assign(trace, { color: kindColour(trace.meta.kind), flatshading: true });
@@ -67,10 +72,10 @@
     }
     if (role === "edge") {
       const { hard, solid, colour: own } = data.kinds[trace.meta.kind];
-      trace.line = { color: own && !solid ? own : colour("edge"), width: crowded ? 1 : 1.5, dash: hard ? "solid" : "dash" };
-      trace.opacity = crowded ? 0.3 : 0.75;
+      trace.line = { color: own && !solid ? own : colour("edge"), width: crowded || data.mapped ? 1 : 1.5, dash: hard ? "solid" : "dash" };
+      trace.opacity = data.mapped ? 1 : crowded ? 0.3 : 0.75;  // where anything is seen through, plotly draws all twice
     }
-    if (role === "bounds") Object.assign(trace, { line: { color: colour("soft"), width: 1 }, opacity: 0.5 });
+    if (role === "bounds") Object.assign(trace, { line: { color: colour(data.mapped ? "line" : "soft"), width: 1 }, opacity: data.mapped ? 1 : 0.5 });
     if (role === "fleet") {
       trace.textfont = { color: ink, size: 12 };
       trace.marker.line = { color: colour("card"), width: 1 };
@@ -99,15 +104,16 @@
     // Along the longer horizontal side, aimed and near so that all eight corners just fit (plotly sees 45 degrees).
     let [a, b, c] = VIEWS[view];
     if (!data.mapped && size[0] > size[1]) [a, b] = [-b, -a];
+    const box = $("space").getBoundingClientRect(), tall = Math.tan(Math.PI / 8), wide = tall * box.width / box.height;
+    if (data.mapped && view === "overview") c = Math.min(Math.max(1.1 - 0.3 * box.width / box.height, 0.45), 0.8);
     const mean = Math.cbrt(seen().reduce((a, b) => a * b)), half = seen().map((s) => s / mean / 2);
     const unit = (v) => v.map((value) => value / Math.hypot(...v));
     const cross = (u, v) => [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
     const out = unit([a, b, c]), right = unit(cross([0, 0, 1], out)), up = cross(out, right);
-    const box = $("space").getBoundingClientRect(), tall = Math.tan(Math.PI / 8), wide = tall * box.width / box.height;
     const corners = [];
     for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [-1, 1]) corners.push([x * half[0], y * half[1], z * half[2]]);
-    const pad = [1 - 110 / box.width, 1 - 100 / box.height];  // room for the axes' words
+    const pad = [1 - (data.mapped ? 150 : 110) / box.width, 1 - 100 / box.height];  // room for the axes' words
     let aim = [0, 0], distance = 4 * Math.hypot(...half);
     for (let round = 0; round < 30; round++) {
       const seen = corners.map((p) => {
@@ -120,7 +126,7 @@
       const nearest = Math.max(...corners.map((p) => dot(p, out)));
       distance = Math.max(nearest * 1.05, nearest + (distance - nearest) * (0.5 + 0.5 * fill));
     }
-    aim[0] -= 30 / box.width * wide * distance;  // the words hang on the left
+    if (!data.mapped) aim[0] -= 30 / box.width * wide * distance;  // the words hang on the left
     aim[1] -= 35 / box.height * tall * distance;  // and below
     const [cx, cy, cz] = [0, 1, 2].map((k) => aim[0] * right[k] + aim[1] * up[k]);
     return {
@@ -146,9 +152,7 @@
   const move = () => {
     if (flat) flat.move(now);
     const [x, y, z] = fleetAt(now), [flown, colours] = trailAt(now);
-    return Plotly.restyle("space", {
-      x: [flown[0], x], y: [flown[1], y], z: [flown[2], z], "line.color": [colours, undefined],
-    }, [trail, fleet]);
+    return swift.move([{ index: trail, x: flown[0], y: flown[1], z: flown[2], colours }, { index: fleet, x, y, z }]);
   };
 
   // ---- time ----
@@ -166,6 +170,7 @@
   };
   const press = (on) => {
     playing = on;
+    if (on) swift.begin("play"); else swift.end("play");
     play.setAttribute("aria-label", on ? "Pause" : "Play");
     play.querySelector("path").setAttribute("d", on ? "M6 5h4v14H6zM14 5h4v14h-4z" : "M8 5v14l11-7z");
     if (on) {
@@ -243,7 +248,7 @@
     };
     if (index("terrain") >= 0) host.append(switched("terrain", true, (on) => { layers.terrain = on; return restyle(); }, "#c5b28f"));
     for (const hard of [true, false]) {
-      if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Not to be entered:" : "Entered at a risk:");
+      if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Keep out:" : "May be entered, at a risk:");
       data.kinds.forEach((kind, k) => {
         if (kind.hard !== hard) return;
         host.append(switched(kind.title, true, (on) => { layers.kinds[k] = on; return restyle(); }, data.mapped && kindColour(k), !hard));

@@ -9,9 +9,11 @@ from numpy.typing import ArrayLike
 from skyverse.draw.track import Floats
 from skyverse.shapes import Terrain
 
-FINEST = 300
+FINEST = 200
 """Heights along either side of a picture in space."""
 
+_LEVEL = 0.02
+"""Ground that rises by less than this share of its side is level, to the eye."""
 _MEADOW, _STRAW, _EARTH = (168, 187, 147), (205, 206, 164), (214, 194, 158)
 _ROCK, _SCREE, _SNOW = (197, 178, 160), (214, 209, 206), (232, 233, 236)
 _TINTS = np.array([_MEADOW, _STRAW, _EARTH, _ROCK, _SCREE, _SNOW])
@@ -81,8 +83,7 @@ def shade(drawn: Relief, exaggeration: float = 1.0) -> Floats:
 
 def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     """Return the ground's colours (n, m, 3) from 0 to 1, by height, in light and shade."""
-    low, high = float(drawn.z.min()), float(drawn.z.max())
-    at = (drawn.z - low) / (high - low or 1.0) * (len(_TINTS) - 1)
+    at = _share(drawn) * (len(_TINTS) - 1)
     tints = np.stack([np.interp(at, np.arange(len(_TINTS)), _TINTS[:, channel]) for channel in range(3)], axis=-1)
     colours: Floats = np.clip(tints / 255 * (0.45 + 0.78 * shade(drawn, exaggeration))[..., None], 0, 1)
     return colours
@@ -90,6 +91,13 @@ def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
 
 def relit(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     """Return light and height in one number (n, m) from 0 to 1, for a scale of colours."""
-    height = (drawn.z - drawn.z.min()) / (float(np.ptp(drawn.z)) or 1.0)
-    both: Floats = 0.35 * height + 0.65 * shade(drawn, exaggeration)
+    both: Floats = 0.35 * _share(drawn) + 0.65 * shade(drawn, exaggeration)
     return both
+
+
+def _share(drawn: Relief) -> Floats:
+    """Return heights (n, m) from 0 to 1; what is next to level lies in the middle, and does not look like mountains."""
+    side = max(float(np.ptp(drawn.x)), float(np.ptp(drawn.y)))
+    low, range_ = float(drawn.z.min()), float(np.ptp(drawn.z))
+    share: Floats = 0.5 + (drawn.z - low - range_ / 2) / max(range_, _LEVEL * side)
+    return share

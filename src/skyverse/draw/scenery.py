@@ -38,7 +38,9 @@ def build(axes: Any, drawn: Scene) -> None:
         else:
             _clear(axes, kind, shapes)
     if polygons:
-        _add(axes, polygons, facecolors=np.array(colours), edgecolors="none", zorder=0.2, rasterized=True)
+        # edges of the same colour close the seams that antialiasing would leave
+        paint = np.array(colours)
+        _add(axes, polygons, facecolors=paint, edgecolors=paint, linewidths=0.3, zorder=0.2, rasterized=True)
 
 
 def handles(drawn: Scene) -> tuple[list[Any], list[str]]:

@@ -15,7 +15,8 @@ DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
 # plotly draws other symbols from fonts that may lack them
 SYMBOLS = ("circle", "square", "diamond", "circle-open", "square-open")
 LABELLED = 12  # with more UAVs than this, names in the scene would hide it
-
+CLOSE = 0.04
+"""UAVs that start nearer to each other than this share of the picture have no names in it at first."""
 _PLACE = "x %{x:.2f}, y %{y:.2f}, z %{z:.2f} m<extra></extra>"
 
 
@@ -38,7 +39,6 @@ def of_track(track: Track, number: int) -> list[Trace]:
         "name": f"{name}: path",
         **_xyz(track.path),
         "line": {"color": track.colour, "width": 1.5 if len(track.times) else 4},
-        "opacity": 0.6 if len(track.times) else 1.0,
         "hoverinfo": "skip",
         "meta": {"role": "path", "uav": number},
     }
@@ -63,7 +63,7 @@ def of_track(track: Track, number: int) -> list[Trace]:
         **_xyz(np.array(ends, dtype=np.float64)),
         "text": words,
         "hovertemplate": "%{text}<br>" + _PLACE,
-        "marker": {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols},
+        "marker": {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1},
         "meta": {"role": "ends", "uav": number},
     }
     return [path, trajectory, marks]
@@ -91,15 +91,22 @@ def findings(scene: Scene) -> Trace:
     return _marks("Found wrong", (finding.position for finding in placed), words, marker, "finding")
 
 
+def _apart(scene: Scene) -> bool:
+    """Tell whether names beside the starts would not lie on each other."""
+    starts = np.array([track.start for track in scene.tracks], dtype=np.float64)
+    gaps = np.linalg.norm(starts[:, None] - starts, axis=2) + np.diag(np.full(len(starts), np.inf))
+    return bool(gaps.min(initial=np.inf) > CLOSE * (scene.world.high - scene.world.low).max())
+
+
 def fleet(scene: Scene) -> list[Trace]:
     """Return the trail that the fleet has flown, empty yet, and the UAVs at their first instant."""
     trail = {
         "type": "scatter3d",
         "mode": "lines",
         "name": "Trail",
-        "x": [],
-        "y": [],
-        "z": [],
+        "x": [None],
+        "y": [None],
+        "z": [None],
         "hoverinfo": "skip",
         "line": {"width": 9, "color": []},
         "meta": {"role": "trail"},
@@ -111,7 +118,7 @@ def fleet(scene: Scene) -> list[Trace]:
         "size": 8,
     }
     uavs = _marks("UAVs", [track.at(-math.inf) for track in scene.tracks], names, marker, "fleet")
-    uavs["mode"] = "markers+text" if len(names) <= LABELLED else "markers"
+    uavs["mode"] = "markers+text" if len(names) <= LABELLED and _apart(scene) else "markers"
     uavs["textposition"] = "top center"
     uavs["hovertemplate"] = "%{text}<br>" + _PLACE
     return [trail, uavs]

@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse.draw.kinds import Kind, kinds
 from skyverse.draw.relief import Relief, along, cleared, relief
+from skyverse.draw.solids import extent
 from skyverse.draw.track import Floats, Track
 from skyverse.geodesy import to_wgs84
 from skyverse.scenario import Scenario
@@ -14,6 +15,8 @@ from skyverse.shapes import Box
 
 FINEST_ABOVE = 700
 """Heights along either side of the map."""
+MARGIN = 0.12
+"""Around what there is in a map, as a share of how wide it is."""
 _STRETCHED = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 
 
@@ -25,7 +28,7 @@ class World:
     ----------
     low, high
         (3,) metres: the ends of the picture, around the bounds, the starts and the targets; with a terrain, from the
-        ground's lowest place on.
+        ground's lowest place on. Where it is mapped, no further than there is anything but air and bare ground.
     kinds
         Obstacles and zones.
     relief
@@ -58,24 +61,37 @@ class Overhead:
 def world(scenario: Scenario, tracks: Sequence[Track]) -> World:
     """Gather the world of `scenario`, seen from the tracks."""
     lines = [line for track in tracks for line in (track.path, track.positions)]
-    places = [scenario.bounds.min, scenario.bounds.max, *(track.start for track in tracks)]
-    places += [target.position for target in scenario.targets]
-    low, high = np.min(places, axis=0), np.max(places, axis=0)
+    plain = scenario.terrain is None and scenario.frame.origin is None
+    filling = (*scenario.obstacles, *scenario.zones)
+    named = any(shape.kind is not None for shape in filling)
+    mapped = not plain or named or not all(isinstance(shape, Box) for shape in scenario.obstacles)
+    ends = [*(track.start for track in tracks), *(target.position for target in scenario.targets)]
+    low, high = np.min([scenario.bounds.min, *ends], axis=0), np.max([scenario.bounds.max, *ends], axis=0)
+    if mapped:
+        low, high = _peopled(low, high, [*lines, *(np.array(extent(shape)) for shape in filling), np.array(ends)])
     ground, stretch = None, 1.0
     if scenario.terrain is not None:
         ground = relief(scenario.terrain, low, high)
         spacing = min(np.diff(ground.x).min(), np.diff(ground.y).min()) / 2
         spacing = max(spacing, np.ptp(ground.x) / 2000)
         ground = cleared(ground, scenario.terrain, along(lines, float(spacing)))
-        lowest = min([ground.z.min(), *(place[2] for place in places[2:])])
+        lowest = min([ground.z.min(), *(place[2] for place in ends)])
         low[2], high[2] = lowest, max(high[2], ground.z.max())
         flat = max(high[:2] - low[:2]) / (high[2] - low[2])
         stretch = max(factor for factor in _STRETCHED if factor <= max(1.0, flat / 4))
     found = kinds(scenario.obstacles, scenario.zones, lines)
-    plain = scenario.terrain is None and scenario.frame.origin is None
-    named = any(shape.kind is not None for shape in (*scenario.obstacles, *scenario.zones))
-    mapped = not plain or named or not all(isinstance(shape, Box) for shape in scenario.obstacles)
     return World(low, high, found, ground, mapped, stretch)
+
+
+def _peopled(low: Floats, high: Floats, things: Sequence[Floats]) -> tuple[Floats, Floats]:
+    """Return the part of the bounds that holds anything but air and bare ground, with a margin."""
+    points = np.concatenate([np.empty((0, 3)), *(thing.reshape(-1, 3) for thing in things)])
+    if not len(points):
+        return low, high
+    first, last = points.min(axis=0), points.max(axis=0)
+    margin = MARGIN * max(*(last - first)[:2], (last - first)[2] / 2)
+    first, last = np.clip([first - margin, last + margin], low, high)
+    return np.append(first[:2], low[2]), last
 
 
 def overhead(scenario: Scenario, world: World) -> Overhead:
