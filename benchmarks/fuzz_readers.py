@@ -33,20 +33,20 @@ NUMBERS = ["0", "-1", "1", "nan", "inf", "-inf", "1e308", "1e-308", "99999999999
            "65536", "1000000", "0.5", "-0.0", "1e9", "180", "-181", "90.1"]  # fmt: skip
 VALUES: list[Any] = [None, True, False, 0, -1, 1e308, float("nan"), 10**30, "", "x", "\0", "\u2028", "NaN", [], {},
                      [[]], [None], {"a": 1}, [0, 0, 0], [[[[]]]]]  # fmt: skip
-FEATURES = (".geojson", ".kml", ".osm", ".gpkg", ".fgb", ".shp")
+FEATURES = (".geojson", ".kml", ".kmz", ".osm", ".pbf", ".gpkg", ".fgb", ".shp")
+RASTERS = (".tif", ".asc", ".hgt", ".bil", ".vrt")
 
 
 def read(path: Path) -> None:
     """Read a file as what its suffix says it is."""
     import skyverse as sky
 
-    if path.suffix == ".tif":
-        from skyverse.maps.raster import Raster
-        from skyverse.maps.terrain import read_terrain
-
-        origin = sky.Origin(latitude=46.799, longitude=12.6773, altitude=1500)
-        terrain, _ = read_terrain([Raster(path)], origin, (-200.0, -200.0, 200.0, 200.0), fill="nearest")
-        assert isinstance(terrain, sky.Terrain)
+    if path.suffix in RASTERS:
+        area = (12.6745, 46.797, 12.68, 46.801)
+        terrain = [sky.Raster(path, crs="EPSG:32632")]
+        assert sky.build_scenario("a", terrain=terrain, area=area, fill_nodata="nearest").terrain is not None
+    elif path.name.startswith("aerial"):
+        assert sky.build_scenario("a", voxels=[path], ground=sky.AboveSea(300)).terrain is not None
     elif path.suffix in FEATURES or path.name == "city.json":
         from skyverse.maps.choices import Choices
         from skyverse.maps.vector import read_features

@@ -1,6 +1,9 @@
 """Small files of every format that is read, as seeds for `fuzz_readers.py`."""
 
 import json
+import struct
+import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -127,7 +130,16 @@ def write_seeds(folder: Path) -> dict[str, list[Path]]:
     seed("zones.gpkg", table)
     seed("zones.fgb", table)
     seed("zones.shp", table, "zones.dbf", "zones.shx", "zones.prj")
+    seed("zones.kmz", kmz)
+    seed("houses.osm.pbf", pbf)
+    seed("aerial.las", aerial)
+    seed("aerial.laz", aerial)
     seed("terrain.tif", raster)
+    seed("packed.tif", raster)
+    seed("terrain.asc", raster, "terrain.prj")
+    seed("N46E012.hgt", hgt)
+    seed("terrain.bil", raster, "terrain.hdr", "terrain.prj")
+    seed("terrain.vrt", raster, "terrain.tif")
     return seeds
 
 
@@ -206,11 +218,81 @@ def table(path: Path) -> None:
 
 
 def raster(path: Path) -> None:
-    """Write a GeoTIFF of heights."""
+    """Write heights as a GeoTIFF, or, by its suffix, in another format of GDAL's."""
     import rasterio
+    from rasterio.shutil import copy
     from rasterio.transform import from_origin
 
+    drivers = {".bil": "EHdr", ".vrt": "VRT", ".asc": "AAIGrid"}
     heights = np.random.default_rng(1).random((1, 40, 40)).astype("float32") * 50 + 1500
     kind = {"driver": "GTiff", "width": 40, "height": 40, "count": 1, "dtype": "float32", "nodata": -9999}
-    with rasterio.open(path, "w", crs="EPSG:32632", transform=from_origin(780000, 5190000, 30, 30), **kind) as file:
+    if path.name == "packed.tif":
+        kind |= {"compress": "deflate", "predictor": 2, "tiled": True, "blockxsize": 16, "blockysize": 16}
+    name = path if path.suffix == ".tif" else path.with_name("terrain.tif")
+    with rasterio.open(name, "w", crs="EPSG:32632", transform=from_origin(780000, 5190000, 30, 30), **kind) as file:
         file.write(heights)
+    if name != path:
+        copy(name, path, driver=drivers[path.suffix])
+
+
+def hgt(path: Path) -> None:
+    """Write a tile of the Shuttle's radar, three seconds a pixel."""
+    heights = 1500 + np.random.default_rng(1).integers(0, 50, (1201, 1201))
+    path.write_bytes(heights.astype(">i2").tobytes())
+
+
+def kmz(path: Path) -> None:
+    """Write an archive of a KML."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("doc.kml", KML)
+
+
+def aerial(path: Path) -> None:
+    """Write a point cloud with coordinates, classes, and points of two kinds."""
+    import laspy
+    import pyproj
+
+    rng = np.random.default_rng(1)
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales, header.offsets = (0.01, 0.01, 0.01), (780000, 5190000, 0)
+    header.add_crs(pyproj.CRS(5555))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = rng.uniform((780000, 5190000, 300), (780060, 5190040, 320), (200, 3)).T
+    cloud.classification = rng.choice([2, 5, 6, 7], 200).astype(np.uint8)
+    cloud.write(str(path))
+
+
+def pbf(path: Path) -> None:
+    """Write a house in OpenStreetMap's binary format."""
+
+    def whole(value: int) -> bytes:
+        out = bytearray()
+        while value > 127:
+            out.append(value & 127 | 128)
+            value >>= 7
+        return bytes([*out, value])
+
+    def entry(number: int, held: bytes | int) -> bytes:
+        if isinstance(held, int):
+            return whole(number << 3) + whole(held)
+        return whole(number << 3 | 2) + whole(len(held)) + held
+
+    def steps(values: list[int]) -> bytes:
+        return b"".join(whole(2 * s if s >= 0 else -2 * s - 1) for s in np.diff([0, *values]).tolist())
+
+    def block(kind: bytes, content: bytes) -> bytes:
+        packed = entry(2, len(content)) + entry(3, zlib.compress(content))
+        head = entry(1, kind) + entry(3, len(packed))
+        return struct.pack(">I", len(head)) + head + packed
+
+    words = entry(1, b"") + entry(1, b"building") + entry(1, b"yes") + entry(1, b"height") + entry(1, b"12")
+    corners = np.round(np.array(SQUARE[:4]) * 1e7).astype(int)
+    nodes = (
+        entry(1, steps([1, 2, 3, 4]))
+        + entry(8, steps(corners[:, 1].tolist()))
+        + entry(9, steps(corners[:, 0].tolist()))
+    )
+    way = entry(1, 9) + entry(2, bytes([1, 3])) + entry(3, bytes([2, 4])) + entry(8, steps([1, 2, 3, 4, 1]))
+    data = entry(1, words) + entry(2, entry(2, nodes)) + entry(2, entry(3, way))
+    head = entry(4, b"OsmSchema-V0.6") + entry(4, b"DenseNodes")
+    path.write_bytes(block(b"OSMHeader", head) + block(b"OSMData", data))

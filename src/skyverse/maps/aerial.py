@@ -105,7 +105,8 @@ def opened(path: Path, choices: Choices) -> Cloud:
     crs, metres, ellipsoidal = _system(path, said, keys, choices)
     box = np.array([shapely.box(*low[:2], *(high[:2] + 1e-9))], dtype=object)
     outline = to_globe(box, crs, str(path), lambda _: str(path), choices.tell)[0]
-    transformer, _ = datum.to_globe(crs, *((low + high) / 2)[:2])
+    middle = (low + high) / 2
+    transformer, _ = datum.to_globe(crs, float(middle[0]), float(middle[1]), str(path))
     around = shapely.get_coordinates(outline)
     name = ":".join(crs.to_authority() or [crs.name])
     return Cloud(path, name, transformer, metres, ellipsoidal, header.point_count, low, high, around)

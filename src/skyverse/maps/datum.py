@@ -14,7 +14,7 @@ EXACT = 1.0
 """Metres; what is known worse is told."""
 
 
-def to_globe(crs: pyproj.CRS, x: float, y: float) -> tuple[pyproj.Transformer, str]:
+def to_globe(crs: pyproj.CRS, x: float, y: float, where: str) -> tuple[pyproj.Transformer, str]:
     """Return what brings coordinates near x, y to longitude and latitude, and a doubt about it, if there is one.
 
     Parameters
@@ -24,9 +24,17 @@ def to_globe(crs: pyproj.CRS, x: float, y: float) -> tuple[pyproj.Transformer, s
 
     Raises
     ------
-    pyproj.exceptions.ProjError
-        If there is nothing that does.
+    InputError
+        If there is nothing that does; the message begins with `where`.
     """
+    try:
+        return _to_globe(crs, x, y)
+    except pyproj.exceptions.ProjError as error:
+        said = " ".join(str(error).split())
+        raise InputError(f"{where}: coordinates in {crs.name} cannot be brought to WGS84: {said:.200}") from None
+
+
+def _to_globe(crs: pyproj.CRS, x: float, y: float) -> tuple[pyproj.Transformer, str]:
     transformer = pyproj.Transformer.from_crs(crs, "OGC:CRS84", always_xy=True)
     longitude, latitude = transformer.transform(x, y)
     if not (math.isfinite(longitude) and abs(latitude) <= 90):

@@ -54,11 +54,8 @@ def to_globe(
     if same:
         _in_range(geometries, names)
         return geometries
-    try:
-        x0, y0, x1, y1 = shapely.total_bounds(geometries).tolist()
-        transformer, doubt = datum.to_globe(flat, (x0 + x1) / 2, (y0 + y1) / 2)
-    except pyproj.exceptions.ProjError as error:
-        raise InputError(f"{file}: coordinates in {crs.name} cannot be brought to WGS84: {error}") from None
+    x0, y0, x1, y1 = shapely.total_bounds(geometries).tolist()
+    transformer, doubt = datum.to_globe(flat, (x0 + x1) / 2, (y0 + y1) / 2, file)
     if doubt:
         tell(f"{file}: {doubt}")
     if flat.is_projected:

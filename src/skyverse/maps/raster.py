@@ -87,7 +87,7 @@ class Opened:
             self.unit = metres
         flat = self.crs.to_2d()
         middle = _moved(data.transform, np.array(data.width / 2), np.array(data.height / 2))
-        self.globe, self.doubt = datum.to_globe(flat, float(middle[0]), float(middle[1]))
+        self.globe, self.doubt = datum.to_globe(flat, float(middle[0]), float(middle[1]), self.path)
         self.turn = 2 * np.pi / flat.axis_info[0].unit_conversion_factor if flat.is_geographic else None
         if data.transform.determinant == 0 or data.transform.is_identity or min(data.shape) < 2:
             raise InputError(f"{self.path}: it does not say where on Earth its pixels lie (no geotransform)")
@@ -200,7 +200,8 @@ class Opened:
 def _moved(transform: Any, first: Floats, second: Floats) -> tuple[Floats, Floats]:
     """Apply a geotransform."""
     a, b, c, d, e, f = transform[:6]
-    return a * first + b * second + c, d * first + e * second + f
+    with np.errstate(invalid="ignore", over="ignore"):  # a place that is nowhere on a map is infinitely far away
+        return a * first + b * second + c, d * first + e * second + f
 
 
 @contextmanager
@@ -212,9 +213,10 @@ def opened(raster: Raster) -> Iterator[Opened]:
         raise InputError(f"{path}: no such file")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        warnings.simplefilter("ignore", RuntimeWarning)  # of numbers for no data that are none
         try:
             data = rasterio.open(path)
-        except rasterio.errors.RasterioError as error:
+        except (rasterio.errors.RasterioError, UnicodeError) as error:
             raise InputError(
                 f"{path}: expected a raster such as a GeoTIFF, found it cut off or something else: {_first(error)}"
             ) from None
@@ -288,6 +290,8 @@ def tiles(opened: Opened, origin: Origin, region: Rectangle, step: float) -> lis
 
         def local(columns: Floats, rows: Floats) -> Floats:
             longitude, latitude = opened.places(columns, rows)
+            if not (np.isfinite(longitude).all() and np.isfinite(latitude).all()):
+                raise InputError(f"{opened.path}: its coordinate system, {opened.name}, does not reach its pixels")
             low, high = (
                 to_local(origin, np.column_stack([latitude, longitude, np.full_like(latitude, level)]))
                 for level in LEVELS
