@@ -240,6 +240,56 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     assert tab.requests == [target.as_uri()]
 
 
+SCENE = "document.getElementById('space')._fullLayout.scene._scene"
+QUICK = f"{SCENE}.glplot.objects.filter((object) => Object.hasOwn(object, 'drawPick')).length"
+
+
+def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned(tmp_path, tab):
+    target = tmp_path / "page.html"
+    write_html(town(20), target)
+    tab.goto(target.as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    objects = tab.evaluate(f"{SCENE}.glplot.objects.length")
+    assert tab.evaluate(QUICK) == 0
+    box = tab.locator("#space").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    before = tab.evaluate(f"{SCENE}.getCamera().eye.x")
+    tab.mouse.move(x, y)
+    tab.mouse.down()
+    tab.mouse.move(x + 60, y)
+    assert tab.evaluate(QUICK) >= objects  # and perhaps a coarser ground
+    tab.mouse.up()
+    until(tab, f"{QUICK} === 0")
+    assert tab.evaluate(f"{SCENE}.glplot.objects.length") == objects
+    assert tab.evaluate(f"{SCENE}.glplot.pixelRatio") == 2
+    assert tab.evaluate(f"{SCENE}.getCamera().eye.x") != before
+    assert tab.errors == []
+
+
+def test_uavs_move_without_anything_else_being_laid_out_anew(tmp_path, tab):
+    mission = town(20)
+    target = tmp_path / "page.html"
+    write_html(mission, target)
+    tab.goto(target.as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    tab.evaluate("""() => {
+      window.laid = 0;
+      document.getElementById("space").on("plotly_afterplot", () => { window.laid += 1; });
+    }""")
+    tab.get_by_role("slider", name="Time of flight in seconds").fill("30")
+    until(tab, "document.getElementById('clock').textContent.startsWith('30')")
+    expected = [trajectory.at(30.0).position[0] for trajectory in mission.trajectories]
+    np.testing.assert_allclose(tab.evaluate(FLEET), expected, atol=0.01)
+    # what is drawn, not what was asked for: in shares of the picture, as plotly scales them
+    drawn = f"""() => {{
+      const host = document.getElementById("space"), scene = {SCENE};
+      return scene.traces[host._fullData.at(-1).uid].dataPoints.map((p) => p.map((v, k) => v / scene.dataScale[k]));
+    }}"""
+    np.testing.assert_allclose(tab.evaluate(drawn), expected, atol=0.01)
+    assert tab.evaluate("window.laid") == 0
+    assert tab.errors == []
+
+
 def test_a_page_says_that_all_is_proven_only_where_it_is():
     mission = sky.plan_mission(sky.read("map1"), sky.Taut())
     assert "this is proven" in banner(scene(mission))

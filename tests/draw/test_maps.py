@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import itertools
 import json
+import re
 from collections import Counter
 
 import numpy as np
@@ -15,11 +16,15 @@ from skyverse.draw import kinds as kinds_module
 from skyverse.draw.figures import trajectories
 from skyverse.draw.html import data, page
 from skyverse.draw.map_traces import from_above, spacing
-from skyverse.draw.relief import FINEST, Relief, along, cleared, relief
+from skyverse.draw.relief import FINEST, Relief, along, cleared, relief, tinted
 from skyverse.draw.scene import scene
 from skyverse.draw.solids import coarser, extent, faces, footprint, span, surface
+from skyverse.draw.table import table
 from skyverse.draw.triangles import triangles, turned
+from skyverse.draw.world import MARGIN
 from skyverse.geodesy import to_wgs84
+from skyverse.maps.cityjson import KINDS
+from skyverse.scenario import Bounds
 from skyverse.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from towns import buildings, hills, rectangle, town, with_terrain
 
@@ -165,7 +170,41 @@ def test_the_map_is_stretched_only_where_the_ground_is_flat():
     assert data(scene(with_terrain(flat, level)))["stretch"] == 1.5
 
 
+def test_a_map_ends_where_there_is_nothing_but_air_and_ground():
+    mission = town(10, terrain=False)
+    bounds = Bounds(min=(-4000, -3000, 0), max=(5000, 6000, 900))
+    wide = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"bounds": bounds}))
+    world = scene(wide).world
+    margin = MARGIN * 1000
+    assert world.low[:2] == pytest.approx((-margin, -margin), abs=150)
+    assert world.high == pytest.approx((1000 + margin, 1000 + margin, 170 + margin), abs=150)
+    for shape in (*mission.scenario.obstacles, *mission.scenario.zones):
+        low, high = extent(shape)
+        assert np.all(world.low <= low)
+        assert np.all(high <= world.high)
+
+
+def test_level_ground_has_no_contour_lines_and_no_peaks():
+    heights = 5 + 0.01 * np.random.default_rng(0).random((101, 101))
+    drawn = scene(with_terrain(town(10), Terrain(origin=(0, 0), step=(10, 10), heights=heights)))
+    (lines,) = (trace for trace in from_above(drawn)["traces"] if trace["meta"]["role"] == "contours")
+    assert (lines["visible"], lines["meta"]["step"]) == (False, None)
+    assert np.ptp(tinted(drawn.overhead.relief), axis=(0, 1)).max() < 0.02
+    hilly = next(trace for trace in from_above(scene(town(10)))["traces"] if trace["meta"]["role"] == "contours")
+    assert (hilly["visible"], hilly["meta"]["step"]) == (True, 10)
+
+
 # ---- kinds ----
+def test_what_city_models_hold_has_colours_of_its_own():
+    found = kinds_module.kinds(
+        [Box(min=(k, 0, 0), max=(k + 1, 1, 1), kind=kind) for k, kind in enumerate(sorted(set(KINDS.values())))], (), ()
+    )
+    colours = {kind.name: kind.colour for kind in found}
+    assert colours.pop("tree") == colours.pop("vegetation")
+    assert set(colours.values()) < set(kinds_module._KNOWN.values())
+    assert len(set(colours.values())) == len(colours) == 4
+
+
 def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():
     drawn = data(scene(town(50)))
     shown = {kind["title"]: kind["hard"] for kind in drawn["kinds"]}
@@ -214,6 +253,19 @@ def test_a_profiles_ground_is_that_below_the_path():
         np.testing.assert_allclose(profile.band, profile.ground[:, None] + (40, 90))
         assert profile.clearance == 20
         assert np.diff(profile.distance).max() < 5
+
+
+def test_the_table_tells_the_least_and_the_greatest_height_above_ground():
+    mission = town(10)
+    text = table(scene(mission))
+    for trajectory in mission.trajectories:
+        points = trajectory.at(np.linspace(0, 60, 20_001)).position
+        above = points[:, 2] - mission.scenario.terrain.height(points[:, :2])
+        least, most = re.search(rf"({above.min():.0f}\.\d|{above.min():.1f}) to (\d+\.\d) m", text).groups()
+        assert float(least) == pytest.approx(above.min(), abs=0.2)
+        assert float(most) == pytest.approx(above.max(), abs=0.2)
+    assert "Above ground" in text
+    assert "Above ground" not in table(scene(town(10, terrain=False)))
 
 
 def test_a_profile_shows_what_is_crossed_and_nothing_beside():

@@ -6,12 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from skyverse.draw.scene import scene
 from skyverse.draw.solids import surface
 from skyverse.draw.table import table
 from skyverse.draw.traces import in_space, of_search
-from skyverse.draw.track import PALETTE, sample
+from skyverse.draw.track import PALETTE, few, sample
 from skyverse.result import Status, Trajectory
 from skyverse.shapes import Cylinder, Prism
 
@@ -38,6 +40,21 @@ def test_sampled_tracks_stay_close_to_the_true_trajectory(mission):
         instants = np.linspace(trajectory.start, trajectory.end, 2000)
         drawn = np.array([track.at(t) for t in instants])
         assert np.abs(drawn - trajectory.at(instants).position).max() < 25 / 3500
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.001, 1))
+def test_a_line_of_few_points_strays_by_the_tolerance_at_most(seed, tolerance):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(0, 0.3, (rng.integers(0, 60), 3)).cumsum(axis=0)
+    kept = np.flatnonzero(few(points, tolerance))
+    if len(points):
+        assert kept[0] == 0
+        assert kept[-1] == len(points) - 1
+    for first, last in pairwise(kept):
+        share = np.linspace(0, 1, 2001)[:, None]
+        line = points[first] * (1 - share) + points[last] * share
+        for point in points[first:last]:
+            assert np.linalg.norm(line - point, axis=1).min() <= tolerance + 0.01
 
 
 def test_a_uav_waits_before_its_trajectory_and_holds_after_it(mission):
@@ -144,7 +161,7 @@ def test_brisk_pieces_get_more_samples():
 
 def test_all_boxes_are_one_mesh_and_one_line(mission):
     mesh, edges = in_space(scene(mission))[:2]
-    boxes = mission.scenario.obstacles
+    boxes = sorted(mission.scenario.obstacles, key=lambda box: -math.dist(box.min, box.max))
     points, faces = columns(mesh, "xyz"), columns(mesh, "ijk")
     assert len(points) == 8 * len(boxes)
     assert len(faces) == 12 * len(boxes)

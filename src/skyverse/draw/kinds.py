@@ -50,7 +50,7 @@ class Kind:
     count
         How many there are.
     shapes
-        Those that are drawn: all, or those that look largest from the paths.
+        Those that are drawn, from the largest: all, or those that look largest from the paths.
     colour
         ``None`` for that of the page for obstacles or zones.
     solid
@@ -87,9 +87,11 @@ def kinds(obstacles: Sequence[Shape], zones: Sequence[Shape], lines: Sequence[Fl
     everything = [coarser(s, TRIANGLES // 2) if isinstance(s, Voxels) else s for s in (*obstacles, *zones)]
     sides = SIDES if len(everything) <= ROUND else 12
     drawn = _chosen(everything, lines, sides)
+    low, high = np.array([extent(shape) for shape in everything]).reshape(-1, 2, 3).swapaxes(0, 1)
+    largest = np.argsort(-np.linalg.norm(high - low, axis=1), kind="stable").tolist()
     grouped: dict[tuple[bool, str], list[int]] = {}
-    for k, shape in enumerate(everything):
-        hard = k < len(obstacles)
+    for k in largest:
+        shape, hard = everything[k], k < len(obstacles)
         grouped.setdefault((not hard, shape.kind or ("obstacle" if hard else "zone")), []).append(k)
     sorted_ = sorted(grouped.items(), key=lambda item: (item[0][0], -len(item[1]), item[0][1]))
     others = iter(_OTHERS * (1 + len(sorted_) // len(_OTHERS)))

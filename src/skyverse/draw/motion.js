@@ -22,9 +22,10 @@ const meshed = ({ x, y, z, light }, most) => {
 const motion = (host, grid) => {
   const SLOW = 1000 / 28;  // milliseconds between frames
   // From what looks best to what costs least, for computers that draw without a graphics card.
-  const LEVELS = [{ ratio: 2 }, { ratio: 1 }, { ratio: 1, coarse: 48 }, { ratio: 0.5, coarse: 32 }];
+  // The coarse have a ground of few points a side, the largest buildings, and no edges.
+  const LEVELS = [{ ratio: 2 }, { ratio: 1 }, { ratio: 1, coarse: 48, largest: 8000 }, { ratio: 0.5, coarse: 32, largest: 3000 }];
   const nothing = () => {};
-  const reasons = new Set();
+  const reasons = new Set(), whole = new Map();
   let level = 0, stand = null, timer = 0;
 
   const inside = () => {
@@ -34,13 +35,20 @@ const motion = (host, grid) => {
   const dress = () => {
     const scene = inside();
     if (!scene) return;
-    const busy = reasons.size > 0, { ratio, coarse } = LEVELS[busy ? level : 0];
+    const busy = reasons.size > 0, { ratio, coarse, largest } = LEVELS[busy ? level : 0];
     const ground = Object.values(scene.traces).find((trace) => trace.data.meta.role === "terrain");
     if (stand && scene.glplot.objects.includes(stand.mesh)) stand.dispose();
     stand = coarse && ground ? ground.data._module.plot(scene, { ...ground.data, ...meshed(grid, coarse) }) : null;
+    for (const [mesh, count] of whole) mesh.triangleCount = count;
+    whole.clear();
     for (const object of scene.glplot.objects) {
-      for (const [way, off] of [["drawPick", busy], ["draw", stand && object === ground.mesh]]) {
+      const { role } = object._trace.data.meta, spared = coarse && (role === "edge" || role === "path");
+      for (const [way, off] of [["drawPick", busy], ["draw", spared || (stand && object === ground.mesh)], ["drawTransparent", spared]]) {
         if (off) object[way] = nothing; else delete object[way];
+      }
+      if (role === "kind" && object.triangleCount > largest) {
+        whole.set(object, object.triangleCount);
+        object.triangleCount = largest;
       }
     }
     scene.glplot.pixelRatio = ratio;
@@ -50,7 +58,8 @@ const motion = (host, grid) => {
     let before = null, late = 0;
     const look = (instant) => {
       if (!reasons.size) return;
-      late = before !== null && instant - before > SLOW ? late + 1 : 0;
+      const passed = before === null ? 0 : instant - before;
+      late = passed > 4 * SLOW ? 2 : passed > SLOW ? late + 1 : 0;
       before = instant;
       if (late > 1 && level < LEVELS.length - 1) {
         [level, before, late] = [level + 1, null, 0];

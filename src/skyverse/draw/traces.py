@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse.draw.encoded import Trace, flat, plain
 from skyverse.draw.scene import Curve, Scene
-from skyverse.draw.track import Floats, Track
+from skyverse.draw.track import TOLERANCE, Floats, Track, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
 
 DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
@@ -29,9 +29,10 @@ def _xyz(points: Floats) -> Trace:
     return {axis: flat(points[:, column]) for column, axis in enumerate("xyz")}
 
 
-def of_track(track: Track, number: int) -> list[Trace]:
-    """Return one UAV's path, its trajectory, and the marks of its start and target."""
+def of_track(track: Track, number: int, tolerance: float) -> list[Trace]:
+    """Return one UAV's path, its trajectory to `tolerance` metres, and the marks of its start and target."""
     name = plain(track.name)
+    kept = few(track.positions, tolerance)
     dash = DASHES[track.lap % len(DASHES)]
     path = {
         "type": "scatter3d",
@@ -46,8 +47,8 @@ def of_track(track: Track, number: int) -> list[Trace]:
         "type": "scatter3d",
         "mode": "lines",
         "name": f"{name}: trajectory",
-        **_xyz(track.positions),
-        "customdata": flat(track.times),
+        **_xyz(track.positions[kept]),
+        "customdata": flat(track.times[kept]),
         "line": {"color": track.colour, "width": 5, "dash": dash},
         "hovertemplate": "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE,
         "meta": {"role": "trajectory", "uav": number},
@@ -133,7 +134,8 @@ def in_space(scene: Scene) -> list[Trace]:
         {"symbol": "diamond-open", "size": 8, "color": "#8a94a3"},
         "spare",
     )
-    tracks = [trace for number, track in enumerate(scene.tracks) for trace in of_track(track, number)]
+    fine = TOLERANCE * float((scene.world.high - scene.world.low).max())
+    tracks = [trace for number, track in enumerate(scene.tracks) for trace in of_track(track, number, fine)]
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
     return [*world, *tracks, spare, findings(scene), *fleet(scene)]

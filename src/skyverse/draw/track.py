@@ -97,6 +97,26 @@ def sample(trajectory: Trajectory, tolerance: float) -> tuple[Floats, Floats]:
     return times, trajectory.at(times).position
 
 
+def few(points: Floats, tolerance: float) -> NDArray[np.bool_]:
+    """Tell which points (n, 3) a line needs so that none is further than `tolerance` from it (Douglas and Peucker)."""
+    kept = np.zeros(len(points), dtype=bool)
+    kept[[0, -1] if len(points) else []] = True
+    left = [(0, len(points) - 1)]
+    while left:
+        first, last = left.pop()
+        if last - first < 2:
+            continue
+        between, along = points[first + 1 : last] - points[first], points[last] - points[first]
+        length = float(along @ along)
+        share = np.clip(between @ along / length, 0, 1) if length else np.zeros(len(between))
+        away = np.linalg.norm(between - share[:, None] * along, axis=1)
+        far = int(away.argmax())
+        if away[far] > tolerance:
+            kept[first + 1 + far] = True
+            left += [(first, first + 1 + far), (first + 1 + far, last)]
+    return kept
+
+
 def _sound(trajectory: Trajectory) -> bool:
     """Whether it can be drawn at all: a file may hold what the referee only complains about."""
     knots, coefficients = trajectory.knots, trajectory.coefficients
