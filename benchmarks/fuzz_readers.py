@@ -7,6 +7,7 @@ with. Files that end in anything but a result or `InputError` are kept in FOLDER
 """
 
 import argparse
+import copy
 import json
 import multiprocessing
 import random
@@ -217,7 +218,7 @@ def xml_changed(data: bytes, rng: random.Random) -> bytes:
     if how == 0 and len(node):
         node.remove(rng.choice(list(node)))
     elif how == 1 and len(node):
-        node.append(rng.choice(list(root.iter())))
+        node.append(copy.deepcopy(rng.choice(list(root.iter()))))  # not itself, which would never end
     elif how == 2 and node.attrib:
         node.attrib[rng.choice(list(node.attrib))] = rng.choice([*NUMBERS, "", "x"])
     elif how == 3:

@@ -57,7 +57,23 @@ CITY = {
                     ],
                 }
             ],
-        }
+        },
+        "t": {
+            "type": "SolitaryVegetationObject",
+            "geometry": [
+                {
+                    "type": "GeometryInstance",
+                    "template": 0,
+                    "boundaries": [2],
+                    "transformationMatrix": [2, 0, 0, 1, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1],
+                }
+            ],
+        },
+        "m": {"type": "CityFurniture", "geometry": [{"type": "MultiPoint", "lod": "0", "boundaries": [1, 3]}]},
+    },
+    "geometry-templates": {
+        "templates": [{"type": "MultiSurface", "lod": "2", "boundaries": [[[0, 1, 2]], [[0, 1, 3]]]}],
+        "vertices-templates": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.2, 0.2, 3.0]],
     },
 }
 WORLD = {

@@ -35,7 +35,9 @@ def read_features(path: Path | str, choices: Choices | None = None) -> list[Feat
     choices = replace(given, tell=told.append, tally=Counter())
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(f"{path}: expected a file of buildings or zones ({', '.join(SUFFIXES)}), found {suffix!r}")
+        hint = "; --voxels takes point clouds" if suffix in (".las", ".laz") else ""
+        known = ", ".join(SUFFIXES)
+        raise InputError(f"{path}: expected a file of buildings or zones ({known}), found {suffix!r}{hint}")
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     needs(str(path), "shapely", "pyproj", *(("pyogrio",) if suffix in (*_TABLES, ".pbf") else ()))
