@@ -189,14 +189,18 @@ def test_waylines_above_the_sea_are_written_above_the_ellipsoid(tmp_path):
 
 
 def test_the_command_line_takes_an_origin_with_its_frame_and_a_geoid(tmp_path):
-    from skyverse.cli.export import _origin, export
+    from skyverse.cli.export import export
+    from skyverse.cli.words import origin_of
 
     mission = handmade.mission([handmade.along([(0, 0, 50), (100, 0, 50)], 20)])
     sky.write(mission, tmp_path / "m.json")
-    assert _origin("47.39,8.54,410 m amsl") == Origin(latitude=47.39, longitude=8.54, altitude=410)
-    for text in ("47.39,8.54,410", "47.39,8.54,410 m agl", "47.39,8.54", "470,8,4 amsl"):
+    assert origin_of("47.39,8.54,410 m amsl") == Origin(latitude=47.39, longitude=8.54, altitude=410)
+    for text in ("47.39,8.54,410", "47.39,8.54,410 m agl", "47.39,8.54", "a,8,4 amsl"):
         with pytest.raises(sky.InputError, match="--origin: expected latitude,longitude,altitude above mean sea level"):
-            _origin(text)
+            origin_of(text)
+    for text in ("470,8,4 amsl", "47,800,4 amsl"):
+        with pytest.raises(sky.InputError, match="--origin: expected a l.*itude from"):
+            origin_of(text)
     out = tmp_path / "m.geojson"
     with pytest.raises(sky.InputError, match="--geoid METRES"):
         export(str(tmp_path / "m.json"), out, origin="47.39,8.54,410 m amsl")
