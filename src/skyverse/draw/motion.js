@@ -54,21 +54,26 @@ const motion = (host, grid) => {
     scene.glplot.pixelRatio = ratio;
     scene.glplot.update();
   };
+  let before = null, round = 0;
   const watch = () => {
-    let before = null, late = 0;
+    const mine = ++round;
+    let late = 0;
+    before = null;
     const look = (instant) => {
-      if (!reasons.size) return;
+      if (!reasons.size || mine !== round) return;
       const passed = before === null ? 0 : instant - before;
-      late = passed > 4 * SLOW ? 2 : passed > SLOW ? late + 1 : 0;
+      late = passed > SLOW ? late + 1 : 0;
       before = instant;
       if (late > 1 && level < LEVELS.length - 1) {
-        [level, before, late] = [level + 1, null, 0];
+        level = Math.min(level + (passed > 4 * SLOW ? 2 : 1), LEVELS.length - 1);
+        [before, late] = [null, 0];
         dress();
       }
       requestAnimationFrame(look);
     };
     requestAnimationFrame(look);
   };
+  document.addEventListener("visibilitychange", () => { before = null; });
 
   // ---- why there are frames to hurry with ----
   const begin = (reason) => {

@@ -11,7 +11,7 @@ from skyverse.draw.solids import Shape, faces, surface
 from skyverse.draw.track import Floats
 
 BOX, EDGE, ZONE = "#8795a8", "#66758a", "#d9822b"
-FINEST = 90
+FINEST = 120
 """Heights along either side of the ground."""
 MOST = 3_000
 """Shapes in a figure; of more, the largest are drawn."""
