@@ -25,6 +25,8 @@ class Flown(_Record):
         The tracking error, metres: its root mean square, and the largest.
     clearance, clearance_time
         The smallest Euclidean distance to any obstacle as given, metres, and when; 0 or less is contact.
+    above_ground
+        The least height above the terrain, metres; ``None`` where there is no terrain.
     outside
         By how many metres it left the bounds; 0 inside.
     peak_thrust, mean_thrust
@@ -49,6 +51,7 @@ class Flown(_Record):
     mean_thrust: float
     peak_tilt: float
     energy: float
+    above_ground: float | None = None
 
 
 @dataclass(frozen=True)
@@ -118,12 +121,14 @@ class Flight(_Record):
     @property
     def sentence(self) -> str:
         """The verdict, and the thresholds that it used."""
-        clearance = self.mission.scenario.clearance
+        scenario = self.mission.scenario
         if self.safe:
+            ground = scenario.ground_clearance - self.margin
+            over = "" if scenario.terrain is None else f" and {ground:.3g} m above ground"
             return (
-                f"Safe: {clearance - self.margin:.3g} m or more were left to every obstacle, no UAV strayed more than "
-                f"{self.margin:.3g} m out of bounds or off its target, nor two by more than that each into their "
-                "separation."
+                f"Safe: {scenario.clearance - self.margin:.3g} m or more were left to every obstacle{over}, no UAV "
+                f"strayed more than {self.margin:.3g} m out of bounds or off its target, nor two by more than that "
+                "each into their separation."
             )
         things = "1 thing" if len(self.violations) == 1 else f"{len(self.violations)} things"
         return f"Not safe: {things} went wrong."

@@ -85,3 +85,27 @@ def test_a_uav_that_is_lost_before_it_is_due_is_not_safe():
     place = trajectory.at(times).position
     flown = Flown(0, times, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
     assert "is lost at 0.01 s" in strayed(mission.scenario, flown, 0.1, trajectory.end)[0].message
+
+
+@pytest.mark.parametrize(
+    ("low", "says"), [(10.0, "is 10.000 m above ground"), (-1.0, "touches the ground"), (26.0, None)]
+)
+def test_over_terrain_the_grounds_own_clearance_is_kept_less_the_margin(low, says):
+    terrain = sky.Terrain(origin=(0, 0), step=(50, 50), heights=[[0, 40], [20, 60]], clearance=30)
+    scenario = sky.Scenario(
+        name="slope",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(50, 50, 200)),
+        terrain=terrain,
+        clearance=10,
+        lattice=sky.Lattice(step=(5, 5, 5)),
+        uavs=[sky.UAV(start=(5, 5, 100))],
+    )
+    times = np.arange(3) / 100
+    place = np.array([(5, 5, 100), (20, 30, terrain.height((20, 30)) + low), (5, 5, 100)])
+    flown = Flown(0, times, place, place * 0, place, 0.0, 0.0, np.inf, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0, low)
+    wrong = strayed(scenario, flown, 5.0, 0.02)
+    if says is None:
+        assert wrong == []
+    else:
+        assert wrong[0].message == f"uav-1 {says} at 0.01 s; 25 m must be left"
+        assert wrong[0].position == pytest.approx(place[1])

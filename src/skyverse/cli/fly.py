@@ -146,6 +146,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
             "rms error": flown.rms,
             "largest error": flown.largest,
             "clearance": flown.clearance if flown.clearance < float("inf") else None,
+            "above ground": flown.above_ground,
             "mean thrust": flown.mean_thrust,
             "peak thrust": flown.peak_thrust,
             "peak tilt": flown.peak_tilt,
@@ -182,9 +183,10 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         }
         print(json_text(summary), end="")
         return
+    known = {name: unit for name, unit in _UNITS.items() if any(row[name] is not None for row in rows)}
     table(
-        list(_UNITS),
-        [["-" if row[name] is None else unit.format(row[name]) for name, unit in _UNITS.items()] for row in rows],
+        list(known),
+        [["-" if row[name] is None else unit.format(row[name]) for name, unit in known.items()] for row in rows],
     )
     if pairs:
         closest = min(pairs, key=lambda pair: pair["nearness"])
@@ -209,6 +211,7 @@ _UNITS = {
     "rms error": "{:.3f} m",
     "largest error": "{:.3f} m",
     "clearance": "{:.3f} m",
+    "above ground": "{:.2f} m",
     "mean thrust": "{:.0%}",
     "peak thrust": "{:.0%}",
     "peak tilt": "{:.0f}°",

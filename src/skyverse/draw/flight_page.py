@@ -26,14 +26,13 @@ _HEADS = (
     ("Flight", "seconds flown"),
     ("RMS error", "root mean square of the tracking error"),
     ("Largest error", "largest tracking error"),
-    ("Clearance", "smallest distance to an obstacle as given, or height above the ground"),
+    ("Clearance", "smallest distance to an obstacle as given"),
+    ("Above ground", "least height above the ground"),
     ("Mean thrust", "share of the most"),
     ("Peak thrust", "share of the most"),
     ("Peak tilt", "degrees between thrust and the vertical"),
     ("Energy", "mechanical work of the rotors"),
 )
-
-_NEAREST = "to an obstacle as given"
 
 
 def flight_page(flight: Flight) -> str:
@@ -69,10 +68,12 @@ def _tiles(flight: Flight) -> str:
     nearest = min(f.clearance for f in flown)
     closest = min((passing.nearness for passing in flight.passings), default=None)
     rms = math.sqrt(sum(f.rms**2 * len(f.times) for f in flown) / sum(len(f.times) for f in flown))
-    terrain = flight.mission.scenario.terrain
+    heights = [f.above_ground for f in flown if f.above_ground is not None]
+    low = [("Above ground", f"{number(min(heights), 3)} m", "least height")] if heights else []
     shown = [
         ("Largest error", f"{1000 * flight.largest:.1f} mm", f"RMS {1000 * rms:.1f} mm"),
-        ("Clearance", f"{number(nearest, 3)} m", _NEAREST if terrain is None else f"{_NEAREST}, or to the ground"),
+        ("Clearance", f"{number(nearest, 3)} m" if nearest < math.inf else NOTHING, "to an obstacle as given"),
+        *low,
         ("Separation", NOTHING if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
         ("Makespan", f"{flight.mission.makespan:.2f} s", "as planned"),
         ("Energy", f"{sum(f.energy for f in flown):,.0f} J", "mechanical work of the rotors"),
@@ -109,7 +110,7 @@ def _table(flight: Flight, drawn: Scene) -> str:
         heads += f'<th scope="col"{kind}{f" title={chr(34)}{title}{chr(34)}" if title else ""}>{name}</th>'
     body = ""
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
-        cells = [NOTHING] * 8 if flown is None else _cells(flown)
+        cells = [NOTHING] * 9 if flown is None else _cells(flown)
         target = NOTHING if track.target_name is None else escape(track.target_name)
         body += (
             f'<tr><th scope="row"><i style="background:{track.colour}"></i>{escape(track.name)}</th>'
@@ -124,7 +125,8 @@ def _cells(flown: Flown) -> list[str]:
         f"{flown.times[-1] - flown.times[0]:.2f} s",
         f"{1000 * flown.rms:,.1f} mm",
         f"{1000 * flown.largest:,.1f} mm",
-        f"{number(flown.clearance, 3)} m",
+        f"{number(flown.clearance, 3)} m" if flown.clearance < math.inf else NOTHING,
+        NOTHING if flown.above_ground is None else f"{number(flown.above_ground, 3)} m",
         f"{flown.mean_thrust:.0%}",
         f"{flown.peak_thrust:.0%}",
         f"{flown.peak_tilt:.0f}°",

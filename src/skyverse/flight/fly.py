@@ -92,7 +92,7 @@ def fly(
     refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying))
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
     jobs = {uav: Job(flight, vehicle, blown, float(noise), seeds[uav]) for uav, flight in flying.items()}
-    world = World(scenario)
+    world = World(scenario.model_copy(update={"terrain": None}))
     flown: list[Flown | None] = [None] * len(scenario.uavs)
     for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):
         flown[uav] = measure(world, mission, uav, samples, kind)

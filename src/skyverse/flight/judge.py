@@ -9,6 +9,7 @@ from skyverse.flight.vehicle import Vehicle
 from skyverse.flown import Flown, Passing
 from skyverse.result import Floats, Mission
 from skyverse.scenario import Scenario
+from skyverse.shapes import Terrain
 from skyverse.space.world import World
 from skyverse.verdict import Fault, Violation
 
@@ -17,13 +18,14 @@ TOLERANCE = 1e-6
 
 
 def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle: Vehicle) -> Flown:
-    """Return what one UAV's samples say."""
+    """Return what one UAV's samples say, in a world of obstacles without the ground."""
     trajectory = mission.trajectories[uav]
     assert trajectory is not None
     commanded = trajectory.at(samples.times).position
     errors = np.linalg.norm(samples.positions - commanded, axis=1)
     distances = world.distance(samples.positions)
     nearest = int(np.argmin(distances))
+    terrain = mission.scenario.terrain
     low, high = mission.scenario.bounds.min, mission.scenario.bounds.max
     thrust = vehicle.parameters["k_eta"] * np.sum(samples.rotors**2, axis=1) / vehicle.max_thrust
     power = vehicle.parameters["k_m"] * np.sum(samples.rotors**3, axis=1)
@@ -42,6 +44,7 @@ def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle:
         mean_thrust=float(thrust.mean()),
         peak_tilt=float(samples.tilt.max()),
         energy=float(np.trapezoid(power, samples.times)),
+        above_ground=None if terrain is None else float(_heights(terrain, samples.positions).min()),
     )
 
 
@@ -131,7 +134,7 @@ def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
 
 
 def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list[Violation]:
-    """Return what one UAV did wrong: too near an obstacle, out of bounds, not at its target, or lost too early."""
+    """Return what one UAV did wrong: too near obstacles or ground, out of bounds, off its target, lost too early."""
     name, wrong = scenario.uavs[flown.uav].name, []
 
     def note(fault: Fault, message: str, k: int) -> None:
@@ -143,6 +146,12 @@ def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list
         k = int(np.searchsorted(flown.times, flown.clearance_time))
         how = "touches an obstacle" if flown.clearance <= 0 else f"comes within {flown.clearance:.3f} m of an obstacle"
         note(Fault.TRAJECTORY_CLEARANCE, f"{how} at {flown.clearance_time:.2f} s; {left:.3g} m must be left", k)
+    if scenario.terrain is not None:
+        heights = _heights(scenario.terrain, flown.positions)
+        k, least, left = int(np.argmin(heights)), float(heights.min()), scenario.ground_clearance - margin
+        if least <= 0 or least < left:
+            how = "touches the ground" if least <= 0 else f"is {least:.3f} m above ground"
+            note(Fault.TRAJECTORY_CLEARANCE, f"{how} at {flown.times[k]:.2f} s; {left:.3g} m must be left", k)
     if flown.outside > margin:
         beyond = np.maximum(scenario.bounds.min - flown.positions, flown.positions - scenario.bounds.max).max(axis=1)
         k = int(np.argmax(beyond))
@@ -157,6 +166,10 @@ def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list
     elif off > max(margin, 0.01):
         note(Fault.TRAJECTORY_ENDS, f"is {off:.3f} m off its trajectory when it is flown no more", -1)
     return wrong
+
+
+def _heights(terrain: Terrain, positions: Floats) -> Floats:
+    return positions[:, 2] - terrain.height(positions[:, :2])
 
 
 def _place(position: Floats) -> tuple[float, float, float]:

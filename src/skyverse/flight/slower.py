@@ -1,4 +1,4 @@
-"""A mission made easier to fly: slower, or farther from obstacles."""
+"""A mission made easier to fly: slower, or farther from obstacles and ground."""
 
 from dataclasses import replace
 
@@ -45,12 +45,15 @@ def _later(told: Deconfliction, factor: float) -> Deconfliction:
 
 
 def farther(mission: Mission, more: float, shape: Shape) -> Mission:
-    """Return a mission between the same starts and targets, planned by Taut `more` metres farther from obstacles.
+    """Return a mission between the same starts and targets, planned by Taut with `more` metres of clearance.
 
     It is still an answer to the mission's own scenario, and judged against that.
     """
     scenario = mission.scenario
     wider = scenario.model_copy(update={"clearance": scenario.clearance + more})
+    if scenario.terrain is not None:
+        ground = scenario.terrain.model_copy(update={"clearance": scenario.ground_clearance + more})
+        wider = wider.model_copy(update={"terrain": ground})
     apart = mission.deconfliction is not None
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # as it was assigned

@@ -120,7 +120,12 @@ def _planned_close(flight: Flight) -> str:
 
 
 def _shortfall(flight: Flight) -> float:
-    """Return how many metres are missing to the distance from obstacles that must be left; 0 where none are."""
-    left = flight.mission.scenario.clearance - flight.margin
+    """Return how many metres are missing to what must be left to obstacles and ground; 0 where none are."""
+    scenario, missing = flight.mission.scenario, [0.0]
     near = {violation.uavs[0] for violation in flight.violations if violation.fault is Fault.TRAJECTORY_CLEARANCE}
-    return max((left - f.clearance for f in flight.flown if f is not None and f.uav in near), default=0.0)
+    for flown in flight.flown:
+        if flown is not None and flown.uav in near:
+            missing.append(scenario.clearance - flight.margin - flown.clearance)
+            if flown.above_ground is not None:
+                missing.append(scenario.ground_clearance - flight.margin - flown.above_ground)
+    return max(missing)
