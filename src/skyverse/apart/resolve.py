@@ -1,6 +1,6 @@
 """One UAV after another finds its place among those placed before it: in which order, and what each may do."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,12 +19,16 @@ AGAIN = 8
 """How often those who found no place go first in another attempt."""
 NEAR = 0.5
 """Metres between a path and a place that count as crossing it, where it only matters who goes first."""
-ORDERS = 6
-"""Orders that are tried, of few UAVs; fewer of many."""
+FIRST, FEW = 3, 32
+"""Orders that are tried before those that follow from them, of so few UAVs; of more it is one."""
+ROUNDS = 4
+"""Orders that follow, of few UAVs; of many at least three."""
 
 
-def resolve(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int = 0) -> list[Place]:
+def resolve(fleet: Fleet, own: Sequence[Option], clashing: set[int]) -> list[Place]:
     """Return a place for every UAV; where there is none that is apart from the others it flies as it was, and clashes.
+
+    Squeaky wheel optimization (Joslin, Clements 1999): who came late goes earlier in the next order.
 
     Parameters
     ----------
@@ -34,24 +38,34 @@ def resolve(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int =
         Those in conflict; the others keep their places unless one of a higher priority needs it.
     """
     best: list[Place] | None = None
-    for order in _orders(fleet, own, clashing, seed):
-        places = _in_turn(fleet, own, order)
-        for _ in range(AGAIN):
-            failed = [uav for uav in order if places[uav].clashes]
-            if not failed or fleet.cancelled:
-                break
-            front = set(failed)
-            order = failed + [uav for uav in order if uav not in front]
-            again = _in_turn(fleet, own, order)
-            if worth(again)[0] >= worth(places)[0]:
-                break
-            places = again
+    places: list[Place] = []
+    order: list[int] = []
+    keys = _keys(own)[: FIRST if len(own) <= FEW else 1]
+    for tried in range(len(keys) + max(3, ROUNDS * 8 // max(len(own), 8))):
+        key = keys[tried] if tried < len(keys) else _sooner(own, order, places)
+        places, order = _settled(fleet, own, _ordered(fleet, own, clashing, key))
         if best is None or worth(places) < worth(best):
             best = places
-        if fleet.cancelled:
+        if fleet.cancelled or worth(places) == _least(own):
             break
     assert best is not None
     return _earlier(fleet, own, best)
+
+
+def _settled(fleet: Fleet, own: Sequence[Option], order: list[int]) -> tuple[list[Place], list[int]]:
+    """Return places by an order, or by one in which those go first who found none, and that order."""
+    places = _in_turn(fleet, own, order)
+    for _ in range(AGAIN):
+        failed = [uav for uav in order if places[uav].clashes]
+        if not failed or fleet.cancelled:
+            break
+        front = set(failed)
+        order = failed + [uav for uav in order if uav not in front]
+        again = _in_turn(fleet, own, order)
+        if worth(again)[0] >= worth(places)[0]:
+            break
+        places = again
+    return places, order
 
 
 def worth(places: Sequence[Place]) -> tuple[int, float, float]:
@@ -60,28 +74,33 @@ def worth(places: Sequence[Place]) -> tuple[int, float, float]:
     return sum(place.clashes for place in places), round(max(ends, default=0.0), 6), round(sum(ends), 6)
 
 
-def _orders(fleet: Fleet, own: Sequence[Option], clashing: set[int], seed: int) -> Iterator[list[int]]:
-    """Yield orders in which UAVs choose: those that stand still, then by priority; those in no conflict first."""
+def _least(own: Sequence[Option]) -> tuple[int, float, float]:
+    """Return the worth of places that all have as they were."""
+    return worth([Place(option, option.trajectory.start) for option in own])
+
+
+def _ordered(fleet: Fleet, own: Sequence[Option], clashing: set[int], key: Floats) -> list[int]:
+    """Return in which order UAVs choose: those that stand still, then by priority; those in no conflict first."""
     uavs = fleet.scenario.uavs
-    count = len(own)
-    rng = np.random.default_rng(seed)
+    rank = [(own[u].target is not None, -uavs[u].priority, u in clashing, key[u], u) for u in range(len(own))]
+    return [entry[-1] for entry in sorted(rank)]
 
-    def by(key: Callable[[int], float]) -> list[int]:
-        rank = [(own[u].target is not None, -uavs[u].priority, u in clashing, key(u), u) for u in range(count)]
-        return [entry[-1] for entry in sorted(rank)]
 
-    crossed = _crossed(own)
-    tried = max(2, ORDERS * 8 // max(count, 8))
-    keys: list[Callable[[int], float]] = [
-        lambda u: -own[u].seconds,
-        lambda u: float(crossed[u]),
-        lambda u: own[u].seconds,
-    ]
-    for key in keys[:tried]:
-        yield by(key)
-    for _ in range(tried - len(keys)):
-        draw = rng.random(count)
-        yield by(lambda u, draw=draw: draw[u])  # type: ignore[misc]
+def _keys(own: Sequence[Option]) -> list[Floats]:
+    """Return by what UAVs are ordered at first: the longest flights first; those in nobody's way; the shortest."""
+    seconds = np.array([option.seconds for option in own])
+    return [-seconds, _crossed(own), seconds]
+
+
+def _sooner(own: Sequence[Option], order: Sequence[int], places: Sequence[Place]) -> Floats:
+    """Return UAVs' positions in an order, less the more the later they came than by themselves."""
+    late = np.array([place.arrival - option.trajectory.end for place, option in zip(places, own, strict=True)])
+    most = max(float(late.max()), TICK)
+    blame = np.where([place.clashes for place in places], 1.0, late / most)
+    position = np.empty(len(order))
+    position[list(order)] = np.arange(len(order))
+    key: Floats = position - len(order) * blame
+    return key
 
 
 def _crossed(own: Sequence[Option]) -> Floats:
