@@ -29,6 +29,22 @@ def test_flights_through_the_maps_are_what_was_asked_for_and_proven(name, shape)
     assert mission.certificates[0].verdict is sky.Verdict.PROVEN
 
 
+def test_a_flight_whose_limits_are_met_too_exactly_to_be_proven_takes_a_little_longer():
+    limits = {"max_speed": 9, "max_acceleration": 10, "max_jerk": 37, "max_tilt": 62, "thrust_to_weight": 2}
+    scenario = sky.Scenario(
+        name="steep",
+        bounds=sky.Bounds(min=(-100, -100, -100), max=(100, 100, 100)),
+        clearance=0,
+        lattice=sky.Lattice(step=(10, 10, 10)),
+        uavs=[sky.UAV(start=(0, 0, 0), **limits)],
+        targets=[sky.Target(position=(0, 1, 12))],
+    )
+    mission = sky.plan_mission(scenario, sky.Taut(), shape="stop-and-go")
+    assert mission.violations == ()
+    assert mission.certificates[0].verdict is sky.Verdict.PROVEN
+    assert mission.trajectories[0].note == "As fast as its limits allow it could not be proven safe."
+
+
 @pytest.mark.parametrize(("name", "share"), [("map1", 0.55), ("map2", 0.56), ("map3", 0.42)])
 def test_smooth_flights_take_about_half_the_time_of_those_that_stop(name, share):
     scenario = sky.read(name)
@@ -74,7 +90,7 @@ def test_what_is_not_proven_is_slowed_then_straightened_then_stopped(monkeypatch
 
     monkeypatch.setattr(along, "prove", refuse)
     assert flown(hall_with_slit(2.0)) is None
-    assert forms == ["smooth", "slowed", "straightened", "stop-and-go"]
+    assert forms == ["smooth", "slowed", "straightened", "stop-and-go", "stop-and-go"]
 
 
 def test_a_flight_keeps_close_to_a_path_that_was_priced_by_where_it_leads():

@@ -92,3 +92,5 @@ def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool
             if straight is not None:
                 yield replace(straight, form="straightened", note=note)
     yield replace(stops, note=note)
+    note = note or "As fast as its limits allow it could not be proven safe."
+    yield replace(stops.retimed(stops.start, SLOWER), note=note)
