@@ -8,7 +8,7 @@ Aided Geometric Design 29 (2012) 379-419).
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def halve(b: Floats) -> tuple[Floats, Floats]:
     return left.reshape(b.shape), right.reshape(b.shape)
 
 
-@kernel
+@inner
 def split(b: Floats, left: Floats, k: int) -> None:
     """Halve without new arrays: `b` becomes its right half, `left` the left one; rows of k laid end to end."""
     last = len(b) - k
@@ -70,7 +70,7 @@ def part(b: Floats, u: float, v: float) -> Floats:
     return piece
 
 
-@kernel
+@inner
 def _cut(b: Floats, u: float) -> tuple[Floats, Floats]:
     n, k = len(b) - 1, b.shape[1]
     left, right = np.empty((n + 1, k)), np.empty((n + 1, k))
@@ -94,4 +94,7 @@ def product(a: Floats, b: Floats) -> Floats:
     for i in range(m + 1):
         for j in range(n + 1):
             result[i + j] += of_a[i] * a[i] * of_b[j] * b[j]
-    return result / binomials(m + n)
+    of_both = binomials(m + n)
+    for k in range(m + n + 1):
+        result[k] /= of_both[k]
+    return result

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel, writable
+from skyverse.kernel import inner, kernel, writable
 from skyverse.result import Floats
 from skyverse.scenario import Objective, Scenario
 from skyverse.shapes import Cylinder, Prism, Voxels, Zone
@@ -130,7 +130,7 @@ def make_pricing(objective: Objective, step: Floats, rates: Rates | None = None)
     return Pricing(steps, objective.fuel if by_nodes else 0.0, objective.divergence, objective.end, rates or _UNPRICED)
 
 
-@kernel
+@inner
 def _moved(grid: Grid, a: int, b: int) -> tuple[int, int, int]:
     ny, nz = grid.shape[1], grid.shape[2]
     return b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
@@ -194,7 +194,7 @@ def total(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
     return price
 
 
-@kernel
+@inner
 def add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
     """Add the weighted shares of altitude, risk and climb, (3,), of a straight leg a-b."""
     across = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2)
@@ -214,7 +214,7 @@ def add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
         shares[2] += rates.climb * size * max(0.0, math.atan2(rise, across) - rates.steepest)
 
 
-@kernel
+@inner
 def _mean_above(least: float, most: float) -> float:
     """Return the mean of max(0, v) for v spread evenly from the least to the most."""
     if least >= 0.0:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.cost import Pricing, add_soft
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints
 
@@ -110,7 +110,7 @@ def _turns_left(grid: Grid, axis: int, x: int, y: int, z: int) -> int:
     return 0 if straight else 1
 
 
-@kernel
+@inner
 def _place(grid: Grid, node: int, p: Floats) -> None:
     """Write a node's place, (3,) metres, into `p`."""
     rest = node
@@ -119,7 +119,7 @@ def _place(grid: Grid, node: int, p: Floats) -> None:
         rest //= grid.shape[axis]
 
 
-@kernel
+@inner
 def _walk_back(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> Ints:
     """Return the nodes from the source to a state."""
     length = 1
@@ -136,7 +136,7 @@ def _walk_back(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> In
     return nodes
 
 
-@kernel
+@inner
 def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
     flags = info[state]
     if axes == 1:
@@ -145,7 +145,7 @@ def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
     return (state // axes - grid.offsets[move]) * axes + (flags & _ORIGIN)
 
 
-@kernel
+@inner
 def _turns(grid: Grid, nodes: Ints) -> int:
     """Count the turns of a path whose nodes are neighbours."""
     turns = 0
@@ -161,7 +161,7 @@ def _turns(grid: Grid, nodes: Ints) -> int:
     return turns
 
 
-@kernel
+@inner
 def _index(goals: Ints, node: int) -> int:
     """Return where a node stands, or would stand, among sorted goals."""
     low, high = 0, len(goals)
@@ -174,7 +174,7 @@ def _index(goals: Ints, node: int) -> int:
     return low
 
 
-@kernel
+@inner
 def _twice_as_long(entries: Ints) -> Ints:
     longer = np.empty(2 * len(entries), np.int64)
     for i in range(len(entries)):  # a slice would take numba three seconds to compile

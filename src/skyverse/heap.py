@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner
+from skyverse.rows import twice_line
 
 
 class Heap(NamedTuple):
@@ -16,21 +17,18 @@ class Heap(NamedTuple):
     size: NDArray[np.int64]
 
 
-@kernel
+@inner
 def make_heap(capacity: int) -> Heap:
     """Return an empty heap."""
     return Heap(np.empty(capacity), np.empty(capacity, np.int64), np.zeros(1, np.int64))
 
 
-@kernel
+@inner
 def push(heap: Heap, key: float, entry: int) -> Heap:
     """Add an entry; return the heap, in larger arrays if it was full."""
     n = heap.size[0]
     if n == len(heap.key):
-        longer = Heap(np.empty(2 * n), np.empty(2 * n, np.int64), heap.size)
-        longer.key[:n] = heap.key
-        longer.entry[:n] = heap.entry
-        heap = longer
+        heap = Heap(twice_line(heap.key), twice_line(heap.entry), heap.size)
     i = n
     while i > 0:
         parent = (i - 1) >> 1
@@ -45,7 +43,7 @@ def push(heap: Heap, key: float, entry: int) -> Heap:
     return heap
 
 
-@kernel
+@inner
 def pop(heap: Heap) -> tuple[float, int]:
     """Remove the entry with the least key; return key and entry."""
     n = heap.size[0] - 1

@@ -26,13 +26,21 @@ class Kernel(CPUDispatcher):
         return super().get_call_template([unliteral(kind) for kind in args], kws)
 
 
+class Inner(Kernel):
+    """What calls a function that is compiled for other kernels only."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Return what the plain function returns: there is no way from Python into the compiled one."""
+        return self.py_func(*arguments)
+
+
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile ``function`` with numba at its first call, keep it on disk; ``.py_func`` is the plain one.
 
     Kernels take arrays, scalars, NamedTuples of arrays and a numpy Generator, nothing else.
     With ``NUMBA_DISABLE_JIT=1`` the function itself comes back.
     """
-    return _compiled(function)
+    return _compiled(function, Kernel)
 
 
 def query(function: Callable[P, R]) -> Callable[P, R]:
@@ -40,16 +48,27 @@ def query(function: Callable[P, R]) -> Callable[P, R]:
 
     With many arrays in a NamedTuple the counting would take longer than a short query.
     """
-    return _compiled(function, _nrt=False)
+    return _compiled(function, Kernel, _nrt=False)
 
 
-def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
+def inner(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a kernel that only kernels call, without a way into it from Python, which takes long to compile."""
+    return _compiled(function, Inner, no_cpython_wrapper=True)
+
+
+def inner_query(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a `query` that only kernels call; see `inner`."""
+    return _compiled(function, Inner, no_cpython_wrapper=True, _nrt=False)
+
+
+def _compiled(function: Callable[P, R], caller: type[Kernel], **options: Any) -> Callable[P, R]:
+    options |= {"nogil": True, "no_cfunc_wrapper": True}
     try:
-        compiled: Callable[P, R] = numba.njit(cache=True, nogil=True, **options)(function)
+        compiled: Callable[P, R] = numba.njit(cache=True, **options)(function)
     except RuntimeError:  # neither the installation nor the home folder can be written to
-        compiled = numba.njit(nogil=True, **options)(function)
+        compiled = numba.njit(**options)(function)
     if isinstance(compiled, CPUDispatcher):  # not where compilation is disabled
-        compiled.__class__ = Kernel
+        compiled.__class__ = caller
     return compiled
 
 

@@ -18,7 +18,7 @@ from skyverse.apart.curves import (
     stretch,
 )
 from skyverse.apart.meeting import is_given, meetings, near_at_ends
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats, Trajectory
 from skyverse.scenario import Scenario
 from skyverse.verdict import Conflict
@@ -66,7 +66,7 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     end = last_arrival(curves, placed, absent)
     for a, b in close_pairs(curves, placed, wide, tall, end):
         w, t = max(wide[a], wide[b]), max(tall[a], tall[b])
-        spans = meetings(curves, a, at[a], 1.0, b, at[b], 1.0, w, t, max(end, 1e-3))
+        spans = meetings(curves, a, at[a], 1.0, b, at[b], 1.0, w, t, max(end, 1e-3), False)
         begins, ends = near_at_ends(curves, a, b, w, t)
         if absent[a] or absent[b]:
             ends = np.inf
@@ -139,13 +139,14 @@ def close_pairs(curves: Curves, placed: Placed, wide: Floats, tall: Floats, end:
     return found
 
 
-@kernel
+@inner
 def _box(curves: Curves, placed: Placed, i: int, since: float, until: float, low: Floats, high: Floats) -> None:
     """Put a box around flight i in a slice of time."""
     c, at, scale = placed.curve[i], placed.at[i], placed.scale[i]
     u, v = max((since - at) / scale, 0.0), min((until - at) / scale, length(curves, c))
     here = place(curves, c, min(max(u, 0.0), length(curves, c)))
-    low[:], high[:] = here, here
+    for axis in range(3):
+        low[axis] = high[axis] = here[axis]
     if v <= u:
         return
     for k in range(piece_at(curves, c, u), piece_at(curves, c, v) + 1):

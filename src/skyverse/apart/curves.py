@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.bernstein import part, to_bernstein
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats, Trajectory
+from skyverse.rows import put
 from skyverse.vehicle import UAV
 
 Ints = NDArray[np.int64]
@@ -81,7 +82,10 @@ def _pieces(trajectory: Trajectory, degree: int) -> tuple[Floats, Floats, Floats
 def _all_to_bernstein(power: Floats, duration: Floats) -> Floats:
     rows = np.empty(power.shape)
     for k in range(len(power)):
-        rows[k] = to_bernstein(power[k], duration[k])
+        rows_of = to_bernstein(power[k], duration[k])
+        for i in range(power.shape[1]):
+            for axis in range(3):
+                rows[k, i, axis] = rows_of[i, axis]
     return rows
 
 
@@ -92,7 +96,7 @@ def length(curves: Curves, c: int) -> float:
     return curves.begin[last] + curves.duration[last]
 
 
-@kernel
+@inner
 def piece_at(curves: Curves, c: int, local: float) -> int:
     """Return the piece of curve c that is flown at a local instant; that before it on a knot."""
     low, high = curves.first[c], curves.first[c + 1] - 1
@@ -105,7 +109,7 @@ def piece_at(curves: Curves, c: int, local: float) -> int:
     return low
 
 
-@kernel
+@inner
 def point(rows: Floats, share: float, out: Floats) -> None:
     """Put where a piece is, after a share of its time, into `out`, (3,) metres: Horner's rule for Bernstein form."""
     n = len(rows) - 1
@@ -131,7 +135,16 @@ def place(curves: Curves, c: int, local: float) -> Floats:
     return out
 
 
-@kernel
+@inner
+def resting(at: Floats, count: int) -> Floats:
+    """Return the (count, 3) coefficients of staying at a point."""
+    rows = np.empty((count, 3))
+    for i in range(count):
+        put(rows, i, at)
+    return rows
+
+
+@inner
 def stretch(curves: Curves, k: int, since: float, until: float) -> Floats:
     """Return the Bernstein coefficients of piece k between two local instants of its curve."""
     u = min(max((since - curves.begin[k]) / curves.duration[k], 0.0), 1.0)
@@ -139,5 +152,5 @@ def stretch(curves: Curves, k: int, since: float, until: float) -> Floats:
     if u <= 0.0 and v >= 1.0:
         return curves.rows[k]
     if v <= 0.0:
-        return np.zeros(curves.rows[k].shape) + curves.rows[k, 0]
+        return resting(curves.rows[k, 0], curves.rows.shape[1])
     return part(curves.rows[k], u, v)

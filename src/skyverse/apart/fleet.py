@@ -150,7 +150,7 @@ class Fleet:
         for p in np.flatnonzero(who):
             flight = (int(others.placed.curve[p]), float(others.placed.at[p]), float(others.placed.scale[p]))
             mine = (option.curve, at, 1.0)
-            spans = meetings(curves, *flight, *mine, float(others.wide[p]), float(others.tall[p]), end)
+            spans = meetings(curves, *flight, *mine, float(others.wide[p]), float(others.tall[p]), end, False)
             shares += [(when - at) / option.seconds for when in spans[:, 2].tolist()]
         within = sorted(share for share in shares if 0.0 < share < 1.0)
         return within[len(within) // 2] if within else None

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 
-from skyverse.apart.curves import Curves, length, piece_at, place, stretch
+from skyverse.apart.curves import Curves, length, piece_at, place, resting, stretch
 from skyverse.bernstein import halve, product
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
+from skyverse.rows import put
 
 SHORTEST = 1e-6
 """Seconds below which a doubt counts as too close."""
@@ -20,7 +21,7 @@ MOST = 64
 """Spans that are told apart, of one pair."""
 
 
-@kernel
+@inner
 def nearness(a: Floats, b: Floats, wide: float, tall: float) -> float:
     """Return how near two places are, as a share of an ellipsoid's semi-axes."""
     x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
@@ -39,7 +40,7 @@ def meetings(
     wide: float,
     tall: float,
     end: float,
-    hasty: bool = False,
+    hasty: bool,
 ) -> Floats:
     """Return the spans of [0, end] in which two flights are too close, (n, 4): begin, end, when closest, nearness^2.
 
@@ -55,17 +56,14 @@ def meetings(
         if _boxes_meet(curves, k, m, wide, tall):
             one = _part(curves, k, share_a, at_a, scale_a, now, until)
             other = _part(curves, m, share_b, at_b, scale_b, now, until)
-            gap = one - other
-            square = (product(gap[:, 0], gap[:, 0]) + product(gap[:, 1], gap[:, 1])) / (wide * wide)
-            square += product(gap[:, 2], gap[:, 2]) / (tall * tall)
-            count = _below_one(square, now, until, spans, count, hasty)
+            count = _below_one(_gap_square(one, other, wide, tall), now, until, spans, count, hasty)
             if hasty and count > 0:
                 break
         now = until
     return spans[:count]
 
 
-@kernel
+@inner
 def _stage(curves: Curves, c: int, at: float, scale: float, now: float) -> tuple[int, int, float]:
     """Return the piece flown just after `now`, whether it moves (0: before, 1: in flight, 2: after), and until when."""
     local = (now - at) / scale
@@ -82,15 +80,29 @@ def _stage(curves: Curves, c: int, at: float, scale: float, now: float) -> tuple
     return k, 1, finish
 
 
-@kernel
+@inner
 def _part(curves: Curves, k: int, stage: int, at: float, scale: float, now: float, until: float) -> Floats:
     if stage == 1:
         return stretch(curves, k, (now - at) / scale, (until - at) / scale)
     here = curves.rows[k, 0 if stage == 0 else curves.rows.shape[1] - 1]
-    return np.zeros(curves.rows[k].shape) + here
+    return resting(here, curves.rows.shape[1])
 
 
-@kernel
+@inner
+def _gap_square(one: Floats, other: Floats, wide: float, tall: float) -> Floats:
+    """Return the coefficients of the squared gap of two UAVs, as a share of what keeps them apart; (2 n + 1, 1)."""
+    n = len(one)
+    gap, squares, square = np.empty(n), np.empty((3, 2 * n - 1)), np.empty((2 * n - 1, 1))
+    for axis in range(3):
+        for i in range(n):
+            gap[i] = one[i, axis] - other[i, axis]
+        put(squares, axis, product(gap, gap))
+    for i in range(2 * n - 1):
+        square[i, 0] = (squares[0, i] + squares[1, i]) / (wide * wide) + squares[2, i] / (tall * tall)
+    return square
+
+
+@inner
 def _boxes_meet(curves: Curves, k: int, m: int, wide: float, tall: float) -> bool:
     square = 0.0
     for axis in range(3):
@@ -100,10 +112,10 @@ def _boxes_meet(curves: Curves, k: int, m: int, wide: float, tall: float) -> boo
     return square < 1.0
 
 
-@kernel
+@inner
 def _below_one(square: Floats, begin: float, end: float, spans: Floats, count: int, hasty: bool) -> int:
     """Add where a polynomial is below 1 to the spans, in order; neighbours are joined."""
-    waiting = [(square.reshape(-1, 1), begin, end)]
+    waiting = [(square, begin, end)]
     while len(waiting) > 0:
         b, since, until = waiting.pop()
         if b.min() >= 1.0:
@@ -131,7 +143,7 @@ def _below_one(square: Floats, begin: float, end: float, spans: Floats, count: i
     return count
 
 
-@kernel
+@inner
 def _value(b: Floats, u: float) -> float:
     c = b[:, 0].copy()
     for step in range(1, len(c)):
@@ -140,7 +152,7 @@ def _value(b: Floats, u: float) -> float:
     return c[0]
 
 
-@kernel
+@inner
 def _least(b: Floats) -> tuple[float, float]:
     """Return where in its interval a polynomial is about least, as a share, and its value there."""
     best, at = np.inf, 0.0
@@ -183,7 +195,7 @@ def is_given(span: Floats, begins: float, ends: float, end: float) -> bool:
     return at_start or (ends < 1.0 and span[1] >= end and least >= ends)
 
 
-@kernel
+@inner
 def clash(
     curves: Curves,
     a: int,

@@ -12,8 +12,9 @@ import numpy as np
 
 from skyverse.apart.curves import Curves, Ints, Placed, length, place, point
 from skyverse.apart.meeting import clash, near_at_ends
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
+from skyverse.rows import put, put_box
 
 LEAF = 0.01
 """Seconds of a curve that a leaf's box is around, at most."""
@@ -57,24 +58,26 @@ def grow_tree(curves: Curves, c: int) -> Floats:
     while leaves < MOST_LEAVES and whole > leaves * LEAF and not _stands(curves, c):
         leaves *= 2
     boxes = np.empty((2 * leaves + 1, 6))
-    boxes[0, :3], boxes[0, 3:] = place(curves, c, 0.0), place(curves, c, 0.0)
-    boxes[-1, :3], boxes[-1, 3:] = place(curves, c, whole), place(curves, c, whole)
+    at, end = place(curves, c, 0.0), place(curves, c, whole)
+    put_box(boxes, 0, at, at)
+    put_box(boxes, 2 * leaves, end, end)
     bends = np.empty((curves.first[c + 1] - curves.first[c], 3))
     for k in range(len(bends)):
-        bends[k] = _bend(curves.rows[curves.first[c] + k], curves.duration[curves.first[c] + k])
+        put(bends, k, _bend(curves.rows[curves.first[c] + k], curves.duration[curves.first[c] + k]))
     step = whole / leaves
     final = curves.first[c + 1] - 1
     k = curves.first[c]
     low, high, most = np.empty(3), np.empty(3), np.empty(3)
-    at = boxes[0, :3].copy()
     for leaf in range(leaves):
         until = (leaf + 1) * step
-        low[:], high[:], most[:] = at, at, bends[k - curves.first[c]]
+        for axis in range(3):
+            low[axis], high[axis], most[axis] = at[axis], at[axis], bends[k - curves.first[c], axis]
         while k < final and curves.begin[k + 1] < until:  # at a knot both pieces count
             _widen(low, high, curves.rows[k, curves.rows.shape[1] - 1])
             k += 1
             _widen(low, high, curves.rows[k, 0])
-            most[:] = np.maximum(most, bends[k - curves.first[c]])
+            for axis in range(3):
+                most[axis] = max(most[axis], bends[k - curves.first[c], axis])
         point(curves.rows[k], min((until - curves.begin[k]) / curves.duration[k], 1.0), at)
         _widen(low, high, at)
         for axis in range(3):
@@ -84,14 +87,14 @@ def grow_tree(curves: Curves, c: int) -> Floats:
     return boxes
 
 
-@kernel
+@inner
 def _widen(low: Floats, high: Floats, place: Floats) -> None:
     for axis in range(3):
         low[axis] = min(low[axis], place[axis])
         high[axis] = max(high[axis], place[axis])
 
 
-@kernel
+@inner
 def _join(boxes: Floats, leaves: int) -> None:
     """Put boxes around the pairs of boxes, from the leaves up."""
     for node in range(leaves - 1, 0, -1):
@@ -100,7 +103,7 @@ def _join(boxes: Floats, leaves: int) -> None:
             boxes[node, 3 + axis] = max(boxes[2 * node, 3 + axis], boxes[2 * node + 1, 3 + axis])
 
 
-@kernel
+@inner
 def _stands(curves: Curves, c: int) -> bool:
     for k in range(curves.first[c], curves.first[c + 1]):
         for axis in range(3):
@@ -109,7 +112,7 @@ def _stands(curves: Curves, c: int) -> bool:
     return True
 
 
-@kernel
+@inner
 def _bend(rows: Floats, duration: float) -> Floats:
     """Return the largest acceleration along each axis within a piece, (3,)."""
     n = len(rows) - 1
@@ -121,7 +124,7 @@ def _bend(rows: Floats, duration: float) -> Floats:
     return most
 
 
-@kernel
+@inner
 def forbid(
     curves: Curves,
     tubes: Tubes,
@@ -169,7 +172,7 @@ def forbid(
             _strike(theirs, other - 1, 1, 0.0, begin, boxes, my_base, my_leaves, since, until, both, free)
 
 
-@kernel
+@inner
 def _strike(
     boxes_a: Floats,
     base_a: int,
@@ -237,7 +240,7 @@ def _strike(
                 size += 1
 
 
-@kernel
+@inner
 def _next_free(free: Ints, i: int) -> int:
     """Return the least delay number from i on that is not struck out, halving the way for those who come later."""
     while free[i] != i:
@@ -254,7 +257,8 @@ def all_free(latest: float, since: float = 0.0) -> Ints:
     """
     free = np.arange(max(math.floor(latest / TICK + 1e-9), -1) + 2)
     early = min(max(math.ceil(since / TICK - 1e-9), 0), len(free) - 1)
-    free[:early] += 1
+    for i in range(early):
+        free[i] += 1
     return free
 
 
@@ -335,7 +339,7 @@ def survey(
     leaves = max(full // COARSE, 1)
     own = tubes.boxes[tubes.base[c] : tubes.base[c] + 2 * leaves + 1]
     boxes = own.copy()
-    boxes[2 * leaves] = tubes.boxes[tubes.base[c] + 2 * full]
+    put(boxes, 2 * leaves, tubes.boxes[tubes.base[c] + 2 * full])
     arrivals = np.full(len(aside), np.inf)
     for way in range(len(aside)):
         for leaf in range(leaves):

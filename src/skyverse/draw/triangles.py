@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.draw.track import Floats
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 
 Integers = NDArray[np.int64]
 
@@ -90,7 +90,7 @@ def _inside(triangle: Floats, points: Floats) -> NDArray[np.bool_]:
     return inside
 
 
-@kernel
+@inner
 def _turn(places: Floats, i: int, j: int, k: int) -> float:
     ahead: float = (places[j, 0] - places[i, 0]) * (places[k, 1] - places[i, 1])
     aside: float = (places[j, 1] - places[i, 1]) * (places[k, 0] - places[i, 0])

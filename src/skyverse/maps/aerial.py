@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from skyverse.errors import InputError
 from skyverse.geodesy import to_local
-from skyverse.maps import grid
+from skyverse.maps import grid, las
 from skyverse.maps.choices import Choices
-from skyverse.maps.cloud import CHUNK, unreadable
+from skyverse.maps.cloud import CHUNK
 from skyverse.maps.extra import needs
-from skyverse.maps.las_header import require_sound
 from skyverse.maps.raster import Rectangle
 from skyverse.scenario import Origin
 from skyverse.shapes import Terrain, Voxels
@@ -84,20 +83,15 @@ def opened(path: Path, choices: Choices) -> Cloud:
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     needs(path.name, "laspy", "lazrs", "pyproj", "shapely")
-    import laspy  # type: ignore[import-untyped, unused-ignore]
     import shapely
 
     from skyverse.maps import datum
     from skyverse.maps.outlines import to_globe
 
-    require_sound(path)
-    try:
-        with laspy.open(path) as file:
-            header = file.header
-            said, keys = header.parse_crs(), _keys(header)
-            low, high = np.array(header.mins, dtype=np.float64), np.array(header.maxs, dtype=np.float64)
-    except Exception as error:  # what a broken file makes laspy raise is not documented
-        raise unreadable(path, "LAS", error) from None
+    with las.opened(path) as file:
+        header = file.header
+        said, keys = header.parse_crs(), _keys(header)
+        low, high = np.array(header.mins, dtype=np.float64), np.array(header.maxs, dtype=np.float64)
     if not header.point_count:
         raise InputError(f"{path}: expected points, found none")
     if not (np.isfinite([low, high]).all() and (low <= high).all()):
@@ -234,21 +228,14 @@ def _sea(cloud: Cloud, origin: Origin, z: Floats) -> Floats:
 
 def _points(cloud: Cloud, origin: Origin) -> Iterator[tuple[Floats, NDArray[np.int64]]]:
     """Yield points (n, 3) of the local frame, and their classes (n,), some at a time."""
-    import laspy
-
-    try:
-        with laspy.open(cloud.path) as file:
-            for chunk in file.chunk_iterator(CHUNK):
-                x, y, z = (np.asarray(axis, dtype=np.float64) for axis in (chunk.x, chunk.y, chunk.z))
-                at = np.column_stack([x, y, z])
-                grain = 1e-6 + np.array(file.header.scales)
-                if not ((at >= cloud.low - grain) & (at <= cloud.high + grain)).all():
-                    raise InputError(f"{cloud.path}: expected points in the range that its header says, found others")
-                code = np.asarray(chunk.classification).astype(np.int64)
-                code[np.asarray(chunk.withheld, dtype=bool)] = NOISE[0]
-                longitude, latitude = cloud.globe.transform(x, y)
-                yield to_local(origin, np.column_stack([latitude, longitude, _sea(cloud, origin, z)])), code
-    except InputError:
-        raise
-    except Exception as error:  # what a broken file makes laspy raise is not documented
-        raise unreadable(cloud.path, "LAS", error) from None
+    with las.opened(cloud.path) as file:
+        for chunk in file.chunk_iterator(CHUNK):
+            x, y, z = (np.asarray(axis, dtype=np.float64) for axis in (chunk.x, chunk.y, chunk.z))
+            at = np.column_stack([x, y, z])
+            grain = 1e-6 + np.array(file.header.scales)
+            if not ((at >= cloud.low - grain) & (at <= cloud.high + grain)).all():
+                raise InputError(f"{cloud.path}: expected points in the range that its header says, found others")
+            code = np.asarray(chunk.classification).astype(np.int64)
+            code[np.asarray(chunk.withheld, dtype=bool)] = NOISE[0]
+            longitude, latitude = cloud.globe.transform(x, y)
+            yield to_local(origin, np.column_stack([latitude, longitude, _sea(cloud, origin, z)])), code

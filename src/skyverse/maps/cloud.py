@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.errors import InputError
+from skyverse.maps import las
 from skyverse.maps.extra import needs
 from skyverse.maps.grid import grid_around, trimmed, voxels
-from skyverse.maps.las_header import require_sound
 from skyverse.shapes import Voxels
 
 CHUNK = 1_000_000
@@ -35,34 +35,19 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
         If the file cannot be read, is not in metres, has no points, or takes too many voxels.
     """
     needs(path.name, "laspy", "lazrs")
-    import laspy  # type: ignore[import-untyped, unused-ignore]
-
-    require_sound(path)
     _require_metres(path)
 
     def parts() -> Iterator[NDArray[np.float64]]:
-        with laspy.open(path) as file:
+        with las.opened(path) as file:
             for chunk in file.chunk_iterator(CHUNK):
                 yield np.column_stack([chunk.x, chunk.y, chunk.z]).astype(np.float64)
 
-    try:
-        return voxels_of_points(path, parts, size, at_least)
-    except InputError:
-        raise
-    except Exception as error:
-        raise unreadable(path, "LAS", error) from None
+    return voxels_of_points(path, parts, size, at_least)
 
 
 def _require_metres(path: Path) -> None:
-    import laspy
-
-    try:
-        with laspy.open(path) as file:
-            crs = file.header.parse_crs()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except Exception as error:
-        raise unreadable(path, "LAS", error) from None
+    with las.opened(path) as file:
+        crs = file.header.parse_crs()
     for axis in [] if crs is None else crs.axis_info:
         if axis.unit_conversion_factor != 1 or axis.unit_name not in ("metre", "meter"):
             raise InputError(f"{path}: expected coordinates in metres, found {axis.name} in {axis.unit_name}")
@@ -90,9 +75,3 @@ def voxels_of_points(where: object, parts: Points, size: float | None = None, at
         raise InputError(f"{where}: expected {at_least} points in some voxel, found {found.max()} at most")
     first, occupied = trimmed(first, occupied)
     return voxels(first, length, occupied)
-
-
-def unreadable(path: Path, kind: str, error: Exception) -> InputError:
-    """Return what to say of a file that a library cannot read."""
-    said = (str(error).strip().splitlines() or [type(error).__name__])[0]
-    return InputError(f"{path}: cannot be read as {kind}: {said[:200]}")

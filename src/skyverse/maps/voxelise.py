@@ -6,7 +6,7 @@ Source: T. Akenine-Möller, "Fast 3D triangle-box overlap testing", Journal of G
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 
 _TOUCH = 1e-9
 """What counts as touching: this share of a voxel's size, so that rounding leaves no voxel out."""
@@ -58,7 +58,7 @@ def touched(corners: NDArray[np.float64], occupied: NDArray[np.bool_]) -> None:
                         occupied[x, y, z] = True
 
 
-@kernel
+@inner
 def _overlap(
     a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], x: float, y: float, z: float
 ) -> bool:
@@ -90,7 +90,7 @@ def _overlap(
     return True
 
 
-@kernel
+@inner
 def _apart(
     nx: float,
     ny: float,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse import cost
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners.base import Run
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
@@ -129,7 +129,7 @@ def _iterate(task: Task, desk: Desk, U: Paths, best: Paths, rng: np.random.Gener
             return
 
 
-@kernel
+@inner
 def _white_hole(task: Task, desk: Desk, U: Paths, i: int, k: int, segments: bool) -> None:
     """Let universe i take over the cheaper stretches of a better universe k between the nodes that they share."""
     n, m = U.length[i], U.length[k]
@@ -170,7 +170,7 @@ def _white_hole(task: Task, desk: Desk, U: Paths, i: int, k: int, segments: bool
         put(U, i, desk, length, price)
 
 
-@kernel
+@inner
 def _travel(
     task: Task, desk: Desk, U: Paths, i: int, best: Paths, rng: np.random.Generator, rules: Rules, near_best: bool
 ) -> None:
@@ -219,12 +219,12 @@ def _travel(
             return
 
 
-@kernel
+@inner
 def _over(spent: Ints, limit: Ints) -> bool:
     return bool(spent[0] >= limit[0] or spent[1] >= limit[1] or spent[2] >= limit[2])
 
 
-@kernel
+@inner
 def _accept(
     lengths: Ints, costs: Floats, i: int, row: Ints, a: int, b: int, draft: Ints, length: int, gain: float
 ) -> None:
@@ -235,7 +235,7 @@ def _accept(
         costs[i] -= gain
 
 
-@kernel
+@inner
 def _node_near(exits: Exits, nx: int, ny: int, nz: int, rng: np.random.Generator, node: int, tdr: float) -> int:
     """Draw a free node within TDR of the bounds' extent from a node, and at least a step, on every axis."""
     i, j, k = node // (ny * nz), (node // nz) % ny, node % nz
@@ -249,7 +249,7 @@ def _node_near(exits: Exits, nx: int, ny: int, nz: int, rng: np.random.Generator
     return node
 
 
-@kernel
+@inner
 def _straighten(task: Task, desk: Desk, U: Paths, i: int, rng: np.random.Generator, count: int) -> None:
     """Fly straight between two points of universe i, so many times; equally cheap flights let a path drift."""
     grid, pricing, draft, spent, limit = task.grid, task.pricing, desk.draft, desk.spent, desk.limit

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners import straight
 from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.joints import beside, hold, in_band, small_move
@@ -124,7 +124,7 @@ def _populate(course: Course, desk: Desk, U: Polylines, best: Polylines, rng: np
         U.cost[i] = judge_legs(course, desk, best, U.points[i, : U.length[i]])
 
 
-@kernel
+@inner
 def _draw(course: Course, rng: np.random.Generator, path: Floats) -> int:
     """Draw a path of up to four joints: anywhere or beside a threat, in order along the line from start to goal."""
     space, rates = course.space, course.rates
@@ -174,7 +174,7 @@ def _iterate(course: Course, desk: Desk, U: Polylines, best: Polylines, rng: np.
             _offer(course, desk, U, i, best, draft, length, slack * rng.random())
 
 
-@kernel
+@inner
 def _travel(course: Course, U: Polylines, i: int, rng: np.random.Generator, draft: Floats, safe: bool) -> int:
     """Draw up universe i after a small move or more; what was safe should stay so, or other moves are tried."""
     length = 0
@@ -188,7 +188,7 @@ def _travel(course: Course, U: Polylines, i: int, rng: np.random.Generator, draf
     return length
 
 
-@kernel
+@inner
 def _safe(course: Course, path: Floats, n: int) -> bool:
     j = 1
     while j < n and segment_free(course.space, path[j - 1], path[j]):
@@ -196,7 +196,7 @@ def _safe(course: Course, path: Floats, n: int) -> bool:
     return j >= n
 
 
-@kernel
+@inner
 def _copy(U: Polylines, i: int, draft: Floats) -> int:
     n = U.length[i]
     for j in range(n):
@@ -205,7 +205,7 @@ def _copy(U: Polylines, i: int, draft: Floats) -> int:
     return n
 
 
-@kernel
+@inner
 def _offer(
     course: Course, desk: Desk, U: Polylines, i: int, best: Polylines, draft: Floats, n: int, slack: float
 ) -> None:
@@ -219,7 +219,7 @@ def _offer(
         U.cost[i] = price
 
 
-@kernel
+@inner
 def _splice(U: Polylines, i: int, k: int, rng: np.random.Generator, draft: Floats) -> int:
     """Draw up universe i with a stretch of universe k between the points of i that are nearest to its ends."""
     p = int(rng.random() * U.length[k])
@@ -236,7 +236,7 @@ def _splice(U: Polylines, i: int, k: int, rng: np.random.Generator, draft: Float
     return n
 
 
-@kernel
+@inner
 def _append(draft: Floats, n: int, point: Floats) -> int:
     """Add a point to the draft unless it is full, or ends there."""
     if n and draft[n - 1, 0] == point[0] and draft[n - 1, 1] == point[1] and draft[n - 1, 2] == point[2]:
@@ -248,7 +248,7 @@ def _append(draft: Floats, n: int, point: Floats) -> int:
     return n
 
 
-@kernel
+@inner
 def _nearest(U: Polylines, i: int, place: Floats) -> int:
     """Return which point of universe i is nearest to a place."""
     nearest, least = 0, math.inf
@@ -259,7 +259,7 @@ def _nearest(U: Polylines, i: int, place: Floats) -> int:
     return nearest
 
 
-@kernel
+@inner
 def _pull(course: Course, U: Polylines, i: int, top: int, rng: np.random.Generator, draft: Floats, tdr: float) -> int:
     """Draw up universe i with each joint, or one, drawn towards the nearest point of the best, within TDR of it."""
     n = _copy(U, i, draft)

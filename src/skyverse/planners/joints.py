@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from skyverse.cost import Rates
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners.straight import Course
 from skyverse.result import Floats
 from skyverse.space import ground
@@ -41,7 +41,7 @@ def small_move(course: Course, rng: np.random.Generator, path: Floats, n: int, r
     return dodge(course, rng, path, n)
 
 
-@kernel
+@inner
 def nudge(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
     """Move one joint: across, up or down, or both."""
     j = 1 + int(rng.random() * (n - 2))
@@ -49,7 +49,7 @@ def nudge(course: Course, rng: np.random.Generator, path: Floats, n: int, reach:
     return n
 
 
-@kernel
+@inner
 def _push(course: Course, rng: np.random.Generator, point: Floats, reach: float, how: int) -> None:
     low, high = course.space.low, course.space.high
     for axis in range(3):
@@ -58,7 +58,7 @@ def _push(course: Course, rng: np.random.Generator, point: Floats, reach: float,
     hold(course, point)
 
 
-@kernel
+@inner
 def insert(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
     """Put a joint into one leg, and move it."""
     leg = int(rng.random() * (n - 1))
@@ -71,7 +71,7 @@ def insert(course: Course, rng: np.random.Generator, path: Floats, n: int, reach
     return n + 1
 
 
-@kernel
+@inner
 def _open(path: Floats, n: int, at: int) -> bool:
     """Make room for a point at a place."""
     if n == len(path):
@@ -82,7 +82,7 @@ def _open(path: Floats, n: int, at: int) -> bool:
     return True
 
 
-@kernel
+@inner
 def drop(rng: np.random.Generator, path: Floats, n: int) -> int:
     """Fly straight past one joint, or several in a row."""
     first = 1 + int(rng.random() * (n - 2))
@@ -93,7 +93,7 @@ def drop(rng: np.random.Generator, path: Floats, n: int) -> int:
     return n - count
 
 
-@kernel
+@inner
 def smooth(rng: np.random.Generator, path: Floats, n: int) -> int:
     """Draw one joint towards the straight line between its neighbours."""
     j = 1 + int(rng.random() * (n - 2))
@@ -106,7 +106,7 @@ def smooth(rng: np.random.Generator, path: Floats, n: int) -> int:
     return n
 
 
-@kernel
+@inner
 def level(course: Course, rng: np.random.Generator, path: Floats, n: int) -> int:
     """Bring the altitude of a stretch of joints into the band, or to that of a neighbour, or on the way between two."""
     first = 1 + int(rng.random() * (n - 2))
@@ -126,7 +126,7 @@ def level(course: Course, rng: np.random.Generator, path: Floats, n: int) -> int
     return n
 
 
-@kernel
+@inner
 def shift(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
     """Move a stretch of joints by the same way."""
     first = 1 + int(rng.random() * (n - 2))
@@ -143,7 +143,7 @@ def shift(course: Course, rng: np.random.Generator, path: Floats, n: int, reach:
     return n
 
 
-@kernel
+@inner
 def dodge(course: Course, rng: np.random.Generator, path: Floats, n: int) -> int:
     """Lead a leg past a corner of an obstacle or zone: put a joint there, or move the one that is next to it."""
     place = np.empty(3)
@@ -166,7 +166,7 @@ def dodge(course: Course, rng: np.random.Generator, path: Floats, n: int) -> int
     return n
 
 
-@kernel
+@inner
 def beside(course: Course, rng: np.random.Generator, place: Floats) -> bool:
     """Replace a place by one just outside an obstacle or zone drawn at random, at its altitude or just above or below.
 
@@ -195,13 +195,13 @@ def beside(course: Course, rng: np.random.Generator, place: Floats) -> bool:
     return True
 
 
-@kernel
+@inner
 def _aside(bounds: Floats, i: int, rng: np.random.Generator, room: float, place: Floats) -> None:
     place[0] = bounds[i, 0] - room if rng.random() < 0.5 else bounds[i, 3] + room
     place[1] = bounds[i, 1] - room if rng.random() < 0.5 else bounds[i, 4] + room
 
 
-@kernel
+@inner
 def _around(solids: Solids, i: int, rng: np.random.Generator, room: float, place: Floats) -> None:
     """Move a place to one of a prism's corners, or beside a cylinder or sphere, or a box."""
     first, count = solids.kind[i, 1], solids.kind[i, 2] - solids.kind[i, 1]
@@ -222,14 +222,14 @@ def _around(solids: Solids, i: int, rng: np.random.Generator, room: float, place
         _aside(solids.bounds, i, rng, room, place)
 
 
-@kernel
+@inner
 def in_band(rates: Rates, share: float, p: Floats) -> float:
     """Return the z at a share of the band of altitudes, over a place."""
     floor = ground.height(rates.ground, p[0], p[1]) if rates.above else 0.0
     return floor + rates.low + share * (rates.high - rates.low)
 
 
-@kernel
+@inner
 def detour(course: Course, rng: np.random.Generator, path: Floats, n: int, reach: float) -> int:
     """Lead a stretch through one via-point: beside a threat, or near where it went."""
     a = int(rng.random() * (n - 1))
@@ -256,7 +256,7 @@ def detour(course: Course, rng: np.random.Generator, path: Floats, n: int, reach
     return n - gone
 
 
-@kernel
+@inner
 def hold(course: Course, point: Floats) -> None:
     """Bring a point back into the bounds."""
     for axis in range(3):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from skyverse import cost
 from skyverse.cost import Pricing
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints
 
@@ -92,7 +92,7 @@ def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal
     return _cut(desk, length, _walk(task, desk, rng, length, goal, threshold))
 
 
-@kernel
+@inner
 def _cut(desk: Desk, length: int, walked: int) -> int:
     """Cut the loops of a walk that began at a length of the draft; a walk that never went back has none."""
     return cut_loops(desk, length - 1, -walked) if walked < 0 else walked
@@ -163,12 +163,12 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
     return -length if looped else length
 
 
-@kernel
+@inner
 def _sign(v: int) -> int:
     return int(v > 0) - int(v < 0)
 
 
-@kernel
+@inner
 def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) -> int:
     """Keep of some moves, given as bits, those that lead to a node that the walk has not visited."""
     kept = 0
@@ -180,7 +180,7 @@ def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) ->
     return kept
 
 
-@kernel
+@inner
 def _draw(offsets: Ints, moves: int, share: int) -> int:
     """Draw one of some moves, given as bits, by a random number of 32 bits."""
     if len(offsets) == 6:
@@ -223,14 +223,14 @@ def judge(task: Task, desk: Desk, length: int) -> float:
     return cost.total(task.grid, task.pricing, desk.draft[:length], task.goal)
 
 
-@kernel
+@inner
 def begin_at(desk: Desk, node: int) -> int:
     """Begin the draft with a node; return the draft's length."""
     desk.draft[0] = node
     return int(np.int64(1))  # of a literal, numba would make a type of its own, and compile all callers' callees for it
 
 
-@kernel
+@inner
 def begin_with(desk: Desk, paths: Paths, i: int, end: int) -> int:
     """Begin the draft with the nodes of path i up to an end; return the draft's length."""
     for j in range(end):

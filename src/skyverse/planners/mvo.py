@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners.base import Run, require, require_between
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
@@ -148,7 +148,7 @@ def _described(
                 put(best, 0, desk, length, price)
 
 
-@kernel
+@inner
 def _wormhole(
     task: Task,
     desk: Desk,
@@ -181,7 +181,7 @@ def _wormhole(
     return length
 
 
-@kernel
+@inner
 def _places(place: Places, U: Paths, i: int, best: Paths) -> int:
     """Write down where the best visits each node of universe i (-1: nowhere); return how many it shares."""
     for j in range(U.length[i]):
@@ -194,7 +194,7 @@ def _places(place: Places, U: Paths, i: int, best: Paths) -> int:
     return shared
 
 
-@kernel
+@inner
 def _travel(
     task: Task, desk: Desk, rng: np.random.Generator, length: int, tdr: float, threshold: int, retries: int
 ) -> int:

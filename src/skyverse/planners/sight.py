@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.box import TOLERANCE
 from skyverse.space.world import Space, segment_free
@@ -55,7 +55,7 @@ def pull_tight(space: Space, reach: float, path: Floats) -> Floats:
     return path[:count].copy()
 
 
-@kernel
+@inner
 def _drop(space: Space, path: Floats, count: int) -> int:
     """Drop, in place, each corner whose neighbours see each other; return how many rows are left."""
     kept = 1
@@ -67,7 +67,7 @@ def _drop(space: Space, path: Floats, count: int) -> int:
     return kept
 
 
-@kernel
+@inner
 def _slide(space: Space, reach: float, path: Floats, i: int) -> bool:
     """Move corner i to the first of 26 places around it that makes the path shorter; tell whether one does."""
     before, after = path[i - 1], path[i + 1]
@@ -88,7 +88,7 @@ def _slide(space: Space, reach: float, path: Floats, i: int) -> bool:
     return False
 
 
-@kernel
+@inner
 def _cut(space: Space, path: Floats, count: int) -> tuple[Floats, int]:
     """Return a path with each corner cut off as far out as its legs see each other, and how many rows it has."""
     cut = np.empty((2 * count - 2, 3))
@@ -112,7 +112,7 @@ def _cut(space: Space, path: Floats, count: int) -> tuple[Floats, int]:
     return cut, last + 2
 
 
-@kernel
+@inner
 def far(a: Floats, b: Floats) -> float:
     """Return the metres between two places (3,)."""
     return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse import cost
 from skyverse.cost import Rates
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners.base import Run, make_desk, planned_any_angle, unplanned
 from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Desk
 from skyverse.planners.sight import without_seams
@@ -116,7 +116,7 @@ def judge_legs(course: Course, desk: Desk, best: Polylines, path: Floats) -> flo
     return fitness
 
 
-@kernel
+@inner
 def _metres_inside(space: Space, a: Floats, b: Floats) -> float:
     """Return the metres of a segment inside each grown box, added up; and, about, those inside anything else."""
     total = _share_in_shapes(space, a, b)
@@ -135,7 +135,7 @@ def _metres_inside(space: Space, a: Floats, b: Floats) -> float:
     return total * math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
 
 
-@kernel
+@inner
 def _share_in_shapes(space: Space, a: Floats, b: Floats) -> float:
     """Return the share of a segment, about, that lies inside obstacles other than boxes; not 0 if any does."""
     if len(space.solids.kind) == 0 and space.ground.heights.size == 0:

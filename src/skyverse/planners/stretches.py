@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from skyverse import cost
 from skyverse.cost import Pricing
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners.moves import NODES, PATHS, Task
 from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints
@@ -18,7 +18,7 @@ Exits = NDArray[np.int32]
 _ORDERS = np.array([(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
 
 
-@kernel
+@inner
 def _leg(diagonal: bool, k: int, x: int, y: int, z: int) -> tuple[int, int, int, int]:
     """Return the k-th straight run of the way x, y, z: how many moves, and the move's steps on each axis."""
     if not diagonal:
@@ -99,14 +99,14 @@ def fly(
     return length if safe else 0
 
 
-@kernel
+@inner
 def plain(pricing: Pricing) -> bool:
     """Tell whether a path costs what its nodes do, one like the other."""
     same = pricing.first > 0.0 and pricing.steps[1] == pricing.steps[7]
     return bool(same and pricing.turn == 0.0 and not pricing.rates.soft)
 
 
-@kernel
+@inner
 def price_of(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
     """Return the price of a stretch's moves and turns."""
     price = cost.fuel(grid, pricing, nodes) - pricing.first + cost.divergence(grid, pricing, nodes)

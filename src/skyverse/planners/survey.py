@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse import cost
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners.joints import beside, hold, in_band
 from skyverse.planners.moves import Desk, exhausted
 from skyverse.planners.straight import Course, Polylines, judge_legs
@@ -61,14 +61,14 @@ def open_survey(course: Course, U: Polylines, rng: np.random.Generator, size: in
     return survey
 
 
-@kernel
+@inner
 def _length(course: Course, a: Floats, b: Floats) -> float:
     if not segment_free(course.space, a, b):
         return math.inf
     return course.rates.metre * math.sqrt(((a - b) ** 2).sum())
 
 
-@kernel
+@inner
 def _measure(course: Course, survey: Survey, k: int, size: int) -> None:
     """Forget the legs of place k, to all places before `size`."""
     for j in range(size):
@@ -77,7 +77,7 @@ def _measure(course: Course, survey: Survey, k: int, size: int) -> None:
         survey.known[j, k] = survey.known[k, j] = False
 
 
-@kernel
+@inner
 def _renew(course: Course, survey: Survey, rng: np.random.Generator, k: int, size: int, path: Floats, n: int) -> None:
     """Draw place k anew: near a joint of a path (n,), beside a threat, or anywhere."""
     space, rates = course.space, course.rates
@@ -128,7 +128,7 @@ def explore(
     return True
 
 
-@kernel
+@inner
 def _open_way(course: Course, rng: np.random.Generator, survey: Survey, path: Floats, way: Ints) -> int:
     """Find the cheapest way with a leg that is not known; while it is all known, draw a place anew that is not on it.
 
@@ -151,7 +151,7 @@ def _open_way(course: Course, rng: np.random.Generator, survey: Survey, path: Fl
     return 0
 
 
-@kernel
+@inner
 def _note(course: Course, survey: Survey, path: Floats, way: Ints) -> None:
     """Note the prices that a path has shown; turns are none of a leg's."""
     for j in range(1, len(way)):

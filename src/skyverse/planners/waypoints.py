@@ -11,7 +11,7 @@ import numpy as np
 
 from skyverse import cost
 from skyverse.errors import InputError
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.planners import straight
 from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.moves import NODES, PATHS, Desk, Paths, Task, begin_at, cut_loops, exhausted, judge, put
@@ -232,7 +232,7 @@ def draw_up(task: Task, desk: Desk, x: Floats) -> tuple[int, int, float]:
     return _straight(grid, desk.draft, length, free, metres, task.goal)
 
 
-@kernel
+@inner
 def _straight(grid: Grid, draft: Ints, length: int, free: int, metres: float, goal: int) -> tuple[int, int, float]:
     """Continue the draft to a node on a digital straight line; see `draw_up` for what is returned."""
     ny, nz = grid.shape[1], grid.shape[2]
@@ -268,7 +268,7 @@ def _straight(grid: Grid, draft: Ints, length: int, free: int, metres: float, go
     return length, free, metres
 
 
-@kernel
+@inner
 def _allowed(grid: Grid, node: int, move: Ints) -> tuple[bool, float]:
     """Return whether the lattice allows a move, (3,), from a node, and the move's length, metres."""
     m = 0

@@ -2,12 +2,12 @@
 
 import math
 
-from skyverse.kernel import query
+from skyverse.kernel import inner_query
 from skyverse.result import Floats
 from skyverse.space.ground import Ground, bilinear
 
 
-@query
+@inner_query
 def outside(ground: Ground, low: float, high: float, a: Floats, b: Floats) -> float:
     """Return the mean over the segment a-b of the metres that its height above ground is outside low to high.
 
@@ -44,19 +44,19 @@ def outside(ground: Ground, low: float, high: float, a: Floats, b: Floats) -> fl
     return total
 
 
-@query
+@inner_query
 def _line_ahead(at: float, d: float) -> float:
     """Return the first line of the grid that is ahead, in steps."""
     return math.floor(at) + 1.0 if d > 0.0 else math.ceil(at) - 1.0
 
 
-@query
+@inner_query
 def _reached(line: float, at: float, d: float) -> float:
     """Return the share of the segment at which it reaches a line."""
     return (line - at) / d if d != 0.0 else math.inf
 
 
-@query
+@inner_query
 def _mean_above_zero(c0: float, c1: float, c2: float) -> float:
     """Return the mean of max(0, c0 + c1 s + c2 s^2) for s from 0 to 1."""
     least = min(c0, c0 + c1 + c2)

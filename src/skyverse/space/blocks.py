@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space import ground as terrain
 from skyverse.space import polygon
@@ -51,7 +51,7 @@ def touch_solids(solids: Solids, growth: float, origin: Floats, step: Floats, sh
                             touched[i, j, k] |= bits
 
 
-@kernel
+@inner
 def _range(low: float, high: float, origin: float, step: float, nodes: int, reach: int) -> tuple[int, int]:
     """Return the first and the last node whose block, `reach` steps long, meets an interval."""
     first = math.ceil((low - origin) / step - reach - _CLOSE)
@@ -59,7 +59,7 @@ def _range(low: float, high: float, origin: float, step: float, nodes: int, reac
     return max(0, min(first, nodes)), min(nodes - 1, max(last, -1))
 
 
-@kernel
+@inner
 def _within(bits: int, i: int, j: int, shape: Ints) -> int:
     """Drop the blocks that reach beyond the lattice's last nodes."""
     if i == shape[0] - 1:
@@ -69,7 +69,7 @@ def _within(bits: int, i: int, j: int, shape: Ints) -> int:
     return bits
 
 
-@kernel
+@inner
 def _disc_columns(
     round_: Floats, growth: float, origin: Floats, step: Floats, i0: int, j0: int, columns: Blocks
 ) -> None:
@@ -86,7 +86,7 @@ def _disc_columns(
                     columns[i, j] |= 1 << e
 
 
-@kernel
+@inner
 def _touch_sphere(round_: Floats, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
     reach = round_[3] + growth + _CLOSE
     i0, i1 = _range(round_[0] - reach, round_[0] + reach, origin[0], step[0], shape[0], 1)
@@ -111,7 +111,7 @@ def _touch_sphere(round_: Floats, growth: float, origin: Floats, step: Floats, s
                         touched[i, j, k] |= bits << (4 * up)
 
 
-@kernel
+@inner
 def _prism_columns(
     solids: Solids, s: int, growth: float, origin: Floats, step: Floats, i0: int, j0: int, columns: Blocks
 ) -> None:
@@ -201,7 +201,7 @@ def touch_ground(ground: Ground, growth: float, origin: Floats, step: Floats, sh
                         touched[i, j, k] |= (17 if k < shape[2] - 1 else 1) << e
 
 
-@kernel
+@inner
 def _between(ground: Ground, axis: int, low: float, high: float) -> tuple[int, int]:
     """Return the first and the last row or column of heights between two coordinates."""
     first = math.ceil((low - ground.origin[axis]) / ground.step[axis])
@@ -209,7 +209,7 @@ def _between(ground: Ground, axis: int, low: float, high: float) -> tuple[int, i
     return max(first, 0), min(last, ground.heights.shape[axis] - 1)
 
 
-@kernel
+@inner
 def _highest_along(ground: Ground, axis: int, low: float, high: float, other: float) -> float:
     """Return the ground's greatest z where a line along an axis, between two coordinates, meets the heights' grid."""
     highest = -math.inf

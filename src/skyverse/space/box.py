@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import kernel, query
+from skyverse.kernel import inner_query, kernel, query
 from skyverse.result import Floats
 
 Ints = NDArray[np.int64]
@@ -29,7 +29,7 @@ def holds(boxes: Floats, i: int, growth: float, x: float, y: float, z: float) ->
     )
 
 
-@query
+@inner_query
 def touches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether box i, grown by `growth`, touches the closed box between two corners."""
     meet = True
@@ -38,7 +38,7 @@ def touches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> 
     return meet
 
 
-@query
+@inner_query
 def reaches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the interior of box i, grown by `growth`, reaches into the open box between two corners."""
     margin = growth - TOLERANCE
@@ -83,7 +83,7 @@ def meets(boxes: Floats, i: int, growth: float, r: Ray) -> bool:
     return enter < leave or (enter == leave and holds(boxes, i, growth, r.x, r.y, r.z))
 
 
-@query
+@inner_query
 def _between(low: float, high: float, a: float, per: float, enter: float, leave: float) -> tuple[float, float]:
     """Narrow the share of a segment that lies within other slabs to that within this one; empty ones end before 0."""
     if per == 0.0:

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
+from skyverse.rows import put, twice, twice_line
 from skyverse.space.box import Ints
 from skyverse.space.world import Space
 
@@ -45,11 +46,15 @@ FREE, SHUT = -1, -2
 def make_cells(space: Space, growth: float) -> Cells:
     """Cut a world's bounds along the faces of its boxes grown by `growth`."""
     n = len(space.boxes)
-    lows, highs = space.boxes[:, :3] - growth, space.boxes[:, 3:] + growth
+    lows, highs = np.empty((n, 3)), np.empty((n, 3))
+    for i in range(n):
+        for axis in range(3):
+            lows[i, axis], highs[i, axis] = space.boxes[i, axis] - growth, space.boxes[i, axis + 3] + growth
     size = 64
     low, high = np.empty((size, 3)), np.empty((size, 3))
     axes, cuts, below = np.empty(size, np.int64), np.empty(size), np.zeros(size, np.int64)
-    low[0], high[0] = space.low, space.high
+    put(low, 0, space.low)
+    put(high, 0, space.high)
     count = 1
     lists = np.empty(4 * n + 64, np.int64)  # the boxes that reach into each of the nodes that wait
     waiting = np.empty((64, 4), np.int64)  # node, its range of `lists`, and its level
@@ -59,8 +64,7 @@ def make_cells(space: Space, growth: float) -> Cells:
         if _reaches(lows, highs, i, low[0], high[0]):
             lists[reach] = i
             reach += 1
-    waiting[0] = 0
-    waiting[0, 2] = reach
+    waiting[0, 0], waiting[0, 1], waiting[0, 2], waiting[0, 3] = 0, 0, reach, 0
     depth = 1
     faces = np.empty(2 * n)
     while depth:
@@ -70,30 +74,26 @@ def make_cells(space: Space, growth: float) -> Cells:
         axes[node] = FREE if first == stop else -3
         for k in range(first, stop):
             i = lists[k]
-            if (lows[i] <= low[node]).all() and (highs[i] >= high[node]).all():
+            if _holds(lows, highs, i, low[node], high[node]):
                 axes[node] = SHUT
                 break
         if axes[node] != -3:
             continue
         axis, cut = _best_cut(lows, highs, lists[first:stop], low[node], high[node], faces)
         if count + 2 > size:
-            low, high = _twice(low), _twice(high)
-            axes, below = _twice_whole(axes), _twice_whole(below)
-            longer = np.empty(2 * size)
-            longer[:size] = cuts
-            cuts = longer
+            low, high = twice(low), twice(high)
+            axes, cuts, below = twice_line(axes), twice_line(cuts), twice_line(below)
             size *= 2
         axes[node], cuts[node], below[node] = axis, cut, count
         for child in (count, count + 1):
-            low[child], high[child] = low[node], high[node]
+            put(low, child, low[node])
+            put(high, child, high[node])
         high[count, axis] = cut
         low[count + 1, axis] = cut
         if stop + 2 * (stop - first) > len(lists):
-            lists = _twice_whole(lists)
+            lists = twice_line(lists)
         if depth + 2 > len(waiting):
-            grown = np.empty((2 * len(waiting), 4), np.int64)
-            grown[: len(waiting)] = waiting
-            waiting = grown
+            waiting = twice(waiting)
         top = stop
         for child in (count + 1, count):  # the last one waits on top, so that its list may be overwritten when done
             begin = top
@@ -108,7 +108,7 @@ def make_cells(space: Space, growth: float) -> Cells:
     return Cells(low.copy(), high.copy(), axes.copy(), cuts.copy(), below.copy(), deepest)
 
 
-@kernel
+@inner
 def _best_cut(lows: Floats, highs: Floats, some: Ints, low: Floats, high: Floats, faces: Floats) -> tuple[int, float]:
     """Choose where to cut: few boxes cut in two, and as many on one side as on the other."""
     best_axis, best_cut, least = 0, 0.0, np.inf
@@ -135,7 +135,15 @@ def _best_cut(lows: Floats, highs: Floats, some: Ints, low: Floats, high: Floats
     return best_axis, best_cut
 
 
-@kernel
+@inner
+def _holds(lows: Floats, highs: Floats, i: int, low: Floats, high: Floats) -> bool:
+    hold = True
+    for axis in range(3):
+        hold &= lows[i, axis] <= low[axis] and highs[i, axis] >= high[axis]
+    return hold
+
+
+@inner
 def _reaches(lows: Floats, highs: Floats, i: int, low: Floats, high: Floats) -> bool:
     meet = True
     for axis in range(3):
@@ -143,21 +151,7 @@ def _reaches(lows: Floats, highs: Floats, i: int, low: Floats, high: Floats) -> 
     return meet
 
 
-@kernel
-def _twice(rows: Floats) -> Floats:
-    longer = np.empty((2 * len(rows), 3))
-    longer[: len(rows)] = rows
-    return longer
-
-
-@kernel
-def _twice_whole(rows: Ints) -> Ints:
-    longer = np.empty(2 * len(rows), np.int64)
-    longer[: len(rows)] = rows
-    return longer
-
-
-@kernel
+@inner
 def cell_of(cells: Cells, p: Floats) -> int:
     """Return a free cell that holds a point, or has it on its surface; -1 if none does."""
     waiting = np.empty(cells.depth + 2, np.int64)
@@ -179,7 +173,7 @@ def cell_of(cells: Cells, p: Floats) -> int:
     return -1
 
 
-@kernel
+@inner
 def neighbours(cells: Cells, cell: int, found: Ints) -> int:
     """Find the free cells that share a part of a face with one; return how many were written into `found`."""
     waiting = np.empty(cells.depth + 2, np.int64)

@@ -2,14 +2,14 @@
 
 import math
 
-from skyverse.kernel import query
+from skyverse.kernel import inner_query
 from skyverse.result import Floats
 from skyverse.space import box
 from skyverse.space.box import TOLERANCE
 from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids
 
 
-@query
+@inner_query
 def priced(solids: Solids, prices: Floats, a: Floats, b: Floats) -> float:
     """Return the sum over solids (n,) of the share of the segment a-b that lies inside, times the solid's price.
 
@@ -32,7 +32,7 @@ def priced(solids: Solids, prices: Floats, a: Floats, b: Floats) -> float:
     return total
 
 
-@query
+@inner_query
 def chord(solids: Solids, i: int, a: Floats, b: Floats) -> float:
     """Return the share, 0 to 1, of the segment a-b that lies inside solid i."""
     kind = solids.kind[i, 0]
@@ -50,7 +50,7 @@ def chord(solids: Solids, i: int, a: Floats, b: Floats) -> float:
     return _in_polygon(solids.edges, solids.kind[i, 1], solids.kind[i, 2], a, b, enter, leave)
 
 
-@query
+@inner_query
 def _between(low: float, high: float, a: float, b: float, enter: float, leave: float) -> tuple[float, float]:
     """Narrow the shares of a segment to those within a closed slab; none are left if they are swapped."""
     if a == b:
@@ -59,7 +59,7 @@ def _between(low: float, high: float, a: float, b: float, enter: float, leave: f
     return max(enter, min(one, other)), min(leave, max(one, other))
 
 
-@query
+@inner_query
 def _in_round(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
     """Return how much of a segment is within a circle, or a sphere, between two of its shares."""
     squared = along = 0.0
@@ -79,7 +79,7 @@ def _in_round(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: fl
     return max(0.0, min(leave, middle + half) - max(enter, middle - half))
 
 
-@query
+@inner_query
 def _in_polygon(edges: Floats, first: int, stop: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
     """Return how much of a segment is over a polygon between two of its shares.
 

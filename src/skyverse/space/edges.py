@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
+from skyverse.rows import order_of, put, put_box, twice
 from skyverse.space import tree
 from skyverse.space.box import Ints
 from skyverse.space.tree import Tree
@@ -70,29 +71,34 @@ def make_edges(space: Space, growth: float) -> Edges:
                 for j in tree.touching(space.tree, space.boxes, others + hair, low, high):
                     if j != i and _shuts(space.boxes, j, others, b, at_b, up_b * hair, c, at_c, up_c * hair):
                         if found == len(cuts):
-                            cuts = _longer(cuts)
+                            cuts = twice(cuts)
                         cuts[found, 0] = space.boxes[j, axis] - growth
                         cuts[found, 1] = space.boxes[j, axis + 3] + growth
                         found += 1
-                order = np.argsort(cuts[:found, 0])
+                order = order_of(cuts[:found, 0].copy())
                 begin = low[axis]
                 for cut in range(found + 1):
                     stop = min(cuts[order[cut], 0], high[axis]) if cut < found else high[axis]
                     if stop > begin:
                         if count == len(ends):
-                            ends, kind = _longer(ends), _longer_kind(kind)
-                        ends[count, :3], ends[count, 3:] = low, high
+                            ends, kind = twice(ends), twice(kind)
+                        put_box(ends, count, low, high)
                         ends[count, axis], ends[count, axis + 3] = begin, stop
                         kind[count, 0], kind[count, 1], kind[count, 2], kind[count, 3] = axis, up_b, up_c, i
                         count += 1
                     if cut < found:
                         begin = max(begin, cuts[order[cut], 1])
     index, order = tree.build(ends[:count])
-    kind = kind[order]
-    return Edges(ends[order], kind[:, 0].copy(), kind[:, 1:3].copy(), kind[:, 3].copy(), index)
+    sorted_ends = np.empty((count, 6))
+    axis_of, side, of = np.empty(count, np.int64), np.empty((count, 2), np.int64), np.empty(count, np.int64)
+    for e in range(count):
+        put(sorted_ends, e, ends[order[e]])
+        axis_of[e], of[e] = kind[order[e], 0], kind[order[e], 3]
+        side[e, 0], side[e, 1] = kind[order[e], 1], kind[order[e], 2]
+    return Edges(sorted_ends, axis_of, side, of, index)
 
 
-@kernel
+@inner
 def _shuts(
     boxes: Floats, j: int, growth: float, b: int, at_b: float, hair_b: float, c: int, at_c: float, hair_c: float
 ) -> bool:
@@ -104,17 +110,3 @@ def _shuts(
         or (low_b < at_b + hair_b < high_b and low_c < at_c - hair_c < high_c)
         or (low_b < at_b - hair_b < high_b and low_c < at_c + hair_c < high_c)
     )
-
-
-@kernel
-def _longer(rows: Floats) -> Floats:
-    longer = np.empty((2 * len(rows), rows.shape[1]))
-    longer[: len(rows)] = rows
-    return longer
-
-
-@kernel
-def _longer_kind(rows: Ints) -> Ints:
-    longer = np.empty((2 * len(rows), rows.shape[1]), np.int64)
-    longer[: len(rows)] = rows
-    return longer

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import query
+from skyverse.kernel import inner_query, query
 from skyverse.result import Floats
 from skyverse.shapes import Terrain
 from skyverse.space.box import TOLERANCE, Ints
@@ -77,7 +77,7 @@ def _halved(values: Floats, least: np.ufunc) -> Floats:
     return np.asarray(least(values[:, ::2], values[:, 1::2]))
 
 
-@query
+@inner_query
 def _cell(ground: Ground, axis: int, at: float) -> tuple[int, float]:
     """Return the row or column that a coordinate lies in, and the share of the way through it; -1 beyond the rim."""
     along = at - ground.origin[axis]
@@ -89,7 +89,7 @@ def _cell(ground: Ground, axis: int, at: float) -> tuple[int, float]:
     return i, along - i
 
 
-@query
+@inner_query
 def bilinear(ground: Ground, i: int, j: int, u: float, v: float) -> float:
     """Return the ground's z in cell (i, j), these shares of the way through it."""
     h = ground.heights
@@ -106,7 +106,7 @@ def height(ground: Ground, x: float, y: float) -> float:
     return bilinear(ground, i, j, u, v) if i >= 0 and j >= 0 else -math.inf
 
 
-@query
+@inner_query
 def _side(ground: Ground, axis: int, level: int, block: int) -> tuple[float, float]:
     """Return where a block begins and ends along an axis."""
     cells = ground.heights.shape[axis] - 1
@@ -115,7 +115,7 @@ def _side(ground: Ground, axis: int, level: int, block: int) -> tuple[float, flo
     return low - RIM if first == 0 else low, high + RIM if last == cells else high
 
 
-@query
+@inner_query
 def _extreme(ground: Ground, level: int, i: int, j: int, greatest: bool) -> float:
     """Return the least or the greatest height of a block."""
     if level > 0:
@@ -126,7 +126,7 @@ def _extreme(ground: Ground, level: int, i: int, j: int, greatest: bool) -> floa
     return min(min(h[i, j], h[i + 1, j]), min(h[i, j + 1], h[i + 1, j + 1]))
 
 
-@query
+@inner_query
 def _next(level: int, i: int, j: int, top: int) -> tuple[int, int, int]:
     """Return the block that follows one and all that is in it; of a level above the top after the last."""
     while level < top and i & 1 and j & 1:
@@ -136,7 +136,7 @@ def _next(level: int, i: int, j: int, top: int) -> tuple[int, int, int]:
     return (level, i - 1, j + 1) if i & 1 else (level, i + 1, j)
 
 
-@query
+@inner_query
 def _clipped(low: float, high: float, a: float, d: float, enter: float, leave: float) -> tuple[float, float]:
     """Narrow the shares of a segment to those within a slab; none are left if they are swapped."""
     if d == 0.0:
@@ -177,7 +177,7 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> 
     return False
 
 
-@query
+@inner_query
 def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, enter: float, leave: float) -> float:
     """Return the least height of a segment above a cell's ground between two shares, less what `dev` may take."""
     sx, sy = ground.step[0], ground.step[1]
@@ -202,7 +202,7 @@ def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, ent
     return least
 
 
-@query
+@inner_query
 def highest(ground: Ground, above: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Return the ground's greatest z in a closed rectangle, or `above` if nothing there is higher: exact."""
     if len(ground.heights) == 0:
@@ -228,7 +228,7 @@ def highest(ground: Ground, above: float, x0: float, y0: float, x1: float, y1: f
     return above
 
 
-@query
+@inner_query
 def _highest_in_cell(ground: Ground, i: int, j: int, x0: float, y0: float, x1: float, y1: float) -> float:
     """Return the greatest z in a rectangle within a cell: at one of its corners."""
     u0, u1 = (x0 - ground.origin[0]) / ground.step[0] - i, (x1 - ground.origin[0]) / ground.step[0] - i

@@ -5,11 +5,11 @@ One array holds the edges of many; ``first`` and ``stop`` say which are a polygo
 
 import math
 
-from skyverse.kernel import query
+from skyverse.kernel import inner_query
 from skyverse.result import Floats
 
 
-@query
+@inner_query
 def inside(edges: Floats, first: int, stop: int, x: float, y: float) -> bool:
     """Tell whether a polygon holds a place: a ray from it crosses the rings an odd number of times."""
     odd = False
@@ -20,7 +20,7 @@ def inside(edges: Floats, first: int, stop: int, x: float, y: float) -> bool:
     return odd
 
 
-@query
+@inner_query
 def to_edge(edges: Floats, e: int, x: float, y: float) -> float:
     """Return the squared distance from a place to an edge."""
     ax, ay = edges[e, 0] - x, edges[e, 1] - y
@@ -30,7 +30,7 @@ def to_edge(edges: Floats, e: int, x: float, y: float) -> float:
     return (ax + t * dx) ** 2 + (ay + t * dy) ** 2
 
 
-@query
+@inner_query
 def to_outline(edges: Floats, first: int, stop: int, x: float, y: float) -> float:
     """Return the distance from a place to the nearest edge."""
     least = math.inf
@@ -39,7 +39,7 @@ def to_outline(edges: Floats, first: int, stop: int, x: float, y: float) -> floa
     return math.sqrt(least)
 
 
-@query
+@inner_query
 def holds(edges: Floats, first: int, stop: int, margin: float, x: float, y: float) -> bool:
     """Tell whether a place lies less than a margin from a polygon; for one below 0, more than it inside."""
     if margin > 0.0:
@@ -50,7 +50,7 @@ def holds(edges: Floats, first: int, stop: int, margin: float, x: float, y: floa
     return inside(edges, first, stop, x, y) and to_outline(edges, first, stop, x, y) > -margin
 
 
-@query
+@inner_query
 def crosses(edges: Floats, first: int, stop: int, margin: float, ax: float, ay: float, bx: float, by: float) -> bool:
     """Tell whether a segment comes nearer to a polygon than a margin; for one below 0, deeper than it inside."""
     if margin <= 0.0:
@@ -67,7 +67,7 @@ def crosses(edges: Floats, first: int, stop: int, margin: float, ax: float, ay: 
     return inside(edges, first, stop, ax, ay)
 
 
-@query
+@inner_query
 def between_segments(ax: float, ay: float, bx: float, by: float, px: float, py: float, qx: float, qy: float) -> float:
     """Return the squared distance between the segments a-b and p-q."""
     dx, dy, ex, ey = bx - ax, by - ay, qx - px, qy - py
@@ -81,14 +81,14 @@ def between_segments(ax: float, ay: float, bx: float, by: float, px: float, py: 
     )
 
 
-@query
+@inner_query
 def _to_segment(x: float, y: float, ax: float, ay: float, dx: float, dy: float) -> float:
     squared = dx * dx + dy * dy
     t = min(max(((x - ax) * dx + (y - ay) * dy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
     return (ax + t * dx - x) ** 2 + (ay + t * dy - y) ** 2
 
 
-@query
+@inner_query
 def _dives(edges: Floats, first: int, stop: int, depth: float, ax: float, ay: float, bx: float, by: float) -> bool:
     """Tell whether a segment goes deeper into a polygon than `depth`.
 
@@ -116,7 +116,7 @@ def _dives(edges: Floats, first: int, stop: int, depth: float, ax: float, ay: fl
         at = following
 
 
-@query
+@inner_query
 def _near(edges: Floats, e: int, reach: float, ax: float, ay: float, bx: float, by: float) -> tuple[float, float]:
     """Return the shares of a segment between which an edge is no farther than `reach`; none if they are swapped."""
     px, py = edges[e, 0], edges[e, 1]
@@ -147,7 +147,7 @@ def _near(edges: Floats, e: int, reach: float, ax: float, ay: float, bx: float, 
     return enter, leave
 
 
-@query
+@inner_query
 def _slab(low: float, high: float, a: float, d: float, enter: float, leave: float) -> tuple[float, float]:
     if d == 0.0:
         return (enter, leave) if low <= a <= high else (2.0, -1.0)
@@ -155,7 +155,7 @@ def _slab(low: float, high: float, a: float, d: float, enter: float, leave: floa
     return max(enter, min(one, other)), min(leave, max(one, other))
 
 
-@query
+@inner_query
 def reaches(edges: Floats, first: int, stop: int, margin: float, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Tell whether a rectangle comes nearer to a polygon than a margin; for one of 0 or less, meets it at all."""
     if margin <= 0.0:  # what is deeper than -margin inside leaves room for half as much about it
@@ -169,7 +169,7 @@ def reaches(edges: Floats, first: int, stop: int, margin: float, x0: float, y0: 
     return inside(edges, first, stop, x0, y0)
 
 
-@query
+@inner_query
 def to_rectangle(px: float, py: float, qx: float, qy: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Return the squared distance between the segment p-q and a rectangle."""
     enter, leave = _slab(x0, x1, px, qx - px, 0.0, 1.0)
@@ -182,7 +182,7 @@ def to_rectangle(px: float, py: float, qx: float, qy: float, x0: float, y0: floa
     return min(least, min(_to_segment(x0, y1, px, py, dx, dy), _to_segment(x1, y1, px, py, dx, dy)))
 
 
-@query
+@inner_query
 def _outside(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Return the squared distance from a place to a rectangle."""
     return max(x0 - x, x - x1, 0.0) ** 2 + max(y0 - y, y - y1, 0.0) ** 2

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import query
+from skyverse.kernel import inner_query, query
 from skyverse.result import Floats
 from skyverse.shapes import Box, Cylinder, Prism, Sphere
 from skyverse.space import box, polygon, tree
@@ -94,7 +94,7 @@ def _add_edges(prisms: Sequence[Prism | None], bounds: Floats, kind: Ints) -> Fl
     return np.ascontiguousarray(edges)
 
 
-@query
+@inner_query
 def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -> bool:
     """Tell whether the interior of solid i, grown by `growth`, holds the point."""
     margin = growth - TOLERANCE
@@ -112,7 +112,7 @@ def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -
     return kind == BOX or polygon.holds(solids.edges, solids.kind[i, 1], solids.kind[i, 2], margin, x, y)
 
 
-@query
+@inner_query
 def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
     """Tell whether a segment that meets the interior of solid i's grown bounds meets that of the grown solid: exact."""
     margin = growth - TOLERANCE
@@ -141,7 +141,7 @@ def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
     return polygon.crosses(solids.edges, solids.kind[i, 1], solids.kind[i, 2], margin, px, py, qx, qy)
 
 
-@query
+@inner_query
 def _nearest(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
     """Return the least squared distance to a centre, over two axes or three, between two shares of a segment."""
     squared = along = 0.0
@@ -156,7 +156,7 @@ def _nearest(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: flo
     return least
 
 
-@query
+@inner_query
 def reaches(solids: Solids, i: int, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the interior of solid i, grown by `growth`, reaches into the open box between two corners."""
     if not box.reaches(solids.bounds, i, growth, low, high):
@@ -177,7 +177,7 @@ def reaches(solids: Solids, i: int, growth: float, low: Floats, high: Floats) ->
     return reach > 0.0 and outside < reach * reach
 
 
-@query
+@inner_query
 def gap(solids: Solids, i: int, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to solid i as given, negative inside."""
     kind = solids.kind[i, 0]
@@ -248,7 +248,7 @@ def reaching(solids: Solids, growth: float, low: Floats, high: Floats) -> int:
     return -1
 
 
-@query
+@inner_query
 def distance(solids: Solids, nearest: float, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to the nearest solid as given, negative inside, or `nearest` if that is less."""
     index = solids.tree

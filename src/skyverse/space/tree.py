@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel, query
+from skyverse.kernel import inner, kernel, query
 from skyverse.result import Floats
+from skyverse.rows import order_of, put_box, twice_line
 from skyverse.space import box
 from skyverse.space.box import Ints
 
@@ -63,14 +64,21 @@ def build(boxes: Floats) -> tuple[Tree, Ints]:
                 b, c = boxes[order[i], axis], boxes[order[i], axis + 3]
                 low[axis], high[axis] = min(low[axis], b), max(high[axis], c)
                 least[axis], most[axis] = min(least[axis], b + c), max(most[axis], b + c)
-        bounds[node, :3], bounds[node, 3:] = low, high
+        put_box(bounds, node, low, high)
         skip[node] = node + sizes[z - a]
         if z - a <= LEAF:
             first[node], stop[node] = a, z
         else:
-            axis = int(np.argmax(most - least))
-            some = order[a:z].copy()
-            order[a:z] = some[np.argsort(boxes[some, axis] + boxes[some, axis + 3])]
+            axis = 0
+            for other in range(1, 3):
+                if most[other] - least[other] > most[axis] - least[axis]:
+                    axis = other
+            some, centres = order[a:z].copy(), np.empty(z - a)
+            for k in range(z - a):
+                centres[k] = boxes[some[k], axis] + boxes[some[k], axis + 3]
+            wanted = order_of(centres)
+            for k in range(z - a):
+                order[a + k] = some[wanted[k]]
             middle = a + (z - a) // 2
             waiting[depth, 0], waiting[depth, 1] = middle, z
             waiting[depth + 1, 0], waiting[depth + 1, 1] = a, middle
@@ -110,7 +118,7 @@ def crossed(tree: Tree, boxes: Floats, growth: float, a: Floats, b: Floats) -> i
     return -1
 
 
-@kernel
+@inner
 def touching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats) -> Ints:
     """Return the boxes that, grown by `growth`, touch the closed box between two corners."""
     found = np.empty(64, np.int64)
@@ -123,9 +131,7 @@ def touching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats
         for i in range(tree.first[node], tree.stop[node]):
             if box.touches(boxes, i, growth, low, high):
                 if count == len(found):
-                    longer = np.empty(2 * count, np.int64)
-                    longer[:count] = found
-                    found = longer
+                    found = twice_line(found)
                 found[count] = i
                 count += 1
         node += 1

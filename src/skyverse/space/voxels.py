@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.shapes import Box, Voxels
 from skyverse.space.box import Ints
@@ -83,7 +83,7 @@ def _take_out(left: NDArray[np.uint8], boxes: Ints) -> None:
                     left[x, y, z] = 0
 
 
-@kernel
+@inner
 def _full(left: NDArray[np.uint8], i: int, i1: int, j: int, j1: int, k: int, k1: int) -> bool:
     for x in range(i, i1):
         for y in range(j, j1):
@@ -93,7 +93,7 @@ def _full(left: NDArray[np.uint8], i: int, i1: int, j: int, j1: int, k: int, k1:
     return True
 
 
-@kernel
+@inner
 def _longer(rows: Ints) -> Ints:
     longer = np.empty((2 * len(rows), 6), np.int64)
     for i in range(len(rows)):

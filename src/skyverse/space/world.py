@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from skyverse.kernel import kernel, query, writable
+from skyverse.kernel import inner_query, kernel, query, writable
 from skyverse.result import Floats
 from skyverse.scenario import Scenario
 from skyverse.shapes import Box, Voxels
@@ -60,7 +60,7 @@ def in_bounds(space: Space, p: Floats) -> bool:
     return inside
 
 
-@query
+@inner_query
 def shut(space: Space, growth: float, p: Floats) -> bool:
     """Tell whether the interior of some obstacle, grown by `growth`, holds a point.
 
@@ -90,7 +90,7 @@ def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bo
     return ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor
 
 
-@query
+@inner_query
 def gap(space: Space, p: Floats) -> float:
     """Return the metres to the nearest obstacle as given, or to the ground below: the least; negative inside."""
     nearest = min(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.heap import make_heap, pop, push
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space import box, tree
 from skyverse.space.box import Ints
@@ -41,7 +41,7 @@ def distance(a: Floats, b: Floats) -> float:
     return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
-@kernel
+@inner
 def spheroid(start: Floats, goal: Floats, length: float) -> tuple[Floats, Floats]:
     """Return the corners of the box around all ways from start to goal of at most this length."""
     low, high = np.empty(3), np.empty(3)
@@ -55,7 +55,7 @@ def spheroid(start: Floats, goal: Floats, length: float) -> tuple[Floats, Floats
     return low, high
 
 
-@kernel
+@inner
 def nearby(edges: Edges, start: Floats, goal: Floats, length: float, most: int) -> Ints:
     """Return the pieces that some way from start to goal of at most this length touches.
 
@@ -88,7 +88,7 @@ def nearby(edges: Edges, start: Floats, goal: Floats, length: float, most: int) 
     return found[:count]
 
 
-@kernel
+@inner
 def closest(edges: Edges, e: int, p: Floats, q: Floats) -> float:
     """Return where on piece e, along its axis, the way from p over it to q is shortest."""
     axis = edges.axis[e]
@@ -99,7 +99,7 @@ def closest(edges: Edges, e: int, p: Floats, q: Floats) -> float:
     return min(max(x, edges.ends[e, axis]), edges.ends[e, axis + 3])
 
 
-@kernel
+@inner
 def through(edges: Edges, e: int, x: float, p: Floats, q: Floats) -> float:
     """Return the length of the way from p over piece e, at x along its axis, to q."""
     axis = edges.axis[e]
@@ -109,7 +109,7 @@ def through(edges: Edges, e: int, x: float, p: Floats, q: Floats) -> float:
     return np.sqrt(to_p) + np.sqrt(to_q)
 
 
-@kernel
+@inner
 def reach_on(edges: Edges, e: int, x: float, p: Floats, q: Floats, length: float) -> tuple[float, float]:
     """Return from where to where on piece e, around x, a way from p to q over it is at most this long."""
     axis = edges.axis[e]
@@ -130,7 +130,7 @@ def reach_on(edges: Edges, e: int, x: float, p: Floats, q: Floats, length: float
     return reached
 
 
-@kernel
+@inner
 def side_of(edges: Edges, e: int, v: Floats, u: Floats) -> int:
     """Return beside which faces of the edge through v the point u lies: 1 the first, 2 the second, 3 both, 0 none."""
     axis = edges.axis[e]
@@ -140,7 +140,7 @@ def side_of(edges: Edges, e: int, v: Floats, u: Floats) -> int:
     return (1 if rb >= -HAIR and rc <= HAIR else 0) + (2 if rc >= -HAIR and rb <= HAIR else 0)
 
 
-@kernel
+@inner
 def search(space: Space, growth: float, edges: Edges, points: Points, length: float) -> Found:
     """Find the shortest path from the first point to the second, over others, that is shorter than `length`."""
     at = points.at

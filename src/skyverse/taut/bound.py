@@ -13,8 +13,9 @@ that it jumps in are halved.
 import numpy as np
 
 from skyverse.heap import make_heap, pop, push
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, inner_query
 from skyverse.result import Floats
+from skyverse.rows import put, put_box
 from skyverse.space import box
 from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
@@ -27,7 +28,7 @@ STEPS = 5
 """Changes of the pull before intervals are halved again."""
 
 
-@kernel
+@inner
 def lower_bound(
     space: Space, growth: float, edges: Edges, start: Floats, goal: Floats, length: float, gap: float, most: int
 ) -> tuple[float, int]:
@@ -48,12 +49,14 @@ def lower_bound(
         return bound, 0
     ends = np.empty((INTERVALS, 6))
     edge = np.full(INTERVALS, -1)
-    ends[0, :3], ends[0, 3:], ends[1, :3], ends[1, 3:] = start, start, goal, goal
+    put_box(ends, 0, start, start)
+    put_box(ends, 1, goal, goal)
     n = 2
     for e in pieces:
-        ends[n], edge[n] = edges.ends[e], e
+        put(ends, n, edges.ends[e])
+        edge[n] = e
         n += 1
-    pull = np.zeros(3)
+    pull, jump = np.zeros(3), np.empty(3)
     expanded = 0
     step = 0
     while bound * (1.0 + gap) < length and expanded < most:
@@ -64,28 +67,38 @@ def lower_bound(
                 bound = length
             break
         bound = max(bound, min(found, length))
-        jump = goal - start
+        for axis in range(3):
+            jump[axis] = goal[axis] - start[axis]
         for k in range(len(path) - 1):
-            jump -= _leg(ends, path[k + 1], path[k], pull)[1]
-        size = np.sqrt((jump**2).sum())
+            _, leg = _leg(ends, path[k + 1], path[k], pull)
+            for axis in range(3):
+                jump[axis] -= leg[axis]
+        size = _size(jump)
         step += 1
         if step % STEPS and size > 1e-9 * length:
-            pull = pull + jump * ((length - found) / size**2)
-            pull *= min(1.0, 0.999 / max(np.sqrt((pull**2).sum()), 1e-9))
+            for axis in range(3):
+                pull[axis] += jump[axis] * ((length - found) / size**2)
+            share = min(1.0, 0.999 / max(_size(pull), 1e-9))
+            for axis in range(3):
+                pull[axis] *= share
             continue
         if n + len(path) > INTERVALS:
             break
-        for i in np.unique(path):
+        halved = np.zeros(n, np.bool_)
+        for i in path:
+            halved[i] = edge[i] >= 0
+        for i in range(len(halved)):
             e = edge[i]
-            if e >= 0:
+            if halved[i]:
                 axis = edges.axis[e]
-                ends[n], edge[n] = ends[i], e
+                put(ends, n, ends[i])
+                edge[n] = e
                 ends[n, axis] = ends[i, axis + 3] = 0.5 * (ends[i, axis] + ends[i, axis + 3])
                 n += 1
     return bound, expanded
 
 
-@kernel
+@inner
 def _relaxed(
     space: Space, growth: float, edges: Edges, ends: Floats, edge: Ints, pull: Floats, length: float
 ) -> tuple[float, Ints, int]:
@@ -96,7 +109,9 @@ def _relaxed(
     n = len(ends)
     price = np.full(2 * n, np.inf)
     came = np.full(2 * n, -1)
-    gained = (pull * (ends[1, :3] - ends[0, :3])).sum()
+    gained = 0.0
+    for axis in range(3):
+        gained += pull[axis] * (ends[1, axis] - ends[0, axis])
     left = np.empty(n)
     for v in range(n):
         left[v] = _leg(ends, v, 1, pull)[0]
@@ -146,7 +161,7 @@ def _relaxed(
     return gained + price[2], path[:count], expanded
 
 
-@kernel
+@inner
 def _leg(ends: Floats, v: int, w: int, pull: Floats) -> tuple[float, Floats]:
     """Bound |d| - pull . d from below over all legs d from interval v to interval w; return it, and about the best d.
 
@@ -162,7 +177,7 @@ def _leg(ends: Floats, v: int, w: int, pull: Floats) -> tuple[float, Floats]:
             if low[axis] < high[axis]:
                 rest = np.sqrt(max(d[0] ** 2 + d[1] ** 2 + d[2] ** 2 - d[axis] ** 2, 0.0))
                 d[axis] = min(max(pull[axis] * rest / np.sqrt(1.0 - pull[axis] ** 2), low[axis]), high[axis])
-    size = np.sqrt((d**2).sum())
+    size = _size(d)
     if size == 0.0:
         return 0.0, d
     least = 0.0
@@ -172,7 +187,12 @@ def _leg(ends: Floats, v: int, w: int, pull: Floats) -> tuple[float, Floats]:
     return max(least, 0.0), d
 
 
-@kernel
+@inner_query
+def _size(d: Floats) -> float:
+    return float(np.sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2))
+
+
+@inner
 def _beside(edges: Edges, e: int, ends: Floats, v: int, w: int) -> int:
     """Return beside which faces of interval v's edge some point of interval w lies: bit 1 the first, 2 the second."""
     b, c = (edges.axis[e] + 1) % 3, (edges.axis[e] + 2) % 3
@@ -187,10 +207,13 @@ def _beside(edges: Edges, e: int, ends: Floats, v: int, w: int) -> int:
     return (1 if most_b >= -HAIR and least_c <= HAIR else 0) + (2 if most_c >= -HAIR and least_b <= HAIR else 0)
 
 
-@kernel
+@inner
 def _blocked(space: Space, growth: float, ends: Floats, v: int, w: int) -> bool:
     """Tell whether one box surely blocks all legs from interval v to interval w."""
-    a, b = 0.5 * (ends[v, :3] + ends[v, 3:]), 0.5 * (ends[w, :3] + ends[w, 3:])
+    a, b = np.empty(3), np.empty(3)
+    for axis in range(3):
+        a[axis] = 0.5 * (ends[v, axis] + ends[v, axis + 3])
+        b[axis] = 0.5 * (ends[w, axis] + ends[w, axis + 3])
     r = box.ray(a, b)
     node = 0
     while node < len(space.tree.skip):
@@ -204,7 +227,7 @@ def _blocked(space: Space, growth: float, ends: Floats, v: int, w: int) -> bool:
     return False
 
 
-@kernel
+@inner
 def _all_meet(boxes: Floats, i: int, growth: float, ends: Floats, v: int, w: int) -> bool:
     """Tell whether the four legs between the ends of two intervals are in box i at one and the same share of the way.
 

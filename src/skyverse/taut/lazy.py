@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from skyverse.heap import make_heap, pop, push
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.lattice import Grid, Ints, position
 from skyverse.space.world import Space, segment_free
@@ -76,7 +76,7 @@ def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int, most: floa
     return _corners(parent, source, goal), expanded
 
 
-@kernel
+@inner
 def _corners(parent: Ints, source: int, goal: int) -> Ints:
     """Return the nodes from the source to the goal, each the next one's parent."""
     count = 1
@@ -91,7 +91,7 @@ def _corners(parent: Ints, source: int, goal: int) -> Ints:
     return corners
 
 
-@kernel
+@inner
 def _place(grid: Grid, node: int, place: Floats) -> None:
     """Write a node's place, metres, into (3,)."""
     rest = node

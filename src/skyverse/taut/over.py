@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.world import Space, point_free, segment_free
 from skyverse.taut.bends import distance
@@ -71,7 +71,7 @@ def past(space: Space, start: Floats, goal: Floats, side: Floats, most: float) -
     return np.empty((0, 3))
 
 
-@kernel
+@inner
 def _length(start: Floats, goal: Floats, side: Floats, at: Floats, height: Floats, count: int) -> float:
     a, b = np.empty(3), np.empty(3)
     total = 0.0
@@ -82,13 +82,13 @@ def _length(start: Floats, goal: Floats, side: Floats, at: Floats, height: Float
     return total
 
 
-@kernel
+@inner
 def _place(start: Floats, goal: Floats, side: Floats, share: float, height: float, p: Floats) -> None:
     for axis in range(3):
         p[axis] = start[axis] + share * (goal[axis] - start[axis]) + height * side[axis]
 
 
-@kernel
+@inner
 def _lift(space: Space, p: Floats, side: Floats) -> float:
     """Return by how much a point must be moved to be free, about; infinite where nothing on that side is."""
     if point_free(space, p):
@@ -116,7 +116,7 @@ def _lift(space: Space, p: Floats, side: Floats) -> float:
     return outside
 
 
-@kernel
+@inner
 def _free_at(space: Space, p: Floats, side: Floats, far: float, q: Floats) -> bool:
     """Tell whether the place so far from p is free; it is written into q."""
     for axis in range(3):
@@ -124,7 +124,7 @@ def _free_at(space: Space, p: Floats, side: Floats, far: float, q: Floats) -> bo
     return point_free(space, q)
 
 
-@kernel
+@inner
 def _hull(at: Floats, height: Floats, count: int) -> int:
     """Leave of places, in place, those on the concave line over all of them, in order; return how many."""
     order = np.argsort(at[:count])

@@ -3,13 +3,14 @@
 import numpy as np
 
 from skyverse.heap import make_heap, pop, push
-from skyverse.kernel import kernel
+from skyverse.kernel import inner
 from skyverse.result import Floats
+from skyverse.rows import put
 from skyverse.space.cells import Cells, cell_of, neighbours
 from skyverse.taut.bends import distance
 
 
-@kernel
+@inner
 def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
     """Return a way from start to goal, (k, 3) metres, empty where none exists, and how many cells were expanded.
 
@@ -27,7 +28,7 @@ def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
     found = np.empty(count, np.int64)
     price[source] = 0.0
     came[source] = -1
-    entry[source] = start
+    put(entry, source, start)
     heap = push(make_heap(256), 0.0, source)
     expanded = 0
     q = np.empty(3)
@@ -49,7 +50,7 @@ def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
             if along < price[beyond]:
                 price[beyond] = along
                 came[beyond] = cell
-                entry[beyond] = q
+                put(entry, beyond, q)
                 heap = push(heap, along + distance(q, goal), beyond)
     if not done[target]:
         return nothing, expanded
@@ -59,15 +60,15 @@ def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
         cell = came[cell]
         length += 1
     way = np.empty((length, 3))
-    way[length - 1] = goal
+    put(way, length - 1, goal)
     cell = target
     for i in range(length - 2, -1, -1):
-        way[i] = entry[cell]
+        put(way, i, entry[cell])
         cell = came[cell]
     return way, expanded
 
 
-@kernel
+@inner
 def _enter(cells: Cells, cell: int, beyond: int, p: Floats, goal: Floats, q: Floats) -> None:
     """Write into `q` where to pass from one cell into the next: near the straight line from `p` to the goal."""
     share = 0.0

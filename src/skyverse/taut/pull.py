@@ -6,7 +6,7 @@ far as both of its legs stay free, slides aside and is drawn again, and is cut o
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.world import Space, in_bounds, segment_free
 from skyverse.taut.bends import distance
@@ -53,7 +53,7 @@ def pull(space: Space, way: Floats) -> Floats:
     return way
 
 
-@kernel
+@inner
 def skip(space: Space, way: Floats) -> Floats:
     """Leave out what a straight line can skip: from each bend on to the farthest in sight."""
     kept = np.zeros(len(way), np.bool_)
@@ -68,7 +68,7 @@ def skip(space: Space, way: Floats) -> Floats:
     return way[kept]
 
 
-@kernel
+@inner
 def _reaches(way: Floats) -> Floats:
     """Return how far each bend is tried aside at first."""
     reach = np.zeros(len(way))
@@ -77,7 +77,7 @@ def _reaches(way: Floats) -> Floats:
     return reach
 
 
-@kernel
+@inner
 def _seen_past(space: Space, way: Floats) -> np.ndarray:
     """Tell which points are needed: the others are those whose neighbours see each other."""
     kept = np.ones(len(way), np.bool_)
@@ -90,7 +90,7 @@ def _seen_past(space: Space, way: Floats) -> np.ndarray:
     return kept
 
 
-@kernel
+@inner
 def _draw(space: Space, way: Floats, i: int, trial: Floats) -> None:
     """Draw bend i towards the line between its neighbours while its legs stay free."""
     a, v, b = way[i - 1], way[i], way[i + 1]
@@ -101,7 +101,7 @@ def _draw(space: Space, way: Floats, i: int, trial: Floats) -> None:
             way[i, axis] = trial[axis]
 
 
-@kernel
+@inner
 def _drawn(space: Space, a: Floats, v: Floats, b: Floats, trial: Floats) -> float:
     """Return how far a free bend v between a and b can be drawn to the line between, as a share."""
     inside, outside = 0.0, 1.0
@@ -115,7 +115,7 @@ def _drawn(space: Space, a: Floats, v: Floats, b: Floats, trial: Floats) -> floa
     return inside
 
 
-@kernel
+@inner
 def _towards(a: Floats, v: Floats, b: Floats, share: float, trial: Floats) -> None:
     """Write the point so far from v to where it divides a-b as it does the way over it."""
     to_a, to_b = distance(a, v), distance(v, b)
@@ -124,7 +124,7 @@ def _towards(a: Floats, v: Floats, b: Floats, share: float, trial: Floats) -> No
         trial[axis] = v[axis] + share * (a[axis] + along * (b[axis] - a[axis]) - v[axis])
 
 
-@kernel
+@inner
 def _slide(space: Space, way: Floats, i: int, reach: Floats, aside: Floats, trial: Floats) -> None:
     """Move bend i, in place, to a side where it can be drawn tighter; what it tries next time is longer or shorter.
 
@@ -163,7 +163,7 @@ def _slide(space: Space, way: Floats, i: int, reach: Floats, aside: Floats, tria
     reach[i] *= 0.5
 
 
-@kernel
+@inner
 def _cut(space: Space, way: Floats) -> Floats:
     """Return a way with those bends cut off, as far out as is free, that this is worth a bend more."""
     cut = np.empty((2 * len(way), 3))
@@ -191,7 +191,7 @@ def _cut(space: Space, way: Floats) -> Floats:
     return cut[:count].copy()
 
 
-@kernel
+@inner
 def _cut_share(
     space: Space, way: Floats, i: int, most: float, before: float, after: float, p: Floats, q: Floats
 ) -> float:
@@ -209,7 +209,7 @@ def _cut_share(
     return inside
 
 
-@kernel
+@inner
 def _off(way: Floats, i: int, far: float, before: float, after: float, p: Floats, q: Floats) -> None:
     """Write the points so far from bend i on both of its legs."""
     for axis in range(3):
@@ -245,7 +245,7 @@ def slacken(space: Space, way: Floats) -> Floats:
     return way
 
 
-@kernel
+@inner
 def _apex(a: Floats, v: Floats, w: Floats, b: Floats, apex: Floats) -> bool:
     """Write where the legs a-v and b-w, prolonged, come nearest to each other, a little farther out; tell if so."""
     to_v, to_w = distance(a, v), distance(b, w)

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
+from skyverse.rows import put, put_all
 from skyverse.space import tree
 from skyverse.space.cells import Cells
 from skyverse.space.edges import Edges
@@ -45,13 +46,15 @@ def taut_way(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Floa
         return Taut(way, 0, spent)
     way = tighten(space, space.clearance + ROOM, edges, way, spent)
     whole = np.empty((len(way) + 2, 3))
-    whole[0], whole[1:-1], whole[-1] = start, way, goal
+    put(whole, 0, start)
+    put_all(whole, 1, way)
+    put(whole, len(way) + 1, goal)
     if visible(space, space.clearance + ROOM, first, last) and segment_free(space, start, goal):
         return Taut(whole[:: len(whole) - 1].copy(), 0, spent)
     kept = np.ones(len(whole), np.bool_)
-    if np.array_equal(whole[0], whole[1]) or segment_free(space, whole[0], whole[2]):
+    if distance(start, whole[1]) == 0.0 or segment_free(space, whole[0], whole[2]):
         kept[1] = False
-    if np.array_equal(whole[-2], whole[-1]) or (kept[len(whole) - 3] and segment_free(space, whole[-3], whole[-1])):
+    if distance(whole[-2], goal) == 0.0 or (kept[len(whole) - 3] and segment_free(space, whole[-3], whole[-1])):
         kept[-2] = False
     return Taut(whole[kept], 0, spent)
 
@@ -68,7 +71,7 @@ def least_length(space: Space, edges: Edges, start: Floats, goal: Floats, way: F
     return min(max(straight, least - 1e-6 * len(way)), length)
 
 
-@kernel
+@inner
 def step_out(space: Space, p: Floats) -> tuple[Floats, bool]:
     """Step from a safe point to one with room, at most a few times `ROOM` away; tell whether that was possible."""
     growth = space.clearance + 3.0 * ROOM

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
+from skyverse.rows import put, put_all, towards
 from skyverse.space import tree
 from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
@@ -29,13 +30,13 @@ def length_of(way: Floats) -> float:
     return total
 
 
-@kernel
+@inner
 def visible(space: Space, growth: float, a: Floats, b: Floats) -> bool:
     """Tell whether a segment within the bounds meets no box grown by `growth`."""
     return tree.crossed(space.tree, space.boxes, growth, a, b) < 0
 
 
-@kernel
+@inner
 def slide(edges: Edges, at: Floats, edge: Ints) -> None:
     """Slide all bends along their edges until the path is shortest, as if nothing but the edges stood in the way."""
     for _ in range(500):
@@ -45,13 +46,13 @@ def slide(edges: Edges, at: Floats, edge: Ints) -> None:
                 axis = edges.axis[edge[i]]
                 x = closest(edges, edge[i], at[i - 1], at[i + 1])
                 moved = max(moved, abs(x - at[i, axis]))
-                at[i] = edges.ends[edge[i], :3]
+                put(at, i, edges.ends[edge[i], :3])
                 at[i, axis] = x
         if moved <= 1e-12 * (1.0 + abs(at[0, 0])):
             break
 
 
-@kernel
+@inner
 def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, spent: Ints) -> Floats:
     """Shorten a way (k, 3) between its ends over some pieces of edges; it stays free throughout."""
     space, own = _around(space, growth, way)
@@ -76,9 +77,11 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
             if not _turn_over(edges, pieces, slid, edge):
                 break
         more_at, more_edge = _conflicts(space, own, growth, edges, pieces, slid)
-        share = 1.0
+        trial, share = np.empty(path.shape), 1.0
         while share > 1e-3:
-            trial = path + share * (slid - path)
+            for i in range(len(path)):
+                for axis in range(3):
+                    trial[i, axis] = path[i, axis] + share * (slid[i, axis] - path[i, axis])
             if _free(space, growth, trial):
                 path = trial
                 break
@@ -91,17 +94,22 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
     return best
 
 
-@kernel
+@inner
 def _around(space: Space, growth: float, way: Floats) -> tuple[Space, Ints]:
     """Return the space of the boxes that a shorter way can meet, with an index of its own, and which they are."""
     low, high = spheroid(way[0], way[-1], length_of(way))
     own = tree.touching(space.tree, space.boxes, growth, low, high)
-    index, order = tree.build(space.boxes[own])
-    own = own[order]
-    return Space(space.low, space.high, space.boxes[own], space.clearance, index, space.solids, space.ground), own
+    boxes, which = np.empty((len(own), 6)), np.empty(len(own), np.int64)
+    for k in range(len(own)):
+        put(boxes, k, space.boxes[own[k]])
+    index, order = tree.build(boxes)
+    for k in range(len(own)):
+        which[k] = own[order[k]]
+        put(boxes, k, space.boxes[which[k]])
+    return Space(space.low, space.high, boxes, space.clearance, index, space.solids, space.ground), which
 
 
-@kernel
+@inner
 def _recognise(edges: Edges, pieces: Ints, at: Floats, edge: Ints) -> None:
     """Let bends that lie on a piece of an edge, within rounding, know it, so that they can slide."""
     for i in range(1, len(at) - 1):
@@ -110,7 +118,7 @@ def _recognise(edges: Edges, pieces: Ints, at: Floats, edge: Ints) -> None:
                 edge[i] = e
 
 
-@kernel
+@inner
 def _turn_over(edges: Edges, pieces: Ints, at: Floats, edge: Ints) -> bool:
     """Move bends from the end of their edge on to others that begin there, if that shortens; tell whether any did."""
     turned = False
@@ -128,7 +136,7 @@ def _turn_over(edges: Edges, pieces: Ints, at: Floats, edge: Ints) -> bool:
     return turned
 
 
-@kernel
+@inner
 def _on(edges: Edges, e: int, p: Floats) -> bool:
     """Tell whether a point lies on a piece of an edge, within a micrometre."""
     near = True
@@ -137,7 +145,7 @@ def _on(edges: Edges, e: int, p: Floats) -> bool:
     return near
 
 
-@kernel
+@inner
 def _free(space: Space, growth: float, way: Floats) -> bool:
     i = 1
     while i < len(way) and visible(space, growth, way[i - 1], way[i]):
@@ -145,7 +153,7 @@ def _free(space: Space, growth: float, way: Floats) -> bool:
     return i >= len(way)
 
 
-@kernel
+@inner
 def _sample(
     edges: Edges,
     pieces: Ints,
@@ -161,14 +169,17 @@ def _sample(
     at = np.empty((most, 3))
     edge = np.empty(most, np.int64)
     start, goal = way[0], way[-1]
-    at[0], at[1] = start, goal
+    put(at, 0, start)
+    put(at, 1, goal)
     edge[0] = edge[1] = -1
     n = 2
     for i in range(1, len(way) - 1):
-        at[n], edge[n] = way[i], way_edge[i]
+        put(at, n, way[i])
+        edge[n] = way_edge[i]
         n += 1
     for i in range(len(more_at)):
-        at[n], edge[n] = more_at[i], more_edge[i]
+        put(at, n, more_at[i])
+        edge[n] = more_edge[i]
         n += 1
     for e in pieces:
         axis = edges.axis[e]
@@ -177,19 +188,19 @@ def _sample(
         if high < low:
             continue
         for i in range(each):
-            at[n] = edges.ends[e, :3]
+            put(at, n, edges.ends[e, :3])
             at[n, axis] = low + (high - low) * i / (each - 1)
             edge[n] = e
             n += 1
         for place in (x, _nearest(edges, e, way, 1), _nearest(edges, e, way, 2)):
-            at[n] = edges.ends[e, :3]
+            put(at, n, edges.ends[e, :3])
             at[n, axis] = place
             edge[n] = e
             n += 1
     return Points(at[:n], edge[:n])
 
 
-@kernel
+@inner
 def _nearest(edges: Edges, e: int, way: Floats, legs: int) -> float:
     """Return where on piece e, along its axis, a way goes over it at the least cost in place of so many of its legs."""
     best, least = edges.ends[e, edges.axis[e]], np.inf
@@ -203,7 +214,7 @@ def _nearest(edges: Edges, e: int, way: Floats, legs: int) -> float:
     return best
 
 
-@kernel
+@inner
 def _conflicts(space: Space, own: Ints, growth: float, edges: Edges, pieces: Ints, way: Floats) -> tuple[Floats, Ints]:
     """Where a way is blocked, return the points of the blocking boxes' edges that are nearest to it."""
     at = np.empty((12 * len(way), 3))
@@ -215,14 +226,14 @@ def _conflicts(space: Space, own: Ints, growth: float, edges: Edges, pieces: Int
             continue
         for e in pieces:
             if edges.box[e] == own[box] and n < len(at):
-                at[n] = edges.ends[e, :3]
+                put(at, n, edges.ends[e, :3])
                 at[n, edges.axis[e]] = closest(edges, e, way[i - 1], way[i])
                 edge[n] = e
                 n += 1
     return at[:n], edge[:n]
 
 
-@kernel
+@inner
 def tighten(space: Space, growth: float, edges: Edges, way: Floats, spent: Ints) -> Floats:
     """Shorten a way (k, 3) that is free until no window of it gets shorter."""
     way = straighten(space, growth, way)
@@ -255,7 +266,7 @@ def tighten(space: Space, growth: float, edges: Edges, way: Floats, spent: Ints)
     return way
 
 
-@kernel
+@inner
 def straighten(space: Space, growth: float, way: Floats) -> Floats:
     """Leave out of a way what a straight line can skip: from each point on to the farthest in sight."""
     kept = np.zeros(len(way), np.bool_)
@@ -270,18 +281,18 @@ def straighten(space: Space, growth: float, way: Floats) -> Floats:
     return way[kept]
 
 
-@kernel
+@inner
 def point_at(way: Floats, along: float) -> Floats:
     """Return the point of a way so many metres from its begin."""
     for i in range(1, len(way)):
         leg = distance(way[i - 1], way[i])
         if along <= leg and leg > 0.0:
-            return way[i - 1] + (way[i] - way[i - 1]) * (along / leg)
+            return towards(way[i - 1], way[i], along / leg)
         along -= leg
     return way[-1].copy()
 
 
-@kernel
+@inner
 def split(way: Floats, begin: float, stop: float) -> tuple[Floats, Floats, Floats]:
     """Cut a way at two places along it: return what is before, between (with both places) and after."""
     total = 0.0
@@ -294,19 +305,19 @@ def split(way: Floats, begin: float, stop: float) -> tuple[Floats, Floats, Float
             last = i
             break
     between = np.empty((last - first + 2, 3))
-    between[0] = point_at(way, begin)
-    between[1:-1] = way[first:last]
-    between[-1] = point_at(way, stop)
+    put(between, 0, point_at(way, begin))
+    put_all(between, 1, way[first:last])
+    put(between, len(between) - 1, point_at(way, stop))
     head = way[: first if begin > 0.0 else 0]
     tail = way[last if distance(between[-1], way[-1]) > 0.0 else len(way) :]
     return head, between, tail
 
 
-@kernel
+@inner
 def join(head: Floats, part: Floats, tail: Floats) -> Floats:
     """Put a way together again."""
     way = np.empty((len(head) + len(part) + len(tail), 3))
-    way[: len(head)] = head
-    way[len(head) : len(head) + len(part)] = part
-    way[len(head) + len(part) :] = tail
+    put_all(way, 0, head)
+    put_all(way, len(head), part)
+    put_all(way, len(head) + len(part), tail)
     return way

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.heap import Heap, make_heap, pop, push
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats, Trajectory
 from skyverse.space.world import Space, World, segment_free
 from skyverse.trajectory.dubins import all_words
@@ -244,7 +244,7 @@ def _cheapest(space: Space, poses: _Poses, able: _Able, blind: bool) -> Ints:
     return np.empty((0, 4), np.int64)
 
 
-@kernel
+@inner
 def _back(come: Ints, v: int) -> Ints:
     count, u = 0, v
     while come[u, 0] >= 0:
@@ -258,7 +258,7 @@ def _back(come: Ints, v: int) -> Ints:
     return way
 
 
-@kernel
+@inner
 def _expand(
     heap: Heap, space: Space, poses: _Poses, able: _Able, length: Floats, u: int, layer: int, blind: bool
 ) -> Heap:
@@ -274,7 +274,7 @@ def _expand(
     return heap
 
 
-@kernel
+@inner
 def _push_next(heap: Heap, poses: _Poses, able: _Able, length: Floats, u: int, v: int, option: int) -> Heap:
     """Offer the next longer leg between two poses after an option, the shortest after -1."""
     lengths = _options(poses.at[u], poses.at[v], able)
@@ -289,7 +289,7 @@ def _push_next(heap: Heap, poses: _Poses, able: _Able, length: Floats, u: int, v
     return push(heap, key, (u * len(poses.at) + v) * len(lengths) + found)
 
 
-@kernel
+@inner
 def _options(a: Floats, b: Floats, able: _Able) -> Floats:
     """Return the metres of all legs between two poses: by radius, word, and full turns at the first or last letter."""
     lengths = np.full(12 * len(able.radii), np.inf)
@@ -317,7 +317,7 @@ def _options(a: Floats, b: Floats, able: _Able) -> Floats:
     return lengths
 
 
-@kernel
+@inner
 def _full_turns(plain: float, needed: float, radius: float) -> int:
     """Return how many full turns a way needs, one where it has no length."""
     least = 1 if plain < 1e-6 * radius else 0
@@ -336,7 +336,7 @@ def _leg(a: Floats, b: Floats, able: _Able, option: int, profile: int) -> Leg:
     return Leg(a[0], a[1], a[2], a[3], word, lengths[0], lengths[1], lengths[2], radius, climb)
 
 
-@kernel
+@inner
 def _clear_profile(space: Space, a: Floats, b: Floats, able: _Able, option: int) -> int:
     """Return the first profile of climb with which a leg is clear and ends where it should, -1 without any."""
     for profile in range(3 if a[2] != b[2] else 1):

@@ -7,8 +7,9 @@ reach into what is left, it is grown anew, face by face, as far as it is free.
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
+from skyverse.rows import order_of, towards
 from skyverse.space import box, solids, tree
 from skyverse.space.world import Space, ground_reaches
 
@@ -42,7 +43,7 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: 
     while leg < len(path) - 1:
         if count == most:
             return boxes[:0]
-        begin = path[leg] + share * (path[leg + 1] - path[leg])
+        begin = towards(path[leg], path[leg + 1], share)
         seed = _around(begin)
         at = leg
         while at < len(path) - 1:  # whole legs, then a part of one
@@ -55,12 +56,12 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: 
             low, high = (share if at == leg else 0.0), 1.0
             for _ in range(30):
                 middle = 0.5 * (low + high)
-                longer = _joined(seed, path[at] + middle * (path[at + 1] - path[at]))
+                longer = _joined(seed, towards(path[at], path[at + 1], middle))
                 if _across(longer) <= width and _is_free(space, longer):
                     low = middle
                 else:
                     high = middle
-            seed = _joined(seed, path[at] + low * (path[at + 1] - path[at]))
+            seed = _joined(seed, towards(path[at], path[at + 1], low))
         free = _cut_free(space, seed, reach)
         if count and _overlap(boxes[count - 1], free)[1] < THIN and count < most - 1:
             joint = _between(space, boxes[count - 1], free, begin, reach)
@@ -80,7 +81,7 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: 
     return boxes[:count]
 
 
-@kernel
+@inner
 def _overlap(a: Floats, b: Floats) -> tuple[int, float]:
     """Return the axis along which two boxes overlap least, and how much, metres."""
     axis, least = 0, np.inf
@@ -91,7 +92,7 @@ def _overlap(a: Floats, b: Floats) -> tuple[int, float]:
     return axis, least
 
 
-@kernel
+@inner
 def _between(space: Space, a: Floats, b: Floats, p: Floats, reach: float) -> Floats:
     """Return a free box through p, at which two boxes hardly do more than touch, that overlaps both."""
     axis, _ = _overlap(a, b)
@@ -107,7 +108,7 @@ def _between(space: Space, a: Floats, b: Floats, p: Floats, reach: float) -> Flo
     return _cut_free(space, seed, reach)
 
 
-@kernel
+@inner
 def _around(p: Floats) -> Floats:
     b = np.empty(6)
     for axis in range(3):
@@ -115,7 +116,7 @@ def _around(p: Floats) -> Floats:
     return b
 
 
-@kernel
+@inner
 def _joined(b: Floats, p: Floats) -> Floats:
     joined = b.copy()
     for axis in range(3):
@@ -123,14 +124,14 @@ def _joined(b: Floats, p: Floats) -> Floats:
     return joined
 
 
-@kernel
+@inner
 def _across(b: Floats) -> float:
     """Return the second longest side of a box."""
     x, y, z = b[3] - b[0], b[4] - b[1], b[5] - b[2]
     return max(min(x, y), min(max(x, y), z))
 
 
-@kernel
+@inner
 def _is_free(space: Space, b: Floats) -> bool:
     """Tell whether no grown obstacle reaches into the box."""
     node = 0
@@ -147,7 +148,7 @@ def _is_free(space: Space, b: Floats) -> bool:
     return not _shapes_reach(space, b)
 
 
-@kernel
+@inner
 def _shapes_reach(space: Space, b: Floats) -> bool:
     """Tell whether a grown obstacle other than a box, or the ground, reaches into the box."""
     low, high = b[:3], b[3:]
@@ -156,7 +157,7 @@ def _shapes_reach(space: Space, b: Floats) -> bool:
     )
 
 
-@kernel
+@inner
 def _reaches(space: Space, i: int, b: Floats) -> bool:
     growth = space.clearance - box.TOLERANCE
     meet = True
@@ -165,7 +166,7 @@ def _reaches(space: Space, i: int, b: Floats) -> bool:
     return meet
 
 
-@kernel
+@inner
 def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
     """Return a free box around a free one."""
     b = seed.copy()
@@ -179,7 +180,7 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
         for axis in range(3):
             outside = max(space.boxes[near[k], axis] - seed[axis + 3], seed[axis] - space.boxes[near[k], axis + 3])
             gaps[k] += max(outside, 0.0) ** 2
-    for k in np.argsort(gaps):
+    for k in order_of(gaps):
         i = near[k]
         if not _reaches(space, i, b):
             continue
@@ -196,7 +197,7 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
     return _grown(space, seed, b) if _shapes_reach(space, b) else b
 
 
-@kernel
+@inner
 def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
     """Grow a free box towards a larger one, all faces by and by, as far as no shape reaches in."""
     b = seed.copy()
@@ -224,7 +225,7 @@ def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
     return b
 
 
-@kernel
+@inner
 def _leaves(b: Floats, path: Floats, leg: int) -> tuple[int, float]:
     """Return the leg, and the share of it, at which a path that is in the box on `leg` leaves it."""
     for at in range(leg, len(path) - 1):

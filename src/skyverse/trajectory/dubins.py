@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 
 WORDS = ("LSL", "RSR", "LSR", "RSL", "LRL", "RLR")
@@ -114,7 +114,7 @@ def curvature(word: int, letter: int, radius: float) -> float:
     return -side / radius if letter == 2 and word in (2, 3) else side / radius
 
 
-@kernel
+@inner
 def _on(x: float, y: float, heading: float, bend: float, s: float) -> tuple[float, float, float]:
     """Fly on for s metres at a constant curvature."""
     half = 0.5 * bend * s
@@ -122,14 +122,14 @@ def _on(x: float, y: float, heading: float, bend: float, s: float) -> tuple[floa
     return x + chord * math.cos(heading + half), y + chord * math.sin(heading + half), heading + 2.0 * half
 
 
-@kernel
+@inner
 def _turn(angle: float) -> float:
     """Return the angle in [0, 2 pi), and 0 for what is short of a full turn by rounding alone."""
     angle -= 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
     return angle if angle < 2.0 * math.pi - _SAME else 0.0
 
 
-@kernel
+@inner
 def _lsl(apart: float, a: float, b: float) -> tuple[float, float, float]:
     along, across = apart + math.sin(a) - math.sin(b), math.cos(b) - math.cos(a)  # from centre to centre
     gap = math.hypot(along, across)
@@ -139,7 +139,7 @@ def _lsl(apart: float, a: float, b: float) -> tuple[float, float, float]:
     return _turn(heading - a), gap, _turn(b - heading)
 
 
-@kernel
+@inner
 def _lsr(apart: float, a: float, b: float) -> tuple[float, float, float]:
     along, across = apart + math.sin(a) + math.sin(b), -math.cos(a) - math.cos(b)
     square = along * along + across * across - 4.0
@@ -150,7 +150,7 @@ def _lsr(apart: float, a: float, b: float) -> tuple[float, float, float]:
     return _turn(heading - a), straight, _turn(heading - b)
 
 
-@kernel
+@inner
 def _lrl(apart: float, a: float, b: float) -> tuple[float, float, float]:
     along, across = apart + math.sin(a) - math.sin(b), math.cos(b) - math.cos(a)
     share = 0.25 * math.hypot(along, across)

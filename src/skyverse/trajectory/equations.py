@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.box import Ints
 from skyverse.trajectory.limits import GRAVITY, Limits
@@ -47,7 +47,10 @@ def assemble(
 ) -> None:
     """Write Newton's equations."""
     n, s = len(points), len(spans)
-    system.band[:], system.rise[:], system.cross[:], system.small[:], system.slope[:] = 0.0, 0.0, 0.0, 0.0, 0.0
+    system.rise.fill(0.0)
+    system.slope.fill(0.0)
+    for blocks in (system.band, system.cross, system.small):
+        blocks.fill(0.0)
     for k in range(s):
         system.slope[task.box_of[k]] += spans[k]
         system.small[task.box_of[k], task.box_of[k]] += spans[k]
@@ -82,7 +85,7 @@ def assemble(
                     for c in range(5):
                         row[c] = root * rows[k, c]
                 else:
-                    row[:] = 0.0
+                    row.fill(0.0)
                     near, far = (0.5 * root, 0.5 * root) if part == 0 else (-root / ROOT_12, root / ROOT_12)
                     for c in range(4):
                         row[c] += near * rows[k, c]
@@ -116,7 +119,7 @@ def assemble(
             _add(system, jets, k, 5, n, left, right, d, g, h)
 
 
-@kernel
+@inner
 def _times_root(jets: Floats, m: int, span: float, in_left: bool) -> None:
     """Multiply m jets by the root of a span's duration."""
     root = np.sqrt(span)
@@ -126,13 +129,13 @@ def _times_root(jets: Floats, m: int, span: float, in_left: bool) -> None:
     scale[3 if in_left else 5] = 0.25 * root
     product = np.empty(6)
     for c in range(m):
-        product[:] = 0.0
+        product.fill(0.0)
         multiply(scale, jets[c], product, 1.0)
         for e in range(JET):
             jets[c, e] = product[e]
 
 
-@kernel
+@inner
 def _combine(row: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
     """Write a control point of a derivative into d[0]."""
     for a in range(3):
@@ -141,29 +144,30 @@ def _combine(row: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
             d[0, a] += row[c] * points[i + c, a]
 
 
-@kernel
+@inner
 def _place(jets: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
     """Write a control point of a derivative, and its own derivatives by the durations, (6, 3)."""
-    d[:] = 0.0
+    d.fill(0.0)
     for c in range(m):
         for e in range(6):
             for a in range(3):
                 d[e, a] += jets[c, e] * points[i + c, a]
 
 
-@kernel
+@inner
 def _square(task: Task, d: Floats, g: Floats, h: Floats) -> None:
     """Write gradient and Hessian of the weighted square of d[0]."""
-    h[:] = 0.0
+    h.fill(0.0)
     for a in range(3):
         g[a] = 2.0 * task.weight * d[0, a]
         h[a, a] = 2.0 * task.weight
 
 
-@kernel
+@inner
 def _bend(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g: Floats, h: Floats) -> None:
     """Write gradient and Hessian of the barriers of a control point of a derivative."""
-    g[:], h[:] = 0.0, 0.0
+    g.fill(0.0)
+    h.fill(0.0)
     _ball(x, y, z, limits.speed if order == 1 else (limits.acceleration if order == 2 else limits.jerk), mu, g, h)
     if order != 2:
         return
@@ -183,7 +187,7 @@ def _bend(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g
         h[2, 2] -= 2.0 * mu * t / slack
 
 
-@kernel
+@inner
 def _ball(x: float, y: float, z: float, radius: float, mu: float, g: Floats, h: Floats) -> None:
     per = 2.0 / (radius**2 - x * x - y * y - z * z)
     d = (x, y, z)
@@ -194,7 +198,7 @@ def _ball(x: float, y: float, z: float, radius: float, mu: float, g: Floats, h: 
             h[a, b] += mu * per * per * d[a] * d[b]
 
 
-@kernel
+@inner
 def _add(
     system: System, jets: Floats, i: int, m: int, n: int, left: int, right: int, d: Floats, g: Floats, h: Floats
 ) -> None:
@@ -227,7 +231,7 @@ def _add(
                 system.small[right, left] += mixed
 
 
-@kernel
+@inner
 def _add_within(
     system: System, row: Floats, i: int, m: int, n: int, box: int, power: float, d: Floats, g: Floats, h: Floats
 ) -> None:

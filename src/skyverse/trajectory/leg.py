@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.world import Space
@@ -50,7 +50,7 @@ class Leg(NamedTuple):
     climb: Climb
 
 
-@kernel
+@inner
 def climb_length(rise: float, slope: float, bend: float) -> float:
     """Return the metres of way that a change of height takes at least, with a steepest slope and its greatest rate."""
     if abs(rise) <= _BRIEF:
@@ -59,14 +59,14 @@ def climb_length(rise: float, slope: float, bend: float) -> float:
     return 2.0 * ramp + hold
 
 
-@kernel
+@inner
 def _steepest(rise: float, slope: float, bend: float) -> tuple[float, float]:
     slope = min(slope, math.sqrt(rise * bend / 1.5))
     ramp = 1.5 * slope / bend
     return ramp, max(0.0, rise / slope - ramp)
 
 
-@kernel
+@inner
 def climb_along(rise: float, length: float, slope: float, bend: float, profile: int) -> Climb:
     """Spread a change of height over a leg of a length that suffices: 0 all along, 1 at its beginning, 2 at its end."""
     if abs(rise) <= _BRIEF:
@@ -82,7 +82,7 @@ def climb_along(rise: float, length: float, slope: float, bend: float, profile: 
     return Climb(begin, ramp, hold, rise / (ramp + hold))
 
 
-@kernel
+@inner
 def _height(climb: Climb, s: float) -> tuple[float, float, float, float, float]:
     """Return height gained and its first four derivatives by the way, after s metres; at a knot, of what comes next."""
     s -= climb.begin
@@ -106,14 +106,14 @@ def _height(climb: Climb, s: float) -> tuple[float, float, float, float, float]:
     )
 
 
-@kernel
+@inner
 def place(leg: Leg, s: float) -> tuple[float, float, float, float]:
     """Return x, y, z and heading after s metres of way."""
     x, y, heading = pose(leg.x, leg.y, leg.heading, leg.word, leg.a, leg.b, leg.radius, s)
     return x, y, leg.z + _height(leg.climb, s)[0], heading
 
 
-@kernel
+@inner
 def _marks(leg: Leg) -> Floats:
     """Return the metres of way at which a leg's turns and climb begin and end, rising."""
     climb = leg.climb
@@ -134,13 +134,13 @@ def _marks(leg: Leg) -> Floats:
     return marks[:count]
 
 
-@kernel
+@inner
 def _bend(leg: Leg, s: float) -> float:
     letter = 0 if s < leg.a else 1 if s < leg.a + leg.b else 2
     return curvature(leg.word, letter, leg.radius)
 
 
-@kernel
+@inner
 def leg_clear(space: Space, leg: Leg) -> int:
     """Tell whether a leg is safe: `CLEAR`, `BLOCKED`, or `SHUT`, blocked however it climbs.
 
@@ -165,7 +165,7 @@ def leg_clear(space: Space, leg: Leg) -> int:
     return CLEAR
 
 
-@kernel
+@inner
 def _halved(space: Space, leg: Leg, begin: float, end: float, curved: float, climbing: float) -> int:
     """Judge a stretch of constant curvature."""
     ends = np.empty(64)
@@ -185,7 +185,7 @@ def _halved(space: Space, leg: Leg, begin: float, end: float, curved: float, cli
     return CLEAR
 
 
-@kernel
+@inner
 def _stretch(space: Space, leg: Leg, begin: float, end: float, curved: float, climbing: float) -> int:
     """Judge a stretch at once, if it can be."""
     x, y, z, heading = place(leg, begin)
@@ -225,7 +225,7 @@ def _stretch(space: Space, leg: Leg, begin: float, end: float, curved: float, cl
     return verdict
 
 
-@kernel
+@inner
 def _crosses_shapes(space: Space, off: float, a: Floats, b: Floats) -> bool:
     """Tell whether something other than a box comes nearer to a chord than is safe so many metres off it."""
     return solids.crossed(space.solids, space.clearance + off, a, b) >= 0 or ground.crossed(
@@ -233,7 +233,7 @@ def _crosses_shapes(space: Space, off: float, a: Floats, b: Floats) -> bool:
     )
 
 
-@kernel
+@inner
 def _at_all_heights(space: Space, leg: Leg, i: int) -> bool:
     top = leg.z + leg.climb.slope * (leg.climb.ramp + leg.climb.hold)
     growth = space.clearance - box.TOLERANCE

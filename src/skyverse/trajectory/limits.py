@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.bernstein import product, split, to_bernstein
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats, Trajectory
+from skyverse.rows import put
 from skyverse.vehicle import UAV
 
 GRAVITY = 9.81
@@ -97,13 +98,13 @@ def peaks(limits: Limits, knots: Floats, coefficients: Floats) -> Floats:
     return greatest
 
 
-@kernel
+@inner
 def applies(limits: Limits, limit: int) -> bool:
     """Tell whether a UAV has this limit: speed and acceleration, then a multirotor's or an aeroplane's."""
     return limit <= ACCELERATION or (limit >= AIRSPEED) == (limits.airspeed > 0.0)
 
 
-@kernel
+@inner
 def rate(rows: Floats) -> Floats:
     """Return the power-basis coefficients (max(n, 1), 3) of the rate of change of (n + 1, 3)."""
     less = np.zeros((max(len(rows) - 1, 1), rows.shape[1]))
@@ -113,7 +114,7 @@ def rate(rows: Floats) -> Floats:
     return less
 
 
-@kernel
+@inner
 def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> tuple[float, float, float, int]:
     """Enclose the largest share of one limit that a piece uses.
 
@@ -141,7 +142,8 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
         return hull, lower, where, 0
     pieces = np.empty((DEPTH + 1, b.size))  # waiting to be looked at, the earliest on top
     begin, hulls, level = np.zeros(DEPTH + 1), np.empty(DEPTH + 1), np.zeros(DEPTH + 1, np.int64)
-    pieces[0], hulls[0] = whole, hull
+    put(pieces, 0, whole)
+    hulls[0] = hull
     waiting, cuts, upper = 1, 0, lower
     while waiting:
         top = waiting - 1
@@ -162,7 +164,7 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
     return upper, lower, where, cuts
 
 
-@kernel
+@inner
 def _shares(limits: Limits, limit: int, b: Floats) -> tuple[float, float, float]:
     """Return the shares at both ends of a piece, and the largest at its coefficients."""
     first = share(limits, limit, b[0], b[1], b[2])
@@ -173,7 +175,7 @@ def _shares(limits: Limits, limit: int, b: Floats) -> tuple[float, float, float]
     return first, last, most
 
 
-@kernel
+@inner
 def share(limits: Limits, limit: int, x: float, y: float, z: float) -> float:
     """Return how much of a limit a vector uses; 1 is all. It is a convex function of the vector.
 
@@ -195,7 +197,7 @@ def share(limits: Limits, limit: int, x: float, y: float, z: float) -> float:
     return math.sqrt(squared) / limits.jerk
 
 
-@kernel
+@inner
 def demand(limits: Limits, limit: int, velocity: Floats, acceleration: Floats) -> Floats:
     """Return Bernstein coefficients, (m, 3), none of which is above 1 while an aeroplane keeps a limit.
 
@@ -203,23 +205,37 @@ def demand(limits: Limits, limit: int, velocity: Floats, acceleration: Floats) -
     ``(vx ay - vy ax)^2 R^2 <= (vx^2 + vy^2)^3``.
     """
     vx, vy, vz = velocity[:, 0].copy(), velocity[:, 1].copy(), velocity[:, 2].copy()
-    level = (product(vx, vx) + product(vy, vy)) / limits.airspeed**2
-    if limit == AIRSPEED:
-        return _columns(level / 1.01**2, 2.0 - level / 0.99**2)
+    level = _sum(product(vx, vx), 1.0, product(vy, vy), 1.0)
+    for k in range(len(level)):
+        level[k] /= limits.airspeed**2
     if limit == CLIMB:
-        steep = product(vz, vz) / (limits.climb * limits.airspeed) ** 2
-        return _columns(1.0 + steep - level, np.zeros(len(level)))
+        steep = product(vz, vz)
+        return _column(_sum(steep, 1.0 / (limits.climb * limits.airspeed) ** 2, level, -1.0))
+    if limit == AIRSPEED:
+        columns = np.zeros((len(level), 3))
+        for k in range(len(level)):
+            columns[k, 0], columns[k, 1] = level[k] / 1.01**2, 2.0 - level[k] / 0.99**2
+        return columns
     ax, ay = acceleration[:, 0].copy(), acceleration[:, 1].copy()
-    across = (product(vx, ay) - product(vy, ax)) * (limits.turn_radius / limits.airspeed**3)
+    turn = limits.turn_radius / limits.airspeed**3
+    across = _sum(product(vx, ay), turn, product(vy, ax), -turn)
     pace = product(product(level, level), level)
     bend = product(across, across)
     bend = product(bend, np.ones(len(pace) - len(bend) + 1))  # times one: of the same degree
-    return _columns(1.0 + bend - pace, np.zeros(len(pace)))
+    return _column(_sum(bend, 1.0, pace, -1.0))
 
 
-@kernel
-def _columns(a: Floats, b: Floats) -> Floats:
-    columns = np.zeros((len(a), 3))
-    columns[:, 0] = a
-    columns[:, 1] = b
+@inner
+def _sum(a: Floats, of_a: float, b: Floats, of_b: float) -> Floats:
+    total = np.empty(len(a))
+    for k in range(len(a)):
+        total[k] = of_a * a[k] + of_b * b[k]
+    return total
+
+
+@inner
+def _column(less: Floats) -> Floats:
+    columns = np.zeros((len(less), 3))
+    for k in range(len(less)):
+        columns[k, 0] = 1.0 + less[k]
     return columns

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner
 from skyverse.result import Floats
 
 BAND = 15
@@ -38,7 +38,7 @@ class System(NamedTuple):
     slope: Floats
 
 
-@kernel
+@inner
 def solve(system: System) -> float:
     """Solve the equations in place; return the decrease that the step promises.
 
@@ -70,13 +70,15 @@ def solve(system: System) -> float:
     while not _cholesky(factor):
         more = max(4.0 * more, 1e-3)
         if not more < 1e12:  # numbers have overflowed: no step is worth taking
-            system.rise[:], system.slope[:] = 0.0, 0.0
+            system.rise.fill(0.0)
+            system.slope.fill(0.0)
             return 0.0
         factor = schur.copy()
         for b in range(boxes):
             factor[b, b] += more * (abs(system.small[b, b]) + 1e-9)
-    change = -slope
+    change = np.empty(boxes)
     for b in range(boxes):
+        change[b] = -slope[b]
         for c in range(b):
             change[b] -= factor[b, c] * change[c]
         change[b] /= factor[b, b]
@@ -96,7 +98,7 @@ def solve(system: System) -> float:
     return promise
 
 
-@kernel
+@inner
 def _cholesky(a: Floats) -> bool:
     """Factor a symmetric matrix in place, lower half; tell whether it is positive definite."""
     n = len(a)
@@ -114,7 +116,7 @@ def _cholesky(a: Floats) -> bool:
     return True
 
 
-@kernel
+@inner
 def _factor(band: Floats) -> None:
     """Factor a banded positive definite matrix in place, by Cholesky's method."""
     n = len(band)
@@ -130,7 +132,7 @@ def _factor(band: Floats) -> None:
                     band[i + p, q - p] -= c * band[i, q]
 
 
-@kernel
+@inner
 def _forward(band: Floats, x: Floats, first: int) -> None:
     """Solve by the lower factor in place, from the first entry that is not zero."""
     n = len(x)
@@ -140,7 +142,7 @@ def _forward(band: Floats, x: Floats, first: int) -> None:
             x[i + p] -= band[i, p] * x[i]
 
 
-@kernel
+@inner
 def _backward(band: Floats, x: Floats) -> None:
     """Solve by the upper factor in place."""
     n = len(x)

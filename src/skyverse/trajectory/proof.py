@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse.bernstein import split, to_bernstein
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats, Trajectory
+from skyverse.rows import put
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.box import Ints
 from skyverse.space.world import Space, World, ground_reaches
@@ -108,11 +109,11 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
     return doubt[0], doubt[1], doubt[2], cuts
 
 
-@kernel
+@inner
 def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
     """Judge a piece: verdict, demand, the share of the piece where it fails, and how often it was cut in two."""
     pieces = np.empty((DEPTH + 1, b.size))  # waiting to be looked at, the earliest on top
-    pieces[0] = b.copy().reshape(-1)
+    put(pieces, 0, b.copy().reshape(-1))
     low, high = np.empty(3), np.empty(3)
     _enclose(pieces[0], low, high)
     near = tree.touching(space.tree, space.boxes, space.clearance, low, high)
@@ -147,7 +148,7 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
     return _PROVEN, 0, 0.0, cuts
 
 
-@kernel
+@inner
 def _enclose(b: Floats, low: Floats, high: Floats) -> None:
     """Fill in the corners of the box around coefficients, rows of 3 laid end to end."""
     for axis in range(3):
@@ -157,7 +158,7 @@ def _enclose(b: Floats, low: Floats, high: Floats) -> None:
             high[axis] = max(high[axis], b[i])
 
 
-@kernel
+@inner
 def _clear_of_shapes(space: Space, b: Floats, low: Floats, high: Floats) -> bool:
     """Tell whether a piece, coefficients laid end to end in the box between two corners, is clear of all but boxes."""
     growth = space.clearance - _METRES
@@ -170,7 +171,7 @@ def _clear_of_shapes(space: Space, b: Floats, low: Floats, high: Floats) -> bool
     )
 
 
-@kernel
+@inner
 def _off_chord(b: Floats) -> float:
     """Return the greatest distance of coefficients, laid end to end, from the segment between the first and last."""
     n = len(b) - 3
@@ -190,7 +191,7 @@ def _off_chord(b: Floats) -> float:
     return math.sqrt(most)
 
 
-@kernel
+@inner
 def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> int:
     """Move those of the first `count` boxes to the front that touch the box between two corners; return how many."""
     kept = 0
@@ -201,7 +202,7 @@ def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> in
     return kept
 
 
-@kernel
+@inner
 def _fault(space: Space, near: Ints, p: Floats) -> int:
     """Return which demand a place does not meet, given the boxes near it, or 0."""
     for axis in range(3):

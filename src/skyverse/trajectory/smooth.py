@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from skyverse.kernel import kernel, writable
+from skyverse.kernel import inner, kernel, writable
 from skyverse.result import Floats, Trajectory
 from skyverse.space.box import Ints
 from skyverse.space.world import World
@@ -282,7 +282,7 @@ def value(task: Task, spans: Floats, points: Floats, mu: float) -> float:
     return spans.sum() + task.weight * energy + mu * (total - np.log(product))
 
 
-@kernel
+@inner
 def _copy(spans: Floats, points: Floats, to_spans: Floats, to_points: Floats) -> None:
     for k in range(len(spans)):
         to_spans[k] = spans[k]
@@ -291,7 +291,7 @@ def _copy(spans: Floats, points: Floats, to_spans: Floats, to_points: Floats) ->
             to_points[i, a] = points[i, a]
 
 
-@kernel
+@inner
 def _derivative(control: Floats, spans: Floats, order: int) -> Floats:
     """Return the control points of the derivative `order` from those of the one above."""
     m = len(control) - 1
@@ -307,7 +307,7 @@ def _derivative(control: Floats, spans: Floats, order: int) -> Floats:
     return lower
 
 
-@kernel
+@inner
 def _slack(limits: Limits, order: int, x: float, y: float, z: float) -> float:
     """Return the product of how far below its limits a control point of a derivative is; not positive outside."""
     level = x * x + y * y

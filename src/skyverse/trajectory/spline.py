@@ -10,7 +10,7 @@ value, by the first, by the second, by the first twice, by both, by the second t
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.space.box import Ints
 
@@ -45,7 +45,7 @@ def make_rows(spans: Floats, order: int) -> Floats:
     return rows
 
 
-@kernel
+@inner
 def multiply(a: Floats, b: Floats, out: Floats, sign: float) -> None:
     """Add the product of two jets, times a sign, to a third."""
     out[0] += sign * a[0] * b[0]
@@ -56,7 +56,7 @@ def multiply(a: Floats, b: Floats, out: Floats, sign: float) -> None:
     out[5] += sign * (a[5] * b[0] + 2.0 * a[2] * b[2] + a[0] * b[5])
 
 
-@kernel
+@inner
 def _per_time(spans: Floats, box_of: Ints, left: int, first: int, last: int, degree: float, out: Floats) -> None:
     """Write the jet of ``degree / time_of(spans, first, last)``."""
     one = two = 0.0
@@ -139,7 +139,7 @@ def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
     return result, finer
 
 
-@kernel
+@inner
 def _instants(spans: Floats) -> Floats:
     instants = np.zeros(len(spans) + 1)
     for k in range(len(spans)):
