@@ -35,7 +35,7 @@ NUMBERS = ["0", "-1", "1", "nan", "inf", "-inf", "1e308", "1e-308", "99999999999
 VALUES: list[Any] = [None, True, False, 0, -1, 1e308, float("nan"), 10**30, "", "x", "\0", "\u2028", "NaN", [], {},
                      [[]], [None], {"a": 1}, [0, 0, 0], [[[[]]]]]  # fmt: skip
 FEATURES = (".geojson", ".kml", ".kmz", ".osm", ".pbf", ".gpkg", ".fgb", ".shp")
-RASTERS = (".tif", ".asc", ".hgt", ".bil", ".vrt")
+RASTERS = (".tif", ".asc", ".hgt", ".bil")
 
 
 def read(path: Path) -> None:

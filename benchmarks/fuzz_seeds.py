@@ -155,7 +155,6 @@ def write_seeds(folder: Path) -> dict[str, list[Path]]:
     seed("terrain.asc", raster, "terrain.prj")
     seed("N46E012.hgt", hgt)
     seed("terrain.bil", raster, "terrain.hdr", "terrain.prj")
-    seed("terrain.vrt", raster, "terrain.tif")
     return seeds
 
 
@@ -239,7 +238,7 @@ def raster(path: Path) -> None:
     from rasterio.shutil import copy
     from rasterio.transform import from_origin
 
-    drivers = {".bil": "EHdr", ".vrt": "VRT", ".asc": "AAIGrid"}
+    drivers = {".bil": "EHdr", ".asc": "AAIGrid"}
     heights = np.random.default_rng(1).random((1, 40, 40)).astype("float32") * 50 + 1500
     kind = {"driver": "GTiff", "width": 40, "height": 40, "count": 1, "dtype": "float32", "nodata": -9999}
     if path.name == "packed.tif":

@@ -89,3 +89,16 @@ def test_points_that_are_nowhere_are_refused(value):
 def test_a_cloud_without_points_is_refused():
     with pytest.raises(sky.InputError, match="a: expected points, found none"):
         voxels_of_points("a", lambda: iter([]))
+
+
+def test_an_unpacker_that_gives_up_ends_in_one_sentence(tmp_path, monkeypatch):
+    class Panic(BaseException):
+        """As pyo3 raises it where Rust code panics."""
+
+    def panics(*_):
+        raise Panic("capacity overflow")
+
+    path = las(tmp_path / "cloud.laz", np.zeros((3, 3)))
+    monkeypatch.setattr(pytest.importorskip("laspy").LasReader, "chunk_iterator", panics)
+    with pytest.raises(sky.InputError, match=r"cloud.laz: cannot be read as LAS: capacity overflow"):
+        read_las(path)

@@ -1,6 +1,8 @@
 """Meshes become the voxels that they touch, and their inside."""
 
 import itertools
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -107,6 +109,14 @@ def test_a_mesh_that_is_wrong_is_refused(name, data, says, tmp_path):
     assert str(error.value).startswith(str(tmp_path / name))
     assert says in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_what_a_library_thinks_of_a_mesh_is_not_printed(tmp_path):
+    facet = "facet normal 0 x 1\nouter loop\nvertex 0 0 0\nvertex 9 0 0\nvertex 0 9 0\nendloop\nendfacet"
+    (tmp_path / "a.stl").write_text(f"solid x\n{facet}\nendsolid")
+    read = [sys.executable, "-c", "import skyverse; skyverse.read('a.stl')"]
+    done = subprocess.run(read, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
 
 
 @pytest.mark.parametrize("size", [0, -1, np.nan, np.inf, 1e-9])

@@ -380,6 +380,22 @@ def test_what_is_no_raster_is_refused_in_one_sentence(tmp_path, content):
         read_terrain([Raster(tmp_path / "none.tif")], DAVOS, REGION)
 
 
+@pytest.mark.parametrize("name", ["far.vrt", "far.tif"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        '<VRTDataset rasterXSize="1" rasterYSize="1"/>',
+        "\ufeff\n<GDAL_WMS><Service name='TMS'><ServerUrl>http://127.0.0.1:9/</ServerUrl></Service></GDAL_WMS>",
+        '{"stac_version": "1.0.0"}',
+    ],
+)
+def test_a_file_that_only_points_to_others_is_refused_unopened(tmp_path, monkeypatch, name, content):
+    monkeypatch.setattr(rasterio, "open", None)
+    (tmp_path / name).write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=f"{name}: expected a raster .* only points to others"):
+        read_terrain([Raster(tmp_path / name)], DAVOS, REGION)
+
+
 def test_a_damaged_file_is_refused_in_one_sentence(tmp_path):
     path = square(tmp_path / "a.tif", hills(200), compress="deflate")
     content = path.read_bytes()

@@ -1,6 +1,7 @@
 """Meshes as voxels, STL, OBJ and PLY, read by trimesh: the surface, and the inside where there is one."""
 
 import io
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,7 @@ def _loaded(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the vertices (n, 3), and the triangles (m, 3) as numbers of vertices."""
     import trimesh
 
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # what it would print is said once, below
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"{path}: expected at most {MAX_BYTES >> 20} MB, found {path.stat().st_size >> 20}")

@@ -211,17 +211,29 @@ def opened(raster: Raster) -> Iterator[Opened]:
     path = Path(raster.path)
     if not path.is_file():
         raise InputError(f"{path}: no such file")
+    _require_own(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
         warnings.simplefilter("ignore", RuntimeWarning)  # of numbers for no data that are none
         try:
             data = rasterio.open(path)
-        except (rasterio.errors.RasterioError, UnicodeError) as error:
+        except (rasterio.errors.RasterioError, rasterio.errors.CRSError, UnicodeError) as error:
             raise InputError(
                 f"{path}: expected a raster such as a GeoTIFF, found it cut off or something else: {_first(error)}"
             ) from None
         with data:
             yield Opened(raster, data)
+
+
+def _require_own(path: Path) -> None:
+    """Refuse a file that names others, some of them on servers, which GDAL would open."""
+    with path.open("rb") as file:
+        text = file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip()
+    if text[:1] in (b"<", b"{") or ".gti" in path.suffixes:
+        raise InputError(
+            f"{path}: expected a raster such as a GeoTIFF, found what only points to others (such as a .vrt); "
+            "give those themselves, several may follow one option"
+        )
 
 
 def _first(error: BaseException) -> str:
