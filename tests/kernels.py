@@ -10,18 +10,19 @@ import skyverse as sky
 
 
 def any_angle():
-    """Taut among boxes, and among other shapes over terrain."""
+    """Taut among boxes, trajectories and conflicts; Taut among other shapes over terrain."""
     sky.Taut().plan(sky.Problem(sky.read("map1")))
+    sky.plan_mission(sky.read("table-4.8"), sky.Taut(), rng=1)
     sky.Taut().plan(sky.Problem(sky.read("jacksboro")))
 
 
 def lattice():
-    """A* and MVO, trajectories, conflicts."""
+    """A* and the hybrids; MVO, whose mission needs by then what the other process has compiled."""
     stop = sky.MaxIterations(2)
     fleet = sky.read("table-4.8")
-    sky.plan_mission(fleet, sky.MVO(), stop=stop, rng=1)
     sky.HybridMVO().plan(sky.Problem(fleet), stop=stop, rng=1)
     sky.HybridMVO(legs="straight").plan(sky.Problem(sky.random_threats()), stop=stop, rng=1)
+    sky.plan_mission(fleet, sky.MVO(), stop=stop, rng=1)
 
 
 PARTS = {part.__name__: part for part in (any_angle, lattice)}
