@@ -34,7 +34,8 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     await Plotly.newPlot("map", traces.map(dress), {
       xaxis: axis("x, east (m)", 0), yaxis: { ...axis("y, north (m)", 1), scaleanchor: "x" }, font: font("soft", 12), showlegend: false,
       images: ground ? [{ ...ground, xref: "x", yref: "y", sizing: "stretch", layer: "below" }] : [],
-      annotations: [north], margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("soft"), activecolor: colour("ink") },
+      annotations: [north], margin: { l: 8, r: 10, t: 30, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       hoverlabel: { font: font("ink", 12) }, dragmode: "pan", hovermode: "closest",
     }, { ...config, scrollZoom: true, modeBarButtonsToRemove: [...config.modeBarButtonsToRemove, "select2d", "lasso2d", "autoScale2d"] });
     const contours = traces.find((trace) => trace.meta.role === "contours");

@@ -280,6 +280,7 @@
       annotations: stretch === 1 ? [] : [{ text: `Heights are drawn ${stretch} times as large`, xref: "paper", yref: "paper", x: 0.01, y: 0.99, showarrow: false, font: { size: 12, color: colour("soft") } }],
       scene: { ...axes(), ...aspect(), camera: camera(view), dragmode: "orbit" }, showlegend: false, font,
       margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)",
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("soft"), activecolor: colour("ink") },
       hoverlabel: { font: { family: font.family, size: 12 } },
     }, config);
     ready = true;
