@@ -290,6 +290,25 @@ def test_uavs_move_without_anything_else_being_laid_out_anew(tmp_path, tab):
     assert tab.errors == []
 
 
+def test_uavs_move_by_plotlys_own_way_where_its_scene_is_not_as_it_was(tmp_path, tab):
+    mission = town(5)
+    target = tmp_path / "page.html"
+    write_html(mission, target)
+    tab.goto(target.as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    tab.evaluate(f"""() => {{
+      const host = document.getElementById("space");
+      delete {SCENE}.traces[host._fullData.at(-1).uid];
+      window.laid = 0;
+      host.on("plotly_afterplot", () => {{ window.laid += 1; }});
+    }}""")
+    tab.get_by_role("slider", name="Time of flight in seconds").fill("30")
+    until(tab, "window.laid > 0")
+    expected = [trajectory.at(30.0).position[0] for trajectory in mission.trajectories]
+    np.testing.assert_allclose(tab.evaluate(FLEET), expected, atol=0.01)
+    assert tab.errors == []
+
+
 def test_a_page_says_that_all_is_proven_only_where_it_is():
     mission = sky.plan_mission(sky.read("map1"), sky.Taut())
     assert "this is proven" in banner(scene(mission))
