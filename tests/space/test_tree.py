@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skyverse.space import box, tree
+from skyverse.space.tree import FIRST, SKIP, STOP
 
 
 def some_boxes(rng, count):
@@ -37,8 +38,9 @@ def test_every_node_bounds_what_is_below_it_and_every_box_has_one_leaf(count):
     given_ = some_boxes(np.random.default_rng(0), count)
     index, order = tree.build(given_)
     boxes = given_[order]
-    assert sum(index.stop - index.first) == count
-    for node, skip in enumerate(index.skip):
-        below = [i for leaf in range(node, skip) for i in range(index.first[leaf], index.stop[leaf])]
+    links = index.links
+    assert sum(links[:, STOP] - links[:, FIRST]) == count
+    for node, skip in enumerate(links[:, SKIP]):
+        below = [i for leaf in range(node, skip) for i in range(links[leaf, FIRST], links[leaf, STOP])]
         np.testing.assert_array_equal(index.bounds[node, :3], boxes[below, :3].min(axis=0))
         np.testing.assert_array_equal(index.bounds[node, 3:], boxes[below, 3:].max(axis=0))

@@ -7,6 +7,7 @@ from skyverse.result import Floats
 from skyverse.space import box
 from skyverse.space.box import TOLERANCE
 from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids
+from skyverse.space.tree import FIRST, SKIP, STOP
 
 
 @inner_query
@@ -21,11 +22,11 @@ def priced(solids: Solids, prices: Floats, a: Floats, b: Floats) -> float:
     r = box.ray(a, b)
     total = 0.0
     node = 0
-    while node < len(index.skip):
+    while node < len(index.links):
         if not box.meets(index.bounds, node, 2.0 * TOLERANCE, r):
-            node = index.skip[node]
+            node = index.links[node, SKIP]
             continue
-        for i in range(index.first[node], index.stop[node]):
+        for i in range(index.links[node, FIRST], index.links[node, STOP]):
             if box.meets(solids.bounds, i, 2.0 * TOLERANCE, r):
                 total += prices[i] * chord(solids, i, a, b)
         node += 1

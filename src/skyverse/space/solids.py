@@ -11,7 +11,7 @@ from skyverse.result import Floats
 from skyverse.shapes import Box, Cylinder, Prism, Sphere
 from skyverse.space import box, polygon, tree
 from skyverse.space.box import TOLERANCE, Ints
-from skyverse.space.tree import Tree
+from skyverse.space.tree import FIRST, SKIP, STOP, Tree
 
 BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
 """Kinds. Obstacles that are boxes have a table of their own; among zones, they stand here."""
@@ -204,11 +204,11 @@ def containing(solids: Solids, growth: float, x: float, y: float, z: float) -> i
     """Return a solid whose interior, grown by `growth`, holds the point, or -1."""
     index = solids.tree
     node = 0
-    while node < len(index.skip):
+    while node < len(index.links):
         if not box.holds(index.bounds, node, growth, x, y, z):
-            node = index.skip[node]
+            node = index.links[node, SKIP]
             continue
-        for i in range(index.first[node], index.stop[node]):
+        for i in range(index.links[node, FIRST], index.links[node, STOP]):
             if holds(solids, i, growth, x, y, z):
                 return i
         node += 1
@@ -221,11 +221,11 @@ def crossed(solids: Solids, growth: float, a: Floats, b: Floats) -> int:
     index = solids.tree
     r = box.ray(a, b)
     node = 0
-    while node < len(index.skip):
+    while node < len(index.links):
         if not box.meets(index.bounds, node, growth, r):
-            node = index.skip[node]
+            node = index.links[node, SKIP]
             continue
-        for i in range(index.first[node], index.stop[node]):
+        for i in range(index.links[node, FIRST], index.links[node, STOP]):
             if box.meets(solids.bounds, i, growth, r) and meets(solids, i, growth, a, b):
                 return i
         node += 1
@@ -237,11 +237,11 @@ def reaching(solids: Solids, growth: float, low: Floats, high: Floats) -> int:
     """Return a solid that, grown by `growth`, reaches into the open box between two corners, or -1."""
     index = solids.tree
     node = 0
-    while node < len(index.skip):
+    while node < len(index.links):
         if not box.reaches(index.bounds, node, growth, low, high):
-            node = index.skip[node]
+            node = index.links[node, SKIP]
             continue
-        for i in range(index.first[node], index.stop[node]):
+        for i in range(index.links[node, FIRST], index.links[node, STOP]):
             if reaches(solids, i, growth, low, high):
                 return i
         node += 1
@@ -253,11 +253,11 @@ def distance(solids: Solids, nearest: float, x: float, y: float, z: float) -> fl
     """Return the Euclidean distance to the nearest solid as given, negative inside, or `nearest` if that is less."""
     index = solids.tree
     node = 0
-    while node < len(index.skip):
+    while node < len(index.links):
         if box.gap(index.bounds, node, x, y, z) >= nearest:
-            node = index.skip[node]
+            node = index.links[node, SKIP]
             continue
-        for i in range(index.first[node], index.stop[node]):
+        for i in range(index.links[node, FIRST], index.links[node, STOP]):
             nearest = min(nearest, gap(solids, i, x, y, z))
         node += 1
     return nearest

@@ -1,7 +1,7 @@
 """The spatial index: a hierarchy of bounding boxes over the shapes, built once a world and walked without a stack.
 
-Nodes stand in preorder. A query that misses a node jumps to the node's `skip`, past its whole subtree; otherwise it
-goes on to the next one. So a walk is a loop over one rising number, and nothing is allocated.
+Nodes stand in preorder. A query that misses a node jumps where its links say (`SKIP`), past all below it; otherwise
+it goes on to the next one. So a walk is a loop over one rising number, and nothing is allocated.
 """
 
 from typing import NamedTuple
@@ -18,6 +18,9 @@ LEAF = 4
 """Shapes in a leaf at most."""
 
 
+SKIP, FIRST, STOP = 0, 1, 2
+
+
 class Tree(NamedTuple):
     """An index over boxes that stand in the tree's order.
 
@@ -25,16 +28,13 @@ class Tree(NamedTuple):
     ----------
     bounds
         (nodes, 6) metres: min and max corner of what is below.
-    skip
-        (nodes,) where a walk goes on that misses the node.
-    first, stop
-        (nodes,) a leaf's boxes; none (0, 0) in other nodes.
+    links
+        (nodes, 3) where a walk goes on that misses the node (`SKIP`), and a leaf's boxes, from `FIRST` up to before
+        `STOP`; none (0, 0) in other nodes.
     """
 
     bounds: Floats
-    skip: Ints
-    first: Ints
-    stop: Ints
+    links: Ints
 
 
 @kernel
@@ -47,9 +47,7 @@ def build(boxes: Floats) -> tuple[Tree, Ints]:
         sizes[count] = 1 + sizes[count // 2] + sizes[count - count // 2]
     nodes = sizes[n] if n else 0
     bounds = np.empty((nodes, 6))
-    skip = np.empty(nodes, np.int64)
-    first = np.zeros(nodes, np.int64)
-    stop = np.zeros(nodes, np.int64)
+    links = np.zeros((nodes, 3), np.int64)
     waiting = np.empty((64, 2), np.int64)  # ranges of `order`, halved at every level
     waiting[0, 0], waiting[0, 1] = 0, n
     depth = 1 if n else 0
@@ -65,9 +63,9 @@ def build(boxes: Floats) -> tuple[Tree, Ints]:
                 low[axis], high[axis] = min(low[axis], b), max(high[axis], c)
                 least[axis], most[axis] = min(least[axis], b + c), max(most[axis], b + c)
         put_box(bounds, node, low, high)
-        skip[node] = node + sizes[z - a]
+        links[node, SKIP] = node + sizes[z - a]
         if z - a <= LEAF:
-            first[node], stop[node] = a, z
+            links[node, FIRST], links[node, STOP] = a, z
         else:
             axis = 0
             for other in range(1, 3):
@@ -84,18 +82,18 @@ def build(boxes: Floats) -> tuple[Tree, Ints]:
             waiting[depth + 1, 0], waiting[depth + 1, 1] = a, middle
             depth += 2
         node += 1
-    return Tree(bounds, skip, first, stop), order
+    return Tree(bounds, links), order
 
 
 @query
 def containing(tree: Tree, boxes: Floats, growth: float, x: float, y: float, z: float) -> int:
     """Return a box whose interior, grown by `growth`, holds the point, or -1."""
     node = 0
-    while node < len(tree.skip):
+    while node < len(tree.links):
         if not box.holds(tree.bounds, node, growth, x, y, z):
-            node = tree.skip[node]
+            node = tree.links[node, SKIP]
             continue
-        for i in range(tree.first[node], tree.stop[node]):
+        for i in range(tree.links[node, FIRST], tree.links[node, STOP]):
             if box.holds(boxes, i, growth, x, y, z):
                 return i
         node += 1
@@ -107,11 +105,11 @@ def crossed(tree: Tree, boxes: Floats, growth: float, a: Floats, b: Floats) -> i
     """Return a box whose interior, grown by `growth`, the segment a-b meets, or -1."""
     r = box.ray(a, b)
     node = 0
-    while node < len(tree.skip):
+    while node < len(tree.links):
         if not box.meets(tree.bounds, node, growth, r):
-            node = tree.skip[node]
+            node = tree.links[node, SKIP]
             continue
-        for i in range(tree.first[node], tree.stop[node]):
+        for i in range(tree.links[node, FIRST], tree.links[node, STOP]):
             if box.meets(boxes, i, growth, r):
                 return i
         node += 1
@@ -124,11 +122,11 @@ def touching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats
     found = np.empty(64, np.int64)
     count = 0
     node = 0
-    while node < len(tree.skip):
+    while node < len(tree.links):
         if not box.touches(tree.bounds, node, growth, low, high):
-            node = tree.skip[node]
+            node = tree.links[node, SKIP]
             continue
-        for i in range(tree.first[node], tree.stop[node]):
+        for i in range(tree.links[node, FIRST], tree.links[node, STOP]):
             if box.touches(boxes, i, growth, low, high):
                 if count == len(found):
                     found = twice_line(found)
@@ -143,11 +141,11 @@ def distance(tree: Tree, boxes: Floats, x: float, y: float, z: float) -> float:
     """Return the Euclidean distance to the nearest box as given, negative inside; infinite without boxes."""
     nearest = np.inf
     node = 0
-    while node < len(tree.skip):
+    while node < len(tree.links):
         if box.gap(tree.bounds, node, x, y, z) >= nearest:
-            node = tree.skip[node]
+            node = tree.links[node, SKIP]
             continue
-        for i in range(tree.first[node], tree.stop[node]):
+        for i in range(tree.links[node, FIRST], tree.links[node, STOP]):
             nearest = min(nearest, box.gap(boxes, i, x, y, z))
         node += 1
     return nearest

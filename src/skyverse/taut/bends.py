@@ -14,6 +14,7 @@ from skyverse.result import Floats
 from skyverse.space import box, tree
 from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
+from skyverse.space.tree import FIRST, SKIP, STOP
 from skyverse.space.world import Space
 
 HAIR = 1e-9
@@ -66,7 +67,7 @@ def nearby(edges: Edges, start: Floats, goal: Floats, length: float, most: int) 
     low, high = spheroid(start, goal, length)
     node = 0
     bounds = edges.tree.bounds
-    while node < len(edges.tree.skip):
+    while node < len(edges.tree.links):
         if (
             bounds[node, 0] > high[0]
             or bounds[node, 3] < low[0]
@@ -75,9 +76,9 @@ def nearby(edges: Edges, start: Floats, goal: Floats, length: float, most: int) 
             or bounds[node, 2] > high[2]
             or bounds[node, 5] < low[2]
         ):
-            node = edges.tree.skip[node]
+            node = edges.tree.links[node, SKIP]
             continue
-        for e in range(edges.tree.first[node], edges.tree.stop[node]):
+        for e in range(edges.tree.links[node, FIRST], edges.tree.links[node, STOP]):
             x = closest(edges, e, start, goal)
             if through(edges, e, x, start, goal) < length:
                 found[count] = e

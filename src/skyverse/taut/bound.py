@@ -19,6 +19,7 @@ from skyverse.rows import put, put_box
 from skyverse.space import box
 from skyverse.space.box import Ints
 from skyverse.space.edges import Edges
+from skyverse.space.tree import FIRST, SKIP, STOP
 from skyverse.space.world import Space
 from skyverse.taut.bends import HAIR, distance, nearby
 
@@ -216,11 +217,11 @@ def _blocked(space: Space, growth: float, ends: Floats, v: int, w: int) -> bool:
         b[axis] = 0.5 * (ends[w, axis] + ends[w, axis + 3])
     r = box.ray(a, b)
     node = 0
-    while node < len(space.tree.skip):
+    while node < len(space.tree.links):
         if not box.meets(space.tree.bounds, node, growth, r):
-            node = space.tree.skip[node]
+            node = space.tree.links[node, SKIP]
             continue
-        for i in range(space.tree.first[node], space.tree.stop[node]):
+        for i in range(space.tree.links[node, FIRST], space.tree.links[node, STOP]):
             if box.meets(space.boxes, i, growth, r) and _all_meet(space.boxes, i, growth, ends, v, w):
                 return True
         node += 1

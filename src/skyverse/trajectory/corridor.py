@@ -11,6 +11,7 @@ from skyverse.kernel import inner, kernel
 from skyverse.result import Floats
 from skyverse.rows import order_of, towards
 from skyverse.space import box, solids, tree
+from skyverse.space.tree import FIRST, SKIP, STOP
 from skyverse.space.world import Space, ground_reaches
 
 MOST = 400
@@ -137,11 +138,11 @@ def _is_free(space: Space, b: Floats) -> bool:
     node = 0
     index = space.tree
     growth = space.clearance - box.TOLERANCE
-    while node < len(index.skip):
+    while node < len(index.links):
         if not box.touches(index.bounds, node, growth, b[:3], b[3:]):
-            node = index.skip[node]
+            node = index.links[node, SKIP]
             continue
-        for i in range(index.first[node], index.stop[node]):
+        for i in range(index.links[node, FIRST], index.links[node, STOP]):
             if _reaches(space, i, b):
                 return False
         node += 1
