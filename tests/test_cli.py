@@ -257,6 +257,18 @@ def test_output_that_cannot_be_kept_is_refused_before_the_run(skyverse, tmp_path
         assert "read-only" in complaint(skyverse("plan", "map1", "-o", "locked/m.json"))
 
 
+def test_what_is_read_is_never_replaced(skyverse, tmp_path):
+    sky.write(sky.read_scenario("map2"), "map.json")
+    square = [[8.5, 47.3], [8.51, 47.3], [8.51, 47.31], [8.5, 47.3]]
+    shape = {"type": "Feature", "properties": {"height": 9}, "geometry": {"type": "Polygon", "coordinates": [square]}}
+    (tmp_path / "town.json").write_text(json.dumps({"type": "FeatureCollection", "features": [shape]}))
+    before = {name: (tmp_path / name).read_bytes() for name in ("map.json", "town.json")}
+    build = ("scenario", "build", "--ground", "0 m amsl", "--buildings", "town.json", "-o", "./town.json")
+    for words in (("plan", "map.json", "-o", str(tmp_path / "map.json")), build):
+        assert "expected another file than what is read" in complaint(skyverse(*words))
+    assert {name: (tmp_path / name).read_bytes() for name in before} == before
+
+
 @pytest.mark.parametrize("name", ["../../up", "/tmp/abs", "..", "a\nb", "x" * 300, "<b>", "übung 1"])
 def test_the_name_of_a_scenario_never_leads_out_of_the_folder(skyverse, tmp_path, name):
     sky.write(sky.read_scenario("map2").model_copy(update={"name": name}), "named.json")

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 FOOT = 0.3048
 """Metres."""
+DEEPEST, HIGHEST = 11_000, 50_000
+"""Metres below and above what an altitude is counted from, as far as any makes sense."""
 
 
 @dataclass(frozen=True)
@@ -56,4 +58,7 @@ def parse_altitude(text: str) -> Altitude:
             f"expected an altitude with what it is counted from, amsl (mean sea level), agl (the ground) or home, "
             f"found {text.strip()!r:.40}"
         )
-    return _FRAMES[frame.lower()](float(number) * (FOOT if (unit or "").lower() == "ft" else 1.0))
+    metres = float(number) * (FOOT if (unit or "").lower() == "ft" else 1.0)
+    if not -DEEPEST <= metres <= HIGHEST:
+        raise ValueError(f"expected an altitude from -{DEEPEST:,} to {HIGHEST:,} m, found {text.strip()!r:.40}")
+    return _FRAMES[frame.lower()](metres)

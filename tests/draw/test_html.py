@@ -67,6 +67,17 @@ def test_the_page_nests_and_loads_nothing_from_elsewhere(case, request):
     assert "http" not in policy
 
 
+def test_a_mission_over_terrain_that_goes_nowhere_has_a_page():
+    flown = town(3)
+    start = flown.scenario.uavs[0].start
+    up = (start[0], start[1], start[2] + 20)
+    for target in (start, up):
+        uav = sky.UAV(name="uav", start=start)
+        bare = {"obstacles": (), "zones": (), "uavs": (uav,), "targets": (sky.Target(name="there", position=target),)}
+        mission = sky.plan_mission(flown.scenario.model_copy(update=bare), sky.Taut(), rng=1)
+        read(page(scene(mission)))
+
+
 def test_strings_of_the_user_stay_text(troubled):
     text = page(scene(troubled))
     own = re.sub(r"(?s)<script>.*?</script>", "", text)

@@ -61,7 +61,7 @@ def around(box, clearance, height):
 
 
 @pytest.mark.parametrize("above", ["amsl", "home"])
-@pytest.mark.parametrize("radius", [0.5, 2.0, 5.0])
+@pytest.mark.parametrize("radius", [0.5, 2.0, 5.0, 40.0])
 def test_a_path_that_touches_corners_is_moved_out_until_they_may_be_cut(above, radius):
     box = ((-10, -10, 0), (10, 10, 40))
     mission = handmade.mission([handmade.along(around(box, 1.0, 15.0), 10)], boxes=[box], clearance=1.0, origin=ORIGIN)
@@ -195,7 +195,8 @@ def test_scenarios_without_an_origin_say_how_to_give_one(tmp_path):
     [
         ({"altitude": "agl"}, r"altitudes above ground \(agl\) need a terrain"),
         ({"altitude": "sea"}, "expected altitudes as amsl or home or agl, found 'sea'"),
-        ({"radius": 0.0}, "radius: expected metres from 0.05 on, found 0.0"),
+        ({"radius": 0.0}, "radius: expected metres from 0.05 to 1000, found 0.0"),
+        ({"radius": 1e6}, "radius: expected metres from 0.05 to 1000"),
         ({"radius": float("nan")}, "radius: expected metres"),
         ({"takeoff": -1.0}, "takeoff: expected metres from 0 on, found -1.0"),
     ],
@@ -272,6 +273,7 @@ def test_waypoints_of_uavs_that_would_meet_are_refused_unless_one_says_that_they
     notes = []
     assert len(sky.export(crossing(25.0), tmp_path / "m.plan", on_note=notes.append)) == 2
     assert "straight legs proven" in notes[0]
+    assert "above ground" not in notes[0]
     assert "Between waypoints, on schedule: " in notes[2]
 
 

@@ -303,6 +303,7 @@ SPACED = "<outerBoundaryIs><LinearRing><coordinates>7, 47 8, 47</coordinates></L
         (kml("<LineString><coordinates>7,47 7.1,47</coordinates></LineString>"), ("line", "--buffer")),
         (kml(f"<Polygon>{SPACED}</Polygon>"), ("longitude,latitude",)),
         (kml("<name>nothing</name>"), ("found none",)),
+        (kml(kml_polygon()).replace("<Placemark>", "<NetworkLink/><Placemark>", 1), ("NetworkLink",)),
         ('<!DOCTYPE x [<!ENTITY a "b">]>' + kml(kml_polygon()), ("document type",)),
         ("<kml>", ("expected XML",)),
         ("", ("expected XML",)),

@@ -202,7 +202,7 @@ def plan(
     out = output if output is not None else Path("out") / f"{file_name(asked.name)}.json"
     if out.suffix.lower() != ".json":
         raise InputError(f"--output: {out}: a mission is written as .json")
-    refuse_output(out)
+    refuse_output(out, scenario)
     if page:
         refuse_output(out.with_suffix(".html"))
     with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:

@@ -62,7 +62,7 @@ def export(
     import skyverse as sky
 
     read = sky.read_mission(mission)
-    refuse_output(output)
+    refuse_output(output, mission)
     at = read.scenario.frame.origin if origin is None else origin_of(origin)
     if at is not None and geoid is not None:
         at = _with_geoid(at, geoid)

@@ -167,7 +167,8 @@ def build(
 
     if output.suffix.lower() not in (".yaml", ".yml", ".json"):
         raise InputError(f"--output: expected a file ending in .yaml, .yml or .json, found {str(output)!r}")
-    refuse_output(output)
+    risky = [_pair("--soft-zones", word, float) for word in soft_zones or ()]
+    refuse_output(output, *(terrain or ()), *(buildings or ()), *(zones or ()), *(voxels or ()), *(f for f, _ in risky))
     notes: list[Note] = []
     with _watched(notes) as on_note:
         made = build_scenario(
@@ -175,7 +176,7 @@ def build(
             terrain=[Raster(path, terrain_crs, terrain_band, terrain_unit, nodata) for path in terrain or ()],
             buildings=buildings or (),
             zones=zones or (),
-            soft_zones=[_pair("--soft-zones", word, float) for word in soft_zones or ()],
+            soft_zones=risky,
             voxels=voxels or (),
             uavs=_places("--uav", "uav", uav or []),
             targets=_places("--target", "target", target or []),

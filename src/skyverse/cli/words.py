@@ -214,11 +214,13 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
 
 
-def refuse_output(path: Path) -> None:
-    """Find out before a long run, not after it, that its result cannot be kept."""
+def refuse_output(path: Path, *read: str | Path) -> None:
+    """Find out before a long run, not after it, that its result cannot be kept, or would replace what is read."""
     import os
 
     make_folder(path.parent)
+    if path.exists() and any(Path(one).exists() and path.samefile(one) for one in read):
+        raise InputError(f"{path}: expected another file than what is read, which would be replaced")
     if path.is_dir():
         raise InputError(f"{path}: expected a file, found a folder")
     if not os.access(path.parent, os.W_OK):

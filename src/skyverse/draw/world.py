@@ -15,6 +15,8 @@ from skyverse.shapes import Box
 
 FINEST_ABOVE = 700
 """Heights along either side of the map."""
+LEAST_MARGIN = 10.0
+"""Metres around a mission that goes nowhere."""
 MARGIN = 0.12
 """Around what there is in a map, as a share of how wide it is."""
 _STRETCHED = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
@@ -89,7 +91,7 @@ def _peopled(low: Floats, high: Floats, things: Sequence[Floats]) -> tuple[Float
     if not len(points):
         return low, high
     first, last = points.min(axis=0), points.max(axis=0)
-    margin = MARGIN * max(*(last - first)[:2], (last - first)[2] / 2)
+    margin = max(MARGIN * max(*(last - first)[:2], (last - first)[2] / 2), LEAST_MARGIN)
     first, last = np.clip([first - margin, last + margin], low, high)
     return np.append(first[:2], low[2]), last
 

@@ -207,9 +207,10 @@ def routes(
         for k, trajectory in enumerate(mission.trajectories):
             if trajectory is not None and scenario.uavs[k].fixed_wing is None:
                 require_home(scenario, k)
-    for noun, value, least in (("radius", radius, 0.05), ("takeoff", takeoff, 0.0)):
-        if not (math.isfinite(value) and value >= least):
-            raise InputError(f"{noun}: expected metres from {least:g} on, found {value!r}")
+    for noun, value, least, most in (("radius", radius, 0.05, 1000.0), ("takeoff", takeoff, 0.0, math.inf)):
+        if not (math.isfinite(value) and least <= value <= most):
+            until = f"to {most:g}" if most < math.inf else "on"
+            raise InputError(f"{noun}: expected metres from {least:g} {until}, found {value!r}")
     found = [
         route(scenario, k, trajectory, altitude, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
         for k, trajectory in enumerate(mission.trajectories)

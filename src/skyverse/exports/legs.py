@@ -24,7 +24,12 @@ ROUNDING = 0.016
 FINEST = 0.01
 """The least that is added to the clearance; what is added is this or twice, four times ... as much, metres."""
 WIDTHS = (0.32, 0.08, 0.02)
-"""Half the distance of the lines by which a cut corner is judged, metres: the finer where the coarser do not do."""
+"""Half the distance of the lines by which a cut corner is judged, metres: the finer where the coarser do not do.
+
+Where it is cut by more than `WIDE`, they are as much wider, so that a large corner takes no more lines.
+"""
+WIDE = 2.0
+"""Metres."""
 LATE = 1 / 8
 """The share of those lines that is judged by itself, since they run together there."""
 EARTH = 6_335_439.0
@@ -96,17 +101,19 @@ class Legs:
         apart = max(self.apart(before, at), self.apart(at, after))
         slope = 0.0 if self.above == "agl" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
         said = None
-        for width in WIDTHS:
+        for width in np.array(WIDTHS) * max(1.0, radius / WIDE):
             deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
             wide = _middles(float(np.linalg.norm(p - q)), width)
             sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
             starts = at + sides.reshape(-1, 3)
             # whatever is flown is within this of one of the lines from here to `after`, and the nearer the later
             between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 + slope)
+            whole = np.broadcast_to(after, starts.shape)
+            hopeless = self._meets(starts, whole, apart)
+            if hopeless is not None:
+                return hopeless  # finer lines would not help
             late = starts + (1 - LATE) * (after - starts)
-            said = self._meets(starts, late, apart + between) or self._meets(
-                late, np.broadcast_to(after, late.shape), apart + LATE * between
-            )
+            said = self._meets(starts, late, apart + between) or self._meets(late, whole, apart + LATE * between)
             if said is None:
                 return None
         return said

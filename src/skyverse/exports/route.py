@@ -65,13 +65,15 @@ class Route:
 
     def sentence(self, scenario: Scenario) -> str:
         """Say what is proven."""
-        name, clearance = scenario.uavs[self.uav].name, scenario.clearance
+        name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LET_PASS, 0)
+        low = max(scenario.ground_clearance - LET_PASS, 0)
+        ground = "" if scenario.terrain is None else f", {low:.4g} m above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
         cut += f" but at {held}, where it stops" if held else ""
         return (
             f"{name}: {len(self.points)} waypoints, {cut}: straight legs proven within bounds and clear of every "
-            f"obstacle by {max(clearance - LET_PASS, 0):.4g} m, at most {self.off:.3g} m off the trajectory."
+            f"obstacle by {clearance:.4g} m{ground}, at most {self.off:.3g} m off the trajectory."
         )
 
 

@@ -99,6 +99,10 @@ class _Reading:
     def start(self, tag: str, attributes: Mapping[str, str]) -> None:
         self._text.clear()
         self._inside.append(tag)
+        if tag == "NetworkLink":
+            raise InputError(
+                f"{self._path}: expected zones, found a NetworkLink to others; give those files themselves"
+            )
         if tag == "Placemark":
             self._count += 1
             self._fields, self._shapes = {}, []
