@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from skyverse.errors import InputError
 from skyverse.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
 from skyverse.shapes import Obstacle, Terrain, Zone
 from skyverse.vehicle import UAV
@@ -133,6 +134,16 @@ class Target(Model):
     position: Point
 
 
+GEOID = 150.0
+"""Metres that mean sea level nowhere lies above or below the ellipsoid by; 85 and -107 are the most."""
+
+
+def require_geoid(metres: float) -> None:
+    """Refuse what --geoid cannot be."""
+    if not -GEOID <= metres <= GEOID:
+        raise InputError(f"--geoid: expected metres from {-GEOID:g} to {GEOID:g}, found {metres:g}")
+
+
 class Origin(Model):
     """Where the local frame's zero lies.
 
@@ -150,7 +161,7 @@ class Origin(Model):
     latitude: Annotated[Number, Field(ge=-90, le=90)]
     longitude: Annotated[Number, Field(ge=-180, le=180)]
     altitude: Number
-    geoid: Number | None = None
+    geoid: Annotated[Number, Field(ge=-GEOID, le=GEOID)] | None = None
 
 
 class Frame(Model):

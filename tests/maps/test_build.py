@@ -518,6 +518,8 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
         (["--area", "1,2,3"], "--area: expected west,south,east,north in degrees, found '1,2,3'"),
         (["--terrain", "none.tif"], "none.tif: no such file"),
         (["--ground", "10 m agl"], "--ground: expected an altitude above mean sea level"),
+        (["--ground", "0 m amsl", "--geoid", "470"], "--geoid: expected metres from -150 to 150, found 470"),
+        (["--ground", "0 m amsl", "--geoid", "-5000"], "--geoid: expected metres from -150 to 150, found -5000"),
         (["--fill-nodata", "much"], "--fill-nodata: expected metres above sea level, or nearest"),
         (["--soft-zones", "z.geojson"], "--soft-zones: expected FILE=RISK"),
         (["--origin", "146,9,5 m amsl"], "--origin: expected a latitude"),
@@ -538,6 +540,22 @@ def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, m
     assert sentence in said
     assert said.count("\n") == 1
     assert not (tmp_path / "x.yaml").exists()
+
+
+def test_an_origin_has_a_geoid_that_there_is():
+    with pytest.raises(ValueError, match="less than or equal to 150"):
+        sky.Origin(latitude=46.8, longitude=9.8, altitude=0, geoid=470)
+    assert sky.Origin(latitude=46.8, longitude=9.8, altitude=0, geoid=-107).geoid == -107
+
+
+def test_a_raster_that_says_no_unit_is_told_unless_the_user_says_one(valley):
+    def told(raster):
+        notes = []
+        build_scenario("v", terrain=[raster], uavs=[START], on_note=notes.append)
+        return [note.text for note in notes if note.file == str(valley) and "unit" in note.text]
+
+    assert told(valley) == ["heights without a unit taken as metres; --terrain-unit ft takes them as feet"]
+    assert told(Raster(valley, unit="m")) == []
 
 
 @pytest.mark.skipif(not (DATA / "delft.city.json").is_file(), reason="the Delft buildings are not here")

@@ -1,6 +1,7 @@
 """Rasters of many kinds against PROJ's own pixels: the ground is where they are, and nowhere below them."""
 
 import os
+import re
 import tracemalloc
 from pathlib import Path
 
@@ -333,10 +334,101 @@ def test_a_pixel_without_data_raises_no_ground_below_the_sea(tmp_path):
 def test_what_looks_like_no_data_or_a_wrong_unit_is_refused(tmp_path):
     heights = np.full((60, 60), 1600.0)
     heights[30, 30] = -9999
-    with pytest.raises(InputError, match=r"it holds -9999, which is hardly a height; .* --nodata -9999"):
+    with pytest.raises(InputError, match=r"it holds -9999, which is hardly a height, .* --nodata -9999,"):
         read_terrain([Raster(square(tmp_path / "a.tif", heights))], DAVOS, REGION)
-    with pytest.raises(InputError, match=r"height of 16000 m, which is nowhere on Earth"):
+    with pytest.raises(InputError, match=r"it holds 16000, which is nowhere on Earth, in 100%"):
         read_terrain([Raster(square(tmp_path / "b.tif", np.full((60, 60), 16000.0)))], DAVOS, REGION)
+
+
+def slopes(size=100, level=1500.0):
+    """Ground with slopes of up to 45 degrees at pixels of 20 m."""
+    rows, columns = np.mgrid[:size, :size]
+    return (level + 150 * np.sin(rows / 8) * np.cos(columns / 9)).astype("float32")
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, -3.0, -999.0, -9998.0, -9999.9, 8888.0])
+@pytest.mark.parametrize("part", [np.s_[40:60, 35:70], np.s_[:60, :50], np.s_[50:51, 50:51], np.s_[10:90, 10:90]])
+def test_a_block_of_one_number_with_cliffs_all_round_is_no_ground(tmp_path, value, part):
+    heights = slopes()
+    heights[part] = value
+    path = square(tmp_path / "a.tif", heights)
+    said = f"{value:g}"
+    with pytest.raises(
+        InputError, match=rf"a\.tif: it holds {said}, .* at latitude 46\.\d+, .*--nodata {said},"
+    ) as error:
+        read_terrain([Raster(path)], DAVOS, REGION)
+    assert "\n" not in str(error.value)
+    with pytest.raises(InputError, match="of the area has no data"):
+        read_terrain([Raster(path, nodata=value)], DAVOS, REGION)
+    if value < 0 or value == 8888:
+        terrain, _ = read_terrain([Raster(path, nodata=np.nan)], DAVOS, REGION)
+        assert np.isfinite(terrain.heights).all()
+
+
+def test_an_area_that_lies_in_a_block_of_no_data_is_judged_by_what_is_around(tmp_path):
+    heights = slopes(200)
+    heights[60:140, 60:140] = 0
+    with pytest.raises(InputError, match=r"it holds 0, with a cliff all round it, in 100% of"):
+        read_terrain([Raster(square(tmp_path / "a.tif", heights))], DAVOS, REGION)
+
+
+def test_a_block_of_no_data_is_found_where_pixels_are_pooled(tmp_path, monkeypatch):
+    monkeypatch.setattr(raster_module, "DIRECT", 100.0)
+    monkeypatch.setattr(raster_module, "POOLED", 200.0)
+    heights = slopes(200)
+    heights[80:120, 80:120] = 0
+    with pytest.raises(InputError, match=r"it holds 0, with a cliff all round it"):
+        read_terrain([Raster(square(tmp_path / "a.tif", heights))], DAVOS, (-1500, -1500, 1500, 1500), step=120.0)
+
+
+def lake():
+    """A lake between slopes of 45 degrees."""
+    rows, columns = np.mgrid[:100, :100]
+    return np.maximum(600.0, 20.0 * np.hypot(rows - 50, columns - 50))
+
+
+def coast():
+    """The sea, and a shore that is a cliff of 400 m in its middle, and else rises by one in ten."""
+    rows, columns = np.mgrid[:100, :100]
+    cliff = np.abs(rows - 50) < 20
+    return np.where(columns < 50, 0.0, np.where(cliff, 400.0, 2.0 * (columns - 49)))
+
+
+def quarry():
+    """A plain in whole metres with a pit of 80 m, its walls upright."""
+    heights = np.full((100, 100), 90.0)
+    heights[40:60, 45:60] = 10
+    return heights
+
+
+def towers():
+    """Level ground, and roofs 500 m above it."""
+    heights = np.full((100, 100), 4.0)
+    heights[50:53, 50:53] = heights[40:44, 60:63] = 504
+    return heights
+
+
+def dam():
+    """A lake that a wall of 250 m holds back, and what it holds it back from."""
+    rows, columns = np.mgrid[:100, :100]
+    valley = 500.0 + 18.0 * np.abs(columns - 50)
+    return np.where(rows < 50, np.maximum(valley, 750.0), valley)
+
+
+@pytest.mark.parametrize("ground", [lake, coast, quarry, towers, dam, lambda: np.zeros((100, 100))])
+@pytest.mark.parametrize("whole", [False, True])
+def test_real_levels_are_ground_whatever_their_shores(tmp_path, ground, whole):
+    heights = ground().astype("int16" if whole else "float32")
+    for x, y in ((0, 0), (-500, 300), (400, -200)):
+        region = (x - 300, y - 300, x + 300, y + 300)
+        read_terrain([Raster(square(tmp_path / "a.tif", heights))], DAVOS, region)
+
+
+def test_the_mountains_of_a_real_elevation_model_are_all_ground(tmp_path):
+    cbook = pytest.importorskip("matplotlib.cbook")
+    heights = cbook.get_sample_data("jacksboro_fault_dem.npz")["elevation"]
+    path = square(tmp_path / "a.tif", heights)
+    read_terrain([Raster(path)], DAVOS, (-3000, -3000, 3000, 3000))
 
 
 def test_an_ascii_grid_has_no_coordinates_until_they_are_said(tmp_path):
@@ -483,6 +575,25 @@ def test_the_ground_between_ends_holds_all_ground_under_a_polygon():
     ramp = Terrain(origin=(-50, -30), step=(3, 2), heights=np.add.outer(np.arange(60) * 3.0, -np.arange(70) * 2.0))
     least, most = ground_between(ramp, np.array([line], dtype=object))
     assert most[0] - least[0] < 50
+
+
+@pytest.mark.skipif(not (DATA / "davosdorf.tif").is_file(), reason="the Davos terrain is not here")
+@pytest.mark.parametrize("value", [0, -999, -9998, -9999.9, 8888])
+def test_a_block_in_davos_is_refused_and_found_where_it_is(tmp_path, value):
+    with rasterio.open(DATA / "davosdorf.tif") as file:
+        heights, profile = file.read(1), file.profile
+    heights[200:280, 200:280] = value
+    with rasterio.open(tmp_path / "davos.tif", "w", **profile) as file:
+        file.write(heights, 1)
+    with opened(Raster(tmp_path / "davos.tif")) as file:
+        origin = Origin(latitude=46.8155, longitude=9.8238, altitude=1500)
+        with pytest.raises(InputError) as error:
+            read_terrain([Raster(tmp_path / "davos.tif")], origin, (-1500, -1500, 1500, 1500))
+        latitude, longitude = map(float, re.findall(r"latitude ([\d.]+), longitude ([\d.]+)", str(error.value))[0])
+        column, row = file.pixel(latitude, longitude)
+    assert 200 <= column <= 280
+    assert 200 <= row <= 280
+    assert f"davos.tif: it holds {value:g}, " in str(error.value)
 
 
 @pytest.mark.skipif(not (DATA / "davosdorf.tif").is_file(), reason="the Davos terrain is not here")

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from skyverse.cli.words import origin_of, refuse_output
-from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.scenario import Origin
@@ -86,6 +85,7 @@ def export(
 
 
 def _with_geoid(origin: "Origin", metres: float) -> "Origin":
-    if not -150 <= metres <= 150:
-        raise InputError(f"--geoid: expected metres from -150 to 150, found {metres:g}")
+    from skyverse.scenario import require_geoid
+
+    require_geoid(metres)
     return origin.model_copy(update={"geoid": metres})

@@ -40,6 +40,7 @@ from skyverse.scenario import (
     Scenario,
     Source,
     Target,
+    require_geoid,
 )
 from skyverse.shapes import Prism, Terrain, Voxels
 from skyverse.vehicle import UAV
@@ -59,6 +60,9 @@ class Note:
 
     file: str
     text: str
+
+
+UNSAID = "heights without a unit taken as metres; --terrain-unit ft takes them as feet"
 
 
 def _silent(_: Note) -> None:
@@ -163,7 +167,9 @@ def build_scenario(
     """
     _refuse_numbers(0.0, clearance=clearance, ground_clearance=ground_clearance, margin=margin, tolerance=tolerance)
     _refuse_numbers(1e-3, lattice_step=lattice_step, terrain_step=terrain_step, band_weight=band_weight)
-    _refuse_numbers(-1000.0, geoid=geoid, fill_nodata=None if fill_nodata == "nearest" else fill_nodata)
+    _refuse_numbers(-1000.0, fill_nodata=None if fill_nodata == "nearest" else fill_nodata)
+    if geoid is not None:
+        require_geoid(geoid)
     rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in terrain]
     starts, goals = named(uavs, "uav"), named(targets, "target")
     places = [*starts.values(), *goals.values()]
@@ -181,8 +187,9 @@ def build_scenario(
     with ExitStack() as stack:
         files = [stack.enter_context(opened(raster)) for raster in rasters]
         for file in files:
-            if file.doubt:
-                on_note(Note(file.path, file.doubt))
+            for said in (file.doubt, "" if file.says_unit else UNSAID):
+                if said:
+                    on_note(Note(file.path, said))
         for some in (starts, goals):
             refuse_off_map(some, files)
         bounds = None if area is None else Area(*area)

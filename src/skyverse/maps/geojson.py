@@ -1,6 +1,7 @@
 """GeoJSON, and the zones of ED-269 and ED-318 that are much like it, checked at every place."""
 
 import json
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
@@ -14,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from skyverse.errors import InputError
 from skyverse.maps.limits import printable
 from skyverse.maps.outlines import WGS84, named_crs
+from skyverse.maps.radius import of_circle
 from skyverse.maps.record import Record
 
 
@@ -23,14 +25,25 @@ def load(path: Path) -> Any:
     Raises
     ------
     InputError
-        If it is no JSON, or holds numbers that are none.
+        If it is no JSON, holds numbers that are none, or says a field twice.
     """
 
     def no_number(text: str) -> NoReturn:
         raise InputError(f"{path}: expected numbers, found {text}")
 
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            twice = next(name for name, many in Counter(name for name, _ in pairs).items() if many > 1)
+            said = [value for name, value in pairs if name == twice]
+            raise InputError(
+                f"{path}: field {printable(twice)!r}: expected it once in an object, found it {len(said)} times: "
+                f"{_shown(said[0])} and {_shown(said[1])}{_within(found)}"
+            )
+        return found
+
     try:
-        return json.loads(path.read_bytes(), parse_constant=no_number)
+        return json.loads(path.read_bytes(), parse_constant=no_number, object_pairs_hook=once)
     except InputError:
         raise
     except OSError as error:
@@ -41,6 +54,12 @@ def load(path: Path) -> Any:
         raise InputError(f"{path}: expected JSON, found {found}: {printable(str(error))}") from None
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: expected JSON, found something else: {printable(str(error))}") from None
+
+
+def _within(fields: dict[str, Any]) -> str:
+    """Return which object it is, by what names it."""
+    known = next((name for name in ("name", "identifier", "id") if isinstance(fields.get(name), str | int)), None)
+    return "" if known is None else f", where {known!r} is {_shown(fields[known])}"
 
 
 def records(document: Any, path: Path) -> tuple[list[Record], pyproj.CRS]:
@@ -103,7 +122,8 @@ def _volume(volume: Any, fields: dict[str, Any], where: str) -> Record:
     own = {name: value for name, value in volume.items() if name != "horizontalProjection"}
     if flat.get("type") == "Circle":
         point = Point(_position(flat.get("center"), f"{where}: 'center'"))
-        return Record(point, {**fields, **own, "radius": _needed(flat, "radius", where)}, where)
+        _needed(flat, "radius", where)
+        return Record(point, {**fields, **own, **of_circle(flat, "type", "center")}, where)
     return Record(_geometry(flat, where), {**fields, **own}, where)
 
 
@@ -126,7 +146,7 @@ def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[Recor
     for name in ("layer", "extent"):
         said = geometry.get(name) if isinstance(geometry, dict) else None
         if isinstance(said, dict):
-            own.update({key: value for key, value in said.items() if key != "subType"})
+            own.update(said if name == "layer" else of_circle(said, "subType"))
         elif said is not None:
             raise InputError(f"{where}: {name!r}: expected fields, found {_shown(said)}")
     yield Record(_geometry(geometry, where), {**fields, **own}, where)

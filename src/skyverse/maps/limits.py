@@ -14,7 +14,7 @@ LOW = ("lowerlimit", "lower", "minaltitude", "minalt", "altitudelower", "loweral
 HIGH = ("upperlimit", "upper", "maxaltitude", "maxalt", "altitudeupper", "upperaltitude", "ceiling")
 _REFERENCE = ("verticalreference", "reference", "referencedatum", "altitudereference", "datum")
 _OWN_REFERENCE = ("verticalreference", "verti", "reference", "limitreference", "referencedatum", "altitudereference")
-_UNIT = ("uomdimensions", "uomdimensi", "uom", "unit", "units", "altitudeunit", "altitudeunits")
+UNIT = ("uomdimensions", "uomdimensi", "uom", "unit", "units", "altitudeunit", "altitudeunits")
 _OWN_UNIT = ("uom", "unit", "limituom", "limitunit")
 _FRAMES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
     **dict.fromkeys(("agl", "gnd", "ground", "sfc", "surface", "aboveground", "abovegroundlevel", "hei"), AboveGround),
@@ -32,15 +32,32 @@ class Properties:
     """A feature's fields, found whatever the case and punctuation of their names."""
 
     def __init__(self, fields: Mapping[str, Any]) -> None:
-        self._fields = {plain(name): (name, value) for name, value in fields.items() if not absent(value)}
+        self._fields: dict[str, list[tuple[str, Any]]] = {}
+        for name, value in fields.items():
+            if not absent(value):
+                self._fields.setdefault(plain(name), []).append((name, value))
 
     def get(self, name: str) -> Any:
-        """Return a field's value, or ``None``."""
-        return self._fields.get(plain(name), (name, None))[1]
+        """Return a field's value, or ``None``; of several, the last."""
+        return self._fields.get(plain(name), [(name, None)])[-1][1]
 
     def of(self, *names: str) -> Iterator[tuple[str, Any]]:
         """Return each field that is there, by its own name, and its value."""
-        return (self._fields[name] for name in names if name in self._fields)
+        return (field for name in names for field in self._fields.get(name, ()))
+
+    def unread(self, *words: str) -> str | None:
+        """Return the first field that holds a number, and any of these words in its name."""
+        named = ((name, *one) for name, found in self._fields.items() for one in found)
+        return next(
+            (
+                own
+                for name, own, value in named
+                if any(word in name for word in words)
+                and not isinstance(value, bool)
+                and (isinstance(value, int | float) or (isinstance(value, str) and value.strip()[0].isdigit()))
+            ),
+            None,
+        )
 
     def text(self, *names: str) -> str | None:
         """Return the first of these fields that is a text, in printable characters."""
@@ -139,7 +156,7 @@ def finite(value: object, place: str) -> float:
 
 
 def _scale(properties: Properties, side: str, where: str, choices: Choices, number: float) -> float:
-    for field, value in properties.of(*(side + name for name in _OWN_UNIT), *_UNIT):
+    for field, value in properties.of(*(side + name for name in _OWN_UNIT), *UNIT):
         scale = _UNITS.get(plain(value)) if isinstance(value, str) else None
         if scale is None:
             raise InputError(f"{where}: {field!r}: expected M or FT, found {printable(repr(value)):.40}")

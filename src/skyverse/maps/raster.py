@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from skyverse.altitude import FOOT
 from skyverse.errors import InputError
 from skyverse.geodesy import to_local, to_wgs84
+from skyverse.maps.gaps import blocks, refuse_gaps
 from skyverse.maps.smooth import Smooth
 from skyverse.scenario import Origin
 
@@ -32,6 +33,8 @@ _SPELT = {
 _NO_HEIGHT = (-32768.0, -32767.0, -9999.0, 32767.0, 65535.0)
 """What files write for no data, and sometimes forget to declare."""
 DEEPEST, HIGHEST = -11_000.0, 9_000.0
+LOWEST = -500.0
+"""Metres that no land lies below; the shore of the Dead Sea lies at -430 and sinks."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class Raster:
     unit
         ``"m"``, ``"ft"`` or ``"us-ft"``, in place of what the file says; metres where neither says.
     nodata
-        The number that stands for no data, in place of what the file says.
+        The number that stands for no data, beside what the file says; ``nan`` where none does, and every number is a
+        height.
     """
 
     path: str | Path
@@ -83,6 +87,7 @@ class Opened:
         if said.strip().lower() not in _SPELT:
             raise InputError(f"{self.path}: its heights are in {said!r}, not metres or feet; say which (m, ft, us-ft)")
         self.unit = UNITS[_SPELT[said.strip().lower()]]
+        self.says_unit = said != "" or metres is not None
         if said == "" and metres is not None:
             self.unit = metres
         flat = self.crs.to_2d()
@@ -91,6 +96,11 @@ class Opened:
         self.turn = 2 * np.pi / flat.axis_info[0].unit_conversion_factor if flat.is_geographic else None
         if data.transform.determinant == 0 or data.transform.is_identity or min(data.shape) < 2:
             raise InputError(f"{self.path}: it does not say where on Earth its pixels lie (no geotransform)")
+
+    @property
+    def all_heights(self) -> bool:
+        """Whether the user says that no number stands for no data."""
+        return self.nodata is not None and math.isnan(self.nodata)
 
     def _which(self, band: int | None) -> int:
         count = self.data.count
@@ -179,22 +189,35 @@ class Opened:
             raise InputError(f"{self.path}: cannot be read, it is cut off or damaged: {_first(error)}") from None
         holes = np.ma.getmaskarray(raw) | ~np.isfinite(values)
         if self.nodata is not None:
-            holes |= values == self.nodata
-        odd = np.isin(values, _NO_HEIGHT) & ~holes
-        if odd.any():
-            raise InputError(
-                f"{self.path}: it holds {values[odd][0]:g}, which is hardly a height; "
-                f"if it stands for no data, say --nodata {values[odd][0]:g}"
-            )
+            with np.errstate(over="ignore"):  # -9999.9 is another number in four bytes
+                holes |= values == (np.float32(self.nodata) if raw.dtype == np.float32 else self.nodata)
+        odd = np.isin(values, _NO_HEIGHT) & ~holes & (not self.all_heights)
         values = (values * self.data.scales[self.band - 1] + self.data.offsets[self.band - 1]) * self.unit
-        wild = ~holes & ((values < DEEPEST) | (values > HIGHEST))
-        if wild.any():
-            raise InputError(
-                f"{self.path}: it holds a height of {values[wild][0]:g} m, which is nowhere on Earth; "
-                "check its unit (--terrain-unit) and what stands for no data (--nodata)"
-            )
+        odd |= (values < LOWEST) & (values >= DEEPEST) & ~holes & (not self.all_heights)
+        wild = ~holes & ((values < DEEPEST) | (values > HIGHEST)) & ~odd
+        for bad, what in ((odd, "which is hardly a height"), (wild, "which is nowhere on Earth")):
+            if bad.any():
+                k, m = np.argwhere(bad)[0]
+                value = float(values[k, m])
+                share = float((values == value).mean())
+                self.refuse_height(value, share, (column + m + 0.5, row + k + 0.5), what, wild=bad is wild)
         values[holes] = np.nan
         return values
+
+    def refuse_height(
+        self, height: float, share: float, pixel: tuple[float, float], why: str, *, wild: bool = False
+    ) -> NoReturn:
+        """Refuse a height in metres, which so much of what was read has, as at a pixel."""
+        number = (height / self.unit - self.data.offsets[self.band - 1]) / self.data.scales[self.band - 1]
+        single = self.data.dtypes[self.band - 1] == "float32"
+        said = str(np.float32(number)).removesuffix(".0") if single else f"{number:.12g}"
+        longitude, latitude = self.places(*(np.array([at]) for at in pixel))
+        metres = "" if math.isclose(float(said), height, rel_tol=1e-6) else f" ({height:g} m)"
+        raise InputError(
+            f"{self.path}: it holds {said}{metres}, {why}, in {100 * share:.3g}% of the pixels looked at, such as at "
+            f"latitude {latitude[0]:.6f}, longitude {longitude[0]:.6f}; if it stands for no data, say --nodata {said}, "
+            + ("else check its unit (--terrain-unit)" if wild else "if it is a height, --nodata nan")
+        )
 
 
 def _moved(transform: Any, first: Floats, second: Floats) -> tuple[Floats, Floats]:
@@ -314,7 +337,9 @@ def tiles(opened: Opened, origin: Origin, region: Rectangle, step: float) -> lis
         _refuse_crooked(opened, to_pixel, to_metres, region)
         pitch = _pitch(to_metres, (left, right), (top, bottom))
         block = _block((right - left) * (bottom - top), pitch, step)
-        heights = _read(opened, left, top, right - left, bottom - top, block)
+        window = left, top, right - left, bottom - top
+        heights = blocks(opened, window, block)
+        refuse_gaps(opened, window, heights, block, pitch * block)
         if opened.ellipsoidal:
             if origin.geoid is None:
                 raise InputError(
@@ -366,19 +391,3 @@ def _refuse_crooked(opened: Opened, to_pixel: Smooth, to_metres: Smooth, region:
 
 
 _PROBES = np.array([0.13, 0.37, 0.61, 0.89])
-
-
-def _read(opened: Opened, left: int, top: int, width: int, height: int, block: int) -> Floats:
-    """Read a window, strip by strip; of each block of pixels the highest, none where one is missing."""
-    if block == 1:
-        return opened.heights(left, top, width, height)
-    columns, rows = -(-width // block), -(-height // block)
-    pooled = np.empty((rows, columns))
-    strip = max(1, int(2e6 / (width * block)))
-    for first in range(0, rows, strip):
-        last = min(rows, first + strip)
-        tall = min(height, last * block) - first * block
-        part = opened.heights(left, top + first * block, width, tall)
-        part = np.pad(part, ((0, (last - first) * block - tall), (0, columns * block - width)), mode="edge")
-        pooled[first:last] = part.reshape(last - first, block, columns, block).max(axis=(1, 3))
-    return pooled

@@ -13,9 +13,10 @@ from skyverse.altitude import AboveGround, AboveSea, Altitude
 from skyverse.errors import InputError
 from skyverse.maps.choices import Choices
 from skyverse.maps.feature import Feature
-from skyverse.maps.heights import HEIGHT, building, metres
+from skyverse.maps.heights import HEIGHT, building
 from skyverse.maps.limits import Properties, finite, limits, printable
 from skyverse.maps.outlines import EDGE, densified, polygons, to_globe
+from skyverse.maps.radius import radius
 
 ZONE = "no-fly zone"
 FREE = "NO_RESTRICTION"
@@ -75,12 +76,11 @@ def _of(record: Record, geometry: BaseGeometry, choices: Choices) -> Iterator[Fe
         choices.tell(f"{where}: left out, it restricts nothing")
         return
     kind = choices.kind or _kind(properties)
-    radius = properties.get("radius")
     parts = polygons(
         geometry,
         where,
         choices.tell,
-        radius=None if radius is None else _radius(radius, f"{where}: 'radius'"),
+        radius=radius(properties, where, choices),
         buffer=choices.buffer,
         lenient=kind == "building",
     )
@@ -91,13 +91,6 @@ def _of(record: Record, geometry: BaseGeometry, choices: Choices) -> Iterator[Fe
         outline = np.array(part.exterior.coords)[:-1, :2]
         holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
         yield Feature(outline, holes, low, high, kind, name, where, risk)
-
-
-def _radius(value: object, place: str) -> float:
-    radius = metres(value)
-    if radius is None or not 0 < radius < 1e6:
-        raise InputError(f"{place}: expected metres above zero, found {printable(repr(value)):.40}")
-    return radius
 
 
 def _kind(properties: Properties) -> str:
@@ -150,6 +143,12 @@ def _ends(
     top = _top(record, geometry, choices)
     if top is None and kind == "building":
         return building(properties, record.where, choices)
+    if top is None:
+        what = "shut" if choices.risk is None else "risky"
+        choices.tally[f"zones name no limits: {what} from the ground up"] += 1
+        unread = properties.unread("alt", "height", "limit", "upper", "lower", "ceiling", "floor")
+        if unread is not None:
+            choices.tally[f"of them have a field {printable(unread)!r}, which is not read as a limit"] += 1
     return None, top
 
 
