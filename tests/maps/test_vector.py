@@ -261,6 +261,10 @@ def test_a_field_that_is_said_twice_is_refused(read):
     refused(read, document, words, "where 'name' is 'A'")
     spelt = collection(feature(maxAlt=2500, max_alt=1, reference="AMSL"))
     refused(read, spelt, "feature 1: fields 'maxAlt' and 'max_alt' say different things; keep one")
+    data = "".join(f'<Data name="upper"><value>{value}</value></Data>' for value in ("2500 m amsl", "1 m agl"))
+    document = kml(f"<ExtendedData>{data}</ExtendedData>" + kml_polygon())
+    words = "placemark 1: field 'upper': expected it once, found '2500 m amsl' and '1 m agl'"
+    refused(read, document, words, name="zones.kml")
 
 
 def test_zones_without_limits_are_told(read):

@@ -142,7 +142,7 @@ def build(
     terrain_unit
         Of the heights.
     nodata
-        The number that stands for no data.
+        The number that stands for no data; nan where none does, and every number is a height.
     altitudes
         What bare altitudes are counted from.
     unit

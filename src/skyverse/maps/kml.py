@@ -130,6 +130,11 @@ class _Reading:
         elif tag == "name" and self._inside[-1] == "Placemark":
             self._fields["name"] = text
         elif tag in ("value", "SimpleData") and self._key is not None:
+            before = self._fields.get(self._key, text)
+            if before != text and self._key != "name":  # which placemarks have beside their data
+                raise InputError(
+                    f"{self._where}: field {self._key!r:.40}: expected it once, found {before!r:.40} and {text!r:.40}"
+                )
             self._fields[self._key] = text
         elif self._shapes:
             self._shaped(tag, text)
