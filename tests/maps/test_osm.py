@@ -94,6 +94,16 @@ def test_a_relation_is_its_outer_ways_joined_without_its_inner_ones(read, member
     assert found.where.endswith("relation 9")
 
 
+def test_a_relation_across_the_antimeridian_keeps_its_court(read):
+    nodes = {number: ((x - 7.0005 + 360) % 360 - 180, y) for number, (x, y) in NODES.items()}
+    block = relation(9, [(3, "outer"), (4, "outer"), (2, "inner")], building="yes", height="20")
+    (found,) = read(osm(way(2, INNER), way(3, [1, 2, 3]), way(4, [1, 4, 3]), block, nodes=nodes))
+    court = shapely.transform(COURT, lambda places: places + np.array([172.9995, 0]))
+    turns = 360 * round((180 - found.outline[:, 0].mean()) / 360)
+    moved = shapely.transform(polygon(found), lambda places: places + np.array([turns, 0]))
+    assert moved.symmetric_difference(court).area < 1e-12
+
+
 def test_what_an_extract_has_cut_off_is_left_out_and_told(read):
     whole = way(1, OUTER, building="yes", height="5")
     told = []

@@ -8,6 +8,9 @@ from typing import Literal
 
 from skyverse.errors import InputError
 
+WIDEST = 100_000.0
+"""Metres that lines and points may be widened by."""
+
 
 def _silent(_: str) -> None:
     pass
@@ -51,6 +54,8 @@ class Reading:
         for name, value in (("--building-height", self.building_height), ("--buffer", self.buffer)):
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name}: expected metres above zero, found {value}")
+        if self.buffer is not None and self.buffer > WIDEST:
+            raise InputError(f"--buffer: expected at most {WIDEST:g} metres, found {self.buffer:g}")
         try:
             level = math.isfinite(float(self.lod or 0))
         except ValueError:

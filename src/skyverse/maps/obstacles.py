@@ -57,12 +57,15 @@ def placed(
     """Bring features into the local frame: those within `reach` metres of a region, cut there."""
     import shapely
 
+    from skyverse.maps.longitudes import here
+
+    given, features = len(features), here(features, origin.longitude, origin.latitude)
     counts: Counter[str] = Counter()
     x0, y0, x1, y1 = region[0] - reach, region[1] - reach, region[2] + reach, region[3] + reach
-    flat = _outlines(features, origin, np.full(len(features), origin.altitude))
+    flat = _outlines(features, origin, np.zeros(len(features)))
     boxes = shapely.bounds(flat).reshape(-1, 4)
     near = (boxes[:, 0] <= x1) & (boxes[:, 2] >= x0) & (boxes[:, 1] <= y1) & (boxes[:, 3] >= y0)
-    counts["outside"] = int((~near).sum())
+    counts["outside"] = int((~near).sum()) + max(0, given - len(features))
     kept = [feature for feature, inside in zip(features, near, strict=True) if inside]
     boxes = boxes[near]
     low, high = _ends(kept, flat[near], boxes, origin, region, terrain)
@@ -73,9 +76,9 @@ def placed(
     # walls are upright in the frame, but where they stand they lean away from its origin, the more the higher
     most = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0.0) + 500.0)
     least = np.where(np.isfinite(low), low, np.minimum(most, 0.0))
+    boxes = np.clip(boxes, [x0, y0, x0, y0], [x1, y1, x1, y1])
     far = np.hypot(np.abs(boxes[:, [0, 2]]).max(axis=1), np.abs(boxes[:, [1, 3]]).max(axis=1))
-    drop = far**2 / (2 * EARTH)
-    outlines = _outlines(kept, origin, origin.altitude + (most + least) / 2 + drop)
+    outlines = _outlines(kept, origin, (most + least) / 2)
     lean = far * (most - least) / 2 / EARTH
     outlines = shapely.buffer(outlines, lean + GRAIN, join_style="mitre", mitre_limit=5.0)
     frame = shapely.box(x0, y0, x1, y1)
@@ -94,8 +97,8 @@ def placed(
     return result
 
 
-def _outlines(features: Sequence[Feature], origin: Origin, altitudes: Floats) -> NDArray[Any]:
-    """Return polygons (n,) of shapely in local metres, each outline at its altitude."""
+def _outlines(features: Sequence[Feature], origin: Origin, levels: Floats) -> NDArray[Any]:
+    """Return polygons (n,) of shapely in local metres, each outline where its corners are at its z."""
     import shapely
 
     rings = [ring for feature in features for ring in (feature.outline, *feature.holes)]
@@ -104,8 +107,9 @@ def _outlines(features: Sequence[Feature], origin: Origin, altitudes: Floats) ->
     sizes = np.array([len(ring) for ring in rings])
     owner = np.repeat(np.arange(len(features)), [1 + len(feature.holes) for feature in features])
     corners = np.concatenate(rings)
-    altitude = np.repeat(altitudes[owner], sizes)
-    places = to_local(origin, np.column_stack([corners[:, 1], corners[:, 0], altitude]))[:, :2]
+    rows = np.column_stack([corners[:, 1], corners[:, 0], np.full(len(corners), origin.altitude)])
+    rows[:, 2] += np.repeat(levels[owner], sizes) - to_local(origin, rows)[:, 2]
+    places = to_local(origin, rows)[:, :2]
     number = np.repeat(np.arange(len(rings)), sizes)
     made = shapely.linearrings(places, indices=number)
     polygons: NDArray[Any] = shapely.polygons(made, indices=owner)

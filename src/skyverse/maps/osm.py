@@ -183,6 +183,7 @@ def _way(way: _Thing, corners: Any, where: str, choices: Choices) -> BaseGeometr
 def _relation(relation: _Thing, ways: dict[int, _Thing], corners: Any) -> BaseGeometry | str:
     """Return the outer rings without the inner ones, or why there are none."""
     lines: dict[bool, list[LineString]] = {True: [], False: []}
+    first: float | None = None
     for number, role in relation.ways:
         if role not in ("outer", "inner", ""):
             continue
@@ -191,6 +192,8 @@ def _relation(relation: _Thing, ways: dict[int, _Thing], corners: Any) -> BaseGe
             if role == "inner":
                 continue  # its hole is filled
             return "ways or nodes of it are missing"
+        first = places[0, 0] if first is None else first
+        places = places + 360 * np.round((first - places) / 360) * (1, 0)  # ways meet on the antimeridian too
         lines[role == "inner"].append(LineString(places))
     if not lines[False]:
         return "it has no outer way"

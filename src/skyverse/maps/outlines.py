@@ -14,6 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from skyverse.errors import InputError
 from skyverse.maps import datum
 from skyverse.maps.limits import printable
+from skyverse.maps.longitudes import in_one_piece, joined, pieces, unwrapped
 
 Tell = Callable[[str], object]
 WGS84 = pyproj.CRS("OGC:CRS84")
@@ -22,8 +23,13 @@ EDGE = 0.005
 MARGIN = 10.0
 """Degrees that coordinates may lie outside of where their system is used."""
 SIDES = 64
-ROUND = 1 + 1e-5
-"""What a circle is widened by, for what the Earth's curvature takes."""
+"""Of what stands for a circle, around it."""
+PIECE = 0.5
+"""Degrees of a line that are drawn in one plane."""
+STEP = 500.0
+"""Metres between the corners of what is drawn around a line, where the meridians do not run together."""
+SLACK = 0.02
+"""Metres; more than what is straight in a plane strays on the globe from one corner to the next."""
 
 
 def named_crs(text: str, where: str) -> pyproj.CRS:
@@ -55,7 +61,8 @@ def to_globe(
         _in_range(geometries, names)
         return geometries
     x0, y0, x1, y1 = shapely.total_bounds(geometries).tolist()
-    transformer, doubt = datum.to_globe(flat, (x0 + x1) / 2, (y0 + y1) / 2, file)
+    across = flat.is_geographic and x1 - x0 > 180
+    transformer, doubt = datum.to_globe(flat, x1 if across else (x0 + x1) / 2, (y0 + y1) / 2, file)
     if doubt:
         tell(f"{file}: {doubt}")
     if flat.is_projected:
@@ -174,79 +181,57 @@ def polygons(
         return []
     if geometry.geom_type in ("MultiPolygon", "GeometryCollection", "MultiPoint", "MultiLineString"):
         options: dict[str, Any] = {"radius": radius, "buffer": buffer, "lenient": lenient}
-        return _joined_at_180([part for one in geometry.geoms for part in polygons(one, where, tell, **options)])
+        return joined([part for one in geometry.geoms for part in polygons(one, where, tell, **options)])
     if isinstance(geometry, Polygon):
-        return sound(_unwrapped(geometry, where, tell), where, tell, lenient=lenient)
+        whole = in_one_piece(geometry, where)
+        if not np.array_equal(shapely.get_coordinates(whole.exterior), shapely.get_coordinates(geometry.exterior)):
+            tell(f"{where}: taken to cross the antimeridian, as its outline jumps by more than 180 degrees")
+        return sound(whole, where, tell, lenient=lenient)
     if isinstance(geometry, Point):
         width = radius if radius is not None else buffer
         if width is None:
             raise InputError(f"{where}: expected a polygon, found a point without a radius; --buffer gives it one")
-        return [circle(geometry.x, geometry.y, width)]
+        return around(geometry, width, where)
     if isinstance(geometry, LineString):
         if buffer is None:
             raise InputError(f"{where}: expected a polygon, found a line; --buffer gives it a width")
-        return sound(_along(geometry, buffer), where, tell)
+        return around(geometry, buffer, where)
     raise InputError(f"{where}: expected a polygon, found a {geometry.geom_type}")
 
 
-def circle(longitude: float, latitude: float, radius: float) -> Polygon:
-    """Return a polygon around a disc of a radius in metres, which touches it at the middle of each side."""
-    bearings = np.arange(SIDES) * (360 / SIDES)
-    reach = np.full(SIDES, radius * ROUND / math.cos(math.pi / SIDES))
-    same = np.ones(SIDES)
-    x, y, _ = pyproj.Geod(ellps="WGS84").fwd(longitude * same, latitude * same, bearings, reach)
-    return Polygon(np.column_stack([longitude + (np.asarray(x) - longitude + 180) % 360 - 180, y]))
+def around(line: LineString | Point, metres: float, where: str) -> list[Polygon]:
+    """Return what lies within metres of a point or line, which is straight in longitude and latitude; a little wider.
+
+    It is drawn in planes that touch the Earth, where no two places are farther apart than on the ground.
+    """
+    places = shapely.get_coordinates(line)
+    if len(places) > 1:
+        places = _stepped(LineString(unwrapped(places, where)), EDGE)
+    lengths = np.hypot(*np.diff(places, axis=0).T)
+    piece = np.floor((np.cumsum(lengths) - lengths) / PIECE)
+    ends = np.flatnonzero(np.diff(piece)) + 1
+    first, last = [0, *ends.tolist()], [*ends.tolist(), len(places) - 1]
+    bands = [_band(places[a : b + 1], metres, where) for a, b in zip(first, last, strict=True)]
+    return pieces(shapely.union_all(bands)) if len(bands) > 1 else bands
 
 
-def _along(line: LineString, buffer: float) -> Polygon:
-    """Return what lies within metres of a line, a little wider."""
-    x, y = (line.bounds[0] + line.bounds[2]) / 2, (line.bounds[1] + line.bounds[3]) / 2
-    local = pyproj.CRS(f"+proj=aeqd +lat_0={y} +lon_0={x} +datum=WGS84")
-    there = pyproj.Transformer.from_crs(WGS84, local, always_xy=True)
-    flat = shapely.transform(densified(line, EDGE), there.transform, interleaved=False)
-    wide = flat.buffer(buffer * ROUND / math.cos(math.pi / 32), quad_segs=8)
-    return shapely.transform(wide, lambda a, b: there.transform(a, b, direction="INVERSE"), interleaved=False)
-
-
-def _unwrapped(polygon: Polygon, where: str, tell: Tell) -> Polygon:
-    """Return a polygon across the antimeridian in one piece, beyond 180 degrees."""
-    if polygon.bounds[2] - polygon.bounds[0] <= 180:
-        return polygon
-    rings = []
-    for ring in (polygon.exterior, *polygon.interiors):
-        places = np.array(ring.coords)
-        places[:, 0] = np.unwrap(places[:, 0], period=360)
-        if abs(places[-1, 0] - places[0, 0]) > 1:
-            raise InputError(f"{where}: its outline goes around a pole, which has no inside on a flat map")
-        rings.append(places)
-    middle = (rings[0][:, 0].min() + rings[0][:, 0].max()) / 2
-    for hole in rings[1:]:
-        hole[:, 0] += 360 * round((middle - (hole[:, 0].min() + hole[:, 0].max()) / 2) / 360)
-    if not np.array_equal(rings[0], np.array(polygon.exterior.coords)):
-        tell(f"{where}: taken to cross the antimeridian, as its outline jumps by more than 180 degrees")
-    return Polygon(rings[0], rings[1:])
-
-
-def _joined_at_180(parts: list[Polygon]) -> list[Polygon]:
-    """Return polygons that were cut at the antimeridian in one piece."""
-    if len(parts) < 2:
-        return parts
-    bounds = shapely.bounds(np.array(parts, dtype=object))
-    east, west = bounds[:, 2] >= 180 - 1e-9, bounds[:, 0] <= -180 + 1e-9
-    if not (east & ~west).any() or not (west & ~east).any():
-        return parts
-    shifted = [
-        shapely.transform(part, lambda places: places + np.array([360.0, 0.0])) if w and not e else part
-        for part, e, w in zip(parts, east, west, strict=True)
-    ]
-    return _pieces(shapely.union_all(shifted))
-
-
-def _pieces(geometry: BaseGeometry) -> list[Polygon]:
-    """Return the polygons of a geometry that have an area."""
-    if hasattr(geometry, "geoms"):
-        return [piece for part in geometry.geoms for piece in _pieces(part)]
-    return [geometry] if isinstance(geometry, Polygon) and geometry.area > 0 else []
+def _band(places: NDArray[np.float64], metres: float, where: str) -> Polygon:
+    x, y = ((places.min(axis=0) + places.max(axis=0)) / 2).tolist()
+    plane = pyproj.Proj(f"+proj=ortho +lat_0={y!r} +lon_0={x!r} +ellps=WGS84")
+    flat = np.column_stack(plane(places[:, 0], places[:, 1]))
+    reach = metres + float(np.ptp(flat, axis=0).max())
+    slack = min(SLACK, 3e-4 * reach)
+    width = (metres + slack) / math.cos(math.pi / SIDES)
+    # edge by edge, as GEOS loses most of what lies along a line that goes back on itself
+    edges = np.stack([flat[:-1], flat[1:]], axis=1) if len(flat) > 1 else np.stack([flat, flat], axis=1)
+    wide = shapely.union_all(shapely.buffer(shapely.linestrings(edges), width, quad_segs=SIDES // 4))
+    steepest = math.tan(math.radians(min(abs(y) + reach / 1.1e5, 89.99)))
+    band = shapely.transform(
+        shapely.segmentize(wide, STEP / math.sqrt(max(1.0, steepest))),
+        lambda a, b: plane(a, b, inverse=True),
+        interleaved=False,
+    )
+    return in_one_piece(band, where, beside=x)
 
 
 def sound(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False) -> list[Polygon]:
@@ -266,7 +251,7 @@ def sound(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False) ->
         if hole.is_valid and hole.area > 0 and outer.covers(hole) and not any(hole.intersects(k) for k in kept):
             kept.append(hole)
     tell(f"{where}: its outline meets itself or a hole; repaired so that nothing that it may enclose is lost")
-    return _pieces(outer.difference(shapely.union_all(kept)) if kept else outer)
+    return pieces(outer.difference(shapely.union_all(kept)) if kept else outer)
 
 
 def _corners(polygon: Polygon) -> int:
@@ -281,13 +266,13 @@ def filled(ring: NDArray[np.float64]) -> MultiPolygon | Polygon:
     if not np.array_equal(loop[0], loop[-1]):
         loop = np.vstack([loop, loop[:1]])
     edges = shapely.union_all(shapely.linestrings(np.stack([loop[:-1], loop[1:]], axis=1)))
-    faces = _pieces(shapely.polygonize(shapely.get_parts(edges)))
+    faces = pieces(shapely.polygonize(shapely.get_parts(edges)))
     inside = [face for face in faces if _winds(loop, np.array(face.representative_point().coords[0]))]
-    return _flat(shapely.union_all([*inside, *_pieces(shapely.make_valid(Polygon(loop)))]))
+    return _flat(shapely.union_all([*inside, *pieces(shapely.make_valid(Polygon(loop)))]))
 
 
 def _flat(geometry: BaseGeometry) -> MultiPolygon | Polygon:
-    return MultiPolygon(_pieces(geometry)) if _pieces(geometry) else Polygon()
+    return MultiPolygon(pieces(geometry)) if pieces(geometry) else Polygon()
 
 
 def _winds(loop: NDArray[np.float64], place: NDArray[np.float64]) -> bool:
