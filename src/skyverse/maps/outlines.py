@@ -148,7 +148,7 @@ def _in_range(geometries: NDArray[Any], names: Callable[[int], str]) -> None:
         return
     x, y = places[bad[0]]
     if abs(x) > 360 or abs(y) > 360:
-        hint = "these look like metres, so the file needs to say its coordinate system, or --crs"
+        hint = "these look like metres: the file needs to say its coordinate system"
     else:
         hint = "longitude stands first: are the two swapped?"
     raise InputError(
