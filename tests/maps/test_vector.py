@@ -433,7 +433,7 @@ def test_coordinates_that_cannot_be_degrees_are_refused_with_a_hint(read):
     swapped = [[7, 95], [7.1, 95], [7.1, 95.1]]
     metres = [[2600000, 1200000], [2600010, 1200000], [2600010, 1200010]]
     refused(read, collection(feature([swapped])), "feature 1", "swapped")
-    refused(read, collection(feature([metres])), "metres", "--crs")
+    refused(read, collection(feature([metres])), "metres", "say its coordinate system")
 
 
 def test_coordinates_known_to_some_metres_are_told(read):
