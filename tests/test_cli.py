@@ -264,7 +264,9 @@ def test_what_is_read_is_never_replaced(skyverse, tmp_path):
     (tmp_path / "town.json").write_text(json.dumps({"type": "FeatureCollection", "features": [shape]}))
     before = {name: (tmp_path / name).read_bytes() for name in ("map.json", "town.json")}
     build = ("scenario", "build", "--ground", "0 m amsl", "--buildings", "town.json", "-o", "./town.json")
-    for words in (("plan", "map.json", "-o", str(tmp_path / "map.json")), build):
+    copied = ("scenarios", "map.json", "-o", "map.json")
+    flown = ("fly", "map.json", "-o", "map.json")
+    for words in (("plan", "map.json", "-o", str(tmp_path / "map.json")), build, copied, flown):
         assert "expected another file than what is read" in complaint(skyverse(*words))
     assert {name: (tmp_path / name).read_bytes() for name in before} == before
 

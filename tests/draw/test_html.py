@@ -165,6 +165,15 @@ def tab():
         browser.close()
 
 
+def opened(tab, mission, folder):
+    """Write a mission's page, open it, wait until it is drawn; return where it is."""
+    target = folder / "page.html"
+    write_html(mission, target)
+    tab.goto(target.as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    return target
+
+
 def until(tab, expression):
     """Wait for it; Playwright's own waiting needs eval, which the page's policy forbids."""
     for _ in range(300):
@@ -181,10 +190,7 @@ FLEET = """() => {
 
 
 def test_the_fleet_flies_in_a_browser(mission, tmp_path, tab):
-    target = tmp_path / "page.html"
-    write_html(mission, target)
-    tab.goto(target.as_uri())
-    tab.wait_for_selector("body[data-ready]", timeout=60_000)
+    target = opened(tab, mission, tmp_path)
     np.testing.assert_allclose(tab.evaluate(FLEET), [(5, -4, 3), (2, 19, 3)])
 
     slider = tab.get_by_role("slider", name="Time of flight in seconds")
@@ -223,10 +229,7 @@ READOUT = """() => {
 
 def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     mission = town(60)
-    target = tmp_path / "page.html"
-    write_html(mission, target)
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    target = opened(tab, mission, tmp_path)
     drawn = scene(mission)
 
     told = tab.evaluate(READOUT)
@@ -256,10 +259,7 @@ QUICK = f"{SCENE}.glplot.objects.filter((object) => Object.hasOwn(object, 'drawP
 
 
 def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned(tmp_path, tab):
-    target = tmp_path / "page.html"
-    write_html(town(20), target)
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, town(20), tmp_path)
     objects = tab.evaluate(f"{SCENE}.glplot.objects.length")
     assert tab.evaluate(QUICK) == 0
     box = tab.locator("#space").bounding_box()
@@ -279,10 +279,7 @@ def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned
 
 def test_uavs_move_without_anything_else_being_laid_out_anew(tmp_path, tab):
     mission = town(20)
-    target = tmp_path / "page.html"
-    write_html(mission, target)
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, mission, tmp_path)
     tab.evaluate("""() => {
       window.laid = 0;
       document.getElementById("space").on("plotly_afterplot", () => { window.laid += 1; });
@@ -303,10 +300,7 @@ def test_uavs_move_without_anything_else_being_laid_out_anew(tmp_path, tab):
 
 def test_uavs_move_by_plotlys_own_way_where_its_scene_is_not_as_it_was(tmp_path, tab):
     mission = town(5)
-    target = tmp_path / "page.html"
-    write_html(mission, target)
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, mission, tmp_path)
     tab.evaluate(f"""() => {{
       const host = document.getElementById("space");
       delete {SCENE}.traces[host._fullData.at(-1).uid];

@@ -227,10 +227,10 @@ def test_a_radius_is_in_the_unit_that_stands_beside_it(read, fields, metres):
         ({"radius": 3, "radius_uom": 7}, "'radius_uom': expected m, km, ft, NM or mi, found 7"),
         ({"radius": "3 furlongs"}, "'radius': expected m, km, ft, NM or mi, found 'furlongs'"),
         ({"radius": 3, "unit": "deg"}, "'unit': expected m, km, ft, NM or mi, found 'deg'"),
-        ({"radius": "wide"}, "'radius': expected metres above zero and below 100000, found 'wide'"),
+        ({"radius": "wide"}, "'radius': expected metres above zero, at most 100000, found 'wide'"),
         ({"radius": "3 km", "radiusUnit": "m"}, "fields 'radiusUnit' and 'radius' say different units; keep one"),
         ({"radius": 3, "radius_km": 3}, "fields 'radius' and 'radius_km' say different things; keep one"),
-        ({"radius": 300, "radiusUnit": "km"}, "'radius': expected metres above zero and below 100000, found 300"),
+        ({"radius": 300, "radiusUnit": "km"}, "'radius': expected metres above zero, at most 100000, found 300"),
         ({"radius": -3}, "'radius': expected metres above zero"),
     ],
 )

@@ -111,6 +111,7 @@ def scenarios(
 
             write_text(output, text)
         else:
+            refuse_output(output, str(name))
             sky.write(sky.read_scenario(str(name)), output)
         return
     rows = [

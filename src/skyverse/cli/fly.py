@@ -80,7 +80,7 @@ def fly(
         if path.suffix.lower() not in PICTURES:
             raise InputError(f"--animation: expected a file ending in {', '.join(PICTURES)}, found {str(path)!r}")
     for path in [*([output] if output else []), *(animation or [])]:
-        refuse_output(path)
+        refuse_output(path, mission)
     if figures is not None:
         make_folder(figures)
     if rounds is not None and not until_safe:

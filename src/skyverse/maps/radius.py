@@ -6,7 +6,7 @@ from typing import Any
 
 from skyverse.altitude import FOOT
 from skyverse.errors import InputError
-from skyverse.maps.choices import Choices
+from skyverse.maps.choices import WIDEST, Choices
 from skyverse.maps.heights import metres
 from skyverse.maps.limits import UNIT, Properties, plain, printable
 
@@ -22,7 +22,6 @@ _WORDS = ("unit", "units", "uom", "unitofmeasure", "unitofmeasurement", "uomdime
 _OWN = ("unitofradius", *(f"radius{word}" for word in _WORDS), *(f"{word}radius" for word in _WORDS))
 _NAMED = {f"radius{between}{unit}": scale for unit, scale in UNITS.items() for between in ("", "in")}
 _NUMBER = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*([a-z][a-z ]*)?", re.IGNORECASE)
-MOST = 1e5
 
 
 def radius(properties: Properties, where: str, choices: Choices) -> float | None:
@@ -82,6 +81,6 @@ def _scale(said: object, place: str) -> float:
 
 def _number(value: object, scale: float, place: str) -> float:
     number = metres(value)
-    if number is None or not 0 < number * scale < MOST:
-        raise InputError(f"{place}: expected metres above zero and below {MOST:g}, found {printable(repr(value)):.40}")
+    if number is None or not 0 < number * scale <= WIDEST:
+        raise InputError(f"{place}: expected metres above zero, at most {WIDEST:g}, found {printable(repr(value)):.40}")
     return number * scale
