@@ -97,7 +97,7 @@ def drop_stale_kernels() -> None:
     digest = hashlib.sha256()
     for source in sorted(package.rglob("*.py")):
         code = source.read_bytes()
-        if b"skyverse.kernel import" in code or source.name == "kernel.py":
+        if b"skyverse.numerics.kernel import" in code or source.name == "kernel.py":
             digest.update(code)
     known = package / "__pycache__" / "kernels.sha256"
     if read(known) == digest.hexdigest():

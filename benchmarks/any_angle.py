@@ -8,7 +8,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.cores import cores
+from skyverse.numerics.cores import cores
 
 REFERENCES = {
     ("map1", 0.25): 22.4106,

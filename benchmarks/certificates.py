@@ -19,8 +19,8 @@ from oracle import RATE, Motion, excess, moving, norm, sampled, where
 from wild import world
 
 import skyverse as sky
-from skyverse.cores import cores
-from skyverse.shapes import Voxels
+from skyverse.model.shapes import Voxels
+from skyverse.numerics.cores import cores
 
 ROUNDING = 1e-9  # of the oracle
 ABRUPT = (sky.Fault.CONTINUITY, sky.Fault.TRAJECTORY_ENDS)  # at knots, judged exactly

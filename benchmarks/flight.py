@@ -13,11 +13,11 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.cores import cores
 from skyverse.files import NAMES
 from skyverse.flight import simulate
 from skyverse.flight.lead import Reference
 from skyverse.flight.observer import Observer
+from skyverse.numerics.cores import cores
 
 HEAD = ("mission", "vehicle", "wind", "RMS", "largest", "clearance", "separation", "thrust", "energy", "verdict", "s")
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder
 
 import skyverse as sky
-from skyverse.shapes import Sphere, Terrain, Voxels
+from skyverse.model.shapes import Sphere, Terrain, Voxels
 
 RATE = 1e4  # Hz
 G = 9.81

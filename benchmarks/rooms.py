@@ -15,7 +15,7 @@ from machine import describe, table
 from scipy import ndimage
 
 import skyverse as sky
-from skyverse.cores import cores
+from skyverse.numerics.cores import cores
 
 PLANNERS = {
     "Taut": sky.Taut(),

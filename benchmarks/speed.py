@@ -12,8 +12,8 @@ from scipy.sparse.csgraph import dijkstra
 from skimage.graph import MCP_Geometric
 
 import skyverse as sky
-from skyverse.exact import BYTES_PER_STATE, shortest_route
-from skyverse.scenario import Lattice
+from skyverse.model.scenario import Lattice
+from skyverse.search.lattice_astar import BYTES_PER_STATE, shortest_route
 from skyverse.space.lattice import Grid
 
 MAPS = ("map1", "map2", "map3")

@@ -19,11 +19,11 @@ from fastest import least_time
 from machine import describe, table
 
 import skyverse as sky
+from skyverse.model.verdict import Verdict
 from skyverse.trajectory import Shape, drop_collinear, fly_along, shortcut
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.smooth import REACH
-from skyverse.verdict import Verdict
 
 MAPS = ("map1", "map2", "map3")
 FLEETS = ("table-4.8", "table-4.9-2", "table-4.9-3", "table-4.9-4", "table-4.11", "table-4.12", "table-4.13")

@@ -14,7 +14,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.exact import shortest_route
+from skyverse.search.lattice_astar import shortest_route
 from skyverse.space.lattice import Grid
 
 ROUNDED = 1e-7

@@ -8,7 +8,7 @@ from oracle import Motion, depth, nearness, peaks, sampled
 from scipy.interpolate import make_interp_spline
 
 import skyverse as sky
-from skyverse.shapes import Obstacle, Sphere, Terrain, Voxels
+from skyverse.model.shapes import Obstacle, Sphere, Terrain, Voxels
 
 OFF = (-1e-3, -1e-5, -2e-6, -1e-6, -5e-7, 0.0, 1e-9, 1e-6, 1e-3)
 """By what share a limit is missed; that of -1e-6 is at the tolerance exactly."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import skyverse as sky
 from skyverse import LatticeSearch
-from skyverse.kernel import kernel
+from skyverse.numerics.kernel import kernel
 from skyverse.planners.moves import copy_in, cut_loops, detour, exhausted, generate, judge, put
 
 

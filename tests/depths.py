@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.path import Path as Outline
 from scipy.interpolate import RegularGridInterpolator
 
-from skyverse.shapes import Box, Cylinder, Prism, Sphere
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
 
 
 def depth(scenario, p):

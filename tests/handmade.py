@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from skyverse.result import Mission, Provenance, Trajectory
-from skyverse.scenario import Bounds, Lattice, Scenario, Target
-from skyverse.shapes import Box
-from skyverse.vehicle import UAV
+from skyverse.model.result import Mission, Provenance, Trajectory
+from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.model.shapes import Box
+from skyverse.model.uav import UAV
 
 
 def straight(start, end, seconds, begin=0.0):

@@ -14,10 +14,10 @@ from scipy.sparse.csgraph import dijkstra
 
 import skyverse as sky
 from skyverse import cost
-from skyverse.exact import prices_to, shortest_route
+from skyverse.model.result import Effort, no_history
 from skyverse.planners.base import planned_any_angle, provenance
 from skyverse.referee import soft
-from skyverse.result import Effort, no_history
+from skyverse.search.lattice_astar import prices_to, shortest_route
 from skyverse.space.lattice import positions
 
 STAR = ((1, 1), (9, 2), (5, 4), (8, 9), (2, 8))

@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from skyverse.result import Mission, Provenance, Trajectory
-from skyverse.scenario import AltitudeBand, Bounds, Frame, Lattice, Objective, Origin, Scenario, Target
-from skyverse.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.vehicle import UAV
+from skyverse.model.result import Mission, Provenance, Trajectory
+from skyverse.model.scenario import AltitudeBand, Bounds, Frame, Lattice, Objective, Origin, Scenario, Target
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
+from skyverse.model.uav import UAV
 
 
 def hills(size=1000.0, step=10.0, clearance=20.0):

@@ -9,9 +9,9 @@ import itertools
 import numpy as np
 from hypothesis import strategies as st
 
-from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
-from skyverse.shapes import Box
-from skyverse.vehicle import UAV
+from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.shapes import Box
+from skyverse.model.uav import UAV
 
 UNITS = 20  # to a metre
 

@@ -9,7 +9,7 @@ import numpy as np
 from problems import between_ends, length, on_lattice
 
 import skyverse as sky
-from skyverse.kernel import Stopwatch
+from skyverse.numerics.kernel import Stopwatch
 
 RUNS = 5
 

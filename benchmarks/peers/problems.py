@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 import skyverse as sky
-from skyverse.kernel import Stopwatch
+from skyverse.numerics.kernel import Stopwatch
 
 KNOWN = {"map1": 22.4106, "map2": 26.5205, "map3": 22.6379}
 """Metres: the shortest lengths known, found by other means; the cities' references are the best of the run at hand."""

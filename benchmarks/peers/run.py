@@ -12,8 +12,8 @@ import numpy as np
 from problems import case
 
 import skyverse as sky
+from skyverse.model.result import Effort, no_history
 from skyverse.planners.base import planned_any_angle, provenance
-from skyverse.result import Effort, no_history
 
 
 def say(**facts: object) -> None:

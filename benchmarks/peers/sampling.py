@@ -15,7 +15,7 @@ import numpy as np
 from problems import compiled
 
 import skyverse as sky
-from skyverse.kernel import Stopwatch
+from skyverse.numerics.kernel import Stopwatch
 from skyverse.space.ground import Ground
 from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree

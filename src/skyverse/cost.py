@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel, writable
-from skyverse.result import Floats
-from skyverse.scenario import Objective, Scenario
-from skyverse.shapes import Cylinder, Prism, Voxels, Zone
+from skyverse._typing import Floats, Ints
+from skyverse.model.scenario import Objective, Scenario
+from skyverse.model.shapes import Cylinder, Prism, Voxels, Zone
+from skyverse.numerics.kernel import inner, kernel, writable
 from skyverse.space import band, chord
 from skyverse.space.ground import Ground, make_ground
-from skyverse.space.lattice import Grid, Ints, position
+from skyverse.space.lattice import Grid, position
 from skyverse.space.solids import Solids, make_solids
 from skyverse.space.voxels import boxes_of
 

@@ -5,13 +5,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
-from skyverse.exact import Route, shortest_route
-from skyverse.result import Floats, Status
-from skyverse.scenario import Scenario
+from skyverse.model.result import Status
+from skyverse.model.scenario import Scenario
+from skyverse.search.lattice_astar import Route, shortest_route
 from skyverse.space.cells import Cells, make_cells
 from skyverse.space.edges import Edges, make_edges
-from skyverse.space.lattice import Grid, Ints, make_grid, positions, snap
+from skyverse.space.lattice import Grid, make_grid, positions, snap
 from skyverse.space.world import ROOM, World, point_free
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from skyverse.result import Effort, History, Mission, Provenance, Result, Status, Trajectory, no_history
-from skyverse.scenario import Bounds, Lattice, Scenario, Target
-from skyverse.shapes import Box
-from skyverse.vehicle import UAV
-from skyverse.verdict import Fault, Violation
+from skyverse.model.result import Effort, History, Mission, Provenance, Result, Status, Trajectory, no_history
+from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.model.shapes import Box
+from skyverse.model.uav import UAV
+from skyverse.model.verdict import Fault, Violation
 
 PROVENANCE = Provenance("0.1.0", "MVO(universes=25)", "MaxIterations(4)", 1, "test")
 

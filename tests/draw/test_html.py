@@ -13,7 +13,7 @@ from skyverse.draw.html import banner, page, slider_step, write_html
 from skyverse.draw.scene import scene
 from skyverse.draw.table import number, percent, seconds
 from skyverse.errors import InputError
-from skyverse.geodesy import to_wgs84
+from skyverse.model.geodesy import to_wgs84
 from towns import town
 
 VOID = {"meta", "link", "input", "br", "img"}

@@ -22,10 +22,10 @@ from skyverse.draw.solids import coarser, extent, faces, footprint, span, surfac
 from skyverse.draw.table import table
 from skyverse.draw.triangles import triangles, turned
 from skyverse.draw.world import MARGIN
-from skyverse.geodesy import to_wgs84
-from skyverse.maps.cityjson import KINDS
-from skyverse.scenario import Bounds
-from skyverse.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
+from skyverse.maps.readers.cityjson import KINDS
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.scenario import Bounds
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from towns import buildings, hills, rectangle, town, with_terrain
 
 

@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 
-from skyverse.result import Mission, Provenance, Trajectory
-from skyverse.scenario import Bounds, Frame, Lattice, Origin, Scenario, Target
-from skyverse.shapes import Box, Terrain
-from skyverse.vehicle import UAV, FixedWing
+from skyverse.model.result import Mission, Provenance, Trajectory
+from skyverse.model.scenario import Bounds, Frame, Lattice, Origin, Scenario, Target
+from skyverse.model.shapes import Box, Terrain
+from skyverse.model.uav import UAV, FixedWing
 
 LOW, HIGH = (-300.0, -300.0, -50.0), (300.0, 300.0, 150.0)
 NAMES = ("uav-1", "Häuser & <Söhne>", "a/b\\c:d", "UAV-1 ", "***")

@@ -66,7 +66,7 @@ def sea_level(scenario, uav, above, latitude, longitude, altitude):
     if above == "amsl":
         return altitude
     if above == "home":
-        from skyverse.geodesy import to_wgs84
+        from skyverse.model.geodesy import to_wgs84
 
         start = np.array(scenario.uavs[uav].start)
         if scenario.terrain is not None:

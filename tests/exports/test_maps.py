@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.scenario import Origin
+from skyverse.model.scenario import Origin
 
 pytest.importorskip("pyproj", reason="an independent geodesy")
 

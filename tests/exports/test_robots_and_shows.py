@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.vehicle import FixedWing
+from skyverse.model.uav import FixedWing
 
 
 def load(file):

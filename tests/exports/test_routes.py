@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.geodesy import to_local, to_wgs84
-from skyverse.scenario import Origin
-from skyverse.shapes import Terrain
+from skyverse.model.geodesy import to_local, to_wgs84
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
 
 ORIGIN = Origin(latitude=52.0, longitude=4.37, altitude=10.0, geoid=43.0)
 LET_PASS = 0.02

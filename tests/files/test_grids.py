@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 import skyverse as sky
 from skyverse.files import grids
-from skyverse.shapes import INLINE
+from skyverse.model.shapes import INLINE
 from worlds import ROOM
 
 

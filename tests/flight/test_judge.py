@@ -8,7 +8,7 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse.flight.judge import passings, strayed
-from skyverse.flown import Flown
+from skyverse.model.flight_record import Flown
 
 
 def judged(made, margin=0.05):

@@ -10,7 +10,7 @@ from skyverse.lab.comparison import comparison_report, write_report
 from skyverse.lab.report import Figure, Heading, Table, Text, cells, markdown
 from skyverse.lab.row import Row
 from skyverse.lab.rows import Rows
-from skyverse.result import History, no_history
+from skyverse.model.result import History, no_history
 
 ROW = Row(
     scenario="map1",

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skyverse.lab.curves import band, best_so_far, grid, profile, ratios, spread
-from skyverse.result import History
+from skyverse.model.result import History
 
 INF = np.inf
 number = st.one_of(st.floats(1, 10).map(lambda x: round(x, 1)), st.just(INF))

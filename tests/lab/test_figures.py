@@ -7,7 +7,7 @@ from skyverse.lab import figures
 from skyverse.lab.curves import Band, band, grid, profile
 from skyverse.lab.figures import PALETTE, Panel, image, style
 from skyverse.lab.statistics import ranking
-from skyverse.result import History
+from skyverse.model.result import History
 
 RNG = np.random.default_rng(11)
 INF = np.inf

@@ -6,7 +6,7 @@ import pytest
 from skyverse.lab.row import Row
 from skyverse.lab.rows import Rows
 from skyverse.lab.sheet import sheet
-from skyverse.result import no_history
+from skyverse.model.result import no_history
 
 ROW = Row(
     *("map1", "mvo", "10 paths", 0, "complete", True, 300.0, 300.0, 0.0, 0.0, None, None),

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.altitude import AboveGround, AboveSea
 from skyverse.cli import main
 from skyverse.errors import InputError
-from skyverse.maps.build import build_scenario
+from skyverse.maps.assembly.build import build_scenario
+from skyverse.model.altitude import AboveGround, AboveSea
 
 laspy = pytest.importorskip("laspy")
 pytest.importorskip("lazrs")

@@ -19,13 +19,13 @@ from rasterio.transform import Affine  # noqa: E402
 from scipy.ndimage import map_coordinates  # noqa: E402
 
 import skyverse as sky  # noqa: E402
-from skyverse.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
 from skyverse.cli import main  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
-from skyverse.maps.build import build_scenario  # noqa: E402
-from skyverse.maps.feature import Feature  # noqa: E402
-from skyverse.maps.obstacles import GRAIN, Placed, prisms  # noqa: E402
-from skyverse.maps.raster import Raster  # noqa: E402
+from skyverse.maps.assembly.build import build_scenario  # noqa: E402
+from skyverse.maps.assembly.obstacles import GRAIN, Placed, prisms  # noqa: E402
+from skyverse.maps.georeference.feature import Feature  # noqa: E402
+from skyverse.maps.readers.raster import Raster  # noqa: E402
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 LAT, LON = 46.8, 9.85

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skyverse.altitude import AboveGround, AboveSea
 from skyverse.errors import InputError
+from skyverse.model.altitude import AboveGround, AboveSea
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
-from skyverse.maps.choices import Choices  # noqa: E402
-from skyverse.maps.vector import read_features  # noqa: E402
+from skyverse.maps.georeference.choices import Choices  # noqa: E402
+from skyverse.maps.readers.vector import read_features  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "delft.city.json").exists(), reason="needs ../shared/data/*.city.json")

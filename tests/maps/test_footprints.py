@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.shapes import Prism
+from skyverse.model.shapes import Prism
 
 shapely = pytest.importorskip("shapely")
 
-from skyverse.maps.footprints import merge, simplify  # noqa: E402
+from skyverse.maps.assembly.footprints import merge, simplify  # noqa: E402
 
 
 @st.composite

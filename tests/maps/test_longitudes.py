@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
-from skyverse.altitude import AboveSea  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
-from skyverse.geodesy import to_local  # noqa: E402
-from skyverse.maps.build import build_scenario  # noqa: E402
-from skyverse.maps.choices import Choices, Reading  # noqa: E402
-from skyverse.maps.obstacles import bounded, placed, prisms, slimmed  # noqa: E402
-from skyverse.maps.vector import read_features  # noqa: E402
-from skyverse.scenario import Origin  # noqa: E402
+from skyverse.maps.assembly.build import build_scenario  # noqa: E402
+from skyverse.maps.assembly.obstacles import bounded, placed, prisms, slimmed  # noqa: E402
+from skyverse.maps.georeference.choices import Choices, Reading  # noqa: E402
+from skyverse.maps.readers.vector import read_features  # noqa: E402
+from skyverse.model.altitude import AboveSea  # noqa: E402
+from skyverse.model.geodesy import to_local  # noqa: E402
+from skyverse.model.scenario import Origin  # noqa: E402
 
 GEOD = pyproj.Geod(ellps="WGS84")
 LIMITS = {"lower": "0 m amsl", "upper": "250 m amsl"}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import skyverse as sky
-from skyverse.maps.mesh import read_mesh, voxels_of_triangles
+from skyverse.maps.readers.mesh import read_mesh, voxels_of_triangles
 
 trimesh = pytest.importorskip("trimesh")
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.maps.voxels import read_voxels
+from skyverse.maps.readers.voxels import read_voxels
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "voxels"
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.cli import main
-from skyverse.maps.octomap import read_octomap
+from skyverse.maps.readers.octomap import read_octomap
 
 HEAD = b"# Octomap OcTree binary file\n#\nid OcTree\nsize %d\nres %s\ndata\n"
 

@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.altitude import FOOT, AboveGround
 from skyverse.errors import InputError
+from skyverse.model.altitude import FOOT, AboveGround
 
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyproj")
 pyogrio = pytest.importorskip("pyogrio")
 
-from skyverse.maps.choices import Choices  # noqa: E402
-from skyverse.maps.heights import levels, metres  # noqa: E402
-from skyverse.maps.vector import read_features  # noqa: E402
+from skyverse.maps.georeference.choices import Choices  # noqa: E402
+from skyverse.maps.readers.heights import levels, metres  # noqa: E402
+from skyverse.maps.readers.vector import read_features  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 NODES = {1: (7.0, 47.0), 2: (7.001, 47.0), 3: (7.001, 47.001), 4: (7.0, 47.001)}

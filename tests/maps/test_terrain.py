@@ -16,11 +16,11 @@ pyproj = pytest.importorskip("pyproj", reason="reading rasters needs pyproj")
 from rasterio.transform import Affine  # noqa: E402
 
 from skyverse.errors import InputError  # noqa: E402
-from skyverse.maps import raster as raster_module  # noqa: E402
-from skyverse.maps.raster import Raster, opened  # noqa: E402
-from skyverse.maps.region import covered  # noqa: E402
-from skyverse.maps.terrain import flat_ground, ground_between, read_terrain  # noqa: E402
-from skyverse.scenario import Origin  # noqa: E402
+from skyverse.maps.assembly.region import covered  # noqa: E402
+from skyverse.maps.assembly.terrain import flat_ground, ground_between, read_terrain  # noqa: E402
+from skyverse.maps.readers import raster as raster_module  # noqa: E402
+from skyverse.maps.readers.raster import Raster, opened  # noqa: E402
+from skyverse.model.scenario import Origin  # noqa: E402
 
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 DAVOS = Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
@@ -554,7 +554,7 @@ def test_flat_ground_is_level_and_bends_with_the_earth():
 
 def test_the_ground_between_ends_holds_all_ground_under_a_polygon():
     shapely = pytest.importorskip("shapely", reason="polygons are shapely's")
-    from skyverse.shapes import Terrain
+    from skyverse.model.shapes import Terrain
 
     rng = np.random.default_rng(3)
     terrain = Terrain(origin=(-50, -30), step=(3, 2), heights=rng.normal(0, 20, (60, 70)))

@@ -13,15 +13,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.errors import InputError
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 
 pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
-from skyverse.maps.choices import Choices  # noqa: E402
-from skyverse.maps.vector import read_features  # noqa: E402
+from skyverse.maps.georeference.choices import Choices  # noqa: E402
+from skyverse.maps.readers.vector import read_features  # noqa: E402
 
 SQUARE = [[7.0, 47.0], [7.001, 47.0], [7.001, 47.001], [7.0, 47.001], [7.0, 47.0]]
 COURT = [[7.0004, 47.0004], [7.0006, 47.0004], [7.0006, 47.0006], [7.0004, 47.0006], [7.0004, 47.0004]]
@@ -412,7 +412,7 @@ def test_kml_as_gdal_writes_it_reads_the_same(tmp_path):
 
 
 def test_a_kmz_is_read_and_one_that_unpacks_to_too_much_or_is_cut_off_is_refused(tmp_path, monkeypatch):
-    from skyverse.maps import kml as reader
+    from skyverse.maps.readers import kml as reader
 
     path = tmp_path / "zones.kmz"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 
 
 def valley(clearance=1.0):

@@ -9,8 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 import skyverse as sky
+from skyverse.model.result import Status
 from skyverse.planners.base import provenance
-from skyverse.result import Status
 from skyverse.trajectory import fly_along
 from worlds import exits_of, indices_of, neighbours, scenarios, shape_of
 

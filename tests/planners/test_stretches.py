@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse import cost
-from skyverse.exact import shortest_route
 from skyverse.planners import stretches
 from skyverse.planners.moves import Task
+from skyverse.search.lattice_astar import shortest_route
 from worlds import exits_of, indices_of, scenarios
 
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 
 import skyverse as sky
 from skyverse.planners.sight import pull_tight, without_seams
+from skyverse.search.taut.lazy import lazy_theta_star
 from skyverse.space.lattice import positions
 from skyverse.space.world import segment_free
-from skyverse.taut.lazy import lazy_theta_star
 from worlds import scenarios
 
 either = pytest.mark.parametrize("connectivity", [6, 26])

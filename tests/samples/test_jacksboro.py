@@ -5,7 +5,7 @@ import pytest
 from matplotlib.cbook import get_sample_data
 
 import skyverse as sky
-from skyverse.geodesy import to_wgs84
+from skyverse.model.geodesy import to_wgs84
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.shapes import Cylinder, Prism
+from skyverse.model.shapes import Cylinder, Prism
 
 
 def test_the_same_seed_makes_the_same_field_and_another_one_another():

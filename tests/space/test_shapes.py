@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.space import ground, solids, tree, voxels, world
 from skyverse.space.lattice import make_grid, positions
 

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.model.uav import FixedWing
+from skyverse.model.verdict import Verdict
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.proof import prove
-from skyverse.vehicle import FixedWing
-from skyverse.verdict import Verdict
 
 
 def plane(speed=15.0, turn_radius=40.0, climb=15.0, max_acceleration=8.0, start=(0, 0, 0)):

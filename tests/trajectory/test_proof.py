@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import skyverse as sky
+from skyverse.model.result import Trajectory
+from skyverse.model.scenario import Bounds
+from skyverse.model.shapes import Box
+from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.clearance import shut_space
 from skyverse.referee.flight import judge_trajectory
-from skyverse.result import Trajectory
-from skyverse.scenario import Bounds
-from skyverse.shapes import Box
 from skyverse.trajectory import rest_to_rest
 from skyverse.trajectory.along import SLOWER
 from skyverse.trajectory.limits import stretch
 from skyverse.trajectory.proof import DEMANDS, prove
-from skyverse.verdict import Fault, Verdict
 from worlds import ROOM
 
 FREE = ROOM.model_copy(update={"obstacles": (), "bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3)})

@@ -8,14 +8,14 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import skyverse as sky
-from skyverse.result import Trajectory
-from skyverse.shapes import Cylinder, Prism, Sphere, Terrain
+from skyverse.model.result import Trajectory
+from skyverse.model.shapes import Cylinder, Prism, Sphere, Terrain
+from skyverse.model.uav import FixedWing
+from skyverse.model.verdict import Verdict
 from skyverse.trajectory.corridor import NARROW, grow_corridor
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
 from skyverse.trajectory.room import with_room
-from skyverse.vehicle import FixedWing
-from skyverse.verdict import Verdict
 
 RIDGE = Terrain(
     origin=(0, 0), step=(20, 60), heights=np.array([[0.0, 0], [0, 0], [16, 10], [2, 4], [0, 0], [0, 0]]), clearance=2.0

@@ -9,8 +9,8 @@ from cyclopts import Group, Parameter
 from skyverse.cli.report import json_text, table
 from skyverse.cli.watch import StudyWatch
 from skyverse.cli.words import file_name, refuse_output, refuse_unsafe, study_of, whole_number
-from skyverse.cores import cores
 from skyverse.errors import InputError
+from skyverse.numerics.cores import cores
 
 if TYPE_CHECKING:
     from skyverse.lab.rows import Rows

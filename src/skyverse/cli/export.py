@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from skyverse.cli.words import origin_of, refuse_output
 
 if TYPE_CHECKING:
-    from skyverse.scenario import Origin
+    from skyverse.model.scenario import Origin
 
 
 def export(
@@ -85,7 +85,7 @@ def export(
 
 
 def _with_geoid(origin: "Origin", metres: float) -> "Origin":
-    from skyverse.scenario import require_geoid
+    from skyverse.model.scenario import require_geoid
 
     require_geoid(metres)
     return origin.model_copy(update={"geoid": metres})

@@ -13,7 +13,7 @@ from skyverse.cli.words import make_folder, refuse_output, whole_number
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.flown import Flight
+    from skyverse.model.flight_record import Flight
 
 PICTURES = (".html", ".mp4", ".gif")
 
@@ -72,7 +72,7 @@ def fly(
         Print what was found as JSON.
     """
     import skyverse as sky
-    from skyverse.cores import cores
+    from skyverse.numerics.cores import cores
 
     if output is not None and output.suffix.lower() != ".json":
         raise InputError(f"--output: {output}: a flight is written as .json")

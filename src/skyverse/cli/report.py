@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from skyverse.result import Mission
-    from skyverse.verdict import Certificate, Violation
+    from skyverse.model.result import Mission
+    from skyverse.model.verdict import Certificate, Violation
 
 
 def json_text(data: Any) -> str:

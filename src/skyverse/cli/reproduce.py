@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from skyverse.cli.watch import StudyWatch
 from skyverse.cli.words import whole_number
-from skyverse.cores import cores
+from skyverse.numerics.cores import cores
 
 Whole = Annotated[int, Parameter(converter=whole_number)]
 INTERRUPTED = 130
@@ -42,7 +42,7 @@ def reproduce(
     workers
         Processes that share the runs; as many as there are cores by default.
     """
-    from skyverse.lab.thesis.reproduce import reproduce as run_again
+    from skyverse.reproduction.reproduce import reproduce as run_again
 
     watch = StudyWatch(output)
     try:

@@ -13,9 +13,9 @@ from skyverse.cli.words import origin_of, refuse_output
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.maps.build import Note
-    from skyverse.maps.places import Place
-    from skyverse.scenario import Scenario
+    from skyverse.maps.assembly.build import Note
+    from skyverse.maps.assembly.places import Place
+    from skyverse.model.scenario import Scenario
 
 app = App(name="scenario", help="Make scenarios of maps.")
 
@@ -161,9 +161,9 @@ def build(
         Print what was done as JSON.
     """
     from skyverse.files import write
-    from skyverse.maps.build import build_scenario
-    from skyverse.maps.choices import Reading
-    from skyverse.maps.raster import Raster
+    from skyverse.maps.assembly.build import build_scenario
+    from skyverse.maps.georeference.choices import Reading
+    from skyverse.maps.readers.raster import Raster
 
     if output.suffix.lower() not in (".yaml", ".yml", ".json"):
         raise InputError(f"--output: expected a file ending in .yaml, .yml or .json, found {str(output)!r}")
@@ -225,7 +225,7 @@ def _numbers(option: str, expected: str, text: str, count: int) -> Any:
 
 
 def _altitude(option: str, text: str) -> Any:
-    from skyverse.altitude import parse_altitude
+    from skyverse.model.altitude import parse_altitude
 
     try:
         return parse_altitude(text)
@@ -234,7 +234,7 @@ def _altitude(option: str, text: str) -> Any:
 
 
 def _sea(option: str, text: str | None) -> Any:
-    from skyverse.altitude import AboveSea
+    from skyverse.model.altitude import AboveSea
 
     if text is None:
         return None

@@ -12,8 +12,8 @@ from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.lab.execute import OnRun
-    from skyverse.mission import OnProgress
-    from skyverse.scenario import Scenario
+    from skyverse.mission.plan_mission import OnProgress
+    from skyverse.model.scenario import Scenario
     from skyverse.stop import Progress, Stop
 
 
@@ -52,7 +52,7 @@ def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) 
 @contextmanager
 def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | None"]:
     """Yield what draws a progress bar when a person watches; say when kernels are being compiled."""
-    from skyverse.kernel import on_first_compilation
+    from skyverse.numerics.kernel import on_first_compilation
 
     def tell() -> None:
         print("skyverse: compiling kernels; only the first run takes this long ...", file=sys.stderr)

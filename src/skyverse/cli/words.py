@@ -13,9 +13,9 @@ from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.lab.study import Study
+    from skyverse.model.result import Mission
+    from skyverse.model.scenario import Origin, Scenario
     from skyverse.planners.base import Planner
-    from skyverse.result import Mission
-    from skyverse.scenario import Origin, Scenario
 
 _BUDGETS = ("paths", "nodes", "evaluations", "iterations", "seconds")
 
@@ -71,7 +71,7 @@ def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:
 
 def tell_unknown(scenario: "Scenario", chosen: str | None) -> None:
     """Say on standard error what an OctoMap's unknown space was taken for, where nobody has chosen it."""
-    from skyverse.maps.grid import UNKNOWN
+    from skyverse.maps.readers.grid import UNKNOWN
 
     kinds = {shape.kind for shape in scenario.obstacles}
     taken = next((word for word, kind in UNKNOWN.items() if kind in kinds), None)
@@ -103,8 +103,8 @@ def _point(option: str, text: str) -> tuple[float, ...]:
 
 def origin_of(text: str) -> "Origin":
     """Read where a frame's zero lies, as in ``46.81,9.85,1560 m amsl``."""
-    from skyverse.altitude import AboveSea, parse_altitude
-    from skyverse.scenario import Origin
+    from skyverse.model.altitude import AboveSea, parse_altitude
+    from skyverse.model.scenario import Origin
 
     words = text.split(",", 2)
     try:

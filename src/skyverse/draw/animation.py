@@ -14,7 +14,7 @@ from skyverse.draw.scene import Scene
 from skyverse.draw.stage import INK, ends, legend, line, stage, uav
 from skyverse.draw.stills import moment, write_stills
 from skyverse.errors import InputError
-from skyverse.flown import Flight
+from skyverse.model.flight_record import Flight
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

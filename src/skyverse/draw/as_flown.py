@@ -6,8 +6,8 @@ import numpy as np
 
 from skyverse.draw.scene import Finding, Scene, scene
 from skyverse.draw.track import Track
-from skyverse.flown import Flight, Flown
-from skyverse.scenario import Scenario
+from skyverse.model.flight_record import Flight, Flown
+from skyverse.model.scenario import Scenario
 
 DRAWN = 5
 """Of so many samples of a flight one is drawn."""

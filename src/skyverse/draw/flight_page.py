@@ -11,7 +11,7 @@ from skyverse.draw.encoded import Trace, flat, plain
 from skyverse.draw.html import SHOWN_FINDINGS, card, data, filled, line, listed
 from skyverse.draw.scene import Scene
 from skyverse.draw.table import NOTHING, number
-from skyverse.flown import Flight, Flown
+from skyverse.model.flight_record import Flight, Flown
 
 _WORDS = {
     "layers": {"paths": "As planned", "trajectories": "As flown"},

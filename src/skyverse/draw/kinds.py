@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from skyverse._typing import Floats
 from skyverse.draw.solids import SIDES, Shape, coarser, extent, skin
-from skyverse.draw.track import Floats
-from skyverse.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
 TRIANGLES = 250_000
 """That a picture in space has at most."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.encoded import Trace, packed, plain
 from skyverse.draw.kinds import Kind
 from skyverse.draw.relief import Relief, tinted
 from skyverse.draw.scene import Scene
 from skyverse.draw.solids import footprint
-from skyverse.draw.track import Floats
 
 CONTOURED = 160
 """Heights along either side that contour lines are drawn from."""

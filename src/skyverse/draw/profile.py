@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.kinds import Kind
 from skyverse.draw.relief import along
 from skyverse.draw.solids import span
-from skyverse.draw.track import Floats, Track
-from skyverse.scenario import Scenario
+from skyverse.draw.track import Track
+from skyverse.model.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)

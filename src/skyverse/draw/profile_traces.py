@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.encoded import Trace, packed, plain
 from skyverse.draw.map_traces import closed
 from skyverse.draw.profile import Profile
 from skyverse.draw.scene import Scene
-from skyverse.draw.track import Floats, Track
+from skyverse.draw.track import Track
 
 _PLACE = "%{fullData.name}<br>%{x:,.0f} m from the start<br>z %{y:,.1f} m"
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skyverse.draw.track import Floats
-from skyverse.shapes import Terrain
+from skyverse._typing import Floats
+from skyverse.model.shapes import Terrain
 
 FINEST = 200
 """Heights along either side of a picture in space."""

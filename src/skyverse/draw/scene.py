@@ -8,12 +8,13 @@ from typing import Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from skyverse._typing import Floats
 from skyverse.draw.profile import Profile, profile
-from skyverse.draw.track import Floats, Point, Track, track
+from skyverse.draw.track import Point, Track, track
 from skyverse.draw.world import Overhead, World, overhead, world
-from skyverse.result import Mission, Provenance, Result, Status
-from skyverse.scenario import Scenario, Target
-from skyverse.verdict import Fault, Verdict, Violation
+from skyverse.model.result import Mission, Provenance, Result, Status
+from skyverse.model.scenario import Scenario, Target
+from skyverse.model.verdict import Fault, Verdict, Violation
 
 Thing = TypeVar("Thing")
 

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.kinds import Kind
 from skyverse.draw.relief import along, cleared, relief, tinted
 from skyverse.draw.scene import Scene
 from skyverse.draw.solids import Shape, faces, surface
-from skyverse.draw.track import Floats
 
 BOX, EDGE, ZONE = "#8795a8", "#66758a", "#d9822b"
 FINEST = 120

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.draw.track import Floats
-from skyverse.draw.triangles import Integers, joined, triangles, turned
-from skyverse.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from skyverse._typing import Floats, Ints
+from skyverse.draw.triangles import joined, triangles, turned
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
 Shape = Box | Cylinder | Sphere | Prism | Voxels
 
@@ -51,7 +51,7 @@ def footprint(shape: Shape, sides: int = SIDES) -> list[Floats]:
     return [np.array(shape.centre[:2]) + shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])]
 
 
-def surface(shape: Shape, sides: int = SIDES) -> tuple[Floats, Integers]:
+def surface(shape: Shape, sides: int = SIDES) -> tuple[Floats, Ints]:
     """Return a shape's points (n, 3) and the triangles (m, 3) of its closed surface."""
     if isinstance(shape, Box):
         return _corners(shape), _FACES
@@ -161,7 +161,7 @@ def _levels(rings: Sequence[Floats], shape: Cylinder | Prism) -> Floats:
     return np.vstack([np.column_stack([corners, np.full(len(corners), z)]) for z in (shape.low, shape.high)])
 
 
-def _around(rings: Sequence[Floats]) -> tuple[Integers, Integers]:
+def _around(rings: Sequence[Floats]) -> tuple[Ints, Ints]:
     """Return the numbers of the corners where edges begin, and where they end."""
     firsts = np.cumsum([0, *map(len, rings[:-1])])
     begin = [first + np.arange(len(ring)) for ring, first in zip(rings, firsts, strict=True)]
@@ -179,7 +179,7 @@ def _covered(rings: Sequence[Floats], places: Floats) -> NDArray[np.bool_]:
     return odd
 
 
-def _ball(sphere: Sphere, sides: int) -> tuple[Floats, Integers]:
+def _ball(sphere: Sphere, sides: int) -> tuple[Floats, Ints]:
     belts = sides // 2
     turn, tilt = np.meshgrid(2 * np.pi * np.arange(sides) / sides, np.pi * (np.arange(1, belts) / belts - 0.5))
     unit = np.stack([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)], axis=-1).reshape(-1, 3)
@@ -214,7 +214,7 @@ def skin(voxels: Voxels) -> Floats:
     return placed
 
 
-def _runs(cells: NDArray[np.bool_]) -> tuple[Integers, Integers]:
+def _runs(cells: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     """Return where rows of true cells along the last axis begin, one index an axis, and where each ends."""
     padded = np.concatenate([np.zeros((*cells.shape[:-1], 1), bool), cells, np.zeros((*cells.shape[:-1], 1), bool)], -1)
     begin = np.argwhere(padded[..., 1:] & ~padded[..., :-1])

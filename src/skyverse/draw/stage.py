@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.scene import Finding, Scene
 from skyverse.draw.scenery import build, handles
 from skyverse.draw.solids import outline
-from skyverse.draw.track import Floats, Point, Track
-from skyverse.shapes import Box
+from skyverse.draw.track import Point, Track
+from skyverse.model.shapes import Box
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from skyverse._typing import Floats
 from skyverse.atomic import whole_file
 from skyverse.draw.scene import Finding, Scene
 from skyverse.draw.stage import ends, legend, line, ring, stage, uav
-from skyverse.draw.track import Floats, Track
+from skyverse.draw.track import Track
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,7 +6,7 @@ from html import escape
 
 from skyverse.draw.profile import Profile
 from skyverse.draw.scene import Row, Scene
-from skyverse.result import Status
+from skyverse.model.result import Status
 
 NOTHING = "\N{EN DASH}"
 MINUS = "\N{MINUS SIGN}"

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.encoded import Trace, flat, plain
 from skyverse.draw.scene import Curve, Scene
-from skyverse.draw.track import TOLERANCE, Floats, Track, few
+from skyverse.draw.track import TOLERANCE, Track, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
 
 DASHES = ("solid", "dash", "dot", "longdash", "dashdot")

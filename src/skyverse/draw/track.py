@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.result import Result, Trajectory
-from skyverse.scenario import Bounds, Target
-from skyverse.vehicle import UAV
+from skyverse._typing import Floats
+from skyverse.model.result import Result, Trajectory
+from skyverse.model.scenario import Bounds, Target
+from skyverse.model.uav import UAV
 
-Floats = NDArray[np.float64]
 Point = tuple[float, float, float]
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

@@ -5,10 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.draw.track import Floats
-from skyverse.kernel import inner, kernel
-
-Integers = NDArray[np.int64]
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import inner, kernel
 
 
 def area(ring: Floats) -> float:
@@ -22,7 +20,7 @@ def turned(ring: Floats, sense: int) -> Floats:
     return ring if area(ring) * sense > 0 else ring[::-1]
 
 
-def joined(rings: Sequence[Floats]) -> Integers:
+def joined(rings: Sequence[Floats]) -> Ints:
     """Return the corners' numbers, of all rings in one row, in an order that runs around polygon and holes.
 
     The first ring is the outline, against the clock, the others holes, with the clock. Each hole is joined by a seam
@@ -39,16 +37,16 @@ def joined(rings: Sequence[Floats]) -> Integers:
     return np.array(around)
 
 
-def triangles(rings: Sequence[Floats]) -> Integers:
+def triangles(rings: Sequence[Floats]) -> Ints:
     """Cut a polygon into triangles (m, 3), each against the clock, by its corners' numbers; rings as in `joined`."""
     corners = np.concatenate(rings)
     around = joined(rings)
     places = np.ascontiguousarray(corners[around] - corners[0])
-    cut: Integers = around[_ears(places)]
+    cut: Ints = around[_ears(places)]
     return cut
 
 
-def _seen(corners: Floats, around: Integers, place: Floats) -> int:
+def _seen(corners: Floats, around: Ints, place: Floats) -> int:
     """Return which corner of the outline `around` a place inside sees, looking along x."""
     a, b = corners[around], corners[np.roll(around, -1)]
     # edges that cross the ray upwards have the inside on their left: against the clock, the ray leaves there
@@ -98,7 +96,7 @@ def _turn(places: Floats, i: int, j: int, k: int) -> float:
 
 
 @kernel
-def _ears(places: Floats) -> Integers:
+def _ears(places: Floats) -> Ints:
     """Return the triangles (n - 2, 3) of a ring (n, 2) against the clock that may touch itself along seams."""
     n = len(places)
     before, after = np.arange(n) - 1, np.arange(n) + 1

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.kinds import Kind, kinds
 from skyverse.draw.relief import Relief, along, cleared, relief
 from skyverse.draw.solids import extent
-from skyverse.draw.track import Floats, Track
-from skyverse.geodesy import to_wgs84
-from skyverse.scenario import Scenario
-from skyverse.shapes import Box
+from skyverse.draw.track import Track
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Box
 
 FINEST_ABOVE = 700
 """Heights along either side of the map."""

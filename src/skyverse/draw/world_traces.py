@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.encoded import Trace, packed, plain
 from skyverse.draw.kinds import FEW, Kind
 from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
 from skyverse.draw.solids import outline, surface
-from skyverse.draw.track import Floats
-from skyverse.shapes import Box
+from skyverse.model.shapes import Box
 
 _SCALE = ("#5d6650", "#8f9170", "#bcae86", "#d8c9a8", "#ece5d8")
 """Of the ground, from low and in the shade to high and in the light."""

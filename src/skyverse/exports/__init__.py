@@ -28,10 +28,10 @@ from skyverse.exports.skybrush import show_csv
 from skyverse.exports.wpl import waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.files import write
+from skyverse.model.result import Mission, Trajectory
+from skyverse.model.scenario import Origin, Scenario
+from skyverse.model.verdict import Certificate, Verdict
 from skyverse.referee import certify
-from skyverse.result import Mission, Trajectory
-from skyverse.scenario import Origin, Scenario
-from skyverse.verdict import Certificate, Verdict
 
 __all__ = ["Route", "export", "routes", "routes_apart"]
 

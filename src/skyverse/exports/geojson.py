@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.exports.outlines import outlines
-from skyverse.exports.places import Floats, geoid_of, places
+from skyverse.exports.places import geoid_of, places
 from skyverse.exports.samples import Sampled
-from skyverse.scenario import Scenario
+from skyverse.model.scenario import Scenario
 
 
 def geojson_text(scenario: Scenario, flights: list[Sampled], what: str = "GeoJSON") -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from skyverse.exports.kml import printable
 from skyverse.exports.places import places
 from skyverse.exports.samples import EPOCH, Sampled, clock
-from skyverse.scenario import Scenario
+from skyverse.model.scenario import Scenario
 
 GPX = "http://www.topografix.com/GPX/1/1"
 

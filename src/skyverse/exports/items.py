@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
-from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.exports.places import Above, places
 from skyverse.exports.route import Route
-from skyverse.scenario import Scenario
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.scenario import Scenario
 
 End = Literal["loiter", "land"]
 FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGround: 10}

@@ -4,10 +4,11 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.exports.outlines import Outline, outlines
-from skyverse.exports.places import Above, Floats, Places, places
+from skyverse.exports.places import Above, Places, places
 from skyverse.exports.samples import Sampled, clock
-from skyverse.scenario import Scenario
+from skyverse.model.scenario import Scenario
 
 KML = "http://www.opengis.net/kml/2.2"
 GX = "http://www.google.com/kml/ext/2.2"

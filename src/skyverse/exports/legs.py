@@ -10,12 +10,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.places import Above, Floats, home, origin_of
-from skyverse.geodesy import to_local, to_wgs84
+from skyverse.exports.places import Above, home, origin_of
+from skyverse.model.geodesy import to_local, to_wgs84
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Terrain
 from skyverse.referee.clearance import Space, judge_legs, shut_space
-from skyverse.scenario import Scenario
-from skyverse.shapes import Terrain
 
 LET_PASS = 0.02
 """Metres by which a leg may come nearer than the clearance, or be out of bounds: start and target may touch both."""

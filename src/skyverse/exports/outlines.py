@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.exports.places import Floats, origin_of
-from skyverse.geodesy import to_wgs84
-from skyverse.scenario import Scenario
-from skyverse.shapes import Box, Cylinder, Prism, Shape, Sphere
+from skyverse._typing import Floats
+from skyverse.exports.places import origin_of
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 
 CORNERS = 32
 """Of a circle."""

@@ -3,15 +3,14 @@
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.geodesy import to_wgs84
-from skyverse.result import Mission
-from skyverse.scenario import Frame, Origin, Scenario
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.result import Mission
+from skyverse.model.scenario import Frame, Origin, Scenario
 
-Floats = NDArray[np.float64]
 Above = Literal["amsl", "home", "agl"]
 KINDS: dict[Above, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
 

@@ -5,13 +5,14 @@ import math
 
 import numpy as np
 
-from skyverse.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse._typing import Floats
 from skyverse.exports.items import NO_PLACE, End, Item, items
-from skyverse.exports.places import Above, Floats, home, origin_of, places
+from skyverse.exports.places import Above, home, origin_of, places
 from skyverse.exports.route import Route
-from skyverse.geodesy import to_wgs84
-from skyverse.scenario import Scenario
-from skyverse.shapes import Box, Cylinder, Prism
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Box, Cylinder, Prism
 
 MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's own numbers for what an altitude is counted from."""

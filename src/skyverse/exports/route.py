@@ -5,11 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.legs import LET_PASS, Legs
-from skyverse.exports.places import Above, Floats
-from skyverse.result import Trajectory
-from skyverse.scenario import Scenario
+from skyverse.exports.places import Above
+from skyverse.model.result import Trajectory
+from skyverse.model.scenario import Scenario
 
 SMALLEST = 0.05
 """Metres: no autopilot can be asked for a smaller acceptance radius."""

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.places import Floats
-from skyverse.result import Mission, Trajectory
+from skyverse.model.result import Mission, Trajectory
 
 MOST = 1e6
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)

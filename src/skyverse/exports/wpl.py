@@ -5,7 +5,7 @@ import math
 from skyverse.exports.items import FRAMES, Command, End, Item, items
 from skyverse.exports.places import Above, home, places
 from skyverse.exports.route import Route
-from skyverse.scenario import Scenario
+from skyverse.model.scenario import Scenario
 
 
 def waypoints_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:

@@ -8,7 +8,7 @@ from skyverse.errors import InputError
 from skyverse.exports.kml import KML, printable
 from skyverse.exports.places import Above, geoid_of, origin_of, places
 from skyverse.exports.route import Route
-from skyverse.scenario import Scenario
+from skyverse.model.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}

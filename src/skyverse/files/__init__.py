@@ -11,12 +11,12 @@ from skyverse.files.flights import flight_from_data, flight_text
 from skyverse.files.grids import Side
 from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
-from skyverse.flown import Flight
-from skyverse.maps import voxels
-from skyverse.maps.grid import Unknown
-from skyverse.maps.rotorpy_world import is_rotorpy_world, rotorpy_world
-from skyverse.result import Mission
-from skyverse.scenario import Scenario
+from skyverse.maps.readers import voxels
+from skyverse.maps.readers.grid import Unknown
+from skyverse.maps.readers.rotorpy_world import is_rotorpy_world, rotorpy_world
+from skyverse.model.flight_record import Flight
+from skyverse.model.result import Mission
+from skyverse.model.scenario import Scenario
 
 __all__ = ["NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
 

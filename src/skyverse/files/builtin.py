@@ -1,8 +1,8 @@
 """Scenarios by name: the thesis's maps (Tables 3.1, 3.2, misprints mended) and fleets (4.1, 4.8 to 4.13), mountains."""
 
-from skyverse.scenario import Bounds, Lattice, Scenario, Target
-from skyverse.shapes import Box
-from skyverse.vehicle import UAV
+from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.model.shapes import Box
+from skyverse.model.uav import UAV
 
 Corner = tuple[float, float, float]
 

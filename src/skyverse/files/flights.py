@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 from skyverse.errors import InputError
 from skyverse.files.document import explain
 from skyverse.files.grids import Side, grids_of
-from skyverse.flown import Flight
+from skyverse.model.flight_record import Flight
 
 FORMAT = "skyverse/flight/1"
 

@@ -11,8 +11,8 @@ from skyverse.files.builtin import CLEARANCE, LATTICE
 from skyverse.files.document import explain
 from skyverse.files.grids import Side, grids_of
 from skyverse.files.yaml import yaml_text
-from skyverse.scenario import Bounds, Scenario
-from skyverse.shapes import Box
+from skyverse.model.scenario import Bounds, Scenario
+from skyverse.model.shapes import Box
 
 
 def scenario_from_data(source: str | Path, data: Any) -> Scenario:

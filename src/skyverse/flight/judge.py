@@ -4,14 +4,15 @@ import itertools
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.flight.simulate import RATE, Samples
 from skyverse.flight.vehicle import Vehicle
-from skyverse.flown import Flown, Passing
-from skyverse.result import Floats, Mission
-from skyverse.scenario import Scenario
-from skyverse.shapes import Terrain
+from skyverse.model.flight_record import Flown, Passing
+from skyverse.model.result import Mission
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Terrain
+from skyverse.model.verdict import Fault, Violation
 from skyverse.space.world import World
-from skyverse.verdict import Fault, Violation
 
 TOLERANCE = 1e-6
 """Of nearness."""

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.flight.vehicle import Vehicle
-from skyverse.result import Floats, Trajectory
+from skyverse.model.result import Trajectory
 from skyverse.trajectory.limits import GRAVITY
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.flight.lead import UP
 from skyverse.flight.vehicle import Vehicle
-from skyverse.result import Floats
 from skyverse.trajectory.limits import GRAVITY
 
 BANDWIDTH = 8.0

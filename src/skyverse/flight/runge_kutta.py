@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import OdeSolver
 
-from skyverse.result import Floats
+from skyverse._typing import Floats
 
 
 class RungeKutta(OdeSolver):

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.flight.lead import reference
 from skyverse.flight.observer import Observer, upward
 from skyverse.flight.runge_kutta import RungeKutta
 from skyverse.flight.vehicle import vehicle_of
-from skyverse.result import Floats, Trajectory
+from skyverse.model.result import Trajectory
 from skyverse.trajectory.limits import GRAVITY
 
 RATE = 100.0

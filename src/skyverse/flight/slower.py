@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 from skyverse.errors import InputError
-from skyverse.mission import plan_mission
+from skyverse.mission.plan_mission import plan_mission
+from skyverse.model.result import Mission, Result, Status, Trajectory
+from skyverse.model.verdict import Deconfliction
 from skyverse.planners.taut import Taut
 from skyverse.referee import certify, check
-from skyverse.result import Mission, Result, Status, Trajectory
 from skyverse.trajectory import Shape
-from skyverse.verdict import Deconfliction
 
 _SLOWED = "Slowed down with the whole mission, to be flown safely."
 

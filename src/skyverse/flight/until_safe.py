@@ -7,11 +7,11 @@ from skyverse.errors import InputError
 from skyverse.flight.fly import OnFlown, fly
 from skyverse.flight.judge import planned_close
 from skyverse.flight.slower import farther, slowed
-from skyverse.flown import Flight
+from skyverse.model.flight_record import Flight
+from skyverse.model.result import Mission
+from skyverse.model.verdict import Fault
 from skyverse.planners.base import Seed, seeded
-from skyverse.result import Mission
 from skyverse.trajectory import Shape
-from skyverse.verdict import Fault
 
 SLOWER = 1.25
 """How much longer a mission takes after a round."""

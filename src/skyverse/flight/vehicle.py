@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from skyverse.errors import InputError
+from skyverse.model.uav import UAV
 from skyverse.trajectory.limits import GRAVITY
-from skyverse.vehicle import UAV
 
 ARM, HUMMINGBIRD_ARM = 0.086, 0.17
 

@@ -4,12 +4,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from skyverse._typing import Floats
 from skyverse.lab.statistics import quantile
-from skyverse.result import History
-
-Floats = NDArray[np.float64]
+from skyverse.model.result import History
 
 EFFORTS = ("generated_paths", "generated_nodes", "evaluations", "iterations")
 

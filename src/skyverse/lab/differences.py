@@ -5,9 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.lab import figures
 from skyverse.lab.contrast import Contrast, contrasts
-from skyverse.lab.curves import Floats, profile
+from skyverse.lab.curves import profile
 from skyverse.lab.report import Block, Cell, Figure, Table, Text, literal
 from skyverse.lab.sheet import Sheet
 from skyverse.lab.statistics import LEVEL, magnitude, ranking

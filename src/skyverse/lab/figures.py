@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.stage import DASHES, GRID, INK, SOFT, blank, plain
-from skyverse.lab.curves import Band, Floats
+from skyverse.lab.curves import Band
 from skyverse.lab.report import one_line
 from skyverse.lab.statistics import Ranking, quantile
 

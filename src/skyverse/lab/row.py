@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from skyverse.result import History
+from skyverse.model.result import History
 
 
 @dataclass(frozen=True)

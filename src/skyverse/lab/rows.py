@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from skyverse.errors import InputError
 from skyverse.lab.row import Row
-from skyverse.result import History, no_history
+from skyverse.model.result import History, no_history
 
 Kind = Literal["scenario", "planner", "budget"]
 KINDS: tuple[Kind, ...] = ("scenario", "planner", "budget")

@@ -11,14 +11,14 @@ import numpy as np
 
 from skyverse._version import __version__
 from skyverse.lab.row import Row
-from skyverse.mission import Assignment, assign_targets
+from skyverse.mission.plan_mission import Assignment, assign_targets
+from skyverse.model.result import History, Result, Status, no_history
+from skyverse.model.scenario import Scenario
+from skyverse.model.verdict import Violation
 from skyverse.planners.base import Planner
 from skyverse.problem import Airspace, Problem
 from skyverse.referee import check_result
-from skyverse.result import History, Result, Status, no_history
-from skyverse.scenario import Scenario
 from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
-from skyverse.verdict import Violation
 
 _PILOT = 200
 """Paths of the first pilot run, and of the shortest second one."""

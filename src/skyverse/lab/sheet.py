@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from skyverse._typing import Floats
 from skyverse.lab.contrast import Costs
-from skyverse.lab.curves import Floats, ratios
+from skyverse.lab.curves import ratios
 from skyverse.lab.rows import Rows
 
 Cell = Mapping[str, NDArray[Any]]

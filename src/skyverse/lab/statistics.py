@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from skyverse._typing import Floats
 
 LEVEL = 0.05
 """The level of all tests; intervals hold with 1 - LEVEL."""

@@ -13,10 +13,10 @@ from skyverse.files import NAMES, read_scenario
 from skyverse.files.document import explain, parse, read_text
 from skyverse.files.yaml import yaml_text
 from skyverse.lab.run import Case, Job
-from skyverse.mission import Assignment
+from skyverse.mission.plan_mission import Assignment
+from skyverse.model.scenario import Scenario
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
-from skyverse.scenario import Scenario
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
 
 _RULES = {

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse import cost
-from skyverse.exact import shortest_route
+from skyverse.model.result import Effort, History, Result, Status
 from skyverse.planners.base import Planner, Seed, planned, provenance, unplanned
 from skyverse.problem import Problem
-from skyverse.result import Effort, History, Result, Status
+from skyverse.search.lattice_astar import shortest_route
 from skyverse.stop import OnIteration, Stop
 
 

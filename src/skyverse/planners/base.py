@@ -11,14 +11,15 @@ from typing import Any, Self
 import numpy as np
 
 from skyverse import cost
+from skyverse._typing import Floats, Ints
 from skyverse._version import __version__
 from skyverse.errors import InputError
-from skyverse.kernel import Stopwatch
+from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
+from skyverse.model.scenario import Scenario
+from skyverse.numerics.kernel import Stopwatch
 from skyverse.planners.moves import Desk, Paths, Task
 from skyverse.problem import Problem
-from skyverse.result import Effort, Floats, History, Provenance, Result, Status, no_history
-from skyverse.scenario import Scenario
-from skyverse.space.lattice import Grid, Ints
+from skyverse.space.lattice import Grid
 from skyverse.stop import MaxIterations, OnIteration, Progress, Stop
 
 Seed = int | np.random.Generator | None

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.numerics.kernel import kernel
 from skyverse.planners.base import Run, require, require_between
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import Desk, Paths, Task, adopt, begin_at, exhausted, graft, put, ranked, reroute

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import kernel
 from skyverse.planners.base import Run, require, require_between
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import Desk, Paths, Task, adopt, exhausted, graft, reroute
-from skyverse.result import Floats
 from skyverse.space.lattice import position
 
 SAMPLES = 16

@@ -4,13 +4,13 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Literal
 
+from skyverse.model.result import Result
+from skyverse.model.scenario import Scenario
 from skyverse.planners.base import Planner, Seed, require
 from skyverse.planners.hybrid_lattice import LatticeHybrid
 from skyverse.planners.hybrid_straight import StraightHybrid
 from skyverse.planners.multiverse import Multiverse
 from skyverse.problem import Problem
-from skyverse.result import Result
-from skyverse.scenario import Scenario
 from skyverse.stop import OnIteration, Stop
 
 

@@ -7,7 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse import cost
-from skyverse.kernel import inner, kernel
+from skyverse._typing import Floats, Ints
+from skyverse.model.result import Effort, History, Provenance, Result
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners.base import Run
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
@@ -28,8 +30,6 @@ from skyverse.planners.moves import (
 from skyverse.planners.multiverse import Multiverse, charge
 from skyverse.planners.stretches import Exits, cut_out, flight_price, fly, gain_of, plain, price_of, put_in
 from skyverse.problem import Problem
-from skyverse.result import Effort, Floats, History, Provenance, Result
-from skyverse.space.lattice import Ints
 from skyverse.stop import Stop
 
 

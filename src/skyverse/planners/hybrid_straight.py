@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
+from skyverse._typing import Floats
+from skyverse.model.result import Effort, History, Provenance, Result
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners import straight
 from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.joints import beside, hold, in_band, small_move
@@ -16,7 +18,6 @@ from skyverse.planners.sight import pull_tight, without_seams
 from skyverse.planners.straight import Course, Polylines, judge_legs
 from skyverse.planners.survey import explore, open_survey
 from skyverse.problem import Problem
-from skyverse.result import Effort, Floats, History, Provenance, Result
 from skyverse.space.lattice import Grid
 from skyverse.space.world import segment_free
 from skyverse.stop import Stop

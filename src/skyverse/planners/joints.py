@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.cost import Rates
-from skyverse.kernel import inner, kernel
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners.straight import Course
-from skyverse.result import Floats
 from skyverse.space import ground
 from skyverse.space.solids import Solids
 

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.numerics.kernel import kernel
 from skyverse.planners.base import Metaheuristic, Run, require
 from skyverse.planners.moves import Desk, Paths, Task, adopt, begin_at, exhausted, generate
 from skyverse.problem import Problem

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse import cost
+from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
-from skyverse.space.lattice import Grid, Ints
+from skyverse.numerics.kernel import inner, kernel
+from skyverse.space.lattice import Grid
 
 Marks = NDArray[np.uint8]
 Places = NDArray[np.int32]

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse.model.result import Result
 from skyverse.planners.base import Planner, Run, require, require_between
 from skyverse.problem import Problem
-from skyverse.result import Result
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners.base import Run, require, require_between
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (

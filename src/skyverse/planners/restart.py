@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse.kernel import kernel
+from skyverse.numerics.kernel import kernel
 from skyverse.planners.base import Run, require
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import Desk, Paths, Task, begin_at, cut_loops, detour, exhausted, generate, judge, put

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space.box import TOLERANCE
 from skyverse.space.world import Space, segment_free
 

@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse import cost
+from skyverse._typing import Floats, Ints
 from skyverse.cost import Rates
-from skyverse.kernel import inner, kernel
+from skyverse.model.result import Effort, History, Provenance, Result, no_history
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners.base import Run, make_desk, planned_any_angle, unplanned
 from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Desk
 from skyverse.planners.sight import without_seams
 from skyverse.problem import Problem
-from skyverse.result import Effort, Floats, History, Provenance, Result, no_history
 from skyverse.space import ground, solids
-from skyverse.space.lattice import Ints
 from skyverse.space.world import Space, point_free, segment_free
 from skyverse.stop import Stop
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse import cost
+from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing
-from skyverse.kernel import inner, kernel
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners.moves import NODES, PATHS, Task
-from skyverse.result import Floats
-from skyverse.space.lattice import Grid, Ints
+from skyverse.space.lattice import Grid
 
 Exits = NDArray[np.int32]
 _ORDERS = np.array([(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])

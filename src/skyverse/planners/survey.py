@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse import cost
-from skyverse.kernel import inner, kernel
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners.joints import beside, hold, in_band
 from skyverse.planners.moves import Desk, exhausted
 from skyverse.planners.straight import Course, Polylines, judge_legs
-from skyverse.result import Floats
-from skyverse.space.lattice import Ints
 from skyverse.space.world import segment_free
 
 _FRUITLESS = 20

@@ -6,17 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse._typing import Ints
 from skyverse.cost import make_pricing, terms_of_legs
-from skyverse.exact import shortest_route
-from skyverse.kernel import Stopwatch
+from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
+from skyverse.model.scenario import Objective, Scenario
+from skyverse.numerics.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, require, unplanned
 from skyverse.problem import Problem
-from skyverse.result import Effort, History, Provenance, Result, Status, no_history
-from skyverse.scenario import Objective, Scenario
-from skyverse.space.lattice import Grid, Ints
+from skyverse.search.lattice_astar import shortest_route
+from skyverse.search.taut.among import beyond_boxes, way_among
+from skyverse.search.taut.route import least_length, taut_way
+from skyverse.space.lattice import Grid
 from skyverse.stop import OnIteration, Stop
-from skyverse.taut.among import beyond_boxes, way_among
-from skyverse.taut.route import least_length, taut_way
 
 
 @dataclass(frozen=True, kw_only=True)

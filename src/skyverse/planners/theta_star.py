@@ -6,18 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse._typing import Floats, Ints
 from skyverse.cost import make_pricing
-from skyverse.exact import shortest_route
-from skyverse.kernel import Stopwatch
+from skyverse.model.result import Effort, History, Result, Status, no_history
+from skyverse.model.scenario import Objective, Scenario
+from skyverse.numerics.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, unplanned
 from skyverse.planners.sight import length_of, pull_tight, without_seams
 from skyverse.problem import Problem
-from skyverse.result import Effort, Floats, History, Result, Status, no_history
-from skyverse.scenario import Objective, Scenario
-from skyverse.space.lattice import Ints
+from skyverse.search.lattice_astar import shortest_route
+from skyverse.search.taut.lazy import lazy_theta_star
 from skyverse.space.world import segment_free
 from skyverse.stop import OnIteration, Stop
-from skyverse.taut.lazy import lazy_theta_star
 
 
 @dataclass(frozen=True, kw_only=True)

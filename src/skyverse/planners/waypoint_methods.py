@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.planners.optimisers import Evaluate, Iterations, by_niapy, by_pymoo, cma_es, da, mfo, woa
 from skyverse.planners.waypoints import WaypointSearch
-from skyverse.result import Floats
 
 
 @dataclass(frozen=True, kw_only=True)

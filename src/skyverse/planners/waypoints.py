@@ -10,17 +10,18 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from skyverse import cost
+from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError
-from skyverse.kernel import inner, kernel
+from skyverse.model.result import Effort, History, Provenance, Result
+from skyverse.model.scenario import Scenario
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners import straight
 from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.moves import NODES, PATHS, Desk, Paths, Task, begin_at, cut_loops, exhausted, judge, put
 from skyverse.planners.optimisers import Evaluate, Iterations
 from skyverse.planners.straight import Course, Polylines, judge_legs
 from skyverse.problem import Problem
-from skyverse.result import Effort, Floats, History, Provenance, Result
-from skyverse.scenario import Scenario
-from skyverse.space.lattice import Grid, Ints, positions
+from skyverse.space.lattice import Grid, positions
 from skyverse.stop import Stop
 
 

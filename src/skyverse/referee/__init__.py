@@ -9,12 +9,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from skyverse.model.result import Mission, Result, Status, Trajectory
+from skyverse.model.scenario import Scenario
+from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.certificate import Certificates, certify, entry, judge_flight, target_of
 from skyverse.referee.clearance import shut_space
 from skyverse.referee.path import judge_result
-from skyverse.result import Mission, Result, Status, Trajectory
-from skyverse.scenario import Scenario
-from skyverse.verdict import Certificate, Fault, Verdict, Violation
 
 __all__ = ["Certificates", "certify", "check", "check_result", "judge"]
 

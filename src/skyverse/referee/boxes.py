@@ -6,12 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Box, Voxels
 from skyverse.referee.voxels import covered, merged
-from skyverse.scenario import Scenario
-from skyverse.shapes import Box, Voxels
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
 
 TOLERANCE = 1e-6
 """Metres: what is wrong by no more than this is let pass."""
@@ -120,7 +118,7 @@ class Boxes(NamedTuple):
     high: Floats
     shut_low: Floats
     shut_high: Floats
-    obstacle: Ints
+    obstacle: Indices
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of what is shut."""
@@ -131,7 +129,7 @@ class Boxes(NamedTuple):
         faces: Floats = error + float(np.abs([self.shut_low, self.shut_high]).max(initial=0.0)) * 4e-16
         return faces
 
-    def depth(self, part: Floats, which: Ints) -> Floats:
+    def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts of pieces may be inside a box: what is not, is on one side of it along some axis."""
         low, high = self.shut_low[which], self.shut_high[which]
         deep: Floats = np.minimum(part.max(axis=1) - low, high - part.min(axis=1)).min(axis=1)
@@ -182,7 +180,7 @@ def deepest(boxes: Boxes, starts: Floats, ends: Floats) -> Closest | None:
     return met
 
 
-def _entered(boxes: Boxes, starts: Floats, ends: Floats) -> Ints:
+def _entered(boxes: Boxes, starts: Floats, ends: Floats) -> Indices:
     """Return the indices of the boxes that some segment enters."""
     found = [np.zeros(0, dtype=np.intp)]
     for pairs in near(np.minimum(starts, ends), np.maximum(starts, ends), boxes.shut_low, boxes.shut_high):
@@ -195,7 +193,7 @@ def _entered(boxes: Boxes, starts: Floats, ends: Floats) -> Ints:
 GROUP = 16
 
 
-def near(low: Floats, high: Floats, shape_low: Floats, shape_high: Floats) -> Iterator[Ints]:
+def near(low: Floats, high: Floats, shape_low: Floats, shape_high: Floats) -> Iterator[Indices]:
     """Yield (pairs, 2) indices of hulls (n, 3), (n, 3) and of those of shapes (m, 3), (m, 3) that overlap.
 
     First of so many hulls at once, one after another, then of each. Hulls that are not numbers overlap all.

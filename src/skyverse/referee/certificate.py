@@ -5,14 +5,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skyverse.model.result import Mission, Trajectory
+from skyverse.model.scenario import Scenario
+from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.boxes import GROUND, keeps
 from skyverse.referee.clearance import Space, shut_space
 from skyverse.referee.curve import Curve
 from skyverse.referee.flight import judge_trajectory
 from skyverse.referee.separation import judge_separation
-from skyverse.result import Mission, Trajectory
-from skyverse.scenario import Scenario
-from skyverse.verdict import Certificate, Fault, Verdict, Violation
 
 
 class Certificates(NamedTuple):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import Floats
+from skyverse._typing import Floats
 from skyverse.referee.polynomial import DEPTH, EPS
 
 

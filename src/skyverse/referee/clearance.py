@@ -5,13 +5,14 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from skyverse.referee.boxes import Boxes, Closest, Floats, Ints, deepest, near, shut_boxes
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.referee.boxes import Boxes, Closest, deepest, near, shut_boxes
 from skyverse.referee.curve import Curve
 from skyverse.referee.ground import Ground, ground_of
 from skyverse.referee.polynomial import Peaks, Polynomials, greatest
 from skyverse.referee.prisms import shut_prisms
 from skyverse.referee.rounds import shut_cylinders, shut_spheres
-from skyverse.scenario import Scenario
 
 FINE = 1e-9
 """How near to the worst instant (metres, or a share of the limit) is near enough."""
@@ -21,7 +22,7 @@ class Solids(Protocol):
     """Shapes of one kind, grown by the clearance less the tolerance."""
 
     @property
-    def obstacle(self) -> Ints:
+    def obstacle(self) -> Indices:
         """(m,) to which obstacle of the scenario each belongs."""
 
     def hulls(self) -> tuple[Floats, Floats]:
@@ -30,7 +31,7 @@ class Solids(Protocol):
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds (n,) on the errors of depths of pieces and their parts, by those of the pieces (n,)."""
 
-    def depth(self, part: Floats, which: Ints) -> Floats:
+    def depth(self, part: Floats, which: Indices) -> Floats:
         """Return upper bounds (n,) on how deep parts (n, degree + 1, 3) get inside shapes (n,); below 0 outside.
 
         Of a single coefficient, a place, it is the depth itself, or below 0.
@@ -93,7 +94,7 @@ def _judge(kind: Solids, b: Floats, error: Floats, at: Callable[[int, float], Fl
     near_to = near(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None], *kind.hulls())
     piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *near_to]).T
 
-    def depth(part: Floats, pair: Ints) -> Floats:
+    def depth(part: Floats, pair: Indices) -> Floats:
         return kind.depth(part, shape[pair])
 
     peaks = greatest(b[piece], wrong[piece], 0.0, FINE, depth)

@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import TOLERANCE, Floats, Ints, array, place, triple
-from skyverse.result import Trajectory
-from skyverse.scenario import Scenario
-from skyverse.vehicle import UAV
-from skyverse.verdict import Fault, Violation
+from skyverse._typing import Floats, Indices
+from skyverse.model.result import Trajectory
+from skyverse.model.scenario import Scenario
+from skyverse.model.uav import UAV
+from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.boxes import TOLERANCE, array, place, triple
 
 LATEST = 1e9  # seconds
 HIGHEST = 30  # degree
@@ -28,7 +29,7 @@ class Curve(NamedTuple):
         """(n,) seconds."""
         return np.diff(self.knots)
 
-    def motions(self, pieces: Ints, local: Floats) -> Floats:
+    def motions(self, pieces: Indices, local: Floats) -> Floats:
         """Return position, velocity, acceleration and jerk, (m, 4, 3), `local` (m,) seconds after knots."""
         rows, motions = self.pieces[pieces], []
         for _ in range(4):

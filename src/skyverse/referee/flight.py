@@ -2,14 +2,15 @@
 
 from typing import NamedTuple
 
-from skyverse.referee.boxes import TOLERANCE, Floats, beyond_bounds, place, triple
+from skyverse._typing import Floats
+from skyverse.model.result import Trajectory
+from skyverse.model.scenario import Scenario
+from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.boxes import TOLERANCE, beyond_bounds, place, triple
 from skyverse.referee.clearance import FINE, Space, judge_curve
 from skyverse.referee.curve import Curve, curve_of, judge_continuity, judge_ends
 from skyverse.referee.limits import FORGIVEN, limits
 from skyverse.referee.polynomial import Peaks, Polynomials, bernstein, greatest, stack
-from skyverse.result import Trajectory
-from skyverse.scenario import Scenario
-from skyverse.verdict import Fault, Violation
 
 
 class Judged(NamedTuple):

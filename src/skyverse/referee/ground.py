@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import GROUND, TOLERANCE, Floats, Ints, keeps
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.referee.boxes import GROUND, TOLERANCE, keeps
 from skyverse.referee.polynomial import DEPTH, EPS, Polynomials
-from skyverse.scenario import Scenario
 
 
 class Ground(NamedTuple):
@@ -35,7 +36,7 @@ class Ground(NamedTuple):
     shut: float
     highest: list[Floats]
     slope: float
-    obstacle: Ints
+    obstacle: Indices
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of a box that holds everything: all may be near the ground."""
@@ -48,20 +49,20 @@ class Ground(NamedTuple):
         whole: Floats = (1 + 9 * self.slope) * off + 64 * EPS * (float(np.abs(self.heights).max()) + size)
         return whole
 
-    def cell(self, places: Floats) -> Ints:
+    def cell(self, places: Floats) -> Indices:
         """Return the indices (..., 2) of the cells of places (..., 2); of places beside the ground, the nearest."""
         index = np.floor((places - self.origin) / self.step)
         last = np.array(self.heights.shape) - 2
-        cell: Ints = np.clip(np.nan_to_num(index), 0, last).astype(np.intp)
+        cell: Indices = np.clip(np.nan_to_num(index), 0, last).astype(np.intp)
         return cell
 
-    def surface(self, cell: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+    def surface(self, cell: Indices) -> tuple[Floats, Floats, Floats, Floats]:
         """Return each cell's height as h + a u + b v + e u v, with u and v the shares of a step from its corner."""
         i, j = cell[..., 0], cell[..., 1]
         h, a, b, far = (self.heights[i + di, j + dj] for di, dj in ((0, 0), (1, 0), (0, 1), (1, 1)))
         return h, a - h, b - h, far - a - b + h
 
-    def shares(self, places: Floats, cell: Ints) -> Floats:
+    def shares(self, places: Floats, cell: Indices) -> Floats:
         """Return the shares (..., 2) of a step that places are from their cell's corner."""
         shares: Floats = (places - (self.origin + cell * self.step)) / self.step
         return shares
@@ -77,7 +78,7 @@ class Ground(NamedTuple):
         """Return how far one position is above ground, metres."""
         return float(position[2] - self.height(position[None, :2])[0])
 
-    def depth(self, part: Floats, which: Ints) -> Floats:
+    def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be below what must be kept.
 
         Above the highest ground of all cells around, for certain not. Else, in two by two cells at most, height and
@@ -96,7 +97,7 @@ class Ground(NamedTuple):
         deep[close] = np.minimum(deep[close], below)
         return deep
 
-    def _below(self, part: Floats, cell: Ints) -> Floats:
+    def _below(self, part: Floats, cell: Indices) -> Floats:
         """Return how far parts may be below what must be kept above one cell's surface, carried on beside it."""
         exact = np.zeros(len(part))  # errors are counted once, by `error`
         shares = self.shares(part[:, :, :2], cell[:, None])
@@ -106,7 +107,7 @@ class Ground(NamedTuple):
         deep: Floats = (level.raised(2 * level.degree).b + e * (u * v).b).max(axis=1)
         return deep
 
-    def _highest(self, first: Ints, last: Ints) -> Floats:
+    def _highest(self, first: Indices, last: Indices) -> Floats:
         """Return the greatest height in blocks of cells or a little around them."""
         span = np.maximum((last - first).max(axis=1), 1)
         level = np.ceil(np.log2(span)).astype(np.intp)

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import Floats
+from skyverse._typing import Floats
+from skyverse.model.uav import UAV, FixedWing
+from skyverse.model.verdict import Fault
 from skyverse.referee.curve import Curve, derivative
 from skyverse.referee.polynomial import Polynomials, bernstein, squared, stack
-from skyverse.vehicle import UAV, FixedWing
-from skyverse.verdict import Fault
 
 GRAVITY = 9.81  # m/s^2
 FORGIVEN = 1e-6  # of each limit

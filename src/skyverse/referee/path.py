@@ -4,12 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from skyverse.referee.boxes import TOLERANCE, Floats, array, beyond_bounds, place, triple
+from skyverse._typing import Floats
+from skyverse.model.result import Result, Status
+from skyverse.model.scenario import Scenario
+from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.boxes import TOLERANCE, array, beyond_bounds, place, triple
 from skyverse.referee.clearance import Space, judge_legs
 from skyverse.referee.soft import altitude, climb, risk
-from skyverse.result import Result, Status
-from skyverse.scenario import Scenario
-from skyverse.verdict import Fault, Violation
 
 
 def judge_result(

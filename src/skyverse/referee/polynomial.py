@@ -13,7 +13,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.referee.boxes import Floats, Ints
+from skyverse._typing import Floats, Indices
 
 DEPTH = 45
 """How often a piece may be cut in two, one within the other."""
@@ -124,11 +124,11 @@ class Peaks(NamedTuple):
     """
 
     value: Floats
-    piece: Ints
+    piece: Indices
     share: Floats
-    stuck: Ints
+    stuck: Indices
     stuck_share: Floats
-    halvings: Ints
+    halvings: Indices
 
     def refuted(self, enough: float) -> NDArray[np.bool_]:
         """Tell whose greatest value is above `enough`."""
@@ -139,10 +139,10 @@ class Peaks(NamedTuple):
         return ~self.refuted(enough) & (self.stuck < 0)
 
 
-Bound = Callable[[Floats, Ints], Floats]
+Bound = Callable[[Floats, Indices], Floats]
 
 
-def largest(b: Floats, piece: Ints) -> Floats:
+def largest(b: Floats, piece: Indices) -> Floats:
     """Bound polynomials from above by their coefficients."""
     bound: Floats = b.max(axis=1)
     return bound
@@ -154,7 +154,7 @@ def greatest(
     enough: float,
     fine: float,
     bound: Bound = largest,
-    group: Ints | None = None,
+    group: Indices | None = None,
     groups: int = 1,
 ) -> Peaks:
     """Tell whether values stay at or below `enough`, and where they do not, how high they go, to within `fine`.

@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.referee.boxes import TOLERANCE, Floats, Ints
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Prism
+from skyverse.referee.boxes import TOLERANCE
 from skyverse.referee.chord import Chords, chords, distance, distance_error
-from skyverse.scenario import Scenario
-from skyverse.shapes import Prism
 
 AT_ONCE = 2**19
 """Edges looked at together."""
@@ -36,14 +37,14 @@ class Prisms(NamedTuple):
 
     p: Floats
     q: Floats
-    first: Ints
-    edges: Ints
+    first: Indices
+    edges: Indices
     low: Floats
     high: Floats
     shut: Floats
     shut_low: Floats
     shut_high: Floats
-    obstacle: Ints
+    obstacle: Indices
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about what is shut."""
@@ -57,7 +58,7 @@ class Prisms(NamedTuple):
         """Return bounds on the errors of depths, and of hulls."""
         return distance_error(b, error, float(np.abs(self.hulls()).max(initial=0.0)))
 
-    def depth(self, part: Floats, which: Ints) -> Floats:
+    def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: what is not, is beside the polygon, or below, or above."""
         z = part[:, :, 2]
         deep: Floats = np.minimum(z.max(axis=1) - self.shut_low[which], self.shut_high[which] - z.min(axis=1))
@@ -74,7 +75,7 @@ class Prisms(NamedTuple):
         level = float(self.shut[which] - self._level(Chords(spot, spot, np.zeros(1)), np.array([which]))[0])
         return max(level, float(self.low[which] - position[2]), float(position[2] - self.high[which]))
 
-    def _level(self, chord: Chords, which: Ints) -> Floats:
+    def _level(self, chord: Chords, which: Indices) -> Floats:
         """Return how deep chords may be inside, seen from above.
 
         Outside, the distance to the polygon is that to its nearest edge. Inside, no place is deeper than it is far from
@@ -110,11 +111,11 @@ def _side(a: Floats, b: Floats, p: Floats) -> Floats:
     return side
 
 
-def _passes(a: Floats, p: Floats, q: Floats) -> Ints:
+def _passes(a: Floats, p: Floats, q: Floats) -> Indices:
     """Tell, as 0 or 1, which edges from p to q a ray from a along x crosses."""
     spans = (p[:, 1] > a[:, 1]) != (q[:, 1] > a[:, 1])
     rise = np.where(spans, q[:, 1] - p[:, 1], 1.0)
-    passed: Ints = (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
+    passed: Indices = (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
     return passed
 
 

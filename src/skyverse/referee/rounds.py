@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import TOLERANCE, Floats, Ints
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Cylinder, Sphere
+from skyverse.referee.boxes import TOLERANCE
 from skyverse.referee.chord import chords, distance, distance_error
-from skyverse.scenario import Scenario
-from skyverse.shapes import Cylinder, Sphere
 
 
 class Spheres(NamedTuple):
@@ -16,7 +17,7 @@ class Spheres(NamedTuple):
     centre: Floats
     radius: Floats
     shut: Floats
-    obstacle: Ints
+    obstacle: Indices
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about what is shut."""
@@ -26,7 +27,7 @@ class Spheres(NamedTuple):
         """Return bounds on the errors of depths, and of hulls."""
         return distance_error(b, error, float(np.abs(self.hulls()).max(initial=0.0)))
 
-    def depth(self, part: Floats, which: Ints) -> Floats:
+    def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside; exactly, where they are straight."""
         chord = chords(part)
         deep: Floats = self.shut[which] - distance(self.centre[which], chord.a, chord.b) + chord.off
@@ -47,7 +48,7 @@ class Cylinders(NamedTuple):
     shut: Floats
     shut_low: Floats
     shut_high: Floats
-    obstacle: Ints
+    obstacle: Indices
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about what is shut."""
@@ -61,7 +62,7 @@ class Cylinders(NamedTuple):
         """Return bounds on the errors of depths, and of hulls."""
         return distance_error(b, error, float(np.abs(self.hulls()).max(initial=0.0)))
 
-    def depth(self, part: Floats, which: Ints) -> Floats:
+    def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: what is not, is off the axis, or below, or above."""
         chord = chords(part[:, :, :2])
         level = self.shut[which] - distance(self.centre[which], chord.a, chord.b) + chord.off
@@ -97,5 +98,5 @@ def shut_cylinders(scenario: Scenario) -> Cylinders:
     return Cylinders(rows[:, :2], radius, low, high, shut, grown_low + flat, grown_high - flat, _numbers(some))
 
 
-def _numbers(some: list[tuple[int, Cylinder]] | list[tuple[int, Sphere]]) -> Ints:
+def _numbers(some: list[tuple[int, Cylinder]] | list[tuple[int, Sphere]]) -> Indices:
     return np.array([k for k, _ in some], dtype=np.intp)

@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import TOLERANCE, Floats, Ints, place, triple
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.boxes import TOLERANCE, place, triple
 from skyverse.referee.clearance import FINE
 from skyverse.referee.curve import Curve
 from skyverse.referee.polynomial import DEPTH, Peaks, Polynomials, greatest, halve, squared
 from skyverse.referee.tracks import Tracks, near_pairs, relative, time_slices, tracks_of
-from skyverse.scenario import Scenario
-from skyverse.verdict import Fault, Violation
 
 AT_ONCE = 2000  # pairs
 
@@ -64,8 +65,8 @@ class _Cells(NamedTuple):
     (m,) pair, pieces, seconds, 1 - (nearness / kept)^2, and kept: which share of the separation must be.
     """
 
-    pair: Ints
-    pieces: tuple[Ints, Ints]
+    pair: Indices
+    pieces: tuple[Indices, Indices]
     begins: Floats
     ends: Floats
     excess: Polynomials
@@ -76,7 +77,7 @@ _Intervals = tuple[Floats, Floats]
 
 
 def _cells(
-    fleet: _Fleet, pairs: Ints, intervals: list[_Intervals], forgiven: float, shares: Floats | float = 1.0
+    fleet: _Fleet, pairs: Indices, intervals: list[_Intervals], forgiven: float, shares: Floats | float = 1.0
 ) -> _Cells:
     """Return the cells of (n, 2) pairs in intervals of each, where they must keep (n,) shares of the separation."""
     of = np.repeat(np.arange(len(pairs)), [len(begins) for begins, _ in intervals])
@@ -98,7 +99,7 @@ def _divided(part: Polynomials, by: Floats) -> Polynomials:
     return Polynomials(part.b / by[:, None], part.error / by + 4e-16 * part.size / by)
 
 
-def _judge_pairs(fleet: _Fleet, pairs: Ints, slices: list[Ints]) -> tuple[list[Violation], int]:
+def _judge_pairs(fleet: _Fleet, pairs: Indices, slices: list[Indices]) -> tuple[list[Violation], int]:
     intervals = []
     for (i, j), some in zip(pairs, slices, strict=True):
         begins, ends = _common(fleet, i, j)
@@ -119,7 +120,7 @@ def _judge_pairs(fleet: _Fleet, pairs: Ints, slices: list[Ints]) -> tuple[list[V
     return found, int(peaks.halvings.sum())
 
 
-def _found(fleet: _Fleet, pair: Ints, cells: _Cells, peaks: Peaks, k: int) -> Violation:
+def _found(fleet: _Fleet, pair: Indices, cells: _Cells, peaks: Peaks, k: int) -> Violation:
     """Return what is wrong with a pair, of which the k-th question was not proven."""
     spot = peaks.stuck[k], peaks.stuck_share[k]
     if peaks.refuted(0.0)[k]:
@@ -150,7 +151,7 @@ def _meeting(fleet: _Fleet, cells: _Cells, cell: int, share: float) -> _Meeting:
     return _Meeting(float(time[0]), first, second)
 
 
-def _nearness(fleet: _Fleet, pair: Ints, meeting: _Meeting, kept: float = 1.0, forgiven: float = 0.0) -> float:
+def _nearness(fleet: _Fleet, pair: Indices, meeting: _Meeting, kept: float = 1.0, forgiven: float = 0.0) -> float:
     """Return how near two UAVs are, of a share of their separation less what is let pass."""
     across, above = kept * fleet.across[*pair] - forgiven, kept * fleet.above[*pair] - forgiven
     return float(np.linalg.norm((meeting.first - meeting.second) / [across, across, above]))
@@ -170,7 +171,7 @@ def _given(fleet: _Fleet, i: int, j: int) -> tuple[_Meeting | None, _Meeting | N
     return begin, end
 
 
-def _judge_given(fleet: _Fleet, pair: Ints, starts: _Meeting | None, ends: _Meeting | None) -> Iterator[Violation]:
+def _judge_given(fleet: _Fleet, pair: Indices, starts: _Meeting | None, ends: _Meeting | None) -> Iterator[Violation]:
     """Judge a pair given too close.
 
     Until it is first apart, or from when it is last apart on, nobody is to blame while it is no nearer than given.
@@ -233,7 +234,7 @@ def _first_apart(cells: _Cells) -> float:
     return float(cells.ends[-1])
 
 
-def _too_close(fleet: _Fleet, pair: Ints, meeting: _Meeting, fault: Fault, why: str) -> Violation:
+def _too_close(fleet: _Fleet, pair: Indices, meeting: _Meeting, fault: Fault, why: str) -> Violation:
     i, j = (int(k) for k in pair)
     uavs = fleet.tracks.uavs[i], fleet.tracks.uavs[j]
     time, first, second = meeting
@@ -251,7 +252,7 @@ def _too_close(fleet: _Fleet, pair: Ints, meeting: _Meeting, fault: Fault, why: 
     return Violation(fault, uavs, message, time, triple(middle))
 
 
-def _undecided(fleet: _Fleet, pair: Ints, meeting: _Meeting, halvings: int) -> Violation:
+def _undecided(fleet: _Fleet, pair: Indices, meeting: _Meeting, halvings: int) -> Violation:
     i, j = (int(k) for k in pair)
     uavs = fleet.tracks.uavs[i], fleet.tracks.uavs[j]
     time, middle = meeting.time, (meeting.first + meeting.second) / 2

@@ -4,10 +4,11 @@ import itertools
 
 import numpy as np
 
-from skyverse.referee.boxes import TOLERANCE, Floats
+from skyverse._typing import Floats
+from skyverse.model.scenario import AltitudeBand, ClimbLimit, Scenario
+from skyverse.referee.boxes import TOLERANCE
 from skyverse.referee.ground import Ground
 from skyverse.referee.zones import hulls, metres_inside, pieces
-from skyverse.scenario import AltitudeBand, ClimbLimit, Scenario
 
 _NUDGES = TOLERANCE * np.array([(0, 0, 0), *(n for n in itertools.product((-1, 0, 1), repeat=3) if any(n))])
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.referee.boxes import Floats, Ints
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
 from skyverse.referee.curve import Curve
 from skyverse.referee.polynomial import EPS, Polynomials, bernstein
-from skyverse.scenario import Scenario
 
 SLICES = 256
 
@@ -39,12 +39,12 @@ class Tracks(NamedTuple):
         """The common end, seconds."""
         return float(self.knots[0][-1])
 
-    def piece(self, k: int, instants: Floats) -> Ints:
+    def piece(self, k: int, instants: Floats) -> Indices:
         """Return which pieces the k-th UAV flies right after some instants."""
-        piece: Ints = self.first[k] + np.searchsorted(self.knots[k][:-1], instants, side="right") - 1
+        piece: Indices = self.first[k] + np.searchsorted(self.knots[k][:-1], instants, side="right") - 1
         return piece
 
-    def begun_at(self, piece: Ints, instants: Floats) -> Floats:
+    def begun_at(self, piece: Indices, instants: Floats) -> Floats:
         """Return pieces (m,) in the time since other instants (m,): Taylor's shift."""
         rows, since = self.pieces[piece], (instants - self.begins[piece])[:, None]
         degree = rows.shape[1] - 1
@@ -53,7 +53,7 @@ class Tracks(NamedTuple):
                 rows[:, j] += since * rows[:, j + 1]
         return rows
 
-    def shift_error(self, piece: Ints, ends: Floats) -> Floats:
+    def shift_error(self, piece: Indices, ends: Floats) -> Floats:
         """Return what a shift may have got wrong on pieces (m,) until `ends`, (m, 3) metres."""
         until = (ends - self.begins[piece])[:, None, None] ** np.arange(self.pieces.shape[1])[None, :, None]
         error: Floats = 4 * self.pieces.shape[1] * EPS * np.sum(np.abs(self.pieces[piece]) * until, axis=1)
@@ -70,7 +70,7 @@ def _with(parts: list[Polynomials], error: Floats) -> list[Polynomials]:
     return [Polynomials(part.b, part.error + error[:, axis]) for axis, part in enumerate(parts)]
 
 
-def relative(tracks: Tracks, first: Ints, second: Ints, begins: Floats, ends: Floats) -> list[Polynomials]:
+def relative(tracks: Tracks, first: Indices, second: Indices, begins: Floats, ends: Floats) -> list[Polynomials]:
     """Return x, y, z from one to another of (m,) pairs of pieces, between instants."""
     rows = tracks.begun_at(first, begins) - tracks.begun_at(second, begins)
     error = tracks.shift_error(first, ends) + tracks.shift_error(second, ends)
@@ -114,7 +114,7 @@ def time_slices(tracks: Tracks) -> Floats:
     return some
 
 
-def near_pairs(tracks: Tracks, edges: Floats, across: Floats, above: Floats) -> Iterator[Ints]:
+def near_pairs(tracks: Tracks, edges: Floats, across: Floats, above: Floats) -> Iterator[Indices]:
     """Yield (m, 3) indices of two UAVs and a slice of time in which their boxes come too close.
 
     `across` and `above` are (n, n) metres to be kept between each two, 0 where none are.

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Whole = NDArray[np.int64]
+from skyverse._typing import Ints
 
 
-def merged(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
+def merged(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     """Return boxes that hold the occupied cells and no others, each cell once.
 
     Parameters
@@ -30,7 +30,7 @@ def merged(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
     return first, beyond
 
 
-def covered(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
+def covered(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     """Return boxes as `merged` does, but overlapping: none of the borders between cells is left between them.
 
     A place within the cells may be on the border of two, four or eight of them. So boxes are also made of all pairs of
@@ -50,7 +50,7 @@ def covered(occupied: NDArray[np.bool_]) -> tuple[Whole, Whole]:
     return both[:, :3], both[:, 3:]
 
 
-def _joined(first: Whole, beyond: Whole, axis: int) -> tuple[Whole, Whole]:
+def _joined(first: Ints, beyond: Ints, axis: int) -> tuple[Ints, Ints]:
     """Join boxes that follow one another along an axis and are equal along the others."""
     same = np.zeros(len(first), dtype=np.int64)  # one number for what must be equal
     for other in (k for k in range(3) if k != axis):

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.referee.boxes import Floats
-from skyverse.shapes import AnyShape, Box, Cylinder, Prism, Sphere
+from skyverse._typing import Floats
+from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
 
 
 def hulls(zones: Sequence[AnyShape]) -> tuple[Floats, Floats]:

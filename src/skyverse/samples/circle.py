@@ -6,8 +6,8 @@ from numbers import Real
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
-from skyverse.vehicle import UAV
+from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.uav import UAV
 
 HEIGHT = 20.0
 """Metres of air under and over the circle, together."""

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
-from skyverse.shapes import Box
-from skyverse.vehicle import UAV
+from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.shapes import Box
+from skyverse.model.uav import UAV
 
 DENSITY = 2000 / 2000.0**2
 """Buildings per square metre: 2,000 on 2 km x 2 km."""

@@ -6,10 +6,10 @@ The terrain is the digital elevation model of the U.S. Geological Survey, in the
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skyverse.geodesy import to_local, to_wgs84
-from skyverse.scenario import (
+from skyverse._typing import Floats
+from skyverse.model.geodesy import to_local, to_wgs84
+from skyverse.model.scenario import (
     AltitudeBand,
     Bounds,
     ClimbLimit,
@@ -21,10 +21,8 @@ from skyverse.scenario import (
     Source,
     Target,
 )
-from skyverse.shapes import Terrain
-from skyverse.vehicle import UAV
-
-Floats = NDArray[np.float64]
+from skyverse.model.shapes import Terrain
+from skyverse.model.uav import UAV
 
 FILE = "jacksboro_fault_dem.npz"
 ORIGIN = Origin(latitude=36.5145, longitude=-84.2275, altitude=300.0)

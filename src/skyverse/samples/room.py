@@ -3,9 +3,9 @@
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import Bounds, Lattice, Objective, Scenario, Target
-from skyverse.shapes import Box
-from skyverse.vehicle import UAV
+from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.shapes import Box
+from skyverse.model.uav import UAV
 
 QUARTER = 0.25
 

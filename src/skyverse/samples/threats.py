@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, Objective, Scenario, Target
-from skyverse.shapes import Box, Cylinder, Prism
-from skyverse.vehicle import UAV
+from skyverse.model.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, Objective, Scenario, Target
+from skyverse.model.shapes import Box, Cylinder, Prism
+from skyverse.model.uav import UAV
 
 SIDE, CEILING, CLEARANCE = 1000.0, 200.0, 5.0
 """Metres."""

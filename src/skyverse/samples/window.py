@@ -3,9 +3,9 @@
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.scenario import Scenario, Target
-from skyverse.shapes import Box
-from skyverse.vehicle import UAV
+from skyverse.model.scenario import Scenario, Target
+from skyverse.model.shapes import Box
+from skyverse.model.uav import UAV
 
 SPACING = (0.9, 0.9, 1.1)
 """Metres between places."""

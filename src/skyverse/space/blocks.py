@@ -9,11 +9,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space import ground as terrain
 from skyverse.space import polygon
-from skyverse.space.box import Ints
 from skyverse.space.ground import Ground
 from skyverse.space.solids import PRISM, SPHERE, Solids
 

@@ -9,10 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import inner_query, kernel, query
-from skyverse.result import Floats
-
-Ints = NDArray[np.int64]
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import inner_query, kernel, query
 
 TOLERANCE = 1e-9
 """Metres that a point may lie inside a grown obstacle, or outside the bounds, through rounding."""

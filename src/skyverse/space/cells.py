@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
-from skyverse.rows import put, twice, twice_line
-from skyverse.space.box import Ints
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.arrays import put, twice, twice_line
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space.world import Space
 
 

@@ -2,8 +2,8 @@
 
 import math
 
-from skyverse.kernel import inner_query
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner_query
 from skyverse.space import box
 from skyverse.space.box import TOLERANCE
 from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids

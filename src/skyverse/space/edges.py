@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
-from skyverse.rows import order_of, put, put_box, twice
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.arrays import order_of, put, put_box, twice
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space import tree
-from skyverse.space.box import Ints
 from skyverse.space.tree import Tree
 from skyverse.space.world import ROOM, Space
 

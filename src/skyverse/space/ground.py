@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner_query, query
-from skyverse.result import Floats
-from skyverse.shapes import Terrain
-from skyverse.space.box import TOLERANCE, Ints
+from skyverse._typing import Floats, Ints
+from skyverse.model.shapes import Terrain
+from skyverse.numerics.kernel import inner_query, query
+from skyverse.space.box import TOLERANCE
 
 RIM = 1e-5
 """Metres by which the outermost cells go on beyond the last heights, as bounds may."""

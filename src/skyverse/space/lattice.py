@@ -11,13 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from skyverse.kernel import kernel
-from skyverse.result import Floats
-from skyverse.scenario import Lattice
+from skyverse._typing import Floats, Ints
+from skyverse.model.scenario import Lattice
+from skyverse.numerics.kernel import kernel
 from skyverse.space import blocks, box
 from skyverse.space.world import Space, World, segment_free
-
-Ints = NDArray[np.int64]
 
 
 class Grid(NamedTuple):

@@ -5,8 +5,8 @@ One array holds the edges of many; ``first`` and ``stop`` say which are a polygo
 
 import math
 
-from skyverse.kernel import inner_query
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner_query
 
 
 @inner_query

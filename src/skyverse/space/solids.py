@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner_query, query
-from skyverse.result import Floats
-from skyverse.shapes import Box, Cylinder, Prism, Sphere
+from skyverse._typing import Floats, Ints
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
+from skyverse.numerics.kernel import inner_query, query
 from skyverse.space import box, polygon, tree
-from skyverse.space.box import TOLERANCE, Ints
+from skyverse.space.box import TOLERANCE
 from skyverse.space.tree import FIRST, SKIP, STOP, Tree
 
 BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3

@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel, query
-from skyverse.result import Floats
-from skyverse.rows import order_of, put_box, twice_line
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.arrays import order_of, put_box, twice_line
+from skyverse.numerics.kernel import inner, kernel, query
 from skyverse.space import box
-from skyverse.space.box import Ints
 
 LEAF = 4
 """Shapes in a leaf at most."""

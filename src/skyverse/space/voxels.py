@@ -5,10 +5,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
-from skyverse.shapes import Box, Voxels
-from skyverse.space.box import Ints
+from skyverse._typing import Floats, Ints
+from skyverse.model.shapes import Box, Voxels
+from skyverse.numerics.kernel import inner, kernel
 
 
 def merged(voxels: Voxels) -> Floats:

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from skyverse.kernel import inner_query, kernel, query, writable
-from skyverse.result import Floats
-from skyverse.scenario import Scenario
-from skyverse.shapes import Box, Voxels
+from skyverse._typing import Floats
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Box, Voxels
+from skyverse.numerics.kernel import inner_query, kernel, query, writable
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.ground import Ground
 from skyverse.space.solids import Solids

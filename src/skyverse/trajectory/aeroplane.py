@@ -9,18 +9,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skyverse.heap import Heap, make_heap, pop, push
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats, Trajectory
+from skyverse._typing import Floats, Ints
+from skyverse.model.result import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.numerics.heap import Heap, make_heap, pop, push
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space.world import Space, World, segment_free
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.leg import CLEAR, SHUT, Leg, climb_along, climb_length, leg_clear, leg_pieces, place
 from skyverse.trajectory.shortcut import drop_collinear
-from skyverse.vehicle import UAV
-
-Ints = NDArray[np.int64]
 
 _MARGIN = 1e-4
 """The share of a limit that is left: polynomials are not quite arcs."""

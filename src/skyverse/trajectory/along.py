@@ -6,18 +6,19 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.cost import soft_terms
 from skyverse.errors import InputError
+from skyverse.model.result import Result, Trajectory
+from skyverse.model.uav import UAV
+from skyverse.model.verdict import Verdict
 from skyverse.problem import Problem
-from skyverse.result import Floats, Result, Trajectory
 from skyverse.space.world import World
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
 from skyverse.trajectory.shortcut import drop_collinear, shortcut
 from skyverse.trajectory.smooth import STANDSTILL, smooth
-from skyverse.vehicle import UAV
-from skyverse.verdict import Verdict
 
 Shape = Literal["minimum-snap", "minimum-jerk", "stop-and-go"]
 SLOWER = 1.1

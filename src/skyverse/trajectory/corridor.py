@@ -7,9 +7,9 @@ reach into what is left, it is grown anew, face by face, as far as it is free.
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
-from skyverse.rows import order_of, towards
+from skyverse._typing import Floats
+from skyverse.numerics.arrays import order_of, towards
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space import box, solids, tree
 from skyverse.space.tree import FIRST, SKIP, STOP
 from skyverse.space.world import Space, ground_reaches

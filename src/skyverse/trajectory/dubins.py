@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner, kernel
 
 WORDS = ("LSL", "RSR", "LSR", "RSL", "LRL", "RLR")
 """By number; the odd ones mirror the even ones."""

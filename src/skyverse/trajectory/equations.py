@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
-from skyverse.space.box import Ints
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.trajectory.limits import GRAVITY, Limits
 from skyverse.trajectory.newton import System
 from skyverse.trajectory.spline import JET, make_rows, multiply, row_jet

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.world import Space
 from skyverse.trajectory.dubins import curvature, pose

@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.bernstein import product, split, to_bernstein
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats, Trajectory
-from skyverse.rows import put
-from skyverse.vehicle import UAV
+from skyverse._typing import Floats
+from skyverse.model.result import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.numerics.arrays import put
+from skyverse.numerics.bernstein import product, split, to_bernstein
+from skyverse.numerics.kernel import inner, kernel
 
 GRAVITY = 9.81
 LIFT = 0.01

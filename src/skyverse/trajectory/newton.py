@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.kernel import inner
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner
 
 BAND = 15
 """Entries of a row of the banded matrix from its diagonal on: five points, three axes."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.interpolate import BSpline
 
-from skyverse.result import Floats
+from skyverse._typing import Floats
 from skyverse.trajectory.spline import DEGREE, time_of
 
 STEADY = 1e-7

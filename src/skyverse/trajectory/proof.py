@@ -11,12 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse.bernstein import split, to_bernstein
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats, Trajectory
-from skyverse.rows import put
+from skyverse._typing import Floats, Ints
+from skyverse.model.result import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.model.verdict import Verdict
+from skyverse.numerics.arrays import put
+from skyverse.numerics.bernstein import split, to_bernstein
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.space import box, ground, solids, tree
-from skyverse.space.box import Ints
 from skyverse.space.world import Space, World, ground_reaches
 from skyverse.trajectory.limits import (
     AIRSPEED,
@@ -31,8 +33,6 @@ from skyverse.trajectory.limits import (
     peak,
     rate,
 )
-from skyverse.vehicle import UAV
-from skyverse.verdict import Verdict
 
 _METRES = 0.5e-6
 _RELATIVE = 0.5e-6

@@ -9,9 +9,10 @@ import math
 
 import numpy as np
 
-from skyverse.result import Floats, Trajectory
+from skyverse._typing import Floats
+from skyverse.model.result import Trajectory
+from skyverse.model.uav import UAV
 from skyverse.trajectory.limits import GRAVITY, limits_of
-from skyverse.vehicle import UAV
 
 _PEAK_SPEED = 15.0 / 8.0
 _PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)

@@ -8,9 +8,9 @@ import itertools
 
 import numpy as np
 
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.search.taut.over import UP, past
 from skyverse.space.world import Space, World, point_free, segment_free
-from skyverse.taut.over import UP, past
 
 _TRIES = 6
 """How often legs that are still too near are drawn off farther."""

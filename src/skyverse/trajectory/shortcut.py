@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from skyverse.kernel import kernel, writable
-from skyverse.result import Floats
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import kernel, writable
 from skyverse.space.world import ROOM, Space, World, segment_free
 
 

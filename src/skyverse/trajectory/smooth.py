@@ -14,11 +14,12 @@ import math
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel, writable
-from skyverse.result import Floats, Trajectory
-from skyverse.space.box import Ints
+from skyverse._typing import Floats, Ints
+from skyverse.model.result import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.numerics.kernel import inner, kernel, writable
+from skyverse.search.taut.among import beyond_boxes
 from skyverse.space.world import World
-from skyverse.taut.among import beyond_boxes
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.equations import FIXED, Task, assemble
 from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
@@ -26,7 +27,6 @@ from skyverse.trajectory.newton import BAND, System, solve
 from skyverse.trajectory.pieces import pieces_of
 from skyverse.trajectory.room import with_room
 from skyverse.trajectory.spline import DEGREE, refine
-from skyverse.vehicle import UAV
 
 STANDSTILL = 1e-6
 """Metres of way below which there is nothing to fly."""

@@ -10,9 +10,8 @@ value, by the first, by the second, by the first twice, by both, by the second t
 
 import numpy as np
 
-from skyverse.kernel import inner, kernel
-from skyverse.result import Floats
-from skyverse.space.box import Ints
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.kernel import inner, kernel
 
 DEGREE = 4
 JET = 6

@@ -7,7 +7,7 @@ then on it does one iteration each time that it is sent the share of the budget 
 
 from collections.abc import Callable, Generator
 
-from skyverse.result import Floats
+from skyverse._typing import Floats
 
 Evaluate = Callable[[Floats], Floats]
 """Takes (m, d) vectors and returns their (m,) fitness, which is to be minimised."""

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.planners.optimisers import Evaluate, Iterations
-from skyverse.result import Floats
 
 
 class _Task:

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.planners.optimisers import Evaluate, Iterations
-from skyverse.result import Floats
 
 
 def pso(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.planners.optimisers import Evaluate, Iterations
-from skyverse.result import Floats
 
 
 def cma_es(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.planners.optimisers import Evaluate, Iterations
-from skyverse.result import Floats
 
 _BETA = 1.5
 _SIGMA = (

@@ -1,0 +1,1 @@
+"""How terrain, buildings, zones and places become one scenario in local metres."""

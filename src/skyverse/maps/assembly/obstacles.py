@@ -1,0 +1,278 @@
+"""Buildings and zones on the globe to prisms of the local frame, never smaller than they are."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.maps.assembly.terrain import ground_between, height_of
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.readers.raster import Rectangle
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
+from skyverse.model.geodesy import to_local
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Prism, Terrain, Voxels
+
+STANDING = ("building", "construction", "furniture", "tree", "vegetation")
+"""Kinds of what reaches down to the ground, wherever its file lets it begin above the sea."""
+EARTH = 6.33e6
+"""The least radius of the Earth's curve, metres."""
+GRAIN = 1e-3
+"""Corners are rounded to so many metres, after their outline was grown by as many."""
+
+
+@dataclass
+class Placed:
+    """Features in the local frame, before the bounds are known.
+
+    Attributes
+    ----------
+    outlines
+        Polygons of shapely, local metres, one a feature.
+    features
+        What each is.
+    low, high
+        z, ``-inf`` and ``inf`` where its file gives no end.
+    counts
+        What became of those that are not here any more.
+    """
+
+    outlines: list[Any]
+    features: list[Feature]
+    low: Floats
+    high: Floats
+    counts: Counter[str] = field(default_factory=Counter)
+
+
+def placed(
+    features: Sequence[Feature], origin: Origin, region: Rectangle, terrain: Terrain | None, reach: float
+) -> Placed:
+    """Bring features into the local frame: those within `reach` metres of a region, cut there."""
+    import shapely
+
+    from skyverse.maps.georeference.longitudes import here
+
+    given, features = len(features), here(features, origin.longitude, origin.latitude)
+    counts: Counter[str] = Counter()
+    x0, y0, x1, y1 = region[0] - reach, region[1] - reach, region[2] + reach, region[3] + reach
+    flat = _outlines(features, origin, np.zeros(len(features)))
+    boxes = shapely.bounds(flat).reshape(-1, 4)
+    near = (boxes[:, 0] <= x1) & (boxes[:, 2] >= x0) & (boxes[:, 1] <= y1) & (boxes[:, 3] >= y0)
+    counts["outside"] = int((~near).sum()) + max(0, given - len(features))
+    kept = [feature for feature, inside in zip(features, near, strict=True) if inside]
+    boxes = boxes[near]
+    low, high = _ends(kept, flat[near], boxes, origin, region, terrain)
+    empty = low >= high
+    counts["buried"] = int(empty.sum())
+    kept = [feature for feature, gone in zip(kept, empty, strict=True) if not gone]
+    low, high, boxes = low[~empty], high[~empty], boxes[~empty]
+    # walls are upright in the frame, but where they stand they lean away from its origin, the more the higher
+    most = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0.0) + 500.0)
+    least = np.where(np.isfinite(low), low, np.minimum(most, 0.0))
+    boxes = np.clip(boxes, [x0, y0, x0, y0], [x1, y1, x1, y1])
+    far = np.hypot(np.abs(boxes[:, [0, 2]]).max(axis=1), np.abs(boxes[:, [1, 3]]).max(axis=1))
+    outlines = _outlines(kept, origin, (most + least) / 2)
+    lean = far * (most - least) / 2 / EARTH
+    outlines = shapely.buffer(outlines, lean + GRAIN, join_style="mitre", mitre_limit=5.0)
+    frame = shapely.box(x0, y0, x1, y1)
+    crossing = ~shapely.covered_by(outlines, frame)
+    counts["cut at the edge of the area"] = int(crossing.sum())
+    outlines[crossing] = shapely.intersection(outlines[crossing], frame)
+    result = Placed([], [], np.empty(0), np.empty(0), counts)
+    rows = []
+    for k, outline in enumerate(outlines):
+        for part in getattr(outline, "geoms", [outline]):
+            if part.geom_type == "Polygon" and part.area > 0:
+                result.outlines.append(part)
+                result.features.append(kept[k])
+                rows.append(k)
+    result.low, result.high = low[rows], high[rows]
+    return result
+
+
+def _outlines(features: Sequence[Feature], origin: Origin, levels: Floats) -> NDArray[Any]:
+    """Return polygons (n,) of shapely in local metres, each outline where its corners are at its z."""
+    import shapely
+
+    rings = [ring for feature in features for ring in (feature.outline, *feature.holes)]
+    if not rings:
+        return np.empty(0, dtype=object)
+    sizes = np.array([len(ring) for ring in rings])
+    owner = np.repeat(np.arange(len(features)), [1 + len(feature.holes) for feature in features])
+    corners = np.concatenate(rings)
+    rows = np.column_stack([corners[:, 1], corners[:, 0], np.full(len(corners), origin.altitude)])
+    rows[:, 2] += np.repeat(levels[owner], sizes) - to_local(origin, rows)[:, 2]
+    places = to_local(origin, rows)[:, :2]
+    number = np.repeat(np.arange(len(rings)), sizes)
+    made = shapely.linearrings(places, indices=number)
+    polygons: NDArray[Any] = shapely.polygons(made, indices=owner)
+    valid = shapely.is_valid(polygons)
+    if not valid.all():
+        polygons[~valid] = shapely.make_valid(polygons[~valid], method="structure", keep_collapsed=False)
+    return polygons
+
+
+def _ends(
+    features: Sequence[Feature],
+    outlines: NDArray[Any],
+    boxes: Floats,
+    origin: Origin,
+    region: Rectangle,
+    terrain: Terrain | None,
+) -> tuple[Floats, Floats]:
+    """Return z of the ends: the lowest that they are meant to begin at, the highest that they are meant to end at."""
+    near = np.clip(0.0, boxes[:, :2], boxes[:, 2:])
+    far = np.where(np.abs(boxes[:, :2]) > np.abs(boxes[:, 2:]), boxes[:, :2], boxes[:, 2:])
+    far = np.clip(far, [region[0], region[1]], [region[2], region[3]])
+    low, high = np.full(len(features), -np.inf), np.full(len(features), np.inf)
+    for ends, side, at in ((low, "low", far), (high, "high", near)):
+        sea = np.array([isinstance(getattr(feature, side), AboveSea) for feature in features], dtype=bool)
+        ends[sea] = height_of(origin, at[sea, 0], at[sea, 1], _metres(features, sea, side))
+    home = next((f for f in features if isinstance(f.low, AboveHome) or isinstance(f.high, AboveHome)), None)
+    if home is not None:
+        raise InputError(f"{home.where}: an altitude above home, but an obstacle has none; give agl or amsl")
+    floored = np.array([isinstance(feature.low, AboveGround) for feature in features], dtype=bool)
+    capped = np.array([isinstance(feature.high, AboveGround) for feature in features], dtype=bool)
+    if terrain is None:
+        if (floored | capped).any():
+            where = features[int(np.flatnonzero(floored | capped)[0])].where
+            raise InputError(
+                f"{where}: an altitude above ground, which is unknown; give --terrain FILE or --ground '0 m amsl'"
+            )
+        return low, high
+    lowest, highest = ground_between(terrain, outlines)
+    stands = np.array([f.low is None or (f.kind in STANDING and isinstance(f.low, AboveSea)) for f in features], bool)
+    low[stands] = np.where(np.isfinite(low), np.minimum(low, lowest), lowest)[stands]
+    low[floored] = lowest[floored] + _metres(features, floored, "low")
+    high[capped] = highest[capped] + _metres(features, capped, "high")
+    return low, high
+
+
+def _metres(features: Sequence[Feature], these: NDArray[np.bool_], side: str) -> Floats:
+    return np.array([getattr(features[k], side).metres for k in np.flatnonzero(these).tolist()], dtype=np.float64)
+
+
+def bounded(these: Placed, floor: float, ceiling: float, reach: float) -> Placed:
+    """Leave out what lies above or below; what has no end, ends `reach` metres beyond floor and ceiling."""
+    inside = (these.low < ceiling + reach) & (these.high > floor - reach)
+    counts = these.counts + Counter({"above or below the bounds": int((~inside).sum())})
+    return Placed(
+        [outline for outline, kept in zip(these.outlines, inside, strict=True) if kept],
+        [feature for feature, kept in zip(these.features, inside, strict=True) if kept],
+        np.maximum(these.low[inside], floor - reach),
+        np.minimum(these.high[inside], ceiling + reach),
+        counts,
+    )
+
+
+def slimmed(these: Placed, tolerance: float) -> Placed:
+    """Make buildings that touch and are about as high one, and give all outlines fewer corners, never less room."""
+    import shapely
+
+    from skyverse.maps.assembly.footprints import merge, simplify
+
+    if not these.outlines:
+        return these
+    outlines = np.empty(len(these.outlines), dtype=object)
+    outlines[:] = these.outlines
+    counts = Counter(these.counts)
+    corners = int(shapely.get_num_coordinates(outlines).sum())
+    alike = np.array([tolerance > 0 and f.kind == "building" and f.risk is None for f in these.features])
+    features = [feature for feature, one in zip(these.features, alike, strict=True) if not one]
+    outlines, joint = outlines[~alike], outlines[alike]
+    low, high = these.low[~alike], these.high[~alike]
+    if len(joint):
+        merged = merge(joint, these.low[alike], these.high[alike], tolerance)
+        given = [feature for feature, one in zip(these.features, alike, strict=True) if one]
+        features += [
+            given[rows[0]] if len(rows) == 1 else replace(given[rows[0]], name=None) for rows in merged.members
+        ]
+        counts["merged with others"] = len(joint) - len(merged.polygons)
+        outlines = np.concatenate([outlines, merged.polygons])
+        low, high = np.concatenate([low, merged.low]), np.concatenate([high, merged.high])
+    outlines = simplify(outlines, tolerance)
+    while (many := shapely.get_num_coordinates(outlines) > MOST_CORNERS).any() and tolerance < 1e4:
+        tolerance = max(2 * tolerance, 0.01)
+        outlines[many] = simplify(outlines[many], tolerance)
+        counts[f"of more than {MOST_CORNERS} corners, simplified by {tolerance:g} m"] = int(many.sum())
+    counts["corners of outlines taken away"] = corners - int(shapely.get_num_coordinates(outlines).sum())
+    return Placed(list(outlines), features, low, high, counts)
+
+
+MOST_CORNERS = 1000
+
+
+def refuse_inside(
+    points: Mapping[str, tuple[float, float, float]], solids: Sequence[Prism | Voxels], clearance: float, file: str
+) -> None:
+    """Refuse a point that is in what a file says must not be entered, or nearer to it than the clearance."""
+    for name, point in points.items():
+        shut = next((solid for solid in solids if _shuts(solid, np.array(point), clearance)), None)
+        if shut is not None:
+            called = f"the {shut.kind or 'obstacle'}" + (f" {shut.name!r}" if shut.name else "")
+            raise InputError(
+                f"{name}: expected a point {clearance:g} m or more from what must not be entered, found it in or near "
+                f"{called} of {file}"
+            )
+
+
+def _shuts(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
+    if isinstance(solid, Voxels):
+        first = np.array(solid.origin)
+        low = np.maximum(np.floor((point - clearance - first) / solid.step + 1e-9), 0).astype(np.int64)
+        high = np.maximum(np.ceil((point + clearance - first) / solid.step - 1e-9), 0).astype(np.int64)
+        return bool(solid.occupied[tuple(slice(a, b) for a, b in zip(low, high, strict=True))].any())
+    if not solid.low - clearance < point[2] < solid.high + clearance:
+        return False
+    corners = np.asarray(solid.vertices)
+    if ((point[:2] < corners.min(axis=0) - clearance) | (point[:2] > corners.max(axis=0) + clearance)).any():
+        return False
+    import shapely
+
+    outline, place = shapely.Polygon(solid.vertices, solid.holes), shapely.Point(point[:2])
+    return bool(outline.distance(place) < clearance) if clearance else bool(outline.contains_properly(place))
+
+
+def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:
+    """Return what is left as prisms."""
+    counts = Counter(these.counts)
+    made = []
+    for outline, feature, low, high in zip(these.outlines, these.features, these.low, these.high, strict=True):
+        given = {
+            "low": float(low),
+            "high": float(high),
+            "name": feature.name,
+            "kind": feature.kind,
+            "risk": feature.risk,
+        }
+        try:
+            made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))
+        except ValidationError:  # an outline that touches itself, or is thinner than a grain; what it lies in is not
+            hull = outline.convex_hull.buffer(GRAIN, join_style="mitre")
+            try:
+                made.append(Prism(vertices=_ring(hull.exterior), **given))
+            except ValidationError as error:
+                said = error.errors()[0]["msg"].removeprefix("Value error, ")
+                raise InputError(f"{feature.where}: cannot become a prism: {said}") from None
+            counts["taken as their convex hull"] += 1
+    return made, counts
+
+
+def _rings(outline: Any) -> tuple[Floats, ...]:
+    rings = [_ring(hole) for hole in outline.interiors]
+    return tuple(ring for ring in rings if len(ring) >= 3)  # a hole thinner than a grain is filled
+
+
+def _ring(ring: Any) -> Floats:
+    """Return an outline's corners (n, 2), rounded, none twice in a row."""
+    import shapely
+
+    corners: Floats = np.round(shapely.get_coordinates(ring), 3)
+    kept: Floats = corners[1:][np.any(corners[1:] != corners[:-1], axis=1)]
+    return kept

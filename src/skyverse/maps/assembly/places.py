@@ -1,0 +1,178 @@
+"""UAVs and targets on the globe to points of the local frame."""
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.maps.assembly.region import within
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.readers.raster import Opened, Rectangle
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.model.geodesy import to_local, to_wgs84
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+Place = tuple[float, float, Altitude]
+"""Latitude, longitude, degrees; altitude."""
+Places = Mapping[str, Place] | Sequence[Place]
+"""With names, or without."""
+
+
+def named(places: Places, kind: str) -> dict[str, Place]:
+    """Return places by name, as ``uav-1`` where none is given, and refuse what is none."""
+    given = places if isinstance(places, Mapping) else {f"{kind}-{k}": place for k, place in enumerate(places, 1)}
+    for name, place in given.items():
+        if len(place) != 3 or not isinstance(place[2], AboveSea | AboveGround | AboveHome):
+            raise InputError(
+                f"{name}: expected latitude, longitude and an altitude such as AboveGround(60), found {place!r:.60}"
+            )
+        latitude, longitude, altitude = place
+        if not abs(latitude) <= 90:
+            hint = "; are latitude and longitude swapped?" if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
+            raise InputError(f"{name}: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
+        if not abs(longitude) <= 180:
+            raise InputError(f"{name}: expected a longitude from -180 to 180 degrees, found {longitude:g}")
+        if not np.isfinite(altitude.metres):
+            raise InputError(f"{name}: expected an altitude in metres, found {altitude.metres:g}")
+    return dict(given)
+
+
+def flat_points(places: Sequence[Place], origin: Origin) -> Floats:
+    """Return local points (n, 3) of places at their altitude above the sea, at the origin's where that is not known."""
+    rows = [
+        (lat, lon, altitude.metres if isinstance(altitude, AboveSea) else origin.altitude)
+        for lat, lon, altitude in places
+    ]
+    return to_local(origin, rows) if rows else np.empty((0, 3))
+
+
+def refuse_off_map(places: Mapping[str, Place], files: Sequence[Opened]) -> None:
+    """Refuse a place that is on none of the terrain's files."""
+
+    def known(latitude: float, longitude: float) -> bool:
+        return not files or any(file.pixel(latitude, longitude) is not None for file in files)
+
+    for name, (latitude, longitude, _) in places.items():
+        if known(latitude, longitude):
+            continue
+        hint = ""
+        if abs(longitude) <= 90 and known(longitude, latitude):
+            hint = "; are latitude and longitude swapped?"
+        raise InputError(
+            f"{name}: expected a place on {', '.join(file.path for file in files)}, found latitude {latitude:g}, "
+            f"longitude {longitude:g}, which is outside{hint}"
+        )
+
+
+def refuse_outside(names: Sequence[str], places: Sequence[Place], origin: Origin, region: Rectangle, what: str) -> None:
+    """Refuse a place that is not over the region."""
+    for name, place, point in zip(names, places, flat_points(places, origin), strict=True):
+        if within(point, region):
+            continue
+        latitude, longitude, altitude = place
+        turned = abs(longitude) <= 90 and within(flat_points([(longitude, latitude, altitude)], origin)[0], region)
+        hint = "; are latitude and longitude swapped?" if turned else ""
+        raise InputError(
+            f"{name}: expected a place in {what}, which ends {_far(point, region)} from latitude {latitude:g}, "
+            f"longitude {longitude:g}{hint}"
+        )
+
+
+def refuse_swapped(path: str, found: Sequence[Feature], origin: Origin, region: Rectangle) -> None:
+    """Refuse a file of which nothing lies over the region, but would if latitude and longitude were swapped."""
+    corners = np.concatenate([feature.outline for feature in found])
+    turned = corners[np.abs(corners[:, 0]) <= 90]
+    flat: list[Place] = [(float(first), float(second), AboveSea(origin.altitude)) for first, second in turned]
+    if flat and any(within(point, region) for point in flat_points(flat, origin)):
+        raise InputError(
+            f"{path}: nothing of it lies in the area, but would with latitude and longitude swapped; longitude comes "
+            "first in files and in --area, latitude in places"
+        )
+
+
+def _far(point: Floats, region: Rectangle) -> str:
+    away = np.maximum(0, np.maximum(np.array(region[:2]) - point[:2], point[:2] - np.array(region[2:])))
+    metres = float(np.hypot(*away))
+    return f"{metres:.0f} m" if metres < 10_000 else f"{metres / 1000:.0f} km"
+
+
+def homes(starts: Mapping[str, Place], files: Sequence[Opened], geoid: float | None) -> dict[str, float]:
+    """Return how high above the sea the real ground below starts is, metres; of several files, the highest.
+
+    It is the rasters' own, not the scenario's, which is raised. A start beside holes is left out.
+    """
+    found = {}
+    for name, (latitude, longitude, _) in starts.items():
+        heights = [file.height(latitude, longitude) - (geoid or 0.0) * file.ellipsoidal for file in files]
+        known = [height for height in heights if not math.isnan(height)]
+        if known:
+            found[name] = max(known)
+    return found
+
+
+def local_points(
+    given: Mapping[str, Place],
+    starts: Mapping[str, Place],
+    origin: Origin,
+    terrain: Terrain | None,
+    homes: Mapping[str, float],
+) -> dict[str, tuple[float, float, float]]:
+    """Return local points of places; a UAV's home is the real ground below its start, a target's the only UAV's."""
+    points = {}
+    for name, (latitude, longitude, altitude) in given.items():
+        if isinstance(altitude, AboveHome):
+            if name not in starts and len(starts) != 1:
+                raise InputError(
+                    f"{name}: an altitude above home, but there are {len(starts)} UAVs; give it as agl or amsl"
+                )
+            uav = name if name in starts else next(iter(starts))
+            home = homes.get(uav)
+            if home is None:
+                ground = _above_ground(name, starts[uav][0], starts[uav][1], 0.0, origin, terrain)
+                home = float(to_wgs84(origin, [ground])[0, 2])
+            altitude = AboveSea(home + altitude.metres)
+        if isinstance(altitude, AboveGround):
+            points[name] = _above_ground(name, latitude, longitude, altitude.metres, origin, terrain)
+        else:
+            x, y, z = to_local(origin, [latitude, longitude, altitude.metres])[0].tolist()
+            points[name] = x, y, z
+    return points
+
+
+def _above_ground(
+    name: str, latitude: float, longitude: float, metres: float, origin: Origin, terrain: Terrain | None
+) -> tuple[float, float, float]:
+    if terrain is None:
+        raise InputError(
+            f"{name}: an altitude above ground or home needs the ground: --terrain FILE, or --ground '0 m amsl'; "
+            "or give it as amsl"
+        )
+    altitude = origin.altitude
+    for _ in range(4):  # the vertical there is not quite the frame's
+        point = to_local(origin, [latitude, longitude, altitude])
+        altitude += float(terrain.height(point[0, :2])) + metres - float(point[0, 2])
+    x, y, z = to_local(origin, [latitude, longitude, altitude])[0].tolist()
+    return x, y, z
+
+
+def refuse_low(
+    points: Mapping[str, tuple[float, float, float]],
+    terrain: Terrain | None,
+    clearance: float,
+    real: Mapping[str, float] = MappingProxyType({}),
+) -> None:
+    """Refuse a point that is nearer to the ground than the clearance, or to the `real` ground below it, by its z."""
+    if terrain is None:
+        return
+    for name, (x, y, z) in points.items():
+        ground = max(float(terrain.height((x, y))), real.get(name, -math.inf))
+        if z < ground + clearance - 1e-6:
+            below = f"{z - ground:.2f} m above" if z >= ground else f"{ground - z:.2f} m below"
+            raise InputError(
+                f"{name}: expected a point at least {clearance:g} m above the ground, found it {below} the ground, "
+                f"which is raised to what the terrain's cells reach; give it {clearance - (z - ground):.2f} m more"
+            )

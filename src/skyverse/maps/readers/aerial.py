@@ -1,0 +1,241 @@
+"""Point clouds that say where on Earth they lie, as voxels of the local frame.
+
+They are taken from the air: nobody has seen what is below a point, so that it counts as occupied.
+
+Source: classes of points by ASPRS LAS 1.4 R15, table 17.
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.maps.georeference.choices import Choices
+from skyverse.maps.georeference.extra import needs
+from skyverse.maps.readers import grid, las
+from skyverse.maps.readers.cloud import CHUNK
+from skyverse.maps.readers.raster import Rectangle
+from skyverse.model.geodesy import to_local
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain, Voxels
+
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+
+SIZE = 2.0
+"""How long a voxel is unless said otherwise, metres; doubled until there are no more than `grid.MAX_VOXELS`."""
+GROUND, NOISE = 2, (7, 18)
+LEFT_OUT = ("of the ground", "of noise", "outside")
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """A file of points that is known to lie on Earth.
+
+    Attributes
+    ----------
+    path
+        The file.
+    name
+        Its coordinate system.
+    globe
+        Brings its x and y to longitude and latitude.
+    metres
+        To each unit of its z.
+    ellipsoidal
+        Whether its z are counted from the ellipsoid.
+    count
+        Of its points.
+    low, high
+        The least and the greatest x, y and z that its header says.
+    outline
+        (n, 2) longitude and latitude around all of it.
+    """
+
+    path: Path
+    name: str
+    globe: Any
+    metres: float
+    ellipsoidal: bool
+    count: int
+    low: Floats
+    high: Floats
+    outline: Floats
+
+
+def opened(path: Path, choices: Choices) -> Cloud:
+    """Return what a .las or .laz file says of where it lies.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or does not say where its points lie or what their altitudes are counted from.
+    """
+    if path.suffix.lower() not in (".las", ".laz"):
+        raise InputError(f"{path}: expected a point cloud (.las, .laz), found {path.suffix!r}")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    needs(path.name, "laspy", "lazrs", "pyproj", "shapely")
+    import shapely
+
+    from skyverse.maps.georeference import datum
+    from skyverse.maps.readers.outlines import to_globe
+
+    with las.opened(path) as file:
+        header = file.header
+        said, keys = header.parse_crs(), _keys(header)
+        low, high = np.array(header.mins, dtype=np.float64), np.array(header.maxs, dtype=np.float64)
+    if not header.point_count:
+        raise InputError(f"{path}: expected points, found none")
+    if not (np.isfinite([low, high]).all() and (low <= high).all()):
+        raise InputError(f"{path}: expected the range of its coordinates in its header, found {low} to {high}")
+    crs, metres, ellipsoidal = _system(path, said, keys, choices)
+    box = np.array([shapely.box(*low[:2], *(high[:2] + 1e-9))], dtype=object)
+    outline = to_globe(box, crs, str(path), lambda _: str(path), choices.tell)[0]
+    middle = (low + high) / 2
+    transformer, _ = datum.to_globe(crs, float(middle[0]), float(middle[1]), str(path))
+    around = shapely.get_coordinates(outline)
+    name = ":".join(crs.to_authority() or [crs.name])
+    return Cloud(path, name, transformer, metres, ellipsoidal, header.point_count, low, high, around)
+
+
+def _keys(header: Any) -> dict[int, int]:
+    """Return the GeoTIFF keys of a header, of which laspy reads only the horizontal ones."""
+    records = [*header.vlrs, *(header.evlrs or [])]
+    return {
+        key.id: key.value_offset
+        for record in records
+        if record.user_id == "LASF_Projection"
+        for key in getattr(record, "geo_keys", ())
+        if key.tiff_tag_location == 0
+    }
+
+
+def _system(path: Path, said: "CRS | None", keys: dict[int, int], choices: Choices) -> tuple["CRS", float, bool]:
+    """Return a cloud's horizontal coordinates, the metres to each unit of z, and whether z are above the ellipsoid."""
+    import pyproj
+
+    from skyverse.maps.georeference import datum
+    from skyverse.maps.readers.outlines import named_crs
+
+    if said is None and choices.crs is None:
+        raise InputError(f"{path}: expected its coordinate system, found none; --crs EPSG:... gives it")
+    crs = named_crs(str(choices.crs), str(path)) if said is None else said
+    vertical = datum.vertical(crs, str(path))
+    if vertical is None and 1024 <= keys.get(4096, 0) <= 32766:
+        try:
+            vertical = datum.vertical(pyproj.CRS.from_epsg(keys[4096]), str(path))
+        except pyproj.exceptions.CRSError:
+            raise InputError(f"{path}: expected a vertical coordinate system, found EPSG:{keys[4096]}") from None
+    flat = crs.to_2d()
+    if not (flat.is_geographic or flat.is_projected):
+        raise InputError(f"{path}: its coordinate system, {crs.name!r}, does not lie on Earth")
+    if vertical is not None:
+        return flat, *vertical
+    if choices.altitudes != "amsl":
+        raise InputError(
+            f"{path}: {crs.name} says nothing of altitudes; --altitudes amsl takes them as above mean sea level"
+        )
+    if choices.unit is None and flat.is_projected and flat.axis_info[0].unit_conversion_factor != 1:
+        raise InputError(f"{path}: {crs.name} is not in metres; --unit m or --unit ft says what its altitudes are in")
+    return flat, 0.3048 if choices.unit == "ft" else 1.0, False
+
+
+def voxels(
+    cloud: Cloud, origin: Origin, region: Rectangle, reach: float, terrain: Terrain | None, size: float | None = None
+) -> tuple[Voxels | None, Counter[str]]:
+    """Return what points within `reach` metres of a region stand for: all that is below, down to the lowest ground.
+
+    Points of noise count for nothing; those of the ground only where there is no terrain.
+
+    Parameters
+    ----------
+    size
+        How long a voxel is, metres; `SIZE` or longer when left out.
+
+    Returns
+    -------
+    tuple
+        Voxels, ``None`` where none is occupied; and what became of how many points.
+    """
+    grid.require_size(size)
+    if cloud.ellipsoidal and origin.geoid is None:
+        raise InputError(
+            f"{cloud.path}: its altitudes are counted from the ellipsoid; --geoid METRES says how far mean sea level "
+            "lies above it there"
+        )
+    low, high = _extent(cloud, origin, region, reach, terrain)
+    length = SIZE if size is None else size
+    if not (low <= high).all():
+        return None, Counter({"outside": cloud.count})
+    while size is None and np.prod((high - low) // length + 2) > grid.MAX_VOXELS:
+        length *= 2
+    first = np.floor(low / length).astype(np.int64)
+    nx, ny, nz = (int(n) for n in np.floor(high / length).astype(np.int64) - first + 1)
+    grid.require_few(cloud.path, (nx, ny, nz))
+    top = np.full((nx, ny), -1)
+    counts: Counter[str] = Counter()
+    for points, code in _points(cloud, origin):
+        noise = np.isin(code, NOISE)
+        ground = (code == GROUND) & (terrain is not None)
+        inside = ((points >= low) & (points <= high))[:, :2].all(axis=1)
+        kept = inside & ~noise & ~ground
+        for what, these in (
+            ("kept", kept), ("outside", ~inside), ("of noise", inside & noise), ("of the ground", inside & ground)
+        ):  # fmt: skip
+            counts[what] += int(these.sum())
+        i, j, k = (np.floor(points[kept] / length).astype(np.int64) - first).T
+        np.maximum.at(top, (i, j), np.minimum(k, nz - 1))
+    occupied = np.arange(nz) <= top[:, :, None]
+    if not occupied.any():
+        return None, counts
+    counts["columns"] = int((top >= 0).sum())
+    start, occupied = grid.trimmed(first, occupied)
+    made = grid.voxels(start, length, occupied)
+    return made.model_copy(update={"name": cloud.path.stem, "kind": "point cloud"}), counts
+
+
+def _extent(
+    cloud: Cloud, origin: Origin, region: Rectangle, reach: float, terrain: Terrain | None
+) -> tuple[Floats, Floats]:
+    """Return the box of the local frame that voxels may fill: where the region and the cloud are."""
+    least, most = (_sea(cloud, origin, end[2:3])[0] for end in (cloud.low, cloud.high))
+    corners = [
+        to_local(origin, np.column_stack([cloud.outline[:, ::-1], np.full(len(cloud.outline), altitude)]))
+        for altitude in (least, most)
+    ]
+    places = np.concatenate(corners)
+    low, high = places.min(axis=0), places.max(axis=0)
+    low[:2] = np.maximum(low[:2] - 1.0, np.array(region[:2]) - reach)
+    high[:2] = np.minimum(high[:2] + 1.0, np.array(region[2:]) + reach)
+    if terrain is not None:
+        low[2] = float(terrain.heights.min())
+    high[2] = max(high[2], most - origin.altitude) + 1.0
+    return low, high
+
+
+def _sea(cloud: Cloud, origin: Origin, z: Floats) -> Floats:
+    """Return altitudes above mean sea level."""
+    return z * cloud.metres - (origin.geoid or 0.0) * cloud.ellipsoidal
+
+
+def _points(cloud: Cloud, origin: Origin) -> Iterator[tuple[Floats, NDArray[np.int64]]]:
+    """Yield points (n, 3) of the local frame, and their classes (n,), some at a time."""
+    with las.opened(cloud.path) as file:
+        for chunk in file.chunk_iterator(CHUNK):
+            x, y, z = (np.asarray(axis, dtype=np.float64) for axis in (chunk.x, chunk.y, chunk.z))
+            at = np.column_stack([x, y, z])
+            grain = 1e-6 + np.array(file.header.scales)
+            if not ((at >= cloud.low - grain) & (at <= cloud.high + grain)).all():
+                raise InputError(f"{cloud.path}: expected points in the range that its header says, found others")
+            code = np.asarray(chunk.classification).astype(np.int64)
+            code[np.asarray(chunk.withheld, dtype=bool)] = NOISE[0]
+            longitude, latitude = cloud.globe.transform(x, y)
+            yield to_local(origin, np.column_stack([latitude, longitude, _sea(cloud, origin, z)])), code

@@ -1,0 +1,330 @@
+"""CityJSON 1.0 to 2.0: what stands in the way as the ground that all its surfaces lie over, from its lowest corner up.
+
+https://www.cityjson.org/specs/
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+import shapely
+from numpy.typing import NDArray
+from shapely import GeometryCollection, LineString, Point, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.maps.georeference import datum
+from skyverse.maps.georeference.choices import Choices
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.limits import Properties, printable
+from skyverse.maps.readers.heights import building
+from skyverse.maps.readers.outlines import filled, named_crs, polygons, to_globe
+from skyverse.model.altitude import AboveSea, Altitude
+
+_DEPTH = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
+"""How many lists there are around a geometry's surfaces."""
+_LINES = ("MultiPoint", "MultiLineString")
+INSTANCE = "GeometryInstance"
+KINDS = {
+    **dict.fromkeys(("Building", "BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"), "building"),
+    **dict.fromkeys(("Bridge", "BridgePart", "BridgeInstallation"), "bridge"),
+    **dict.fromkeys(("BridgeConstructionElement", "BridgeConstructiveElement"), "bridge"),
+    "OtherConstruction": "construction",
+    "CityFurniture": "furniture",
+    "SolitaryVegetationObject": "tree",
+    "PlantCover": "vegetation",
+}
+"""What stands in the way, by its type; the others lie on the ground, below it or inside."""
+_THIN = 0.02
+"""Half the thickness, metres, of a wall that stands outside of what roofs and floors cover."""
+
+
+def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Feature]:
+    """Return each object of `KINDS` that has a geometry, in its most detailed one or that of `choices.lod`.
+
+    Raises
+    ------
+    InputError
+        If the document is not as CityJSON should be, or does not say in which coordinates it is.
+    """
+    if str(document.get("version")) not in ("1.0", "1.1", "2.0"):
+        raise InputError(f"{path}: expected CityJSON 1.0, 1.1 or 2.0, found version {_shown(document.get('version'))}")
+    vertices, templates = _vertices(document, path), _templates(document, path)
+    crs, unit = _system(document, path, choices)
+    objects = document.get("CityObjects")
+    if not isinstance(objects, dict):
+        raise InputError(f"{path}: 'CityObjects': expected objects by name, found {_shown(objects)}")
+    outlines: list[BaseGeometry] = []
+    spans: list[tuple[float, float]] = []
+    said: list[tuple[str, str, str, dict[str, Any]]] = []
+    others: Counter[str] = Counter()
+    for name, one in objects.items():
+        where = f"{path}: {printable(name)}"
+        if not isinstance(one, dict):
+            raise InputError(f"{where}: expected an object, found {_shown(one)}")
+        if _type(one) not in KINDS:
+            if one.get("geometry"):
+                others[f"{printable(_type(one)):.40}"] += 1
+            continue
+        solid = _solid(one, vertices, templates, where, choices)
+        if solid is None:
+            continue
+        footprint, low, high = solid
+        attributes = one.get("attributes") or {}
+        if not isinstance(attributes, dict):
+            raise InputError(f"{where}: 'attributes': expected fields, found {_shown(attributes)}")
+        outlines.append(footprint)
+        spans.append((low * unit, high * unit))
+        kind = KINDS[_type(one)]
+        said.append((where, printable(name), choices.kind or kind if kind == "building" else kind, attributes))
+    if others:
+        named = ", ".join(f"{number:,} {kind}" for kind, number in others.most_common())
+        choices.tally[f"left out, which do not stand in the way or are of unknown type: {named}"] += others.total()
+    if not outlines:
+        raise InputError(f"{path}: expected buildings with surfaces, found none")
+    array = np.empty(len(outlines), dtype=object)
+    array[:] = outlines
+    moved = to_globe(array, crs, str(path), lambda k: said[k][0], choices.tell)
+    return [
+        feature
+        for place, span, (where, name, kind, fields) in zip(moved, spans, said, strict=True)
+        for feature in _features(place, span, where, name, kind, fields, choices)
+    ]
+
+
+def _features(
+    footprint: BaseGeometry,
+    span: tuple[float, float],
+    where: str,
+    name: str,
+    kind: str,
+    attributes: dict[str, Any],
+    choices: Choices,
+) -> Iterator[Feature]:
+    low: Altitude | None
+    high: Altitude
+    if span[0] < span[1]:
+        low, high = AboveSea(span[0]), AboveSea(span[1])
+    else:  # LoD0: flat
+        try:
+            low, high = building(Properties(attributes), where, choices)
+        except InputError:
+            if KINDS["Building"] == kind or kind == choices.kind:
+                raise
+            choices.tally[f"of kind {kind!r} left out, flat and without a height"] += 1
+            return
+    for part in polygons(footprint, where, choices.tell, buffer=choices.buffer, lenient=True):
+        holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
+        outline = np.array(part.exterior.coords)[:-1]
+        yield Feature(outline, holes, low, high, kind, name, where, choices.risk)
+
+
+def _shown(value: object) -> str:
+    return f"{printable(repr(value)[:60]):.40}"
+
+
+def _vertices(document: dict[str, Any], path: Path) -> Floats:
+    vertices = _threes(document.get("vertices"), f"{path}: 'vertices'")
+    transform = document.get("transform")
+    if transform is None:
+        return vertices
+    factors = [_three(transform, name, path) for name in ("scale", "translate")]
+    moved: Floats = vertices * factors[0] + factors[1]
+    return moved
+
+
+def _threes(listed: Any, where: str) -> Floats:
+    good = isinstance(listed, list) and all(
+        isinstance(v, list) and len(v) == 3 and all(type(c) in (int, float) and abs(c) < 1e15 for c in v)
+        for v in listed
+    )
+    if not good:
+        raise InputError(f"{where}: expected rows of three numbers")
+    return np.array(listed, dtype=np.float64).reshape(-1, 3)
+
+
+def _three(transform: Any, name: str, path: Path) -> Floats:
+    three = transform.get(name) if isinstance(transform, dict) else None
+    if (
+        not isinstance(three, list)
+        or len(three) != 3
+        or not all(type(c) in (int, float) and abs(c) < 1e12 for c in three)
+    ):
+        raise InputError(f"{path}: 'transform.{name}': expected three numbers, found {_shown(three)}")
+    return np.array(three, dtype=np.float64)
+
+
+def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyproj.CRS, float]:
+    """Return the coordinates it is in, and how many metres its z counts in."""
+    metadata = document.get("metadata") or {}
+    if not isinstance(metadata, dict):
+        raise InputError(f"{path}: 'metadata': expected fields, found {_shown(metadata)}")
+    said = metadata.get("referenceSystem") or metadata.get("crs") or document.get("crs")
+    if isinstance(said, dict):  # before 1.0: {"epsg": 7415}
+        said = f"EPSG:{said.get('epsg')}"
+    where = f"{path}: 'metadata.referenceSystem'"
+    if said is None:
+        if choices.crs is None:
+            raise InputError(f"{where}: expected a coordinate system, found none; --crs EPSG:... gives it")
+        said, where = choices.crs, str(path)
+    if not isinstance(said, str):
+        raise InputError(f"{where}: expected a coordinate system, found {_shown(said)}")
+    crs = named_crs(said.replace("https://", "http://", 1) if "/def/crs/" in said else said, where)
+    vertical = datum.vertical(crs, where)
+    if vertical is not None and not vertical[1]:
+        return crs, vertical[0]
+    if vertical is not None:
+        raise InputError(f"{where}: expected altitudes above mean sea level, but those of {crs.name} are not")
+    if choices.altitudes != "amsl":
+        raise InputError(
+            f"{where}: {crs.name} says nothing of altitudes; --altitudes amsl takes them as above mean sea level"
+        )
+    return crs, 1.0
+
+
+def _solid(
+    one: dict[str, Any], vertices: Floats, templates: list[tuple[dict[str, Any], Floats]], where: str, choices: Choices
+) -> tuple[BaseGeometry, float, float] | None:
+    """Return what lies under all surfaces, or, without any, points and lines; and the least and the greatest z."""
+    geometries = one.get("geometry") or []
+    if not isinstance(geometries, list) or not all(isinstance(geometry, dict) for geometry in geometries):
+        raise InputError(f"{where}: 'geometry': expected a list of geometries, found {_shown(geometries)}")
+    placed = [
+        _placed(geometry, vertices, templates, where) if _type(geometry) == INSTANCE else (geometry, vertices)
+        for geometry in geometries
+    ]
+    if choices.lod is not None:
+        known, asked = (*_DEPTH, *_LINES), float(choices.lod)
+        placed = [pair for pair in placed if _type(pair[0]) in known and _lod(pair[0], where) == asked]
+    level = f" of level {choices.lod}" if choices.lod is not None else ""
+    usable = [pair for pair in placed if _type(pair[0]) in _DEPTH]
+    if not usable:
+        thin = [pair for pair in placed if _type(pair[0]) in _LINES]
+        if thin and choices.buffer is not None:
+            return _thin(thin, choices.buffer, where)
+        if thin:
+            choices.tally[f"of type {_type(one)!r} left out, points or lines{level}; --buffer gives them a width"] += 1
+        elif geometries or not one.get("children"):
+            if _type(one).startswith("Building"):
+                choices.tell(f"{where}: left out, it has no surfaces{level}")
+            else:
+                choices.tally[f"of type {_type(one)!r} left out, without surfaces{level}"] += 1
+        return None
+    best = max(_lod(geometry, where) for geometry, _ in usable)
+    surfaces = [
+        [places[ring] for ring in rings]
+        for geometry, places in usable
+        if _lod(geometry, where) == best
+        for rings in _rings(geometry.get("boundaries"), _DEPTH[_type(geometry)], len(places), where)
+    ]
+    if not surfaces:
+        choices.tell(f"{where}: left out, it has no surfaces")
+        return None
+    z = np.concatenate([ring[:, 2] for rings in surfaces for ring in rings])
+    return _shadow([[ring[:, :2] for ring in rings] for rings in surfaces]), float(z.min()), float(z.max())
+
+
+def _thin(
+    usable: list[tuple[dict[str, Any], Floats]], buffer: float, where: str
+) -> tuple[BaseGeometry, float, float] | None:
+    """Return points and lines, and z from as far below as above them as they are to be wide."""
+    parts: list[BaseGeometry] = []
+    z: list[float] = []
+    for geometry, places in usable:
+        lines = geometry.get("boundaries")
+        for line in [lines] if _type(geometry) == "MultiPoint" else lines if isinstance(lines, list) else [None]:
+            corners = places[_ring(line, 1, len(places), where)]
+            z += corners[:, 2].tolist()
+            if _type(geometry) == "MultiPoint" or len(corners) == 1:
+                parts += [Point(corner) for corner in corners[:, :2]]
+            else:
+                parts.append(LineString(corners[:, :2]))
+    return (GeometryCollection(parts), min(z) - buffer, max(z) + buffer) if z else None
+
+
+def _templates(document: dict[str, Any], path: Path) -> list[tuple[dict[str, Any], Floats]]:
+    """Return each geometry that objects may share, and its vertices around zero."""
+    held = document.get("geometry-templates")
+    if held is None:
+        return []
+    where = f"{path}: 'geometry-templates'"
+    listed = held.get("templates") if isinstance(held, dict) else None
+    if not isinstance(listed, list) or not all(isinstance(geometry, dict) for geometry in listed):
+        raise InputError(f"{where}: expected 'templates', found {_shown(held)}")
+    places = _threes(held.get("vertices-templates"), f"{where}: 'vertices-templates'")
+    return [(geometry, places) for geometry in listed]
+
+
+def _placed(
+    instance: dict[str, Any], vertices: Floats, templates: list[tuple[dict[str, Any], Floats]], where: str
+) -> tuple[dict[str, Any], Floats]:
+    """Return the geometry of a template, and its vertices turned, scaled and moved to where an object has it."""
+    number, at = instance.get("template"), instance.get("boundaries")
+    if type(number) is not int or not 0 <= number < len(templates):
+        raise InputError(f"{where}: 'template': expected one of {len(templates)} templates, found {_shown(number)}")
+    if not isinstance(at, list) or len(at) != 1 or type(at[0]) is not int or not 0 <= at[0] < len(vertices):
+        raise InputError(f"{where}: 'boundaries': expected the vertex of a template, found {_shown(at)}")
+    matrix = instance.get("transformationMatrix")
+    listed: list[Any] = matrix if isinstance(matrix, list) and len(matrix) == 16 else [None]
+    if not all(type(c) in (int, float) and abs(c) < 1e12 for c in listed) or listed[12:] != [0, 0, 0, 1]:
+        what = f"{where}: 'transformationMatrix'"
+        raise InputError(f"{what}: expected 16 numbers, 0, 0, 0, 1 last, found {_shown(matrix)}")
+    geometry, places = templates[number]
+    turned = np.array(listed, dtype=np.float64).reshape(4, 4)[:3]
+    return geometry, places @ turned[:, :3].T + turned[:, 3] + vertices[at[0]]
+
+
+def _type(holder: dict[str, Any]) -> str:
+    return str(holder.get("type"))
+
+
+def _lod(geometry: dict[str, Any], where: str) -> float:
+    said = geometry.get("lod")
+    try:
+        if isinstance(said, str | int | float) and math.isfinite(float(said)):
+            return float(said)
+    except (ValueError, OverflowError):
+        pass
+    raise InputError(f"{where}: 'lod': expected a level of detail such as 2.2, found {_shown(said)}")
+
+
+def _rings(boundaries: Any, depth: int, count: int, where: str) -> Iterator[list[NDArray[np.int64]]]:
+    """Return each surface as its rings of numbers of vertices."""
+    if not isinstance(boundaries, list):
+        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {_shown(boundaries)}")
+    if depth:
+        for inner in boundaries:
+            yield from _rings(inner, depth - 1, count, where)
+        return
+    for surface in boundaries:
+        listed = surface if isinstance(surface, list) and surface else [None]
+        yield [_ring(ring, 3, count, where) for ring in listed]
+
+
+def _ring(ring: Any, least: int, count: int, where: str) -> NDArray[np.int64]:
+    good = isinstance(ring, list) and len(ring) >= least and all(type(n) is int and 0 <= n < count for n in ring)
+    if not good:
+        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {_shown(ring)}")
+    return np.array(ring, dtype=np.int64)
+
+
+def _shadow(surfaces: list[list[Floats]]) -> BaseGeometry:
+    """Return what lies under surfaces, each an outline and its holes (n, 2)."""
+    flat = np.array([Polygon(rings[0], rings[1:]) for rings in surfaces], dtype=object)
+    upright = shapely.area(shapely.convex_hull(flat)) < 1e-6
+    level = shapely.is_valid(flat) & ~upright
+    folded = [filled(np.array(polygon.exterior.coords)) for polygon in flat[~level & ~upright]]
+    whole = shapely.union_all([*flat[level], *folded])
+    walls = shapely.get_exterior_ring(flat[upright])
+    near = whole.buffer(1e-3)
+    shapely.prepare(near)
+    beside = [LineString(wall.coords).difference(near) for wall in walls[~shapely.covers(near, walls)]]
+    if beside:
+        thick = shapely.buffer(beside, _THIN, cap_style="square", join_style="mitre")
+        whole = shapely.union_all([whole, *thick])
+    return whole

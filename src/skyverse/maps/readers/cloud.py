@@ -1,0 +1,77 @@
+"""Point clouds as voxels: LAS and LAZ by laspy, PLY by trimesh."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.errors import InputError
+from skyverse.maps.georeference.extra import needs
+from skyverse.maps.readers import las
+from skyverse.maps.readers.grid import grid_around, trimmed, voxels
+from skyverse.model.shapes import Voxels
+
+CHUNK = 1_000_000
+Points = Callable[[], Iterator[NDArray[np.float64]]]
+"""Gives the points (n, 3) in parts, anew each time that it is called."""
+
+
+def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels:
+    """Read a point cloud, .las or .laz, in metres.
+
+    Parameters
+    ----------
+    path
+        The file.
+    size
+        How long a voxel is, metres; see `skyverse.maps.readers.grid.SIZE`.
+    at_least
+        A voxel with fewer points is free.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not in metres, has no points, or takes too many voxels.
+    """
+    needs(path.name, "laspy", "lazrs")
+    _require_metres(path)
+
+    def parts() -> Iterator[NDArray[np.float64]]:
+        with las.opened(path) as file:
+            for chunk in file.chunk_iterator(CHUNK):
+                yield np.column_stack([chunk.x, chunk.y, chunk.z]).astype(np.float64)
+
+    return voxels_of_points(path, parts, size, at_least)
+
+
+def _require_metres(path: Path) -> None:
+    with las.opened(path) as file:
+        crs = file.header.parse_crs()
+    for axis in [] if crs is None else crs.axis_info:
+        if axis.unit_conversion_factor != 1 or axis.unit_name not in ("metre", "meter"):
+            raise InputError(f"{path}: expected coordinates in metres, found {axis.name} in {axis.unit_name}")
+
+
+def voxels_of_points(where: object, parts: Points, size: float | None = None, at_least: int = 1) -> Voxels:
+    """Return as voxels what holds points. See `read_las`."""
+    if at_least < 1:
+        raise InputError(f"at_least: expected one point or more, found {at_least}")
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for points in parts():
+        if not np.isfinite(points).all():
+            raise InputError(f"{where}: expected coordinates, found NaN or infinity")
+        if len(points):
+            low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
+    if not low[0] <= high[0]:
+        raise InputError(f"{where}: expected points, found none")
+    length, first, counts = grid_around(where, low, high, size)
+    found = np.zeros(counts[0] * counts[1] * counts[2], dtype=np.int64)
+    for points in parts():
+        x, y, z = (np.floor(points / length).astype(np.int64) - first).clip(0, np.array(counts) - 1).T
+        found += np.bincount((x * counts[1] + y) * counts[2] + z, minlength=len(found))
+    occupied = (found >= at_least).reshape(counts)
+    if not occupied.any():
+        raise InputError(f"{where}: expected {at_least} points in some voxel, found {found.max()} at most")
+    first, occupied = trimmed(first, occupied)
+    return voxels(first, length, occupied)

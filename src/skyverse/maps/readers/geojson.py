@@ -1,0 +1,217 @@
+"""GeoJSON, and the zones of ED-269 and ED-318 that are much like it, checked at every place."""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import pyproj
+import shapely
+from shapely import GeometryCollection, LineString, MultiPolygon, Point, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from skyverse.errors import InputError
+from skyverse.maps.georeference.limits import printable
+from skyverse.maps.readers.outlines import WGS84, named_crs
+from skyverse.maps.readers.radius import of_circle
+from skyverse.maps.readers.record import Record
+
+
+def load(path: Path) -> Any:
+    """Return what a JSON file holds.
+
+    Raises
+    ------
+    InputError
+        If it is no JSON, holds numbers that are none, or says a field twice.
+    """
+
+    def no_number(text: str) -> NoReturn:
+        raise InputError(f"{path}: expected numbers, found {text}")
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            twice = next(name for name, many in Counter(name for name, _ in pairs).items() if many > 1)
+            said = [value for name, value in pairs if name == twice]
+            raise InputError(
+                f"{path}: field {printable(twice)!r}: expected it once in an object, found it {len(said)} times: "
+                f"{_shown(said[0])} and {_shown(said[1])}{_within(found)}"
+            )
+        return found
+
+    try:
+        return json.loads(path.read_bytes(), parse_constant=no_number, object_pairs_hook=once)
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    except json.JSONDecodeError as error:
+        cut = error.pos > len(error.doc.rstrip()) - 5 or error.msg.startswith("Unterminated string")  # as in "tru"
+        found = "it cut off" if cut else "something else"
+        raise InputError(f"{path}: expected JSON, found {found}: {printable(str(error))}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: expected JSON, found something else: {printable(str(error))}") from None
+
+
+def _within(fields: dict[str, Any]) -> str:
+    """Return which object it is, by what names it."""
+    known = next((name for name in ("name", "identifier", "id") if isinstance(fields.get(name), str | int)), None)
+    return "" if known is None else f", where {known!r} is {_shown(fields[known])}"
+
+
+def records(document: Any, path: Path) -> tuple[list[Record], pyproj.CRS]:
+    """Return the features of a GeoJSON or ED-269 document, and their coordinate system."""
+    if not isinstance(document, dict):
+        raise InputError(f"{path}: expected GeoJSON, found {_shown(document)}")
+    crs = _crs(document.get("crs"), path)
+    if document.get("type") in (*_SHAPES, "GeometryCollection"):
+        return list(_feature({"geometry": document}, f"{path}: geometry")), crs
+    if document.get("type") == "Feature":
+        return list(_feature(document, f"{path}: feature")), crs
+    listed = document.get("features")
+    if not isinstance(listed, list) or document.get("type", "FeatureCollection") != "FeatureCollection":
+        raise InputError(f"{path}: expected a GeoJSON FeatureCollection with 'features'")
+    return [record for n, one in enumerate(listed, 1) for record in _feature(one, f"{path}: feature {n}")], crs
+
+
+def _shown(value: object) -> str:
+    return f"{printable(repr(value)[:60]):.40}"
+
+
+def _crs(said: Any, path: Path) -> pyproj.CRS:
+    if said is None:
+        return WGS84
+    try:
+        name = said["properties"]["name"]
+    except (TypeError, KeyError, IndexError):
+        name = None
+    if not isinstance(name, str):
+        raise InputError(f"{path}: 'crs': expected the name of a coordinate system, found {_shown(said)}")
+    return named_crs(name, f"{path}: 'crs'")
+
+
+def _feature(feature: Any, where: str) -> Iterator[Record]:
+    if not isinstance(feature, dict):
+        raise InputError(f"{where}: expected a feature, found {_shown(feature)}")
+    fields = feature.get("properties") or {}
+    if not isinstance(fields, dict):
+        raise InputError(f"{where}: 'properties': expected fields, found {_shown(fields)}")
+    if "geometry" not in feature:
+        raise InputError(f"{where}: expected a 'geometry', found none")
+    geometry = feature["geometry"]
+    if isinstance(geometry, list):  # ED-269: volumes, each with its limits
+        own = {name: value for name, value in feature.items() if name != "geometry"}
+        for k, volume in enumerate(geometry):
+            yield _volume(volume, {**own, **fields}, f"{where}: geometry[{k}]")
+        return
+    if geometry is None:
+        yield Record(None, fields, where)
+        return
+    if "id" in feature and "id" not in fields and isinstance(feature["id"], str):
+        fields = {**fields, "id": feature["id"]}
+    yield from _layers(geometry, fields, where)
+
+
+def _volume(volume: Any, fields: dict[str, Any], where: str) -> Record:
+    flat = volume.get("horizontalProjection") if isinstance(volume, dict) else None
+    if not isinstance(flat, dict):
+        raise InputError(f"{where}: expected a 'horizontalProjection', found {_shown(volume)}")
+    own = {name: value for name, value in volume.items() if name != "horizontalProjection"}
+    if flat.get("type") == "Circle":
+        point = Point(_position(flat.get("center"), f"{where}: 'center'"))
+        _needed(flat, "radius", where)
+        return Record(point, {**fields, **own, **of_circle(flat, "type", "center")}, where)
+    return Record(_geometry(flat, where), {**fields, **own}, where)
+
+
+def _needed(holder: dict[str, Any], field: str, where: str) -> Any:
+    if holder.get(field) is None:
+        raise InputError(f"{where}: expected a {field!r}, found none")
+    return holder[field]
+
+
+def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[Record]:
+    """Return a geometry as one record, or where its parts have limits of their own (ED-318), one for each."""
+    parts = geometry.get("geometries") if isinstance(geometry, dict) else None
+    if isinstance(parts, list) and any(
+        isinstance(part, dict) and ("layer" in part or "extent" in part) for part in parts
+    ):
+        for k, part in enumerate(parts):
+            yield from _layers(part, fields, f"{where}: geometries[{k}]")
+        return
+    own: dict[str, Any] = {}
+    for name in ("layer", "extent"):
+        said = geometry.get(name) if isinstance(geometry, dict) else None
+        if isinstance(said, dict):
+            own.update(said if name == "layer" else of_circle(said, "subType"))
+        elif said is not None:
+            raise InputError(f"{where}: {name!r}: expected fields, found {_shown(said)}")
+    yield Record(_geometry(geometry, where), {**fields, **own}, where)
+
+
+def _geometry(geometry: Any, where: str) -> BaseGeometry:
+    if not isinstance(geometry, dict):
+        raise InputError(f"{where}: expected a geometry, found {_shown(geometry)}")
+    kind = geometry.get("type")
+    if kind == "GeometryCollection":
+        parts = _listed(geometry.get("geometries"), f"{where}: 'geometries'")
+        return GeometryCollection([_geometry(part, where) for part in parts])
+    if not isinstance(kind, str) or kind not in _SHAPES:
+        raise InputError(f"{where}: expected a polygon, found a geometry of type {_shown(kind)}")
+    coordinates = _listed(geometry.get("coordinates"), f"{where}: 'coordinates'")
+    if not coordinates:
+        return Polygon()
+    return _SHAPES[kind](coordinates, where)
+
+
+def _listed(value: Any, place: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputError(f"{place}: expected a list, found {_shown(value)}")
+    return value
+
+
+def _position(value: Any, where: str) -> list[float]:
+    good = isinstance(value, list) and 2 <= len(value) <= 4 and all(type(v) in (int, float) for v in value)
+    if not good or not all(abs(v) < 1e12 for v in value):
+        raise InputError(f"{where}: expected longitude and latitude, found {_shown(value)}")
+    return [float(v) for v in value[:3]]
+
+
+def _line(value: Any, where: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    places = [_position(one, where) for one in _listed(value, where)]
+    size = min((len(place) for place in places), default=2)
+    return np.array([place[:size] for place in places]).reshape(-1, size)
+
+
+def polygon(rings: Any, where: str) -> Polygon:
+    """Return a polygon of rings, closed or not."""
+    lines = [_line(ring, where) for ring in _listed(rings, where)]
+    if not any(len(line) for line in lines):
+        return Polygon()
+    for line in lines:
+        if len(line) < 3:
+            raise InputError(f"{where}: expected an outline of three corners or more, found {len(line)}")
+    size = min(line.shape[1] for line in lines)
+    return Polygon(lines[0][:, :size], [line[:, :size] for line in lines[1:]])
+
+
+def _string(value: Any, where: str) -> LineString:
+    line = _line(value, where)
+    if len(line) < 2:
+        raise InputError(f"{where}: expected a line of two places or more, found {len(line)}")
+    return LineString(line)
+
+
+_SHAPES: dict[str, Callable[[Any, str], BaseGeometry]] = {
+    "Polygon": polygon,
+    "MultiPolygon": lambda value, where: MultiPolygon(
+        [part for part in (polygon(rings, where) for rings in value) if not part.is_empty]
+    ),
+    "Point": lambda value, where: Point(_position(value, where)),
+    "MultiPoint": lambda value, where: shapely.multipoints([_position(one, where)[:2] for one in value]),
+    "LineString": _string,
+    "MultiLineString": lambda value, where: shapely.multilinestrings([_string(one, where) for one in value]),
+}

@@ -1,0 +1,228 @@
+"""OpenStreetMap: buildings and their parts from ways and multipolygon relations, and how high their tags make them.
+
+https://wiki.openstreetmap.org/wiki/Simple_3D_Buildings
+"""
+
+import json
+import tempfile
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from skyverse.errors import InputError
+from skyverse.maps.georeference.choices import Choices
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.limits import printable
+from skyverse.maps.readers.outlines import WGS84, filled
+from skyverse.maps.readers.record import Record, features
+from skyverse.maps.readers.xml import parse
+
+_PBF = """closed_ways_are_polygons=building,building:part
+[points]
+osm_id=no
+[lines]
+osm_id=no
+[multilinestrings]
+osm_id=no
+[other_relations]
+osm_id=no
+[multipolygons]
+osm_id=yes
+all_tags=yes
+tags_format=json
+"""
+"""What GDAL is to take for polygons, with all their tags."""
+_BLANK = b"\xef\xbb\xbf \t\r\n"
+
+
+def buildings(path: Path, choices: Choices) -> list[Feature]:
+    """Return the buildings of an extract, XML or binary, whatever its suffix says.
+
+    A building that is cut by the extract's edge, so that corners are missing, is left out, and told.
+
+    Raises
+    ------
+    InputError
+        If it is no OpenStreetMap, or a building has no height and `choices` have none for such.
+    """
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(64)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    if path.suffix.lower() == ".pbf" and b"OSMHeader" not in head and not head.lstrip(_BLANK).startswith(b"<"):
+        raise InputError(f"{path}: expected OpenStreetMap's binary format, found something else")
+    records = list(_binary(path, choices) if b"OSMHeader" in head else _extract(path, choices))
+    if not records:
+        raise InputError(f"{path}: expected buildings, found none")
+    return features(records, WGS84, str(path), choices)
+
+
+def _built(tags: Mapping[str, Any]) -> bool:
+    return any(tags.get(key, "no") != "no" for key in ("building", "building:part"))
+
+
+@dataclass
+class _Thing:
+    """A way or relation as it is read."""
+
+    kind: str
+    number: int
+    tags: dict[str, str] = field(default_factory=dict)
+    nodes: "array[int]" = field(default_factory=lambda: array("q"))
+    ways: list[tuple[int, str]] = field(default_factory=list)
+
+
+class _Reading:
+    """What an extract holds, as far as buildings may need it."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._thing: _Thing | None = None
+        self._root = False
+        self.numbers, self.longitudes, self.latitudes = array("q"), array("d"), array("d")
+        self.ways: dict[int, _Thing] = {}
+        self.relations: list[_Thing] = []
+
+    def start(self, tag: str, said: Mapping[str, str]) -> None:
+        if not self._root:
+            if tag not in ("osm", "osmChange"):
+                raise InputError(f"{self._path}: expected OpenStreetMap XML, found <{printable(tag)}>")
+            self._root = True
+        if tag == "node":
+            if said.get("visible") == "false" or said.get("action") == "delete":
+                return
+            self.numbers.append(self._whole(said, "id", tag))
+            self.longitudes.append(self._number(said, "lon", tag))
+            self.latitudes.append(self._number(said, "lat", tag))
+        elif tag in ("way", "relation"):
+            self._thing = _Thing(tag, self._whole(said, "id", tag))
+        elif self._thing is None:
+            return
+        elif tag == "nd":
+            self._thing.nodes.append(self._whole(said, "ref", tag))
+        elif tag == "member" and said.get("type") == "way":
+            self._thing.ways.append((self._whole(said, "ref", tag), said.get("role", "")))
+        elif tag == "tag":
+            self._thing.tags[said.get("k", "")] = said.get("v", "")
+
+    def end(self, tag: str) -> None:
+        thing = self._thing
+        if thing is None or tag != thing.kind:
+            return
+        self._thing = None
+        if tag == "way":
+            self.ways[thing.number] = thing
+        elif thing.tags.get("type") == "multipolygon" and _built(thing.tags):
+            self.relations.append(thing)
+
+    def _number(self, said: Mapping[str, str], name: str, tag: str) -> float:
+        try:
+            number = float(said[name])
+        except (KeyError, ValueError):
+            number = float("nan")
+        if not abs(number) <= 180:
+            raise InputError(f"{self._path}: <{tag}>: {name!r}: expected degrees, found {said.get(name)!r:.40}")
+        return number
+
+    def _whole(self, said: Mapping[str, str], name: str, tag: str) -> int:
+        text = said.get(name, "")
+        if len(text) > 18 or not text.removeprefix("-").isdecimal():
+            raise InputError(f"{self._path}: <{tag}>: {name!r}: expected a whole number, found {text!r:.40}")
+        return int(text)
+
+
+def _extract(path: Path, choices: Choices) -> Iterator[Record]:
+    reading = _Reading(path)
+    try:
+        with path.open("rb") as stream:
+            parse(stream, path, reading.start, reading.end)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    order = np.argsort(np.array(reading.numbers), kind="stable")
+    numbers = np.array(reading.numbers)[order]
+    places = np.column_stack([np.array(reading.longitudes), np.array(reading.latitudes)])[order]
+
+    def corners(way: _Thing) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+        """Return where a way's nodes are, or ``None`` if any is missing."""
+        at = np.searchsorted(numbers, way.nodes)
+        if not len(way.nodes) or not len(numbers) or (numbers[np.minimum(at, len(numbers) - 1)] != way.nodes).any():
+            return None
+        found: np.ndarray[Any, np.dtype[np.float64]] = places[at]
+        return found
+
+    for thing in [*(way for way in reading.ways.values() if _built(way.tags)), *reading.relations]:
+        where = f"{path}: {thing.kind} {thing.number}"
+        if thing.kind == "way":
+            shape = _way(thing, corners(thing), where, choices)
+        else:
+            shape = _relation(thing, reading.ways, corners)
+        if isinstance(shape, str):
+            choices.tell(f"{where}: left out, {shape}")
+        else:
+            yield Record(shape, thing.tags, where)
+
+
+def _way(way: _Thing, corners: Any, where: str, choices: Choices) -> BaseGeometry | str:
+    if corners is None:
+        return "nodes of it are missing"
+    if len(corners) < 4 and (len(corners) < 3 or way.nodes[0] == way.nodes[-1]):
+        return "it has fewer than three corners"
+    if way.nodes[0] != way.nodes[-1]:
+        choices.tell(f"{where}: its outline is open; closed from its end to its beginning")
+    return Polygon(corners)
+
+
+def _relation(relation: _Thing, ways: dict[int, _Thing], corners: Any) -> BaseGeometry | str:
+    """Return the outer rings without the inner ones, or why there are none."""
+    lines: dict[bool, list[LineString]] = {True: [], False: []}
+    first: float | None = None
+    for number, role in relation.ways:
+        if role not in ("outer", "inner", ""):
+            continue
+        places = corners(ways[number]) if number in ways else None
+        if places is None or len(places) < 2:
+            if role == "inner":
+                continue  # its hole is filled
+            return "ways or nodes of it are missing"
+        first = places[0, 0] if first is None else first
+        places = places + 360 * np.round((first - places) / 360) * (1, 0)  # ways meet on the antimeridian too
+        lines[role == "inner"].append(LineString(places))
+    if not lines[False]:
+        return "it has no outer way"
+    faces = [_closed(lines[inner]) for inner in (False, True)]
+    if faces[0] is None:
+        return "its outer ways do not close"
+    return faces[0] if faces[1] is None else faces[0].difference(faces[1])
+
+
+def _closed(lines: list[LineString]) -> BaseGeometry | None:
+    """Return what lines that meet at their ends enclose; ``None`` if one is left over."""
+    if not lines:
+        return None
+    merged = shapely.line_merge(shapely.multilinestrings(lines))
+    rings = shapely.get_parts(merged)
+    if not all(ring.is_closed and len(ring.coords) >= 4 for ring in rings):
+        return None
+    return shapely.union_all([filled(np.array(ring.coords)) for ring in rings])
+
+
+def _binary(path: Path, choices: Choices) -> Iterator[Record]:
+    from skyverse.maps.readers import gdal
+
+    with tempfile.TemporaryDirectory() as folder:
+        rules = Path(folder) / "osm.ini"
+        rules.write_text(_PBF)
+        _, rows = gdal.table(path, "multipolygons", choices, CONFIG_FILE=str(rules))
+    for shape, said in rows:
+        tags = json.loads(said.get("all_tags") or "{}")
+        if _built(tags):
+            kind, number = ("way", said["osm_way_id"]) if said.get("osm_way_id") else ("relation", said.get("osm_id"))
+            yield Record(shape, tags, f"{path}: {kind} {number}")

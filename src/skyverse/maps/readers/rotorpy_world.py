@@ -1,0 +1,64 @@
+"""Worlds of the simulator rotorpy: JSON with ``bounds`` and ``blocks``, each with ``extents``.
+
+Source: rotorpy.world.World, https://github.com/spencerfolk/rotorpy
+"""
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from skyverse.errors import InputError
+from skyverse.maps.readers.lattice import CLEARANCE, lattice_of
+from skyverse.model.scenario import Bounds, Scenario, Source
+from skyverse.model.shapes import Box
+
+
+def is_rotorpy_world(data: object) -> bool:
+    """Tell whether JSON data are a world of rotorpy's."""
+    return isinstance(data, dict) and isinstance(data.get("bounds"), dict) and "extents" in data["bounds"]
+
+
+def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
+    """Return the space of a rotorpy world: its bounds, and its blocks as boxes. Colours and features are passed over.
+
+    Raises
+    ------
+    InputError
+        If it is not sound; the message names the field.
+    """
+    low, high = _corners(f"{path}: bounds.extents", data["bounds"]["extents"])
+    blocks = data.get("blocks", [])
+    if not isinstance(blocks, list):
+        raise InputError(f"{path}: blocks: expected a list, found {blocks!r:.40}")
+    boxes = []
+    for k, block in enumerate(blocks):
+        if not isinstance(block, dict) or "extents" not in block:
+            raise InputError(f"{path}: blocks[{k}]: expected an object with 'extents', found {block!r:.40}")
+        corners = _corners(f"{path}: blocks[{k}].extents", block["extents"])
+        boxes.append(Box(min=corners[0], max=corners[1]))
+    bounds = Bounds(min=low, max=high)
+    try:
+        return Scenario(
+            name=path.stem,
+            bounds=bounds,
+            obstacles=tuple(boxes),
+            clearance=CLEARANCE,
+            lattice=lattice_of(bounds, CLEARANCE),
+            sources=(Source(file=path.name, gives="bounds and boxes"),),
+        )
+    except ValidationError as error:
+        raise InputError(f"{path}: {error.errors()[0]['msg']}") from None
+
+
+def _corners(where: str, extents: object) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    if not (
+        isinstance(extents, list)
+        and len(extents) == 6
+        and all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < 1e9 for v in extents)
+    ):
+        raise InputError(f"{where}: expected xmin, xmax, ymin, ymax, zmin, zmax in metres, found {extents!r:.60}")
+    x, xx, y, yy, z, zz = map(float, extents)
+    if not (x < xx and y < yy and z < zz):
+        raise InputError(f"{where}: expected each minimum below its maximum, found {extents!r:.60}")
+    return (x, y, z), (xx, yy, zz)

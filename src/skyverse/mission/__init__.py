@@ -1,0 +1,1 @@
+"""From a scenario to a mission: who flies where, along which path, at what time."""

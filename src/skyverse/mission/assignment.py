@@ -1,0 +1,83 @@
+"""Who goes where: optimal assignment of UAVs to targets (the thesis's Algorithm 4, solved exactly by scipy)."""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+
+Criterion = Literal["min-sum", "min-max"]
+
+
+def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | None, ...]:
+    """Assign UAVs to targets, as many as can be.
+
+    Parameters
+    ----------
+    costs
+        (m, n): what it costs UAV i to reach target j; infinite where it cannot.
+    criterion
+        ``"min-sum"`` makes the total smallest; ``"min-max"`` the largest single cost, and the total among those.
+
+    Returns
+    -------
+    tuple
+        For each of the m UAVs the index of its target, ``None`` for one that gets none.
+
+    Raises
+    ------
+    ValueError
+        If `costs` is no matrix, or holds NaN or minus infinity, or the criterion is unknown.
+    """
+    matrix = np.array(costs, dtype=np.float64)
+    if matrix.ndim != 2:
+        raise ValueError(f"costs are a matrix, one row a UAV and one column a target, not of shape {matrix.shape}")
+    if np.any(np.isnan(matrix)) or np.any(matrix == -np.inf):
+        raise ValueError("costs are numbers, or infinite where a UAV cannot reach a target")
+    if criterion not in ("min-sum", "min-max"):
+        raise InputError(f"criterion is 'min-sum' or 'min-max', not {criterion!r}")
+    possible = np.isfinite(matrix)
+    if not possible.any():
+        return (None,) * len(matrix)
+    if len(matrix) == 1:  # no solver needed, nor the time it takes to import one
+        return (int(np.argmin(matrix[0])),)
+    from scipy.optimize import linear_sum_assignment
+
+    if criterion == "min-max":
+        possible &= matrix <= _smallest_maximum(matrix, possible)
+    # an impossible pair costs more than any assignment of possible ones, so as few as can be are taken
+    span = np.ptp(matrix[possible])
+    size = min(matrix.shape)
+    dear = matrix[possible].max() + (span + 1.0) * (size + 1)
+    rows, columns = linear_sum_assignment(np.where(possible, matrix, dear))
+    chosen = {int(i): int(j) for i, j in zip(rows, columns, strict=True) if possible[i, j]}
+    return tuple(chosen.get(i) for i in range(len(matrix)))
+
+
+def straight_line(starts: ArrayLike, targets: ArrayLike) -> Floats:
+    """Return the Euclidean metres between (m, 3) starts and (n, 3) targets, (m, n), as Algorithm 4 prices them."""
+    from scipy.spatial.distance import cdist
+
+    return np.asarray(cdist(np.reshape(starts, (-1, 3)), np.reshape(targets, (-1, 3))), dtype=np.float64)
+
+
+def _smallest_maximum(matrix: Floats, possible: np.ndarray) -> float:
+    """Return the smallest cost such that pairs up to it still assign as many UAVs as all pairs do."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
+    def matched(allowed: np.ndarray) -> int:
+        return int(np.sum(maximum_bipartite_matching(csr_array(allowed), perm_type="column") >= 0))
+
+    levels = np.unique(matrix[possible])
+    most = matched(possible)
+    low, high = 0, len(levels) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if matched(possible & (matrix <= levels[middle])) == most:
+            high = middle
+        else:
+            low = middle + 1
+    return float(levels[low])

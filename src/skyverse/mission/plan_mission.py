@@ -1,0 +1,160 @@
+"""The fleet's way from scenario to mission: assign, plan, time, check."""
+
+from dataclasses import replace
+from functools import partial
+from typing import Literal, Protocol
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.deconfliction.exchange import Replan
+from skyverse.deconfliction.options import Fly
+from skyverse.deconfliction.resolve_conflicts import keep_apart as resolve_conflicts
+from skyverse.errors import InputError
+from skyverse.mission.assignment import Criterion, assign, straight_line
+from skyverse.model.result import Mission, Result, Status, Trajectory
+from skyverse.model.scenario import Scenario
+from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
+from skyverse.problem import Airspace, Problem, stand
+from skyverse.referee import judge
+from skyverse.search.lattice_astar import prices_to
+from skyverse.stop import Progress, Stop
+from skyverse.trajectory import Shape, fly_along
+
+Assignment = Literal["euclidean", "path-cost", "identity"]
+
+
+class OnProgress(Protocol):
+    """Called while a fleet is planned: with the UAV's index, and its planner's progress (``None`` when it is done)."""
+
+    def __call__(self, uav: int, progress: Progress | None, /) -> None:
+        """Take note of the progress."""
+
+
+def plan_mission(
+    scenario: Scenario,
+    planner: Planner,
+    *,
+    stop: Stop | None = None,
+    rng: Seed = None,
+    assignment: Assignment = "path-cost",
+    criterion: Criterion = "min-sum",
+    shape: Shape = "minimum-snap",
+    keep_apart: bool = True,
+    on_progress: OnProgress | None = None,
+) -> Mission:
+    """Assign UAVs to targets, plan their paths, turn them into trajectories, keep those apart, and check it all.
+
+    Parameters
+    ----------
+    scenario
+        What is given.
+    planner
+        Plans each UAV's path, one after another.
+    stop
+        When each UAV's plan ends; a `Cancelled` that is met ends the whole mission with what there is.
+    rng
+        Seed or generator; every UAV draws from a stream of its own.
+    assignment
+        ``"path-cost"`` prices a pair by the exact cheapest path, ``"euclidean"`` by the straight line (the thesis's
+        Algorithm 4), ``"identity"`` sends UAV i to target i (the thesis's "without coordination").
+    criterion
+        ``"min-sum"`` or ``"min-max"``; without meaning for ``"identity"``.
+    shape
+        What the trajectories of multirotors make small; see `fly_along`.
+    keep_apart
+        Whether UAVs that would come too close depart later, fly more slowly, exchange targets (unless the assignment is
+        ``"identity"``) or take another way; those of lower priority first.
+    on_progress
+        Called after every iteration, and when a UAV is done.
+
+    Returns
+    -------
+    Mission
+        Where a UAV cannot be planned for, its result's status says why; nothing is raised for that.
+
+    Raises
+    ------
+    InputError
+        If assignment, criterion or seed is none, or the stop rule does not fit the planner.
+    """
+    airspace = Airspace(scenario)
+    generator, seed = seeded(rng)
+    streams = generator.spawn(len(scenario.uavs))
+    assigned = assign_targets(airspace, assignment, criterion)
+    origin = provenance(f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}, shape={shape!r}", stop, seed)
+    results: list[Result | None] = []
+    trajectories: list[Trajectory | None] = []
+    interrupted = False
+    for uav, target in enumerate(assigned):
+        result = trajectory = None
+        if target is not None:
+            problem = Problem(airspace, uav, target)
+            if uav and stop is not None and stop.met(Progress()) == "Cancelled":  # an exact planner does not look
+                interrupted = True
+            if interrupted:
+                result = unplanned(problem, Status.NOT_PLANNED, origin)
+            else:
+                report = None if on_progress is None else partial(on_progress, uav)
+                result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)
+                interrupted = result.stopped_by == "Cancelled"
+                trajectory = fly_along(problem, result, shape)
+        results.append(result)
+        trajectories.append(trajectory)
+        if on_progress is not None:
+            on_progress(uav, None)
+    mission = Mission(scenario, assigned, tuple(results), tuple(trajectories), (), origin, interrupted)
+    if keep_apart and not interrupted:
+        fly = partial(fly_along, shape=shape)
+        replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
+        mission = _kept_apart(airspace, mission, fly, replan, stop)
+    violations, (certificates, apart) = judge(scenario, mission)
+    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
+
+
+def _kept_apart(airspace: Airspace, mission: Mission, fly: Fly, replan: Replan | None, stop: Stop | None) -> Mission:
+    assigned, results, trajectories, deconfliction = resolve_conflicts(
+        airspace, mission.assignment, mission.results, mission.trajectories, fly=fly, replan=replan, stop=stop
+    )
+    return replace(
+        mission,
+        assignment=assigned,
+        results=results,
+        trajectories=trajectories,
+        interrupted=stop is not None and stop.met(Progress()) == "Cancelled",
+        deconfliction=deconfliction,
+    )
+
+
+def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
+    """Return what it costs each of m UAVs to reach each of n targets, (m, n); infinite where it cannot."""
+    scenario = airspace.scenario
+    uavs, targets = len(scenario.uavs), len(scenario.targets)
+    if assignment == "euclidean":
+        return straight_line([u.start for u in scenario.uavs], [t.position for t in scenario.targets])
+    matrix = np.full((uavs, targets), np.inf)
+    if assignment == "identity":
+        np.fill_diagonal(matrix, 1.0)
+        return matrix
+    sources = [stand(airspace, u.start, start=True) for u in scenario.uavs]
+    goals = [stand(airspace, t.position, start=False) for t in scenario.targets]
+    open_goals = [j for j, (_, refusal) in enumerate(goals) if refusal is None]
+    nodes = np.array([goals[j][0] for j in open_goals], dtype=np.int64)
+    for i, (source, refusal) in enumerate(sources):
+        if refusal is None and open_goals:
+            matrix[i, open_goals] = prices_to(airspace.grid, airspace.pricing, source, nodes)
+    return matrix
+
+
+def assign_targets(
+    airspace: Airspace, assignment: Assignment = "path-cost", criterion: Criterion = "min-sum"
+) -> tuple[int | None, ...]:
+    """Return for each UAV the index of its target, or ``None``; see `plan_mission`."""
+    if assignment not in ("euclidean", "path-cost", "identity"):
+        raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
+    chosen = assign(cost_matrix(airspace, assignment), criterion)
+    if assignment != "path-cost":
+        return chosen
+    # UAVs that can reach nothing still get what is left, so that a result says why
+    left = [j for j in range(len(airspace.scenario.targets)) if j not in chosen]
+    return tuple(left.pop(0) if j is None and left else j for j in chosen)

@@ -1,0 +1,69 @@
+"""WGS84 and local east-north-up metres, one made from the other: exact, with Earth's ellipsoid as it is.
+
+The frame is a plane through its origin: what lies level far away lies below it, 8 cm at 1 km and 2 m at 5 km.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse._typing import Floats
+from skyverse.model.scenario import Origin
+
+A = 6378137.0
+"""Half the equator's axis, metres."""
+F = 1 / 298.257223563
+E2 = F * (2 - F)
+"""The first eccentricity, squared."""
+
+
+def to_local(origin: Origin, places: ArrayLike) -> Floats:
+    """Return (n, 3) local east, north, up of (n, 3) latitude, longitude (degrees), altitude above mean sea level."""
+    rows = _rows(places)
+    geoid = origin.geoid or 0.0
+    moved: Floats = (_geocentric(rows, geoid) - _geocentric(_place(origin), geoid)) @ _axes(origin).T
+    return moved
+
+
+def to_wgs84(origin: Origin, points: ArrayLike) -> Floats:
+    """Return (n, 3) latitude, longitude (degrees), altitude above mean sea level of (n, 3) local metres."""
+    geoid = origin.geoid or 0.0
+    return _geodetic(_geocentric(_place(origin), geoid) + _rows(points) @ _axes(origin), geoid)
+
+
+def _rows(values: ArrayLike) -> Floats:
+    rows = np.atleast_2d(np.asarray(values, dtype=np.float64))
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"places are rows of three numbers, but the array has shape {np.shape(values)}")
+    return rows
+
+
+def _place(origin: Origin) -> Floats:
+    return np.array([[origin.latitude, origin.longitude, origin.altitude]])
+
+
+def _axes(origin: Origin) -> Floats:
+    """Return the unit vectors east, north and up in geocentric axes, as rows."""
+    latitude, longitude = np.radians([origin.latitude, origin.longitude])
+    s, c, sl, cl = np.sin(latitude), np.cos(latitude), np.sin(longitude), np.cos(longitude)
+    return np.array([[-sl, cl, 0.0], [-s * cl, -s * sl, c], [c * cl, c * sl, s]])
+
+
+def _geocentric(places: Floats, geoid: float) -> Floats:
+    latitude, longitude = np.radians(places[:, 0]), np.radians(places[:, 1])
+    height = places[:, 2] + geoid
+    across = A / np.sqrt(1 - E2 * np.sin(latitude) ** 2)
+    flat = (across + height) * np.cos(latitude)
+    up = (across * (1 - E2) + height) * np.sin(latitude)
+    return np.column_stack([flat * np.cos(longitude), flat * np.sin(longitude), up])
+
+
+def _geodetic(points: Floats, geoid: float) -> Floats:
+    x, y, z = points.T
+    flat = np.hypot(x, y)
+    latitude = np.arctan2(z, flat * (1 - E2))
+    for _ in range(6):  # each step gains two digits or more
+        across = A / np.sqrt(1 - E2 * np.sin(latitude) ** 2)
+        latitude = np.arctan2(z + E2 * across * np.sin(latitude), flat)
+    s, c = np.sin(latitude), np.cos(latitude)
+    height = flat * c + z * s - A * np.sqrt(1 - E2 * s**2)
+    return np.column_stack([np.degrees(latitude), np.degrees(np.arctan2(y, x)), height - geoid])

@@ -1,0 +1,1 @@
+"""The numerical ground floor: how kernels are compiled, heaps, Bernstein polynomials, arrays."""

@@ -1,0 +1,65 @@
+"""A binary heap of numbered entries in two arrays, the least key first."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse.numerics.arrays import twice_line
+from skyverse.numerics.kernel import inner
+
+
+class Heap(NamedTuple):
+    """Keys and entries (capacity,), and how many there are, (1,)."""
+
+    key: NDArray[np.float64]
+    entry: NDArray[np.int64]
+    size: NDArray[np.int64]
+
+
+@inner
+def make_heap(capacity: int) -> Heap:
+    """Return an empty heap."""
+    return Heap(np.empty(capacity), np.empty(capacity, np.int64), np.zeros(1, np.int64))
+
+
+@inner
+def push(heap: Heap, key: float, entry: int) -> Heap:
+    """Add an entry; return the heap, in larger arrays if it was full."""
+    n = heap.size[0]
+    if n == len(heap.key):
+        heap = Heap(twice_line(heap.key), twice_line(heap.entry), heap.size)
+    i = n
+    while i > 0:
+        parent = (i - 1) >> 1
+        if heap.key[parent] <= key:
+            break
+        heap.key[i] = heap.key[parent]
+        heap.entry[i] = heap.entry[parent]
+        i = parent
+    heap.key[i] = key
+    heap.entry[i] = entry
+    heap.size[0] = n + 1
+    return heap
+
+
+@inner
+def pop(heap: Heap) -> tuple[float, int]:
+    """Remove the entry with the least key; return key and entry."""
+    n = heap.size[0] - 1
+    least, entry = heap.key[0], heap.entry[0]
+    key, last = heap.key[n], heap.entry[n]
+    heap.size[0] = n
+    i = 0
+    while 2 * i + 1 < n:
+        child = 2 * i + 1
+        if child + 1 < n and heap.key[child + 1] < heap.key[child]:
+            child += 1
+        if heap.key[child] >= key:
+            break
+        heap.key[i] = heap.key[child]
+        heap.entry[i] = heap.entry[child]
+        i = child
+    heap.key[i] = key
+    heap.entry[i] = last
+    return least, entry

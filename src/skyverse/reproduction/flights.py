@@ -1,0 +1,85 @@
+"""Figures 4.1 to 4.9, 4.26 and 4.27: paths, trajectories and instants of the flight, planned anew by MVO."""
+
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from typing import TYPE_CHECKING
+
+from skyverse.draw.figures import instant, paths, trajectories
+from skyverse.draw.scene import Scene, scene
+from skyverse.lab.report import Block, Figure
+from skyverse.mission.plan_mission import Assignment, plan_mission
+from skyverse.model.result import Mission
+from skyverse.reproduction.cells import Cells, Part, case, planner
+from skyverse.reproduction.published import CASES, MAPS
+from skyverse.stop import MaxIterations
+
+if TYPE_CHECKING:
+    from matplotlib import figure
+
+    from skyverse.lab.run import Job
+
+POPULATION, ITERATIONS = CASES[1]
+SEED = 0
+INSTANTS = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
+
+
+def parts() -> list[Part]:
+    """Return the figures of this page of the thesis."""
+    found = []
+    for k, name in enumerate(MAPS):
+        found.append(_part(f"fig-4.{1 + k}", f"path on Map {1 + k}", name, paths))
+    for k, name in enumerate(MAPS):
+        found.append(_part(f"fig-4.{4 + k}", f"trajectory on Map {1 + k}", name, trajectories))
+    for k, (when, share) in enumerate(INSTANTS):
+        found.append(_part(f"fig-4.{7 + k}", f"{when} instant of the flight on Map 2", "map2", partial(_at, share)))
+    return found
+
+
+def fleet_trajectories(name: str, assignment: Assignment) -> Figure:
+    """Return the figure of Table 4.8's fleet, with or without coordination."""
+    mission = _planned("table-4.8", assignment)
+    how = "without coordination" if assignment == "identity" else "with Munkres"
+    text = (
+        f"**Figure {name.removeprefix('fig-')}**: trajectories of five UAVs on Map 3, {how}: total cost "
+        f"{mission.cost:g}, makespan {mission.makespan:.1f} s (MVO as described, seed {SEED})."
+    )
+    return Figure(name, text, lambda: trajectories(scene(mission)))
+
+
+def _part(name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]") -> Part:
+    return Part(name, _no_jobs, partial(_blocks, name, what, scenario, draw))
+
+
+def _no_jobs(seeds: Sequence[int]) -> "Sequence[Job]":
+    return ()
+
+
+def _blocks(
+    name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]", cells: Cells
+) -> Sequence[Block]:
+    result = _planned(scenario).results[0]
+    assert result is not None
+    text = (
+        f"**Figure {name.removeprefix('fig-')}**: {what}: MVO as described, {POPULATION} x {ITERATIONS}, seed {SEED}; "
+        f"cost {result.cost:g}, optimum {result.bound:g}."
+    )
+    return [Figure(name, text, lambda: draw(scene(_planned(scenario))))]
+
+
+def _at(share: float, drawn: Scene) -> "figure.Figure":
+    return instant(drawn, share * (drawn.totals.makespan or 0.0))
+
+
+@cache
+def _planned(scenario: str, assignment: Assignment = "path-cost") -> Mission:
+    made = planner("MVO", "as described", POPULATION)
+    given = case(scenario, assignment).scenario
+    return plan_mission(
+        given,
+        made,
+        stop=MaxIterations(ITERATIONS),
+        rng=SEED,
+        assignment=assignment,
+        shape="stop-and-go",  # as the thesis flies, and nothing kept its UAVs apart
+        keep_apart=False,
+    )

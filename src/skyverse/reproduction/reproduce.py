@@ -1,0 +1,163 @@
+"""All parts of the reproduction, run and written."""
+
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from skyverse._version import __version__
+from skyverse.errors import InputError
+from skyverse.lab import report
+from skyverse.lab.execute import OnRun, run_jobs
+from skyverse.lab.report import Block, Heading, Report, Text
+from skyverse.lab.rows import Rows
+from skyverse.lab.run import Job
+from skyverse.reproduction import claims, convergence, costs, fleets, flights, populations
+from skyverse.reproduction.cells import Cells, Part
+
+MOST_RUNS = 10_000
+
+PARTS = {
+    part.name: part
+    for part in (
+        *flights.parts(),
+        *costs.parts(),
+        *convergence.parts(),
+        *populations.parts(),
+        *fleets.parts(),
+        *claims.parts(),
+    )
+}
+"""All parts by name: ``fig-4.1`` ... ``fig-4.31``, ``table-4.2`` ... ``table-4.7``, ``table-4.10``, ``claims``."""
+
+_SECTIONS = (
+    ("One UAV: paths, trajectories, flight", [f"fig-4.{k}" for k in range(1, 10)]),
+    (
+        "Best costs and times",
+        ["table-4.2", "table-4.3", "table-4.4", "cells", "fig-4.10", "fig-4.11", "fig-4.12", "fig-4.13"],
+    ),
+    ("Convergence and spread", ["table-4.5", *(f"fig-4.{k}" for k in range(14, 20))]),
+    ("Time against population", ["table-4.6", "table-4.7", *(f"fig-4.{k}" for k in range(20, 26))]),
+    ("Fleets", ["table-4.10", *(f"fig-4.{k}" for k in range(26, 32))]),
+)
+_FORMS = (
+    "*As run* is what the published experiments did, *as described* what the thesis's text and the original papers "
+    "say. *Random restart* is a baseline without memory, given as many generated paths; *exact* is the true optimum "
+    "of the same lattice. Costs are in the thesis's unit: nodes on the path, and 100 for each metre that it ends "
+    "short of the goal."
+)
+
+
+def named(names: Sequence[str]) -> list[Part]:
+    """Return the parts of these names, all without any.
+
+    Raises
+    ------
+    InputError
+        If there is no such part.
+    """
+    for name in names:
+        if name not in PARTS:
+            raise InputError(f"there is no part {name!r} of the thesis; there are {', '.join(PARTS)}")
+    return [part for name, part in PARTS.items() if not names or name in names]
+
+
+def jobs(parts: Sequence[Part], seeds: Sequence[int]) -> list[Job]:
+    """Return the runs that these parts need, each once, scenario by scenario."""
+    found = {job.run: job for part in parts for job in part.jobs(seeds)}
+    places = {label: place for place, label in enumerate(dict.fromkeys(job.case.label for job in found.values()))}
+    return sorted(found.values(), key=lambda job: places[job.case.label])
+
+
+def reproduce(
+    names: Sequence[str] = (),
+    folder: Path | str = Path("out/reproduction"),
+    *,
+    runs: int = 50,
+    seed: int = 0,
+    workers: int = 1,
+    on_run: OnRun | None = None,
+) -> list[Path]:
+    """Run the thesis's experiments again, and write what comes out.
+
+    Parameters
+    ----------
+    names
+        Parts, as in ``table-4.2``, ``fig-4.17`` or ``claims``; all without any.
+    folder
+        Where ``report``, ``claims`` and ``times`` are written, as .md and .html, with ``figures/`` and the rows behind
+        them. Runs whose rows are there already are not done again.
+    runs
+        Runs of each cell, at least two.
+    seed
+        The first seed of each cell. The same seed gives the same ``report`` and ``claims``, byte by byte.
+    workers
+        How many processes share the runs.
+    on_run
+        Called with the number of runs done and of all runs.
+
+    Returns
+    -------
+    list of Path
+        The pages.
+
+    Raises
+    ------
+    InputError
+        If there is no such part, there are too few runs, or something cannot be written.
+    """
+    parts = named(names)
+    if not 2 <= runs <= MOST_RUNS:
+        raise InputError(f"runs: expected a whole number from 2 to {MOST_RUNS:,}, found {runs!r}")
+    seeds = range(seed, seed + runs)
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
+    wanted = jobs(parts, seeds)
+    with Rows(folder / "rows.sqlite") as rows:
+        if wanted:
+            run_jobs(wanted, rows, workers=workers, on_run=on_run)
+        cells = Cells(rows, seeds)
+        command = " ".join(["skyverse reproduce", *names, f"--runs {runs} --seed {seed}"])
+        pages = [path for page in _pages(parts, cells, command) for path in page.write(folder)]
+    return [path for path in pages if path.suffix in (".md", ".html")]
+
+
+@dataclass(frozen=True)
+class _Page:
+    stem: str
+    title: str
+    opening: str
+    blocks: list[Block]
+
+    def write(self, folder: Path) -> list[Path]:
+        whole = Report(self.title, [Text(self.opening), *self.blocks])
+        return report.write(whole, folder, stem=self.stem) if self.blocks else []
+
+
+def _pages(parts: Sequence[Part], cells: Cells, command: str) -> list[_Page]:
+    by_name = {part.name: part for part in parts}
+    made = f"Made by `{command}`, skyverse {__version__}."
+    shown: list[Block] = []
+    timed: list[Block] = []
+    for heading, names in _SECTIONS:
+        there = [by_name[name] for name in names if name in by_name]
+        blocks = [block for part in there for block in part.blocks(cells)]
+        seconds = [block for part in there if part.seconds is not None for block in part.seconds(cells)]
+        shown += [Heading(heading), *blocks] if blocks else []
+        timed += [Heading(heading), *seconds] if seconds else []
+    judged = [block for name in ("claims",) if name in by_name for block in by_name[name].blocks(cells)]
+    machine = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
+    return [
+        _Page("report", "The thesis's tables and figures, run again", f"{made} {_FORMS}", shown),
+        _Page("claims", "The thesis's claims, judged", f"{made} {_FORMS}", judged),
+        _Page(
+            "times",
+            "The thesis's times, measured",
+            f"{made} On {machine}. Seconds are wall-clock times of the search alone, several runs side by side; they "
+            "differ from run to run and from machine to machine. The thesis's are of MATLAB R2018a at 3.18 GHz.",
+            timed,
+        ),
+    ]

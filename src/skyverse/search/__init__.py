@@ -1,0 +1,1 @@
+"""Shortest paths: exact on a lattice, and of any angle."""

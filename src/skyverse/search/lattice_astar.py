@@ -1,0 +1,357 @@
+"""Cheapest lattice paths, exactly: A* and Dijkstra over nodes, or over nodes and headings where turns are priced.
+
+A turn is a non-zero cross product of consecutive steps, which does not tell a direction from its opposite: the state
+is therefore node and *axis* of the last move, half as many as node and direction. States wait in buckets of f, one
+bucket as wide as the cheapest step; within a bucket a state that improves is opened again, so that the order inside
+does not matter and the answer is exact for any weights.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats, Ints
+from skyverse.cost import Pricing, add_soft
+from skyverse.numerics.kernel import inner, kernel
+from skyverse.space.lattice import Grid
+
+BYTES_PER_STATE = 9
+"""g (float64) and one byte of flags and parent; of the waiting list, 16 bytes for each state on the frontier."""
+
+_SEEN = 64
+_CLOSED = 128
+_ORIGIN = 31
+_ROUNDING = 1e-12
+_SOFT_BUCKETS = 4096
+
+
+class Route(NamedTuple):
+    """A cheapest path: its nodes (n,) from source to goal, its price without the end term, states expanded."""
+
+    nodes: Ints
+    price: float
+    expanded: int
+
+
+def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> Route | None:
+    """Find a cheapest path between two nodes under fuel, turns and soft terms, or ``None`` where there is no path.
+
+    Soft terms are paid move by move; the bounds on what is left do without, since none is below 0.
+
+    Where turns are priced, a search backward from the goal over nodes alone first gives the exact length left from
+    every node that can matter: the search over node and axis is guided by it, and cut off at the full price of the
+    path that the first search found.
+    """
+    unguided = np.empty(0)
+    if pricing.turn == 0.0:
+        found = _search(grid, pricing, False, source, np.array([goal]), goal, unguided, math.inf)
+        expanded = found.expanded
+    else:
+        back = _search(grid, pricing, False, goal, np.array([source]), source, unguided, math.inf)
+        if len(back.nodes) == 0:
+            return None
+        found = _search(grid, pricing, True, source, np.array([goal]), goal, back.lengths, back.ceiling)
+        expanded = back.expanded + found.expanded
+    if len(found.nodes) == 0:
+        return None
+    return Route(found.nodes, float(pricing.first + found.prices[0]), int(expanded))
+
+
+def prices_to(grid: Grid, pricing: Pricing, source: int, goals: Ints) -> Floats:
+    """Return the price of a cheapest path from one node to each of (n,) goals, infinite where there is none."""
+    wanted, order = np.unique(np.asarray(goals, dtype=np.int64), return_inverse=True)
+    found = _search(grid, pricing, pricing.turn > 0.0, source, wanted, -1, np.empty(0), math.inf)
+    return np.asarray(pricing.first + found.prices[order])
+
+
+class _Found(NamedTuple):
+    """The path to the last goal settled (nodes,), empty without; the goals' prices; lengths (nodes,) of the settled."""
+
+    nodes: Ints
+    prices: Floats
+    lengths: Floats
+    ceiling: float
+    expanded: int
+
+
+@kernel
+def _steps_left(grid: Grid, pricing: Pricing, x: int, y: int, z: int) -> float:
+    """Price the steps that lead x, y, z nodes on as if nothing stood in the way."""
+    dx, dy, dz = abs(x), abs(y), abs(z)
+    if len(grid.offsets) == 6:
+        return pricing.steps[1] * dx + pricing.steps[2] * dy + pricing.steps[4] * dz
+    # a step along several axes costs less than one after another (the price is submodular): share all that can be
+    three = min(dx, dy, dz)
+    rx, ry, rz = dx - three, dy - three, dz - three
+    if rz == 0:
+        pair, both, rest = min(rx, ry), 3, 1 if rx > ry else 2
+    elif ry == 0:
+        pair, both, rest = min(rx, rz), 5, 1 if rx > rz else 4
+    else:
+        pair, both, rest = min(ry, rz), 6, 2 if ry > rz else 4
+    single = rx + ry + rz - 2 * pair
+    return pricing.steps[7] * three + pricing.steps[both] * pair + pricing.steps[rest] * single
+
+
+@kernel
+def _turns_left(grid: Grid, axis: int, x: int, y: int, z: int) -> int:
+    """Count the turns that lead x, y, z nodes on at least, after a move along an axis."""
+    if len(grid.offsets) == 6:
+        axes_left = (1 if x else 0) + (1 if y else 0) + (1 if z else 0)
+        along = (axis == 0 and x != 0) or (axis == 1 and y != 0) or (axis == 2 and z != 0)
+        return axes_left - 1 if along and axes_left else axes_left
+    longest = max(abs(x), abs(y), abs(z))
+    straight = (x == 0 or abs(x) == longest) and (y == 0 or abs(y) == longest) and (z == 0 or abs(z) == longest)
+    if straight:
+        mx, my, mz = grid.moves[2 * axis, 0], grid.moves[2 * axis, 1], grid.moves[2 * axis, 2]
+        straight = y * mz == z * my and z * mx == x * mz and x * my == y * mx
+    return 0 if straight else 1
+
+
+@inner
+def _place(grid: Grid, node: int, p: Floats) -> None:
+    """Write a node's place, (3,) metres, into `p`."""
+    rest = node
+    for axis in range(2, -1, -1):
+        p[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
+        rest //= grid.shape[axis]
+
+
+@inner
+def _walk_back(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> Ints:
+    """Return the nodes from the source to a state."""
+    length = 1
+    at = state
+    while info[at] & _ORIGIN != _ORIGIN:
+        at = _parent(grid, info, at, axes)
+        length += 1
+    nodes = np.empty(length, np.int64)
+    at = state
+    for i in range(length - 1, 0, -1):
+        nodes[i] = at // axes
+        at = _parent(grid, info, at, axes)
+    nodes[0] = at // axes
+    return nodes
+
+
+@inner
+def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
+    flags = info[state]
+    if axes == 1:
+        return state - grid.offsets[flags & _ORIGIN]
+    move = 2 * (state % axes) + ((flags >> 5) & 1)
+    return (state // axes - grid.offsets[move]) * axes + (flags & _ORIGIN)
+
+
+@inner
+def _turns(grid: Grid, nodes: Ints) -> int:
+    """Count the turns of a path whose nodes are neighbours."""
+    turns = 0
+    ny, nz = grid.shape[1], grid.shape[2]
+    last = -1
+    for i in range(1, len(nodes)):
+        a, b = nodes[i - 1], nodes[i]
+        dx, dy, dz = b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
+        code = 9 * dx + 3 * dy + dz
+        if last != -1 and abs(code) != last:
+            turns += 1
+        last = abs(code)
+    return turns
+
+
+@inner
+def _index(goals: Ints, node: int) -> int:
+    """Return where a node stands, or would stand, among sorted goals."""
+    low, high = 0, len(goals)
+    while low < high:
+        middle = (low + high) // 2
+        if goals[middle] < node:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@inner
+def _twice_as_long(entries: Ints) -> Ints:
+    longer = np.empty(2 * len(entries), np.int64)
+    for i in range(len(entries)):  # a slice would take numba three seconds to compile
+        longer[i] = entries[i]
+    return longer
+
+
+@kernel
+def _search(
+    grid: Grid,
+    pricing: Pricing,
+    turning: bool,
+    source: int,
+    goals: Ints,
+    towards: int,
+    guide: Floats,
+    ceiling: float,
+) -> _Found:
+    """Search from one node until every goal is settled, and every state whose f is at most the ceiling.
+
+    Parameters
+    ----------
+    turning
+        Whether the state has an axis and turns are paid; if not, and turns have a price, the ceiling in the end is
+        the full price of the first path, and every state below it is settled.
+    goals
+        Sorted nodes.
+    towards
+        The node that the free-space bound aims at; -1 for none (Dijkstra).
+    guide
+        (nodes,) exact lengths left, or empty.
+    ceiling
+        States whose f lies above it are dropped.
+    """
+    axes = len(grid.offsets) // 2 if turning else 1
+    count = len(grid.exits) * axes
+    info = np.zeros(count, np.uint8)
+    g = np.empty(count, np.float64)
+    step_price = np.empty(len(grid.offsets))
+    width, dearest = math.inf, 0.0
+    for m in range(len(grid.offsets)):
+        step_price[m] = pricing.steps[abs(grid.moves[m, 0]) + 2 * abs(grid.moves[m, 1]) + 4 * abs(grid.moves[m, 2])]
+        width, dearest = min(width, step_price[m]), max(dearest, step_price[m])
+    if turning:
+        width = max(min(width, pricing.turn), 0.02 * dearest)
+    widest = 2.0 * dearest + pricing.turn * 2.0
+    buckets = math.ceil(widest / width) + 3
+    soft = pricing.rates.soft
+    if soft:  # a move may cost any amount; states farther off than all buckets wait in the last one, and move on
+        buckets = max(buckets, _SOFT_BUCKETS)
+    shares = np.zeros(3)
+    a, b = np.empty(3), np.empty(3)
+    head = np.full(buckets, -1, np.int64)
+    waiting_state = np.empty(1024, np.int64)
+    waiting_next = np.empty(1024, np.int64)
+    prices = np.full(len(goals), math.inf)
+    unsettled = len(goals)
+    reached = -1
+    slack = 0.0
+    lengths_wanted = not turning and pricing.turn > 0.0 and towards >= 0
+
+    ny, nz = grid.shape[1], grid.shape[2]
+    tx, ty, tz = towards // (ny * nz), (towards // nz) % ny, towards % nz
+    base = 0.0
+    if towards >= 0:
+        x, y, z = tx - source // (ny * nz), ty - (source // nz) % ny, tz - source % nz
+        base = guide[source] if len(guide) else _steps_left(grid, pricing, x, y, z)
+    state = source * axes
+    g[state] = 0.0
+    info[state] = _SEEN | _ORIGIN
+    waiting_state[0] = state
+    waiting_next[0] = -1
+    head[0] = 0
+    entries = 1
+    spare = -1
+    waiting = 1
+    current = 0
+    expanded = 0
+    while waiting:
+        slot = current % buckets
+        entry = head[slot]
+        if entry < 0:
+            current += 1
+            if unsettled == 0 and base + current * width > ceiling:
+                break
+            continue
+        head[slot] = waiting_next[entry]
+        waiting_next[entry] = spare
+        spare = entry
+        waiting -= 1
+        state = waiting_state[entry]
+        if info[state] & _CLOSED:
+            continue
+        here = g[state]
+        node = state // axes
+        if soft:
+            f = here
+            if towards >= 0:
+                bx, by, bz = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
+                f += guide[node] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
+                if turning and info[state] & _ORIGIN != _ORIGIN:
+                    f += pricing.turn * _turns_left(grid, state % axes, bx, by, bz)
+            due = int((f - base) / width)
+            if due > current:
+                slot = min(due, current + buckets - 1) % buckets
+                spare = waiting_next[entry]
+                waiting_next[entry] = head[slot]
+                head[slot] = entry
+                waiting += 1
+                continue
+        info[state] |= _CLOSED
+        expanded += 1
+        where = _index(goals, node)
+        if where < len(goals) and goals[where] == node and here < prices[where]:
+            if prices[where] == math.inf:
+                unsettled -= 1
+            prices[where] = here
+            reached = state
+            if lengths_wanted:
+                slack = pricing.turn * _turns(grid, _walk_back(grid, info, state, axes))
+            if unsettled == 0:
+                furthest = 0.0
+                for settled in prices:
+                    furthest = max(furthest, settled)
+                ceiling = min(ceiling, furthest + slack)
+        exits = grid.exits[node]
+        axis = state % axes
+        fresh = info[state] & _ORIGIN == _ORIGIN
+        x, y, z = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
+        if soft:
+            _place(grid, node, a)
+        for m in range(len(grid.offsets)):
+            if not (exits >> m) & 1:
+                continue
+            beyond = node + grid.offsets[m]
+            price = here + step_price[m]
+            after = beyond
+            if turning:
+                after = beyond * axes + (m >> 1)
+                if m >> 1 != axis and not fresh:
+                    price += pricing.turn
+            if soft and not (info[after] & _SEEN and price >= g[after] - _ROUNDING * price):
+                _place(grid, beyond, b)
+                shares[0] = shares[1] = shares[2] = 0.0
+                add_soft(pricing.rates, a, b, shares)
+                price += shares[0] + shares[1] + shares[2]
+            if info[after] & _SEEN and price >= g[after] - _ROUNDING * price:
+                continue
+            f = price
+            if towards >= 0:
+                bx, by, bz = x - grid.moves[m, 0], y - grid.moves[m, 1], z - grid.moves[m, 2]
+                f += guide[beyond] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
+                if turning:
+                    f += pricing.turn * _turns_left(grid, m >> 1, bx, by, bz)
+            if f > ceiling + _ROUNDING * ceiling:
+                continue
+            g[after] = price
+            info[after] = _SEEN | (((m & 1) << 5) | axis if turning else m)
+            slot = min(max(int((f - base) / width), current), current + buckets - 1) % buckets
+            if spare >= 0:
+                entry = spare
+                spare = waiting_next[entry]
+            else:
+                if entries == len(waiting_state):
+                    waiting_state = _twice_as_long(waiting_state)
+                    waiting_next = _twice_as_long(waiting_next)
+                entry = entries
+                entries += 1
+            waiting_state[entry] = after
+            waiting_next[entry] = head[slot]
+            head[slot] = entry
+            waiting += 1
+    lengths = np.empty(0)
+    if lengths_wanted:
+        lengths = np.full(count, math.inf)
+        for node in range(count):
+            if info[node] & _CLOSED:
+                lengths[node] = g[node]
+    nodes = _walk_back(grid, info, reached, axes) if reached >= 0 else np.empty(0, np.int64)
+    return _Found(nodes, prices, lengths, ceiling, expanded)

@@ -1,0 +1,100 @@
+"""Lazy Theta*: a way of straight legs over a lattice, not bound to its moves."""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats, Ints
+from skyverse.numerics.heap import make_heap, pop, push
+from skyverse.numerics.kernel import inner, kernel
+from skyverse.search.taut.bends import distance
+from skyverse.space.lattice import Grid, position
+from skyverse.space.world import Space, segment_free
+
+_SEEN = 1
+_CLOSED = 2
+
+
+@kernel
+def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int, most: float) -> tuple[Ints, int]:
+    """Search from one node to another for a way shorter than `most` metres.
+
+    A node takes over the parent of the node from which it is reached, and only when it is expanded itself its parent
+    has to see it: if not, the best of its expanded neighbours becomes its parent.
+
+    Returns
+    -------
+    corners
+        (n,) nodes, each seen from the one before; none if no such way was found.
+    expanded
+        How many nodes were.
+    """
+    flags = np.zeros(len(grid.exits), np.uint8)
+    parent = np.empty(len(grid.exits), np.int64)
+    g = np.empty(len(grid.exits), np.float64)
+    here, above, beside, target = np.empty(3), np.empty(3), np.empty(3), position(grid, goal)
+    steps = grid.moves * grid.step
+    parent[source], g[source], flags[source] = source, 0.0, _SEEN
+    heap = push(make_heap(1024), 0.0, source)
+    expanded = 0
+    while heap.size[0]:
+        _, node = pop(heap)
+        if flags[node] == _CLOSED:
+            continue
+        expanded += 1
+        exits = grid.exits[node]
+        _place(grid, node, here)
+        _place(grid, parent[node], above)
+        if node != source and not segment_free(space, above, here):
+            g[node] = math.inf
+            for m in range(len(grid.offsets)):
+                beyond = node + grid.offsets[m]
+                if (exits >> m) & 1 and flags[beyond] == _CLOSED:
+                    length = g[beyond] + math.sqrt(steps[m, 0] ** 2 + steps[m, 1] ** 2 + steps[m, 2] ** 2)
+                    if length < g[node]:
+                        parent[node], g[node] = beyond, length
+            _place(grid, parent[node], above)
+        flags[node] = _CLOSED
+        if node == goal:
+            break
+        up = parent[node]
+        for m in range(len(grid.offsets)):
+            beyond = node + grid.offsets[m]
+            if not (exits >> m) & 1 or flags[beyond] == _CLOSED:
+                continue
+            for axis in range(3):
+                beside[axis] = here[axis] + steps[m, axis]
+            length = g[up] + distance(above, beside)
+            if flags[beyond] == _SEEN and length >= g[beyond]:
+                continue
+            parent[beyond], g[beyond], flags[beyond] = up, length, _SEEN
+            key = length + distance(beside, target)
+            if key < most:
+                heap = push(heap, key, beyond)
+    if flags[goal] != _CLOSED:
+        return np.empty(0, np.int64), expanded
+    return _corners(parent, source, goal), expanded
+
+
+@inner
+def _corners(parent: Ints, source: int, goal: int) -> Ints:
+    """Return the nodes from the source to the goal, each the next one's parent."""
+    count = 1
+    node = goal
+    while node != source:
+        node = parent[node]
+        count += 1
+    corners = np.empty(count, np.int64)
+    for i in range(count - 1, -1, -1):
+        corners[i] = goal
+        goal = parent[goal]
+    return corners
+
+
+@inner
+def _place(grid: Grid, node: int, place: Floats) -> None:
+    """Write a node's place, metres, into (3,)."""
+    rest = node
+    for axis in range(2, -1, -1):
+        place[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
+        rest //= grid.shape[axis]

@@ -1,0 +1,216 @@
+"""Each way of keeping apart where it is the only one, or the cheapest; priorities; what cannot be resolved."""
+
+import threading
+from functools import partial
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.deconfliction.exchange import Solved
+from skyverse.deconfliction.fleet import Fleet, Place
+from skyverse.deconfliction.resolve_conflicts import _actions, keep_apart
+from skyverse.model.verdict import Fault, Verdict
+from skyverse.problem import Airspace, Problem
+from skyverse.trajectory import fly_along
+
+
+def scenario(uavs, targets, obstacles=(), height=(0, 2), width=10.0, clearance=0.0):
+    return sky.Scenario(
+        name="fleet",
+        bounds=sky.Bounds(min=(0, 0, height[0]), max=(20, width, height[1])),
+        obstacles=[sky.Box(min=a, max=b) for a, b in obstacles],
+        clearance=clearance,
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=uavs,
+        targets=[sky.Target(position=p) for p in targets],
+    )
+
+
+def plan(given, assignment="identity", faults=frozenset(), **more):
+    mission = sky.plan_mission(given, sky.Taut(), rng=1, assignment=assignment, **more)
+    assert {v.fault for v in mission.violations} == faults
+    for uav, (target, result) in enumerate(zip(mission.assignment, mission.results, strict=True)):
+        if result is not None:
+            assert sky.check_result(given, uav, target, result) == []
+    return mission
+
+
+def kinds(mission):
+    return {action.kind for action in mission.deconfliction.actions}
+
+
+def apart(mission):
+    done = mission.deconfliction
+    assert done.left == ()
+    assert mission.violations == ()
+    assert mission.apart.verdict is Verdict.PROVEN
+    assert done.total_after == pytest.approx(mission.total_time)
+    assert done.makespan_after == pytest.approx(mission.makespan)
+    return mission
+
+
+CROSSING = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(5.2, 0.8, 1))]
+ACROSS = [(9, 5, 1), (5.2, 9.2, 1)]
+
+
+def test_nothing_is_done_where_nobody_is_too_close():
+    mission = apart(plan(scenario([sky.UAV(start=(1, 1, 1)), sky.UAV(start=(1, 9, 1))], [(9, 1, 1), (9, 9, 1)])))
+    assert mission.deconfliction.actions == mission.deconfliction.found == ()
+    assert mission.deconfliction.total_before == mission.deconfliction.total_after
+
+
+def test_a_short_delay_is_the_cheapest_where_two_ways_cross():
+    mission = plan(scenario(CROSSING, ACROSS))
+    assert len(mission.deconfliction.found) == 1
+    assert kinds(apart(mission)) == {"delay"}
+    assert mission.makespan < 1.2 * mission.deconfliction.makespan_before
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_lower_priority_gives_way(first):
+    uavs = [sky.UAV(start=(1, 5, 1), priority=first), sky.UAV(start=(5.2, 0.8, 1), priority=1 - first)]
+    mission = apart(plan(scenario(uavs, [(9, 5, 1), (5.2, 9.2, 1)])))
+    assert {action.uav for action in mission.deconfliction.actions} == {first}
+
+
+def test_head_on_they_pass_beside_each_other():
+    uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(19, 5, 1))]
+    mission = apart(plan(scenario(uavs, [(19, 5, 1), (1, 5, 1)])))
+    assert "detour" in kinds(mission)
+    assert mission.makespan < 1.3 * mission.deconfliction.makespan_before
+
+
+def test_a_parked_uav_is_flown_around():
+    uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(10, 5, 1))]
+    mission = apart(plan(scenario(uavs, [(19, 5, 1)])))
+    assert kinds(mission) == {"detour"}
+    assert mission.trajectories[1] is None
+
+
+CORRIDOR = [((0, 0, 0), (20, 4.6, 2)), ((0, 5.4, 0), (20, 10, 2))]
+
+
+def test_head_on_in_a_corridor_without_room_to_pass_they_exchange_targets():
+    uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(19, 5, 1))]
+    given = scenario(uavs, [(14, 5, 1), (6, 5, 1)], CORRIDOR)
+    sent = partial(sky.plan_mission, given, sky.Taut(), rng=1)
+    stuck = sent(assignment="identity")
+    (left,) = stuck.deconfliction.left
+    assert left.uavs == (0, 1)
+    assert left.begin <= left.time <= left.end
+    assert not left.given
+    assert stuck.apart.verdict is Verdict.REFUTED
+    assert [v.fault for v in stuck.violations] == [Fault.SEPARATION]
+    exchanged = _crossed(given)
+    assert {action.kind for action in exchanged[3].actions} == {"exchange"}
+    assert exchanged[0] == (1, 0)
+    assert exchanged[3].left == ()
+
+
+def _crossed(given):
+    """Keep apart what nobody would have assigned so."""
+    airspace = Airspace(given)
+    problems = [Problem(airspace, k, k) for k in range(len(given.uavs))]
+    results = tuple(sky.Taut().plan(problem) for problem in problems)
+    flown = tuple(fly_along(p, r) for p, r in zip(problems, results, strict=True))
+    return keep_apart(airspace, tuple(range(len(problems))), results, flown, fly=fly_along, replan=sky.Taut().plan)
+
+
+def test_one_that_would_be_overtaken_in_a_corridor_is_followed():
+    uavs = [sky.UAV(start=(3, 5, 1), max_speed=2), sky.UAV(start=(1, 5, 1))]
+    mission = apart(plan(scenario(uavs, [(19, 5, 1), (17, 5, 1)], CORRIDOR)))
+    assert {action.uav for action in mission.deconfliction.actions} == {1}
+    assert kinds(mission) <= {"delay", "slow down"}
+
+
+def test_given_starts_are_reported_and_everything_else_is_kept_apart():
+    uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(1, 5.3, 1)), sky.UAV(start=(10, 1, 1))]
+    mission = plan(scenario(uavs, [(19, 2, 1), (19, 8, 1), (10, 9, 1)]), faults={Fault.GIVEN})
+    assert all(conflict.given for conflict in mission.deconfliction.left)
+    assert mission.deconfliction.left
+
+
+def test_one_that_starts_too_close_behind_a_slower_one_is_delayed():
+    uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(1.4, 5, 1), max_speed=2)]
+    mission = plan(scenario(uavs, [(17, 5, 1), (19, 5, 1)], CORRIDOR), faults={Fault.GIVEN})
+    assert [conflict.given for conflict in mission.deconfliction.found] == [False, False]  # and where it passes again
+    assert [conflict.given for conflict in mission.deconfliction.left] == [True]
+    assert "delay" in kinds(mission)
+
+
+def test_who_starts_too_close_to_another_still_gives_way_to_a_higher_priority():
+    uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(1, 5.2, 1)), sky.UAV(start=(5.2, 0.8, 1), priority=1)]
+    mission = plan(scenario(uavs, [(9, 5, 1), (9, 9, 1), (5.2, 9.2, 1)]), faults={Fault.GIVEN})
+    assert mission.deconfliction.actions
+    assert 2 not in {action.uav for action in mission.deconfliction.actions}
+
+
+def test_an_interruption_keeps_the_best_found_so_far():
+    event = threading.Event()
+
+    class Interrupting(sky.Taut):  # while the last path is planned, which an exact planner does not look at
+        def plan(self, problem, **more):
+            if problem.uav == 3:
+                event.set()
+            return super().plan(problem, **more)
+
+    given = sky.circle_swap(4)
+    mission = sky.plan_mission(given, Interrupting(), stop=sky.Cancelled(event), assignment="identity")
+    assert mission.interrupted
+    assert all(result.status.reached for result in mission.results)
+    assert mission.deconfliction.actions == ()
+    assert mission.deconfliction.left == mission.deconfliction.found != ()
+
+
+def test_an_exchange_is_told_of_even_where_it_does_not_resolve_all():
+    uavs = [sky.UAV(name="a", start=(1, 1, 1)), sky.UAV(name="b", start=(1, 9, 1))]
+    given = scenario(uavs, [(9, 1, 1), (9, 9, 1)])
+    airspace = Airspace(given)
+    fleet = Fleet(airspace, fly_along)
+    own = []
+    for uav, target in ((0, 1), (1, 0)):
+        problem = Problem(airspace, uav, target)
+        result = sky.Taut().plan(problem)
+        own.append(fleet.own(uav, target, result, fly_along(problem, result)))
+    places = [Place(option, 0.0, clashes=True) for option in own]
+    flown = tuple(option.trajectory for option in own)
+    told = list(_actions(given, (0, 1), flown, Solved(own, (), places)))
+    assert [(action.uav, action.kind) for action in told] == [(0, "exchange"), (1, "exchange")]
+
+
+def test_without_being_asked_nothing_is_kept_apart():
+    mission = plan(scenario(CROSSING, ACROSS), faults={Fault.SEPARATION}, keep_apart=False)
+    assert mission.deconfliction is None
+
+
+def test_the_same_fleet_is_kept_apart_in_the_same_way():
+    first, again = (sky.plan_mission(sky.circle_swap(4), sky.Taut(), assignment="identity") for _ in range(2))
+    assert first.deconfliction == again.deconfliction
+    assert first.trajectories == again.trajectories
+    assert first.makespan < 1.2 * first.deconfliction.makespan_before
+    apart(first)
+
+
+def test_a_window_is_passed_both_ways():
+    given = sky.window_swap(sky.read("map1"), 6)
+    mission = apart(sky.plan_mission(given, sky.Taut(), assignment="identity"))
+    assert mission.complete
+    ends = np.array([t.at(t.end).position[0] for t in mission.trajectories])
+    np.testing.assert_allclose(ends, [t.position for t in given.targets], atol=1e-6)
+
+
+@pytest.mark.parametrize("wrong", [{"uavs": 3}, {"uavs": 128, "radius": 5.0}, {"radius": "a"}])
+def test_circles_that_cannot_be_are_refused(wrong):
+    with pytest.raises(sky.InputError, match="circle_swap"):
+        sky.circle_swap(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("room", "uavs", "says"),
+    [("map1", 102, "from 2 to 100, not 102"), ("map2", 100, "free at its 100 UAVs' places, but map2 is not at")],
+)
+def test_windows_that_cannot_be_are_refused(room, uavs, says):
+    with pytest.raises(sky.InputError, match=says):
+        sky.window_swap(sky.read(room), uavs)

@@ -1,0 +1,177 @@
+"""Who goes where, against every permutation there is."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.mission.assignment import straight_line
+
+
+@st.composite
+def matrices(draw, infinite=True):
+    m, n = draw(st.integers(1, 5)), draw(st.integers(1, 5))
+    cost = st.one_of(st.integers(0, 9).map(float), st.floats(0, 1e6))
+    if infinite:
+        cost = st.one_of(cost, cost, st.just(np.inf))
+    return np.array(draw(st.lists(st.lists(cost, min_size=n, max_size=n), min_size=m, max_size=m)))
+
+
+def pairs(assigned):
+    return [(i, j) for i, j in enumerate(assigned) if j is not None]
+
+
+def every_assignment(costs):
+    """All that give a finite target to as many UAVs as can have one."""
+    m, n = costs.shape
+    padded = list(range(n)) + [None] * m
+    found = set(itertools.permutations(padded, m)) if m + n <= 7 else set(_partial(m, n))
+    found = [a for a in found if all(np.isfinite(costs[p]) for p in pairs(a))]
+    most = max(len(pairs(a)) for a in found)
+    return [a for a in found if len(pairs(a)) == most]
+
+
+def _partial(m, n):
+    for uavs in range(min(m, n) + 1):
+        for chosen in itertools.combinations(range(m), uavs):
+            for targets in itertools.permutations(range(n), uavs):
+                assigned = [None] * m
+                for i, j in zip(chosen, targets, strict=True):
+                    assigned[i] = j
+                yield tuple(assigned)
+
+
+def check_shape(costs, assigned):
+    targets = [j for j in assigned if j is not None]
+    assert len(assigned) == len(costs)
+    assert len(set(targets)) == len(targets)
+    assert all(np.isfinite(costs[p]) for p in pairs(assigned))
+
+
+@given(matrices())
+def test_min_sum_has_the_smallest_total_of_all_assignments(costs):
+    assigned = sky.assign(costs)
+    check_shape(costs, assigned)
+    choices = every_assignment(costs)
+    assert len(pairs(assigned)) == len(pairs(choices[0]))
+    total = sum(costs[p] for p in pairs(assigned))
+    assert total == pytest.approx(min(sum(costs[p] for p in pairs(a)) for a in choices), rel=1e-9, abs=1e-9)
+
+
+@given(matrices())
+def test_min_max_has_the_smallest_maximum_and_then_the_smallest_total(costs):
+    assigned = sky.assign(costs, "min-max")
+    check_shape(costs, assigned)
+    choices = every_assignment(costs)
+    assert len(pairs(assigned)) == len(pairs(choices[0]))
+
+    def key(a):
+        return max((costs[p] for p in pairs(a)), default=0.0), sum(costs[p] for p in pairs(a))
+
+    least = min(key(a)[0] for a in choices)
+    assert key(assigned)[0] == least
+    assert key(assigned)[1] == pytest.approx(min(key(a)[1] for a in choices if key(a)[0] == least), abs=1e-9)
+
+
+def algorithm_4(distances):
+    """The thesis's steps to the letter; lines and zeros are chosen by trying all of them."""
+    A = distances - distances.min(axis=1, keepdims=True)
+    A = A - A.min(axis=0)
+    N = len(A)
+    while True:
+        zero = A < 1e-9
+        covers = []
+        for rows in itertools.chain.from_iterable(itertools.combinations(range(N), k) for k in range(N + 1)):
+            open_rows = [i for i in range(N) if i not in rows]
+            columns = [j for j in range(N) if zero[open_rows, j].any()]
+            covers.append((len(rows) + len(columns), rows, columns))
+        lines, rows, columns = min(covers)
+        if lines == N:
+            return next(p for p in itertools.permutations(range(N)) if all(zero[i, j] for i, j in enumerate(p)))
+        uncovered = [i for i in range(N) if i not in rows]
+        smallest = A[np.ix_(uncovered, [j for j in range(N) if j not in columns])].min()
+        A[uncovered] -= smallest
+        A[:, columns] += smallest
+
+
+@pytest.mark.parametrize("fleet", ["table-4.8", "table-4.9-4", "table-4.11", "table-4.12", "table-4.13"])
+def test_the_thesis_algorithm_4_done_by_hand_gives_the_same_total(fleet):
+    scenario = sky.read(fleet)
+    distances = straight_line([u.start for u in scenario.uavs], [t.position for t in scenario.targets])
+    by_hand = sum(distances[i, j] for i, j in enumerate(algorithm_4(distances)))
+    assert sum(distances[p] for p in pairs(sky.assign(distances))) == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_a_matrix_full_of_ties_is_solved():
+    costs = [[1, 2, 3], [2, 4, 6], [3, 6, 9]]
+    assert sky.assign(costs) == (2, 1, 0)
+
+
+def test_min_max_spreads_what_min_sum_heaps_on_one():
+    costs = [[1, 5], [5, 8]]
+    assert sky.assign(costs, "min-sum") == (0, 1)
+    assert sky.assign(costs, "min-max") == (1, 0)
+
+
+def test_a_uav_that_reaches_nothing_gets_nothing():
+    assert sky.assign([[np.inf, np.inf], [3, 1]]) == (None, 1)
+    assert sky.assign([[np.inf]]) == (None,)
+    assert sky.assign([[1, np.inf], [2, np.inf]]) == (0, None)
+
+
+def test_more_uavs_than_targets_leave_the_dearest_idle_and_the_reverse_the_dearest_target():
+    assert sky.assign([[5], [2], [9]]) == (None, 0, None)
+    assert sky.assign([[5, 2, 9]]) == (1,)
+    assert sky.assign(np.zeros((2, 0))) == (None, None)
+    assert sky.assign(np.zeros((0, 2))) == ()
+
+
+def test_equal_costs_still_give_everybody_a_target():
+    assert sorted(sky.assign(np.ones((6, 6)))) == list(range(6))
+    assert sorted(sky.assign(np.zeros((6, 6)), "min-max")) == list(range(6))
+
+
+def test_huge_and_tiny_costs_do_not_drown_each_other():
+    costs = np.array([[1e15, 1.0, np.inf], [1e15, np.inf, 2.0], [1e15 + 8, 4.0, 1.0]])
+    assigned = sky.assign(costs)
+    check_shape(costs, assigned)
+    assert sum(costs[p] for p in pairs(assigned)) == 1e15 + 2
+
+
+def test_two_hundred_by_two_hundred_is_a_permutation_no_swap_improves():
+    costs = np.random.default_rng(3).uniform(1, 100, (200, 200))
+    for criterion in ("min-sum", "min-max"):
+        assigned = np.array(sky.assign(costs, criterion))
+        assert sorted(assigned) == list(range(200))
+        mine = costs[np.arange(200), assigned]
+        swapped = costs[:, assigned]
+        if criterion == "min-sum":
+            assert (mine[:, None] + mine[None, :] <= swapped + swapped.T + 1e-9).all()
+            total = mine.sum()
+        else:
+            assert mine.max() <= costs.min(axis=1).max() * 3
+            assert mine.max() >= max(costs.min(axis=1).max(), costs.min(axis=0).max())
+            assert mine.sum() >= total
+
+
+@pytest.mark.parametrize(
+    ("costs", "criterion", "says"),
+    [
+        ([1, 2], "min-sum", "matrix"),
+        ([[np.nan]], "min-sum", "numbers"),
+        ([[-np.inf]], "min-sum", "numbers"),
+        ([[1]], "min-average", "'min-sum' or 'min-max', not 'min-average'"),
+    ],
+)
+def test_what_is_no_cost_matrix_is_refused(costs, criterion, says):
+    with pytest.raises(ValueError, match=says):
+        sky.assign(costs, criterion)
+
+
+def test_straight_lines_are_euclidean():
+    found = straight_line([(0, 0, 0), (1, 1, 1)], [(3, 4, 0), (1, 1, 3), (0, 0, 0)])
+    np.testing.assert_allclose(found, [[5, np.sqrt(11), 0], [np.sqrt(14), 2, np.sqrt(3)]])
+    assert straight_line([], [(0, 0, 0)]).shape == (0, 1)

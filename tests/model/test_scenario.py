@@ -1,0 +1,270 @@
+"""What a scenario may be, and what its schema says."""
+
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+from hypothesis import given
+from pydantic import ValidationError
+
+import skyverse as sky
+from skyverse.files.builtin import NAMES
+from skyverse.model.scenario import MAX_STATES, PRESETS
+from worlds import scenarios
+
+VALID = {
+    "name": "one",
+    "bounds": {"min": [0, 0, 0], "max": [4, 3, 2]},
+    "obstacles": [{"min": [1, 1, 0], "max": [2, 2, 1]}],
+    "clearance": 0.25,
+    "lattice": {"step": [0.5, 0.5, 0.5]},
+    "uavs": [{"start": [0, 0, 0]}],
+    "targets": [{"position": [4, 3, 2]}],
+}
+
+
+CYLINDER = {"shape": "cylinder", "centre": [1, 1], "radius": 1, "low": 0, "high": 1, "risk": 0.5}
+
+
+def prism(*vertices):
+    return {"shape": "prism", "vertices": vertices, "low": 0, "high": 1, "risk": 0.5}
+
+
+def changed(place, value):
+    """The valid scenario with one thing put elsewhere; `place` is a path of keys."""
+    data = json.loads(json.dumps(VALID))
+    at = data
+    for key in place[:-1]:
+        at = at[key]
+    at[place[-1]] = value
+    return data
+
+
+def test_the_valid_scenario_is_valid():
+    scenario = sky.Scenario.model_validate(VALID)
+    assert scenario.obstacles == (sky.Box(min=(1, 1, 0), max=(2, 2, 1)),)
+    assert scenario.objective == PRESETS["thesis"]
+    assert scenario.lattice.connectivity == 6
+
+
+def test_zones_and_soft_terms_are_off_unless_given():
+    assert sky.Scenario.model_validate(VALID).zones == ()
+    objective = sky.Scenario.model_validate(VALID).objective
+    assert (objective.altitude, objective.climb) == (None, None)
+
+
+@pytest.mark.parametrize("corners", [[(0, 0), (2, 0), (2, 2)], [(0, 0), (1, 0), (2, 0), (2, 2), (1, 1), (0, 2)]])
+def test_an_outline_may_turn_either_way_and_have_straight_and_inward_corners(corners):
+    for vertices in (corners, corners[::-1]):
+        zone = sky.Scenario.model_validate(changed(("zones",), [prism(*vertices)])).zones[0]
+        assert zone == sky.Prism(vertices=np.array(vertices, float), low=0, high=1, risk=0.5)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "says"),
+    [
+        (("clearence",), 1, "clearence"),
+        (("uavs", 0, "speed"), 1, "speed"),
+        (("uavs", 0, "start", 1), float("nan"), "finite"),
+        (("uavs", 0, "start", 1), float("inf"), "finite"),
+        (("targets", 0, "position"), [0, 0], "position"),
+        (("targets", 0, "position"), [0, 0, 0, 0], "position"),
+        (("targets", 0, "position"), "here", "position"),
+        (("targets", 0, "position", 0), "1", "number"),
+        (("targets", 0, "position", 0), True, "number"),
+        (("clearance",), True, "number"),
+        (("clearance",), -0.1, "greater than or equal"),
+        (("clearance",), None, "number"),
+        (("bounds", "max"), [4, 0, 2], "min must be below max on every axis, but y runs from 0 to 0"),
+        (("obstacles", 0, "max"), [2, 2, -1], "z runs from 0 to -1"),
+        (("obstacles", 0, "shape"), "cone", "cylinder"),
+        (("obstacles",), 3, "obstacles"),
+        (("lattice", "step", 2), 0, "greater than 0"),
+        (("lattice", "step", 2), 2.5, "lattice.step is 2.5 m along z, longer than the bounds' 2 m"),
+        (("lattice", "step"), [0.001, 0.001, 0.001], "states to search, above"),
+        (("lattice", "connectivity"), 18, "6 or 26"),
+        (("objective",), "thesys", "no objective is called 'thesys'; there are thesis, turns"),
+        (("objective",), {"fuel": 0}, "fuel must be above 0"),
+        (("objective",), {"fuel": -1}, "greater than or equal"),
+        (("objective",), {"unit": "feet"}, "nodes"),
+        (("objective",), {"altitude": {"low": 3, "high": 2, "weight": 1}}, "low must not be above high"),
+        (("objective",), {"altitude": {"low": 1, "high": 2, "weight": 0}}, "greater than 0"),
+        (("objective",), {"climb": {"angle": 90, "weight": 1}}, "less than 90"),
+        (("objective",), {"risk": -1}, "greater than or equal"),
+        (("zones",), [CYLINDER | {"radius": 0}], "greater than 0"),
+        (("zones",), [CYLINDER | {"high": 0}], "low must be below high, but they are 0 and 0"),
+        (("zones",), [CYLINDER | {"risk": 0}], "greater than 0"),
+        (("zones",), [CYLINDER | {"shape": "cone"}], "'cylinder', 'sphere', 'prism'"),
+        (("zones",), [prism((0, 0), (1, 0))], "at least 3"),
+        (("zones",), [prism((0, 0), (1, 0), (0, 1), (1, 1))], "edges 1 and 3 meet"),
+        (("zones",), [prism((0, 0), (1, 0), (1, 0), (0, 1))], "must not touch or cross itself"),
+        (("zones",), [prism((0, 0), (2, 0), (1, 0), (1, 1))], "must not touch or cross itself"),
+        (("zones",), [prism((0, 0), (4, 0), (4, 4), (2, 0), (0, 4))], "touch or cross itself"),
+        (("zones",), [prism((0, 0), (1, 0), (2, 0))], "touch or cross itself"),
+        (("uavs", 0, "max_speed"), 0, "greater than or equal to 0.001"),
+        (("uavs", 0, "max_acceleration"), -1, "greater than or equal to 0.001"),
+        (("uavs", 0, "separation"), -1, "greater than or equal"),
+        (("uavs",), [{"name": "a", "start": [0, 0, 0]}] * 2, "'a' stands 2 times"),
+        (("uavs",), [{"name": "uav-2", "start": [0, 0, 0]}, {"start": [0, 0, 0]}], "'uav-2' stands 2 times"),
+        (("targets",), [{"name": "b", "position": [0, 0, 0]}] * 3, "'b' stands 3 times"),
+        (("frame",), {"origin": {"latitude": 91, "longitude": 0, "altitude": 0}}, "less than or equal to 90"),
+        (("name",), "", "at least 1"),
+        (("format",), "skyverse/scenario/2", "skyverse/scenario/1"),
+    ],
+)
+def test_what_is_wrong_is_refused_and_named(place, value, says):
+    with pytest.raises(ValidationError) as refused:
+        sky.Scenario.model_validate(changed(place, value))
+    assert says in str(refused.value)
+
+
+@pytest.mark.parametrize("key", ["name", "bounds", "clearance", "lattice"])
+def test_what_cannot_be_guessed_must_be_given(key):
+    with pytest.raises(ValidationError, match=key):
+        sky.Scenario.model_validate({k: v for k, v in VALID.items() if k != key})
+
+
+def test_a_lattice_may_have_as_many_nodes_as_the_limit_says_and_no_more():
+    side = round(MAX_STATES ** (1 / 3))
+    fits = {"step": [1, 1, 1]}
+    bounds = {"min": [0, 0, 0], "max": [side - 1, side - 1, side - 3]}
+    assert sky.Scenario.model_validate({**VALID, "bounds": bounds, "lattice": fits})
+    bounds["max"] = [side + 1, side + 1, side + 1]
+    with pytest.raises(ValidationError, match="take longer steps"):
+        sky.Scenario.model_validate({**VALID, "bounds": bounds, "lattice": fits})
+
+
+@pytest.mark.parametrize(("low", "high", "step"), [(0.2, 0.3, 0.1), (-0.7, -0.6, 0.1), (5.8, 6.0, 0.2)])
+def test_a_step_may_be_exactly_as_long_as_the_bounds(low, high, step):
+    bounds = {"min": [low, 0, 0], "max": [high, 1, 1]}
+    scenario = sky.Scenario.model_validate({**VALID, "bounds": bounds, "lattice": {"step": [step, 1, 1]}})
+    assert tuple(sky.Airspace(scenario).grid.shape) == (2, 2, 2)
+
+
+def test_nothing_in_a_scenario_can_be_set():
+    scenario = sky.Scenario.model_validate(VALID)
+    for thing, name in [(scenario, "clearance"), (scenario.uavs[0], "start"), (scenario.bounds, "min")]:
+        with pytest.raises(ValidationError, match="frozen"):
+            setattr(thing, name, getattr(thing, name))
+    assert isinstance(scenario.uavs, tuple)
+    assert isinstance(scenario.obstacles, tuple)
+    assert isinstance(scenario.uavs[0].start, tuple)
+
+
+def test_names_that_were_left_out_are_filled_in_by_number():
+    scenario = sky.Scenario.model_validate(
+        {
+            **VALID,
+            "uavs": [{"start": [0, 0, 0]}, {"name": "scout", "start": [1, 0, 0]}, {"start": [0, 0, 1]}],
+            "targets": [{"position": [0, 0, 0]}, {"position": [1, 0, 0]}],
+        }
+    )
+    assert [u.name for u in scenario.uavs] == ["uav-1", "scout", "uav-3"]
+    assert [t.name for t in scenario.targets] == ["target-1", "target-2"]
+
+
+def test_points_may_be_numpy_arrays():
+    uav = sky.UAV(start=np.array([1.0, 2.0, 3.0]))
+    assert uav == sky.UAV(start=(1, 2, 3))
+    assert sky.Lattice(step=np.array([1, 2, 3])) == sky.Lattice(step=(1, 2, 3))
+    assert sky.Box(min=np.zeros(3), max=np.ones(3)) == sky.Box(min=(0, 0, 0), max=(1, 1, 1))
+    with pytest.raises(ValidationError):
+        sky.UAV(start=np.array([1.0, np.nan, 3.0]))
+    with pytest.raises(ValidationError):
+        sky.UAV(start=np.zeros((3, 3)))
+
+
+def test_the_presets_are_the_published_weights():
+    assert PRESETS["thesis"] == sky.Objective(fuel=1, divergence=0, end=100, unit="nodes")
+    assert PRESETS["turns"] == sky.Objective(fuel=1, divergence=0.3, end=80, unit="nodes")
+    assert sky.Scenario.model_validate({**VALID, "objective": "turns"}).objective == PRESETS["turns"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("suffix", [".json", ".yaml"])
+def test_the_schema_accepts_every_built_in_scenario_as_written(name, suffix, tmp_path):
+    from ruamel.yaml import YAML
+
+    path = tmp_path / f"scenario{suffix}"
+    sky.write(sky.read(name), path)
+    data = json.loads(path.read_text()) if suffix == ".json" else YAML(typ="safe").load(path.read_text())
+    validator = jsonschema.Draft202012Validator(sky.scenario_schema())
+    validator.check_schema(sky.scenario_schema())
+    validator.validate(data)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("clearence",), 0.25),
+        (("uavs", 0, "spead"), 1),
+        (("lattice", "steps"), [1, 1, 1]),
+        (("objective",), "thesys"),
+        (("objective",), {"fule": 1}),
+        (("bounds", "min"), [0, 0]),
+        (("clearance",), "wide"),
+    ],
+)
+def test_the_schema_refuses_what_the_model_refuses(place, value):
+    validator = jsonschema.Draft202012Validator(sky.scenario_schema())
+    validator.validate(VALID)
+    with pytest.raises(jsonschema.ValidationError):
+        validator.validate(changed(place, value))
+
+
+@given(scenarios(uavs=2, targets=3))
+def test_every_scenario_survives_its_own_dump(scenario):
+    dumped = json.loads(scenario.model_dump_json())
+    assert sky.Scenario.model_validate(dumped) == scenario
+    jsonschema.Draft202012Validator(sky.scenario_schema()).validate(dumped)
+
+
+def test_the_built_in_maps_are_those_of_the_thesis():
+    one, two, three = (sky.read(name) for name in ("map1", "map2", "map3"))
+    assert (len(one.obstacles), len(two.obstacles), len(three.obstacles)) == (8, 7, 14)
+    # the corrected rows of Table 3.2
+    assert one.obstacles[1].min == (0, 2, 4.5)
+    assert one.obstacles[2] == sky.Box(min=(0, 2, 1.5), max=(3, 2.5, 4.5))
+    assert two.obstacles[1] == sky.Box(min=(9.1, 0, 2.1), max=(9.9, 5, 6))
+    assert three.obstacles[8] == sky.Box(min=(0, -2, 0), max=(10, -1.5, 1.5))
+    assert three.obstacles[9] == sky.Box(min=(0, -2, 3), max=(10, -1.5, 5.5))
+    for scenario in (one, two, three):
+        assert scenario.clearance == 0.25
+        assert scenario.lattice == sky.Lattice(step=(0.1, 0.1, 0.5))
+        assert scenario.objective == PRESETS["thesis"]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("max_speed", 0),
+        ("max_speed", -1),
+        ("max_acceleration", 1e200),
+        ("max_jerk", 1e-200),
+        ("max_jerk", float("nan")),
+        ("max_tilt", 90),
+        ("max_tilt", 0),
+        ("thrust_to_weight", 1),
+        ("thrust_to_weight", 1e9),
+        ("separation", -0.1),
+        ("priority", 1.5),
+    ],
+)
+def test_limits_that_no_vehicle_has_are_refused_by_name(field, value):
+    with pytest.raises(ValidationError) as error:
+        sky.UAV(start=(0, 0, 0), **{field: value})
+    assert error.value.errors()[0]["loc"][0] == field
+
+
+@pytest.mark.parametrize(
+    ("more", "complaint"),
+    [
+        ({"fixed_wing": {"speed": 5, "turn_radius": 50, "climb": 10}}, "above max_speed"),
+        ({"fixed_wing": {"speed": 4, "turn_radius": 2, "climb": 10}}, "not below max_acceleration"),
+        ({"separation": 0, "vertical_separation": 1}, "must both be above 0, or both 0"),
+    ],
+)
+def test_limits_that_contradict_each_other_are_refused_in_a_sentence(more, complaint):
+    with pytest.raises(ValidationError, match=complaint):
+        sky.UAV(start=(0, 0, 0), **more)

@@ -1,0 +1,82 @@
+"""How kernels are compiled."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+
+import skyverse
+from skyverse.numerics.arrays import order_of, put, put_all, put_box, towards, twice, twice_line
+
+SOURCE = Path(skyverse.__file__).parent
+MODULES = {
+    ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts).removesuffix(".__init__"): ast.parse(
+        path.read_text(encoding="utf-8")
+    )
+    for path in SOURCE.rglob("*.py")
+}
+
+
+def decorated(module, *names):
+    return {
+        node.name
+        for node in MODULES[module].body
+        if isinstance(node, ast.FunctionDef)
+        and {d.id for d in node.decorator_list if isinstance(d, ast.Name)} & {*names}
+    }
+
+
+INNER = {(module, name) for module in MODULES for name in decorated(module, "inner", "inner_query")}
+
+
+def called_from_python(module):
+    """Yield the functions and modules of skyverse that a module names outside its kernels."""
+    own = {name: (module, name) for name in decorated(module, "inner", "inner_query")}
+    modules = {}
+    for node in ast.walk(MODULES[module]):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                own[alias.asname or alias.name] = (node.module, alias.name)
+                modules[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    kernels = decorated(module, "kernel", "query", "inner", "inner_query")
+    waiting = [node for node in MODULES[module].body if getattr(node, "name", None) not in kernels]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Name) and node.id in own:
+            yield own[node.id]
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules:
+            yield modules[node.value.id], node.attr
+        waiting += ast.iter_child_nodes(node)
+
+
+def test_what_is_compiled_for_kernels_only_is_called_by_kernels_only():
+    assert len(INNER) > 200
+    assert not {(module, called) for module in MODULES for called in INNER & set(called_from_python(module))}
+
+
+def test_every_file_with_kernels_can_be_told_by_what_it_imports():
+    """`run.py` deletes compiled kernels when one of these files has changed."""
+    for module in MODULES:
+        if decorated(module, "kernel", "query", "inner", "inner_query"):
+            names = [node.module for node in MODULES[module].body if isinstance(node, ast.ImportFrom)]
+            assert "skyverse.numerics.kernel" in names
+
+
+def test_rows_are_written_as_by_slices():
+    rng = np.random.default_rng(1)
+    rows, row, others = rng.random((5, 6)), rng.random(6), rng.random((2, 6))
+    expected = rows.copy()
+    expected[1] = row
+    expected[2:4] = others
+    expected[4, :3], expected[4, 3:] = row[:3], row[3:]
+    put(rows, 1, row)
+    put_all(rows, 2, others)
+    put_box(rows, 4, row[:3], row[3:])
+    np.testing.assert_array_equal(rows, expected)
+    np.testing.assert_array_equal(towards(row[:3], row[3:], 0.25), row[:3] + 0.25 * (row[3:] - row[:3]))
+    for grow, numbers in ((twice, rows), (twice, np.arange(6).reshape(3, 2)), (twice_line, row)):
+        longer = grow(numbers)
+        assert longer.shape == (2 * len(numbers), *numbers.shape[1:])
+        assert longer.dtype == numbers.dtype
+        np.testing.assert_array_equal(longer[: len(numbers)], numbers)
+    np.testing.assert_array_equal(row[order_of(row)], np.sort(row))
