@@ -1,0 +1,161 @@
+"""Every numerical tolerance of the planners, in order of size, each with its unit and the reason for its value.
+
+The referee has tolerances of its own (`skyverse.referee.tolerances`) and does not know these. Limits that are counts
+stand in the files that use them.
+"""
+
+MIN_PIVOT = 1e-300
+"""The least pivot of a Cholesky factor, so that nothing is divided by 0 where a matrix is nearly singular."""
+
+MIN_NORM = 1e-12
+"""Metres: a vector is divided by at least this length, so that one of length 0 stays finite."""
+
+MIN_SEGMENT = 1e-12
+"""Metres: a shorter segment of a path takes no time to fly, because its duration would be lost in rounding."""
+
+PRICE_ROUNDING = 1e-12
+"""Relative: two prices of one lattice state that differ by less are equal, as sums in another order may be."""
+
+LENGTH_ROUNDING = 1e-12
+"""Relative: a search for a path shorter than a known one also accepts that path itself, whose length is rounded."""
+
+SLIDE_CONVERGED = 1e-12
+"""Relative to the first coordinate: bends that slide along edges have settled when none moves farther."""
+
+SAME_CIRCLE = 1e-10
+"""Turn radii between two circles that count as one, and radians short of a full turn that count as no turn."""
+
+SURFACE_DEPTH = 1e-9
+"""Metres that a point may lie inside a grown obstacle, or outside the bounds: coordinates in km round by less."""
+
+FACE_PLANE = 1e-9
+"""Metres: a point this near to the plane of a face counts as lying in it, because bends are rounded to edges."""
+
+BLOCK_CONTACT = 1e-9
+"""Metres, or lattice steps: a gap this small between an obstacle and a block of the lattice counts as contact."""
+
+GRID_INDEX = 1e-9
+"""Lattice steps: a coordinate this little below a node counts as the node, since origin + n * step is rounded."""
+
+MIN_FLOWN = 1e-9
+"""Metres of an aeroplane's way or climb that are passed over, because they would be lost in rounding."""
+
+BOX_SLACK = 1e-9
+"""Metres by which boxes around a curve are widened, for the rounding of the curve's points."""
+
+COLLINEAR = 1e-9
+"""The sine of an angle below which two consecutive legs count as one straight line."""
+
+MIN_CROSS_PRODUCT = 1e-9
+"""The length of a sum or cross product of unit vectors below which it gives no direction."""
+
+SHORTER = 1e-9
+"""Relative: a bend is moved only where that saves more of the legs beside it, so that rounding never moves it."""
+
+DETOUR_GAIN = 1e-9
+"""Metres, or units of a price, that a change must gain at least, so that rounding alone is no gain."""
+
+WINDOW_CONVERGED = 1e-9
+"""Relative: a window of a path is as short as it gets when a search shortens it by less."""
+
+OPTIMALITY_GAP = 1e-9
+"""Relative: a cost this near to its lower bound is optimal, since the bound is a sum that was rounded otherwise."""
+
+LIMIT_MARGIN = 1e-9
+"""Relative: the share of a flight limit that is left unused, so that rounding exceeds none."""
+
+SEAM_MARGIN = 1e-7
+"""Metres added to the clearance of a line of sight: none then slips through the seam between obstacles that touch.
+
+Lines of sight keep one margin beside the clearance, edges at which paths bend lie two off, and passages are three wide
+on either side: so wherever there is a passage there are edges to bend at, and each edge has lines of sight to it.
+"""
+
+JERK_JUMP = 1e-7
+"""Metres per second cubed by which rounding may let the jerk jump at a knot."""
+
+SAME_NEARNESS = 1e-7
+"""Semi-axes by which a pair may come nearer than at its start or target and still count as placed there: less than
+`SEPARATION_FORGIVEN`, so that what is passed over here the referee passes too."""
+
+LEG_END = 1e-7
+"""Metres by which a computed leg of an aeroplane may miss its end."""
+
+PROOF_TIGHTNESS = 1e-7
+"""Relative: how closely a proof encloses the peak of a limited quantity before it is undecided."""
+
+LIMIT_EASE = 5e-7
+"""Metres, or a share of a limit, by which a proof eases what it demands: half of what the referee lets pass."""
+
+ON_EDGE = 1e-6
+"""Metres: a bend this near to a piece of an edge can slide along it; bends come from edges, but for rounding."""
+
+BEND_GAIN = 1e-6
+"""Metres that a path may gain at each of its bends over the bound: edges lie two `SEAM_MARGIN` off the obstacles."""
+
+MIN_PATH = 1e-6
+"""Metres: a shorter path is not flown at all."""
+
+SEPARATION_FORGIVEN = 1e-6
+"""Metres off both semi-axes of the separation by which UAVs may be too close: what the referee lets pass."""
+
+MIN_CONFLICT = 1e-6
+"""Seconds: a doubt about the separation that is shorter counts as a conflict instead of being halved again."""
+
+TURN_BACK = 1e-6
+"""The length of a sum of two unit directions below which a path turns straight back."""
+
+MIN_TURN_ANGLE = 1e-6
+"""Turn radii: a plain way that is shorter needs a full turn, as it has no length to climb along."""
+
+PATH_CONVERGED = 1e-6
+"""Relative: a path is as short as it gets when a round of moves shortens it by less."""
+
+TERRAIN_RIM = 1e-5
+"""Metres by which a terrain's outermost cells go on beyond its last heights: bounds may exceed them by rounding."""
+
+SLOPE_MARGIN = 1e-5
+"""Metres added to the clearance at bends among slopes and curved shapes, because what touches a slope exactly is hard
+to prove free."""
+
+PEAK_TIGHTNESS = 1e-5
+"""Relative: how closely the peak of a speed, acceleration, jerk, thrust or tilt is enclosed where no proof needs it."""
+
+MIN_STEP_SHARE = 1e-5
+"""The share of a Newton step below which a line search gives up."""
+
+MIN_SLIDE = 1e-5
+"""Relative to the legs beside a bend: it is no longer moved aside by less."""
+
+BEND_WORTH = 1e-5
+"""The share of a path's length that one more bend must save."""
+
+MERGE_CONVERGED = 1e-5
+"""Relative: merging bends and shortening again has ended when it saves less."""
+
+TIGHTEN_CONVERGED = 1e-4
+"""Relative: a pass of windows over a path has ended when it shortens the path by less."""
+
+SAMPLED_CONVERGED = 1e-4
+"""Relative: shortening a lattice path by sampled moves has ended when a round shortens it by less."""
+
+ARC_MARGIN = 1e-4
+"""The share of a limit that arcs leave unused: the polynomials that stand for them are not quite arcs."""
+
+ARC_DEVIATION = 1e-3
+"""Metres that an arc may seem nearer to an obstacle than it is, which bounds how finely it is cut."""
+
+MIN_DRAW_SHARE = 1e-3
+"""The share of the way from a free path to a shorter one below which no place between them is tried."""
+
+MIN_WINDOW_SHARE = 1e-3
+"""The share of a path's length below which a window is not narrowed further."""
+
+STRAIGHT_ENOUGH = 1e-3
+"""Relative: the lattice is not searched for another path where one is known that exceeds the straight line by less."""
+
+MIN_OVERLAP = 2e-3
+"""Metres that consecutive boxes of a corridor overlap at least: a spline could not pass through less."""
+
+THIN_OVERLAP = 0.2
+"""Metres of overlap of two boxes of a corridor below which a third box is put between them."""
