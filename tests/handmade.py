@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from skyverse.model.result import Mission, Provenance, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.result import Provenance
 from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.model.shapes import Box
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 
 

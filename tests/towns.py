@@ -4,9 +4,11 @@ import dataclasses
 
 import numpy as np
 
-from skyverse.model.result import Mission, Provenance, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.result import Provenance
 from skyverse.model.scenario import AltitudeBand, Bounds, Frame, Lattice, Objective, Origin, Scenario, Target
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 
 

@@ -40,14 +40,12 @@ from .model.flight_record import Flown as Flown
 from .model.flight_record import Passing as Passing
 from .model.geodesy import to_local as to_local
 from .model.geodesy import to_wgs84 as to_wgs84
+from .model.mission import Mission as Mission
 from .model.result import Effort as Effort
 from .model.result import History as History
-from .model.result import Mission as Mission
-from .model.result import Motion as Motion
 from .model.result import Provenance as Provenance
 from .model.result import Result as Result
 from .model.result import Status as Status
-from .model.result import Trajectory as Trajectory
 from .model.scenario import AltitudeBand as AltitudeBand
 from .model.scenario import Bounds as Bounds
 from .model.scenario import ClimbLimit as ClimbLimit
@@ -64,6 +62,8 @@ from .model.shapes import Prism as Prism
 from .model.shapes import Sphere as Sphere
 from .model.shapes import Terrain as Terrain
 from .model.shapes import Voxels as Voxels
+from .model.trajectory import Motion as Motion
+from .model.trajectory import Trajectory as Trajectory
 from .model.uav import UAV as UAV
 from .model.uav import FixedWing as FixedWing
 from .model.verdict import Action as Action

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from skyverse.model.result import Effort, History, Mission, Provenance, Result, Status, Trajectory, no_history
+from skyverse.model.mission import Mission
+from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
 from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.model.shapes import Box
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault, Violation
 

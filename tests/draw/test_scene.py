@@ -14,8 +14,9 @@ from skyverse.draw.solids import surface
 from skyverse.draw.table import table
 from skyverse.draw.traces import in_space, of_search
 from skyverse.draw.track import PALETTE, few, sample
-from skyverse.model.result import Status, Trajectory
+from skyverse.model.result import Status
 from skyverse.model.shapes import Cylinder, Prism
+from skyverse.model.trajectory import Trajectory
 
 
 def columns(trace, names):

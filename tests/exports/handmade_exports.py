@@ -4,9 +4,11 @@ import itertools
 
 import numpy as np
 
-from skyverse.model.result import Mission, Provenance, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.result import Provenance
 from skyverse.model.scenario import Bounds, Frame, Lattice, Origin, Scenario, Target
 from skyverse.model.shapes import Box, Terrain
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing
 
 LOW, HIGH = (-300.0, -300.0, -50.0), (300.0, 300.0, 150.0)

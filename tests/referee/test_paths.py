@@ -8,9 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skyverse.model.result import Effort, History, Mission, Provenance, Result, Status, Trajectory, no_history
+from skyverse.model.mission import Mission
+from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee import check

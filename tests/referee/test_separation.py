@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 
 import skyverse as sky
-from skyverse.model.result import Mission, Provenance, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.result import Provenance
 from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault, Verdict
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import skyverse as sky
-from skyverse.model.result import Trajectory
 from skyverse.model.scenario import Bounds
 from skyverse.model.shapes import Box
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.clearance import shut_space
 from skyverse.referee.flight import judge_trajectory

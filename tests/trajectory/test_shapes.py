@@ -8,8 +8,8 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import skyverse as sky
-from skyverse.model.result import Trajectory
 from skyverse.model.shapes import Cylinder, Prism, Sphere, Terrain
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import FixedWing
 from skyverse.model.verdict import Verdict
 from skyverse.trajectory.corridor import NARROW, grow_corridor

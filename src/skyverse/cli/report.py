@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from skyverse.model.result import Mission
+    from skyverse.model.mission import Mission
     from skyverse.model.verdict import Certificate, Violation
 
 

@@ -13,7 +13,7 @@ from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.lab.study import Study
-    from skyverse.model.result import Mission
+    from skyverse.model.mission import Mission
     from skyverse.model.scenario import Origin, Scenario
     from skyverse.planners.base import Planner
 

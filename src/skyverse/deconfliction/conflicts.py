@@ -18,8 +18,8 @@ from skyverse.deconfliction.curves import (
     stretch,
 )
 from skyverse.deconfliction.meeting import is_given, meetings, near_at_ends
-from skyverse.model.result import Trajectory
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Conflict
 from skyverse.numerics.kernel import inner, kernel
 

@@ -7,7 +7,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.deconfliction.curves import Curves, length, make_curves
 from skyverse.deconfliction.swept_volume_tree import Tubes, grow_tree
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 
 
 class Laid(NamedTuple):

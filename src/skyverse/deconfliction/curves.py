@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import part, to_bernstein

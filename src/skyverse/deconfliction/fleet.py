@@ -13,7 +13,8 @@ from skyverse.deconfliction.curves import Placed, standing
 from skyverse.deconfliction.meeting import meetings
 from skyverse.deconfliction.options import Fly, Gate, Gates, Option, gates, through
 from skyverse.deconfliction.swept_volume_tree import all_free, clashes_with, earliest, survey
-from skyverse.model.result import Result, Trajectory
+from skyverse.model.result import Result
+from skyverse.model.trajectory import Trajectory
 from skyverse.problem import Airspace
 from skyverse.stop import Progress, Stop
 

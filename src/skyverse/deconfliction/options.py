@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.result import Result, Trajectory
+from skyverse.model.result import Result
 from skyverse.model.shapes import Box
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.planners.base import planned_any_angle
 from skyverse.planners.taut import Taut

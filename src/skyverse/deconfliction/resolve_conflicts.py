@@ -6,8 +6,9 @@ from skyverse.deconfliction.conflicts import find_conflicts
 from skyverse.deconfliction.exchange import Replan, Solved, exchange_targets, solve
 from skyverse.deconfliction.fleet import Fleet
 from skyverse.deconfliction.options import Fly
-from skyverse.model.result import Result, Trajectory
+from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.problem import Airspace
 from skyverse.stop import Stop

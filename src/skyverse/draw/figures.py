@@ -9,7 +9,7 @@ import numpy as np
 from skyverse.draw.scene import Curve, Scene, scene
 from skyverse.draw.stage import DASHES, GRID, INK, blank, ends, legend, line, plain, ring, stage
 from skyverse.draw.stills import moment, write_stills
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

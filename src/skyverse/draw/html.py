@@ -15,7 +15,7 @@ from skyverse.draw.map_traces import from_above
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene import Finding, Scene, scene
 from skyverse.draw.traces import in_space, of_search
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 
 SHOWN_FINDINGS = 200
 SLIDER_STEPS = 250

@@ -12,7 +12,8 @@ from skyverse._typing import Floats
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
 from skyverse.draw.world import Overhead, World, overhead, world
-from skyverse.model.result import Mission, Provenance, Result, Status
+from skyverse.model.mission import Mission
+from skyverse.model.result import Provenance, Result, Status
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.verdict import Fault, Verdict, Violation
 

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.model.result import Result, Trajectory
+from skyverse.model.result import Result
 from skyverse.model.scenario import Bounds, Target
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 
 Point = tuple[float, float, float]

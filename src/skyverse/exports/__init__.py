@@ -28,8 +28,9 @@ from skyverse.exports.skybrush import show_csv
 from skyverse.exports.wpl import waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.files import write
-from skyverse.model.result import Mission, Trajectory
+from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Verdict
 from skyverse.referee import certify
 

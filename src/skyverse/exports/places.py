@@ -8,7 +8,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 from skyverse.model.scenario import Frame, Origin, Scenario
 
 Above = Literal["amsl", "home", "agl"]

@@ -9,8 +9,8 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.legs import LET_PASS, Legs
 from skyverse.exports.places import Above
-from skyverse.model.result import Trajectory
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 
 SMALLEST = 0.05
 """Metres: no autopilot can be asked for a smaller acceptance radius."""

@@ -7,7 +7,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.model.result import Mission, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.trajectory import Trajectory
 
 MOST = 1e6
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)

@@ -15,7 +15,7 @@ from skyverse.maps.readers import voxels
 from skyverse.maps.readers.grid import Unknown
 from skyverse.maps.readers.rotorpy_world import is_rotorpy_world, rotorpy_world
 from skyverse.model.flight_record import Flight
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 
 __all__ = ["NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from skyverse.errors import InputError
 from skyverse.files.document import explain
 from skyverse.files.grids import Side, grids_of
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 
 FORMAT = "skyverse/mission/1"
 MAX_SAMPLES = 1e7

@@ -11,7 +11,7 @@ from skyverse.flight.judge import measure, passings, strayed
 from skyverse.flight.simulate import Job, Samples, require_simulator, simulate
 from skyverse.flight.vehicle import refuse_weak, vehicle_of
 from skyverse.model.flight_record import Flight, Flown
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
 

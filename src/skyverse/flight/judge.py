@@ -8,7 +8,7 @@ from skyverse._typing import Floats
 from skyverse.flight.simulate import RATE, Samples
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.flight_record import Flown, Passing
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.verdict import Fault, Violation

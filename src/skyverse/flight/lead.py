@@ -11,7 +11,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.flight.vehicle import Vehicle
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.trajectory.limits import GRAVITY
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -10,7 +10,7 @@ from skyverse.flight.lead import reference
 from skyverse.flight.observer import Observer, upward
 from skyverse.flight.runge_kutta import RungeKutta
 from skyverse.flight.vehicle import vehicle_of
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.trajectory.limits import GRAVITY
 
 RATE = 100.0

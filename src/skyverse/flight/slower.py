@@ -4,7 +4,9 @@ from dataclasses import replace
 
 from skyverse.errors import InputError
 from skyverse.mission.plan_mission import plan_mission
-from skyverse.model.result import Mission, Result, Status, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.result import Result, Status
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Deconfliction
 from skyverse.planners.taut import Taut
 from skyverse.referee import certify, check

@@ -8,7 +8,7 @@ from skyverse.flight.fly import OnFlown, fly
 from skyverse.flight.judge import planned_close
 from skyverse.flight.slower import farther, slowed
 from skyverse.model.flight_record import Flight
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 from skyverse.model.verdict import Fault
 from skyverse.planners.base import Seed, seeded
 from skyverse.trajectory import Shape

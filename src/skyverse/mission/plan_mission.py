@@ -12,8 +12,10 @@ from skyverse.deconfliction.options import Fly
 from skyverse.deconfliction.resolve_conflicts import keep_apart as resolve_conflicts
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion, assign, straight_line
-from skyverse.model.result import Mission, Result, Status, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
 from skyverse.problem import Airspace, Problem, stand
 from skyverse.referee import judge

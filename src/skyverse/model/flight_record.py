@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass, field
 
-from skyverse.model.result import FloatArray, Mission, PointArray, _Record
+from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
+from skyverse.model.mission import Mission
 from skyverse.model.verdict import Violation
 
 
 @dataclass(frozen=True, eq=False)
-class Flown(_Record):
+class Flown(ArrayRecord):
     """One UAV's flight.
 
     Attributes
@@ -80,7 +81,7 @@ class Passing:
 
 
 @dataclass(frozen=True, eq=False)
-class Flight(_Record):
+class Flight(ArrayRecord):
     """A mission flown in a simulator.
 
     Attributes

@@ -1,90 +1,9 @@
-"""What is answered: results, trajectories, missions, violations. Plain frozen data; arrays are read-only."""
+"""What a planner answers: one path, how its search ended, and what it took."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass
 from enum import Enum
-from typing import Annotated, Any, Literal, NamedTuple
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from pydantic import ConfigDict, PlainSerializer, PlainValidator
-
-from skyverse._typing import Floats
-from skyverse.model.scenario import Scenario
-from skyverse.model.verdict import Certificate, Deconfliction, Violation
-
-
-def _floats(value: object) -> Floats:
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError("expected numbers in rows of equal length") from None
-    array.flags.writeable = False
-    return array
-
-
-def _points(value: object) -> Floats:
-    array = _floats(value)
-    if array.size == 0:
-        return _floats(array.reshape(0, 3))
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"expected rows of x, y, z, found an array of shape {array.shape}")
-    return array
-
-
-def _point(value: object) -> Floats:
-    array = _floats(value)
-    if array.shape != (3,):
-        raise ValueError(f"expected x, y, z, found an array of shape {array.shape}")
-    return array
-
-
-def _integers(value: object) -> NDArray[np.int64]:
-    try:
-        array = np.array(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError("expected whole numbers") from None
-    if array.size and array.dtype.kind not in "iu":
-        raise ValueError("expected whole numbers")
-    array = array.astype(np.int64)
-    array.flags.writeable = False
-    return array
-
-
-_listed = PlainSerializer(lambda array: array.tolist(), when_used="json")
-FloatArray = Annotated[NDArray[np.float64], PlainValidator(_floats), _listed]
-PointArray = Annotated[NDArray[np.float64], PlainValidator(_points), _listed]
-PointVector = Annotated[NDArray[np.float64], PlainValidator(_point), _listed]
-IntArray = Annotated[NDArray[np.int64], PlainValidator(_integers), _listed]
-
-
-class _Record:
-    """Equality field by field, arrays element by element; the codec refuses unknown keys."""
-
-    def __post_init__(self) -> None:
-        for name, value in list(vars(self).items()):
-            if isinstance(value, np.ndarray):
-                frozen = value.copy()
-                frozen.flags.writeable = False
-                object.__setattr__(self, name, frozen)
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self.__post_init__()  # a pickle forgets that arrays are read-only
-
-    __pydantic_config__ = ConfigDict(extra="forbid", ser_json_inf_nan="strings")
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        return all(_same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
-
-    __hash__ = None  # type: ignore[assignment]
-
-
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return np.array_equal(a, b)
-    return bool(a == b)
+from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
 
 
 class Status(Enum):
@@ -147,7 +66,7 @@ class Effort:
 
 
 @dataclass(frozen=True, eq=False)
-class History(_Record):
+class History(ArrayRecord):
     """The best cost so far, and the effort spent, after the start (row 0) and after each iteration: (k,) each."""
 
     cost: FloatArray
@@ -158,8 +77,8 @@ class History(_Record):
 
 def no_history() -> History:
     """Return the history of a run without iterations."""
-    none = _integers([])
-    return History(_floats([]), none, none, none)
+    none = integers([])
+    return History(floats([]), none, none, none)
 
 
 @dataclass(frozen=True)
@@ -174,7 +93,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, eq=False)
-class Result(_Record):
+class Result(ArrayRecord):
     """One path, and what is known of it.
 
     Attributes
@@ -222,146 +141,3 @@ class Result(_Record):
         if self.bound is None or not self.status.reached:
             return None
         return self.cost / self.bound - 1.0 if self.bound > 0 else 0.0
-
-
-Form = Literal["smooth", "slowed", "straightened", "stop-and-go", "dubins"]
-
-
-class Motion(NamedTuple):
-    """Position (m), velocity (m/s) and acceleration (m/s^2) at some instants, (m, 3) each."""
-
-    position: Floats
-    velocity: Floats
-    acceleration: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Trajectory(_Record):
-    """Position, velocity and acceleration as functions of time: polynomial pieces between knots.
-
-    Attributes
-    ----------
-    knots
-        (n + 1,) seconds, rising.
-    coefficients
-        (n, degree + 1, 3) metres; piece k is the sum over j of ``coefficients[k, j] * (t - knots[k])**j``.
-    form
-        How it flies: ``"smooth"``; ``"slowed"`` or ``"straightened"``, smooth too, but not as first wished;
-        ``"stop-and-go"``, at rest at every waypoint; ``"dubins"`` for an aeroplane.
-    note
-        One sentence that says why it is not what was wished for; empty when it is.
-    """
-
-    knots: FloatArray
-    coefficients: FloatArray
-    form: Form = "stop-and-go"
-    note: str = ""
-
-    @property
-    def start(self) -> float:
-        """The first instant, seconds."""
-        return float(self.knots[0])
-
-    @property
-    def end(self) -> float:
-        """The last instant, seconds."""
-        return float(self.knots[-1])
-
-    def retimed(self, start: float, factor: float = 1.0) -> "Trajectory":
-        """Return the same flight from the instant `start` on, in `factor` times the time; `form` tells if slowed."""
-        if start == self.start and factor == 1.0:
-            return self
-        powers = factor ** np.arange(self.coefficients.shape[1], dtype=np.float64)
-        return replace(
-            self,
-            knots=start + (self.knots - self.start) * factor,
-            coefficients=self.coefficients / powers[:, None],
-            form="slowed" if factor > 1.0 and self.form == "smooth" else self.form,
-        )
-
-    def at(self, t: ArrayLike) -> Motion:
-        """Evaluate at the instants `t`, (m,) seconds; before `start` and after `end` the UAV holds its place."""
-        instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
-        clipped = np.clip(instants, self.start, self.end)
-        piece = np.clip(np.searchsorted(self.knots, clipped, side="right") - 1, 0, len(self.coefficients) - 1)
-        local = (clipped - self.knots[piece])[:, None]
-        rows = self.coefficients[piece]
-        motion = []
-        for _ in range(3):
-            value = np.zeros((len(clipped), 3))
-            for j in range(rows.shape[1] - 1, -1, -1):
-                value = value * local + rows[:, j]
-            motion.append(value)
-            powers = np.arange(rows.shape[1], dtype=np.float64)
-            rows = (rows * powers[None, :, None])[:, 1:] if rows.shape[1] > 1 else np.zeros_like(rows)
-        holding = (instants < self.start) | (instants > self.end)
-        motion[1][holding] = 0.0
-        motion[2][holding] = 0.0
-        return Motion(*motion)
-
-
-@dataclass(frozen=True, eq=False)
-class Mission(_Record):
-    """The fleet's answer. It embeds its scenario, so that one file serves every later verb.
-
-    Attributes
-    ----------
-    assignment
-        For each UAV the index of its target, or ``None``.
-    results, trajectories
-        In the scenario's order of UAVs; ``None`` where there is none.
-    violations
-        The referee's verdict; empty when nothing was found wrong.
-    interrupted
-        Whether the run was cut short; what was found until then is kept.
-    certificates
-        What the referee says of each UAV's trajectory, in the scenario's order; empty when it was not asked.
-    apart
-        What it says of the fleet's separation; ``None`` when it was not asked.
-    deconfliction
-        How conflicts between trajectories were resolved; ``None`` when that was not tried.
-    """
-
-    scenario: Scenario
-    assignment: tuple[int | None, ...]
-    results: tuple[Result | None, ...]
-    trajectories: tuple[Trajectory | None, ...]
-    violations: tuple[Violation, ...]
-    provenance: Provenance
-    interrupted: bool = False
-    certificates: tuple[Certificate | None, ...] = ()
-    apart: Certificate | None = None
-    deconfliction: Deconfliction | None = None
-    format: str = field(default="skyverse/mission/1")
-
-    @property
-    def cost(self) -> float:
-        """The sum of the results' costs, in the objective's unit.
-
-        A detour that keeps UAVs apart is priced in metres: where the others' paths count nodes, the sum means nothing.
-        """
-        return sum(result.cost for result in self.results if result is not None)
-
-    @property
-    def makespan(self) -> float:
-        """Seconds until the last UAV has arrived."""
-        return max((trajectory.end for trajectory in self.trajectories if trajectory is not None), default=0.0)
-
-    @property
-    def total_time(self) -> float:
-        """The sum of the UAVs' arrival times, seconds into the mission."""
-        return sum(trajectory.end for trajectory in self.trajectories if trajectory is not None)
-
-    @property
-    def complete(self) -> bool:
-        """Whether as many UAVs as can have a target, and each has a path to it and a trajectory along it."""
-        pairs = min(len(self.scenario.uavs), len(self.scenario.targets))
-        assigned = sum(target is not None for target in self.assignment)
-        return (
-            not self.interrupted
-            and assigned == pairs
-            and all(
-                target is None or (result is not None and result.status.reached and trajectory is not None)
-                for target, result, trajectory in zip(self.assignment, self.results, self.trajectories, strict=True)
-            )
-        )

@@ -23,19 +23,8 @@ from pydantic import (
     model_validator,
 )
 
-from skyverse.model.quantities import (
-    Extent,
-    GridModel,
-    Model,
-    NonNegative,
-    Number,
-    Place,
-    Point,
-    Positive,
-    Steps,
-    frozen,
-    listed,
-)
+from skyverse.model.arrays import GridModel, frozen
+from skyverse.model.quantities import Extent, Model, NonNegative, Number, Place, Point, Positive, Steps, listed
 
 
 class Shape(Model):

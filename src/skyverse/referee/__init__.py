@@ -9,8 +9,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from skyverse.model.result import Mission, Result, Status, Trajectory
+from skyverse.model.mission import Mission
+from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.certificate import Certificates, certify, entry, judge_flight, target_of
 from skyverse.referee.clearance import shut_space

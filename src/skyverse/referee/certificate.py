@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skyverse.model.result import Mission, Trajectory
+from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.boxes import GROUND, keeps
 from skyverse.referee.clearance import Space, shut_space

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.result import Trajectory
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.boxes import TOLERANCE, array, place, triple

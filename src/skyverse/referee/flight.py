@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from skyverse._typing import Floats
-from skyverse.model.result import Trajectory
 from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.boxes import TOLERANCE, beyond_bounds, place, triple
 from skyverse.referee.clearance import FINE, Space, judge_curve

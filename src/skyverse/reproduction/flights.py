@@ -8,7 +8,7 @@ from skyverse.draw.figures import instant, paths, trajectories
 from skyverse.draw.scene import Scene, scene
 from skyverse.lab.report import Block, Figure
 from skyverse.mission.plan_mission import Assignment, plan_mission
-from skyverse.model.result import Mission
+from skyverse.model.mission import Mission
 from skyverse.reproduction.cells import Cells, Part, case, planner
 from skyverse.reproduction.published import CASES, MAPS
 from skyverse.stop import MaxIterations

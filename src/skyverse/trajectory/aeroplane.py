@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.heap import Heap, make_heap, pop, push
 from skyverse.numerics.kernel import inner, kernel

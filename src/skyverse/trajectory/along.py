@@ -9,7 +9,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.cost import soft_terms
 from skyverse.errors import InputError
-from skyverse.model.result import Result, Trajectory
+from skyverse.model.result import Result
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
 from skyverse.problem import Problem

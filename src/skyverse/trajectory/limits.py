@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import product, split, to_bernstein

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.arrays import put

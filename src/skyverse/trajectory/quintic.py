@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.trajectory.limits import GRAVITY, limits_of
 

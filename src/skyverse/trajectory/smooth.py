@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.result import Trajectory
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import inner, kernel, writable
 from skyverse.search.taut.among import beyond_boxes

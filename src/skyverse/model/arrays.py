@@ -1,0 +1,118 @@
+"""Arrays as fields: validated when they are read, read-only, compared element by element, lists in JSON."""
+
+from dataclasses import fields
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ConfigDict, PlainSerializer, PlainValidator
+
+from skyverse._typing import Floats, Ints
+from skyverse.model.quantities import Model
+
+
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a read-only copy of an array, or the array itself if it is read-only and owns its memory."""
+    if array.flags.writeable or array.base is not None:
+        array = array.copy(order="C")
+        array.flags.writeable = False
+    return array
+
+
+def _equal(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one == other)
+
+
+class GridModel(Model):
+    """A model with arrays among its fields; they are read-only and compared element by element."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        ours, theirs = self.__dict__, other.__dict__
+        return ours.keys() == theirs.keys() and all(_equal(value, theirs[name]) for name, value in ours.items())
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __setstate__(self, state: dict[Any, Any]) -> None:
+        super().__setstate__(state)
+        for value in self.__dict__.values():  # a pickle does not keep that arrays are read-only
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+
+class ArrayRecord:
+    """The base of frozen dataclasses with arrays among their fields.
+
+    The arrays are read-only and compared element by element; unknown keys are refused when a record is read.
+    """
+
+    __pydantic_config__ = ConfigDict(extra="forbid", ser_json_inf_nan="strings")
+
+    def __post_init__(self) -> None:
+        for name, value in list(vars(self).items()):
+            if isinstance(value, np.ndarray):
+                object.__setattr__(self, name, frozen(value))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # a pickle does not keep that arrays are read-only
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        return all(_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def floats(value: object) -> Floats:
+    """Return numbers in rows of equal length as a read-only array, or raise `ValueError`."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError("expected numbers in rows of equal length") from None
+    array.flags.writeable = False
+    return array
+
+
+def integers(value: object) -> Ints:
+    """Return whole numbers as a read-only array, or raise `ValueError`."""
+    try:
+        array = np.array(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError("expected whole numbers") from None
+    if array.size and array.dtype.kind not in "iu":
+        raise ValueError("expected whole numbers")
+    array = array.astype(np.int64)
+    array.flags.writeable = False
+    return array
+
+
+def _points(value: object) -> Floats:
+    array = floats(value)
+    if array.size == 0:
+        return floats(array.reshape(0, 3))
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"expected rows of x, y, z, found an array of shape {array.shape}")
+    return array
+
+
+def _point(value: object) -> Floats:
+    array = floats(value)
+    if array.shape != (3,):
+        raise ValueError(f"expected x, y, z, found an array of shape {array.shape}")
+    return array
+
+
+_listed = PlainSerializer(lambda array: array.tolist(), when_used="json")
+FloatArray = Annotated[NDArray[np.float64], PlainValidator(floats), _listed]
+IntArray = Annotated[NDArray[np.int64], PlainValidator(integers), _listed]
+PointArray = Annotated[NDArray[np.float64], PlainValidator(_points), _listed]
+"""(n, 3) metres."""
+PointVector = Annotated[NDArray[np.float64], PlainValidator(_point), _listed]
+"""(3,) metres."""

@@ -1,0 +1,85 @@
+"""A motion along a path: position, velocity and acceleration as functions of time."""
+
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse._typing import Floats
+from skyverse.model.arrays import ArrayRecord, FloatArray
+
+Form = Literal["smooth", "slowed", "straightened", "stop-and-go", "dubins"]
+
+
+class Motion(NamedTuple):
+    """Position (m), velocity (m/s) and acceleration (m/s^2) at some instants, (m, 3) each."""
+
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(ArrayRecord):
+    """Position, velocity and acceleration as functions of time: polynomial pieces between knots.
+
+    Attributes
+    ----------
+    knots
+        (n + 1,) seconds, rising.
+    coefficients
+        (n, degree + 1, 3) metres; piece k is the sum over j of ``coefficients[k, j] * (t - knots[k])**j``.
+    form
+        How it flies: ``"smooth"``; ``"slowed"`` or ``"straightened"``, smooth too, but not as first wished;
+        ``"stop-and-go"``, at rest at every waypoint; ``"dubins"`` for an aeroplane.
+    note
+        One sentence that says why it is not what was wished for; empty when it is.
+    """
+
+    knots: FloatArray
+    coefficients: FloatArray
+    form: Form = "stop-and-go"
+    note: str = ""
+
+    @property
+    def start(self) -> float:
+        """The first instant, seconds."""
+        return float(self.knots[0])
+
+    @property
+    def end(self) -> float:
+        """The last instant, seconds."""
+        return float(self.knots[-1])
+
+    def retimed(self, start: float, factor: float = 1.0) -> "Trajectory":
+        """Return the same flight from the instant `start` on, in `factor` times the time; `form` tells if slowed."""
+        if start == self.start and factor == 1.0:
+            return self
+        powers = factor ** np.arange(self.coefficients.shape[1], dtype=np.float64)
+        return replace(
+            self,
+            knots=start + (self.knots - self.start) * factor,
+            coefficients=self.coefficients / powers[:, None],
+            form="slowed" if factor > 1.0 and self.form == "smooth" else self.form,
+        )
+
+    def at(self, t: ArrayLike) -> Motion:
+        """Evaluate at the instants `t`, (m,) seconds; before `start` and after `end` the UAV holds its place."""
+        instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        clipped = np.clip(instants, self.start, self.end)
+        piece = np.clip(np.searchsorted(self.knots, clipped, side="right") - 1, 0, len(self.coefficients) - 1)
+        local = (clipped - self.knots[piece])[:, None]
+        rows = self.coefficients[piece]
+        motion = []
+        for _ in range(3):
+            value = np.zeros((len(clipped), 3))
+            for j in range(rows.shape[1] - 1, -1, -1):
+                value = value * local + rows[:, j]
+            motion.append(value)
+            powers = np.arange(rows.shape[1], dtype=np.float64)
+            rows = (rows * powers[None, :, None])[:, 1:] if rows.shape[1] > 1 else np.zeros_like(rows)
+        holding = (instants < self.start) | (instants > self.end)
+        motion[1][holding] = 0.0
+        motion[2][holding] = 0.0
+        return Motion(*motion)
