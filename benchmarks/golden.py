@@ -1,0 +1,179 @@
+"""Golden missions: what every planner, shape and map answers, so that a change can show that no answer moved.
+
+``python benchmarks/golden.py make`` writes ``tests/golden/missions.json``; ``check`` computes everything again and
+names what differs to the last bit. ``tests/test_golden.py`` runs the same cases. Times, versions and sentences are
+left out: they may change.
+"""
+
+import argparse
+import dataclasses
+import hashlib
+import json
+import platform
+import re
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import skyverse as sky
+
+FILE = Path(__file__).parent.parent / "tests" / "golden" / "missions.json"
+LEFT_OUT = {"seconds", "platform", "skyverse", "message", "note"}
+FEW = sky.MaxIterations(6)
+
+
+def mixed_shapes() -> sky.Scenario:
+    """Make a scenario that holds a shape of every kind above a terrain."""
+    y, x = np.mgrid[0:31, 0:31] * 2.0
+    solid = np.zeros((4, 3, 5), dtype=bool)
+    solid[1:3, 1, :4] = True
+    return sky.Scenario(
+        name="mixed shapes",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(60, 60, 30)),
+        obstacles=(
+            sky.Box(min=(10, 0, 0), max=(14, 25, 20)),
+            sky.Cylinder(centre=(25, 30), radius=6, low=0, high=24),
+            sky.Sphere(centre=(40, 20, 10), radius=7),
+            sky.Prism(vertices=((30, 40), (45, 42), (40, 55), (28, 50)), low=0, high=26),
+            sky.Voxels(origin=(48, 30, 0), step=(3.0, 3.0, 3.0), occupied=solid),
+        ),
+        terrain=sky.Terrain(origin=(0, 0), step=(2.0, 2.0), heights=3.0 + 2.0 * np.sin(x / 9) * np.cos(y / 7)),
+        clearance=0.5,
+        lattice=sky.Lattice(step=(2, 2, 2), connectivity=26),
+        uavs=(sky.UAV(start=(3, 3, 8)), sky.UAV(start=(3, 55, 10))),
+        targets=(sky.Target(position=(57, 57, 9)), sky.Target(position=(56, 5, 12))),
+    )
+
+
+def cases() -> dict[str, Callable[[], Any]]:
+    """Return what is computed, by name."""
+    one_uav = {
+        **{type(p).__name__: p for p in (sky.AStar(), sky.ThetaStar(), sky.Taut(), sky.HybridMVO())},
+        **{type(p).__name__: p for p in (sky.RandomRestart(), sky.MVO(), sky.GSO(), sky.BBO())},
+        **{f"{kind.__name__} as run": kind(as_run=True) for kind in (sky.MVO, sky.GSO, sky.BBO)},
+        "HybridMVO, straight legs": sky.HybridMVO(legs="straight"),
+    }
+    waypoints = (sky.CMAES, sky.LSHADE, sky.DE, sky.PSO, sky.GA, sky.WOA, sky.MFO, sky.GWO, sky.DA)
+    found: dict[str, Callable[[], Any]] = {}
+    for world in ("map1", "map2", "map3"):
+        for name, planner in one_uav.items():
+            found[f"{name} on {world}"] = lambda p=planner, w=world: plan(p, sky.read(w))
+    for kind in waypoints:
+        found[f"{kind.__name__} on map1"] = lambda k=kind: plan(k(), sky.read("map1"))
+    for name in ("AStar", "ThetaStar", "Taut", "MVO", "HybridMVO", "HybridMVO, straight legs"):
+        found[f"{name} among mixed shapes"] = lambda n=name: plan(one_uav[n], mixed_shapes())
+        found[f"{name} among threats"] = lambda n=name: plan(one_uav[n], sky.random_threats())
+        found[f"{name} over jacksboro"] = lambda n=name: plan(one_uav[n], sky.read("jacksboro"))
+    for name in ("AStar", "ThetaStar", "Taut"):
+        found[f"{name} in a room"] = lambda n=name: plan(one_uav[n], sky.random_room())
+        found[f"{name} in a city"] = lambda n=name: plan(one_uav[n], sky.random_city(300, seed=3))
+    for fleet in ("table-4.8", "table-4.9-2", "table-4.9-3", "table-4.9-4", "table-4.11", "table-4.12", "table-4.13"):
+        found[f"fleet {fleet}, Taut"] = lambda f=fleet: fly(sky.read(f), sky.Taut())
+    found["fleet table-4.8, MVO"] = lambda: fly(sky.read("table-4.8"), sky.MVO())
+    for shape in ("minimum-jerk", "stop-and-go"):
+        found[f"fleet table-4.8, {shape}"] = lambda s=shape: fly(sky.read("table-4.8"), sky.Taut(), shape=s)
+    found["fleet over jacksboro"] = lambda: fly(sky.read("jacksboro"), sky.Taut())
+    found["fleet among mixed shapes"] = lambda: fly(mixed_shapes(), sky.Taut())
+    found["fleet of eight changing places"] = lambda: fly(sky.circle_swap(8), sky.Taut(), assignment="identity")
+    window = sky.window_swap(sky.read("map1"), uavs=6)
+    found["fleet through a window"] = lambda: fly(window, sky.Taut(), assignment="identity")
+    found["aeroplane"] = lambda: fly(aeroplane(), sky.Taut())
+    for suffix in ("plan", "waypoints", "kml", "gpx", "csv"):
+        found[f"export as {suffix}"] = lambda s=suffix: exported(s)
+    return found
+
+
+def aeroplane() -> sky.Scenario:
+    """Make a scenario for an aeroplane among three towers."""
+    towers = ((150, 120), (300, 220), (420, 60))
+    wing = sky.FixedWing(speed=15.0, turn_radius=80.0, climb=10)
+    return sky.Scenario(
+        name="aeroplane",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(600, 400, 120)),
+        obstacles=tuple(sky.Box(min=(x, y, 0), max=(x + 60, y + 80, 100)) for x, y in towers),
+        clearance=5.0,
+        lattice=sky.Lattice(step=(10, 10, 10)),
+        uavs=(sky.UAV(start=(20, 200, 50), max_speed=20, fixed_wing=wing),),
+        targets=(sky.Target(position=(580, 200, 60)),),
+    )
+
+
+def plan(planner: sky.Planner, scenario: sky.Scenario) -> sky.Result:
+    """Plan the first UAV's path with six iterations and seed 1."""
+    return planner.plan(sky.Problem(scenario), stop=FEW, rng=1)
+
+
+def fly(scenario: sky.Scenario, planner: sky.Planner, **options: Any) -> sky.Mission:
+    """Plan a fleet's mission with six iterations and seed 1."""
+    return sky.plan_mission(scenario, planner, stop=FEW, rng=1, **options)
+
+
+def exported(suffix: str) -> list[list[str]]:
+    """Return all numbers of the files that the mission over Jacksboro is exported to."""
+    mission = fly(sky.read("jacksboro"), sky.Taut())
+    with tempfile.TemporaryDirectory() as folder:
+        sky.export(mission, Path(folder) / f"jacksboro.{suffix}")
+        texts = [file.read_text(encoding="utf-8") for file in sorted(Path(folder).iterdir())]
+    return [re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text) for text in texts]
+
+
+def facts(answer: Any) -> dict[str, Any]:
+    """Return a digest of an answer to the last bit, and a few of its numbers."""
+    found: dict[str, Any] = {"digest": hashlib.sha256(json.dumps(plain(answer)).encode()).hexdigest()[:16]}
+    if isinstance(answer, sky.Result):
+        found |= {"cost": answer.cost, "bound": answer.bound, "points": len(answer.path)}
+    elif isinstance(answer, sky.Mission):
+        found |= {"cost": answer.cost, "makespan": answer.makespan, "violations": len(answer.violations)}
+    return found
+
+
+def plain(value: Any) -> Any:
+    """Return an answer as lists, numbers and texts, without what may change."""
+    if dataclasses.is_dataclass(value):
+        names = sorted(f.name for f in dataclasses.fields(value) if f.name not in LEFT_OUT and f.name != "scenario")
+        return [[name, plain(getattr(value, name))] for name in names]
+    if isinstance(value, np.ndarray):
+        return [list(value.shape), value.ravel().tolist()]
+    if isinstance(value, dict):
+        return [[key, plain(value[key])] for key in sorted(value)]
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    return value if isinstance(value, int | float | str | None) else str(value)
+
+
+def machine() -> str:
+    """Name what the last bits may depend on."""
+    cpu = Path("/proc/cpuinfo")
+    names = re.findall(r"model name\s*:\s*(.*)", cpu.read_text()) if cpu.exists() else []
+    return f"{names[0] if names else platform.machine()}, numpy {np.__version__}"
+
+
+def main() -> int:
+    """Make or check the file; return 1 if anything differs."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("verb", choices=["make", "check"])
+    parser.add_argument("only", nargs="*", help="parts of the names of the cases to check; all by default")
+    options = parser.parse_args()
+    chosen = {name: case for name, case in cases().items() if not options.only or any(p in name for p in options.only)}
+    found = {}
+    for name, case in chosen.items():
+        found[name] = facts(case())
+        print(f"{name}: {found[name]}", flush=True)
+    if options.verb == "make":
+        FILE.parent.mkdir(exist_ok=True)
+        FILE.write_text(json.dumps({"machine": machine(), "answers": found}, indent=1) + "\n", encoding="utf-8")
+        return 0
+    known = json.loads(FILE.read_text(encoding="utf-8"))["answers"]
+    different = [name for name in chosen if found[name] != known.get(name)]
+    for name in different:
+        print(f"DIFFERS {name}: {known.get(name)} before, {found[name]} now", file=sys.stderr)
+    print(f"{len(chosen) - len(different)} of {len(chosen)} answers are the same to the last bit")
+    return 1 if different else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
