@@ -36,7 +36,6 @@ def main() -> int:
     if rest and options.command != "test":
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     os.chdir(ROOT)
-    drop_stale_kernels()
     if options.command == "lock":
         return lock()
     if options.command == "demo":
@@ -62,8 +61,7 @@ def main() -> int:
 def set_up(kind: str) -> None:
     """Make .venv hold what requirements/{kind}.txt pins, and the package itself; do nothing if it does already.
 
-    The package is installed editable: edits count at once, and compiled kernels are cached beside the sources, so that
-    a new .venv does not compile them again.
+    The package is installed editable, so that edits count at once.
     """
     if sys.version_info < (3, 11):  # noqa: UP036 (whoever runs this may have an older one)
         fail(f"skyverse needs Python 3.11 or newer, and {sys.executable} is {sys.version.split()[0]}")
@@ -86,26 +84,6 @@ def set_up(kind: str) -> None:
     call(*pip, "--require-hashes", "--only-binary", ":all:", "-r", str(LOCKS / f"{kind}.txt"))
     call(*pip, "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
     stamp.write_text(wanted, encoding="utf-8")
-
-
-def drop_stale_kernels() -> None:
-    """Delete compiled kernels if any file with kernels has changed.
-
-    numba compiles a kernel again when its own file changes, but not when a kernel that it calls does, in another file.
-    """
-    package = ROOT / "src" / "skyverse"
-    digest = hashlib.sha256()
-    for source in sorted(package.rglob("*.py")):
-        code = source.read_bytes()
-        if b"skyverse.numerics.kernel import" in code or source.name == "kernel.py":
-            digest.update(code)
-    known = package / "__pycache__" / "kernels.sha256"
-    if read(known) == digest.hexdigest():
-        return
-    for cached in (*package.rglob("*.nbi"), *package.rglob("*.nbc")):
-        cached.unlink(missing_ok=True)
-    known.parent.mkdir(exist_ok=True)
-    known.write_text(digest.hexdigest(), encoding="utf-8")
 
 
 def lock() -> int:

@@ -54,14 +54,6 @@ def test_what_is_compiled_for_kernels_only_is_called_by_kernels_only():
     assert not {(module, called) for module in MODULES for called in INNER & set(called_from_python(module))}
 
 
-def test_every_file_with_kernels_can_be_told_by_what_it_imports():
-    """`run.py` deletes compiled kernels when one of these files has changed."""
-    for module in MODULES:
-        if decorated(module, "kernel", "query", "inner", "inner_query"):
-            names = [node.module for node in MODULES[module].body if isinstance(node, ast.ImportFrom)]
-            assert "skyverse.numerics.kernel" in names
-
-
 def test_rows_are_written_as_by_slices():
     rng = np.random.default_rng(1)
     rows, row, others = rng.random((5, 6)), rng.random(6), rng.random((2, 6))

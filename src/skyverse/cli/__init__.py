@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Group, Parameter, UnusedCliTokensError
 
 from skyverse._version import __version__
+from skyverse.cli.cache import cache
 from skyverse.cli.compare import compare
 from skyverse.cli.export import export
 from skyverse.cli.fly import fly
@@ -308,6 +309,7 @@ app.command(fly)
 app.command(compare)
 app.command(reproduce)
 app.command(scenario_app)
+app.command(cache)
 
 
 def _fail(sentence: str) -> None:

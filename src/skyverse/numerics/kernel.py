@@ -2,36 +2,19 @@
 
 import time
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numpy as np
 from numba.core.registry import CPUDispatcher
-from numba.core.types import unliteral
 from numpy.typing import ArrayLike, NDArray
+
+from skyverse.numerics.compiling.numba_internals import Inner, Kernel
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-
-class Kernel(CPUDispatcher):
-    """What calls a compiled function: once compiled, it takes all integers.
-
-    Numba would compile a function that kernels call again for each constant that one of them hands to it.
-    """
-
-    def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return how other kernels call this one, by arguments of these types."""
-        return super().get_call_template([unliteral(kind) for kind in args], kws)
-
-
-class Inner(Kernel):
-    """What calls a function that is compiled for other kernels only."""
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Return what the plain function returns: there is no way from Python into the compiled one."""
-        return self.py_func(*arguments)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -63,13 +46,33 @@ def inner_query(function: Callable[P, R]) -> Callable[P, R]:
 
 def _compiled(function: Callable[P, R], caller: type[Kernel], **options: Any) -> Callable[P, R]:
     options |= {"nogil": True, "no_cfunc_wrapper": True}
-    try:
-        compiled: Callable[P, R] = numba.njit(cache=True, **options)(function)
-    except RuntimeError:  # neither the installation nor the home folder can be written to
-        compiled = numba.njit(**options)(function)
+    compiled: Callable[P, R] = numba.njit(**options)(function)
     if isinstance(compiled, CPUDispatcher):  # not where compilation is disabled
         compiled.__class__ = caller
+        compiled.enable_caching()
     return compiled
+
+
+@contextmanager
+def in_plain_python(report: Callable[[Any, tuple[Any, ...]], None] | None = None) -> Iterator[None]:
+    """Run each kernel that Python calls, and all that it calls, as plain Python; `report` kernels and arguments.
+
+    Each kernel is reported before it runs, so that arrays can be copied before they are written to.
+    """
+
+    def call(kernel: Any, *arguments: Any) -> Any:
+        if report is not None:
+            report(kernel, arguments)
+        return kernel.py_func(*arguments)
+
+    before = Inner.__call__
+    for caller in (Kernel, Inner):
+        type.__setattr__(caller, "__call__", call)
+    try:
+        yield
+    finally:
+        type.__delattr__(Kernel, "__call__")
+        type.__setattr__(Inner, "__call__", before)
 
 
 def writable(numbers: ArrayLike) -> NDArray[np.float64]:

@@ -1,0 +1,41 @@
+"""The verb ``cache``: compiled kernels that are kept for this user."""
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def cache(
+    *,
+    clear: Annotated[bool, Parameter(negative="")] = False,
+    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
+) -> None:
+    """Say where compiled kernels are kept and how large they are, or remove them.
+
+    Kernels are compiled when they are first needed and kept in the user's cache folder, or in the folder that the
+    environment variable SKYVERSE_CACHE names. Removing them is safe: they are compiled again.
+
+    Examples: `skyverse cache`, `skyverse cache --clear`
+
+    Parameters
+    ----------
+    clear
+        Remove all of them.
+    as_json
+        Print JSON.
+    """
+    from skyverse.cli.report import json_text
+    from skyverse.numerics.compiling.store import Contents, KernelStore, user_folder
+
+    folder = user_folder()
+    store = KernelStore(folder) if folder else None
+    contents = (store.clear() if clear else store.contents()) if store else Contents(0, 0)
+    refusal = store.refusal if store else "this user has no home folder; SKYVERSE_CACHE can name another"
+    if as_json:
+        row = {"folder": folder and str(folder), "files": contents.files, "bytes": contents.size_bytes}
+        print(json_text(row | {"cleared": clear, "refusal": refusal}), end="")
+        return
+    if folder:
+        print(f"{folder}: {contents.files} compiled kernels, {contents.size_bytes / 1e6:.1f} MB{', removed' * clear}")
+    if refusal:
+        print(f"not used: {refusal}")
