@@ -76,9 +76,20 @@ def test_an_event_cancels():
     event = threading.Event()
     stop = sky.Cancelled(event)
     assert stop.met(sky.Progress(iterations=10**9)) is None
+    assert not stop.cancelled
     event.set()
     assert stop.met(sky.Progress()) == "Cancelled"
+    assert stop.cancelled
     assert stop.spent(sky.Progress()) is None
+
+
+def test_combined_rules_are_cancelled_when_one_of_them_is_however_far_the_run_is():
+    event = threading.Event()
+    stop = sky.MaxIterations(3) | (sky.Cancelled(event) | sky.MaxSeconds(1))
+    assert not stop.cancelled
+    event.set()
+    assert stop.cancelled
+    assert stop.met(sky.Progress(iterations=3)) == "MaxIterations"
 
 
 RULES = st.one_of(

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import ClassVar, Protocol, TypeGuard
 
+from skyverse.model.result import CANCELLED
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -41,6 +43,11 @@ class Stop(ABC):
     def met(self, progress: Progress) -> str | None:
         """Return the name of the rule that ends the run here, or ``None``."""
 
+    @property
+    def cancelled(self) -> bool:
+        """Whether somebody has cancelled the run; only `Cancelled` can tell."""
+        return False
+
     def spent(self, progress: Progress) -> float | None:
         """Return the share of the counted budget that is spent, or ``None`` where nothing is counted."""
         return None
@@ -61,8 +68,13 @@ class Either(Stop):
     second: Stop
 
     def met(self, progress: Progress) -> str | None:
-        """Return the name of the rule that ends the run here, or ``None``."""
+        """Return the name of the rule that ends the run here, the first's if both do, or ``None``."""
         return self.first.met(progress) or self.second.met(progress)
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether one of the two rules has been cancelled."""
+        return self.first.cancelled or self.second.cancelled
 
     def spent(self, progress: Progress) -> float | None:
         """Return the larger share."""
@@ -182,7 +194,12 @@ class Cancelled(Stop):
 
     def met(self, progress: Progress) -> str | None:
         """Return the rule's name once the event is set."""
-        return "Cancelled" if self.event.is_set() else None
+        return CANCELLED if self.event.is_set() else None
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the event is set."""
+        return self.event.is_set()
 
     def __repr__(self) -> str:
         return "Cancelled()"

@@ -16,7 +16,7 @@ from skyverse.deconfliction.swept_volume_tree import all_free, clashes_with, ear
 from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory
 from skyverse.problem import Airspace
-from skyverse.stop import Progress, Stop
+from skyverse.stop import Stop
 
 TIGHT = 1.05
 """How near starts or targets are, as a share of the separation, where boxes are too coarse to tell them apart."""
@@ -72,7 +72,7 @@ class Fleet:
     @property
     def cancelled(self) -> bool:
         """Whether no better places are looked for any more."""
-        return self._stop is not None and self._stop.met(Progress()) == "Cancelled"
+        return self._stop is not None and self._stop.cancelled
 
     def own(self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory | None) -> Option:
         """Return a UAV's own path as an option; it stands at its start where it has none."""

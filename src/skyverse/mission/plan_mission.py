@@ -92,14 +92,14 @@ def plan_mission(
         result = trajectory = None
         if target is not None:
             problem = Problem(airspace, uav, target)
-            if uav and stop is not None and stop.met(Progress()) == "Cancelled":  # an exact planner does not look
+            if uav and stop is not None and stop.cancelled:  # a planner that ends by itself does not ask
                 interrupted = True
             if interrupted:
                 result = unplanned(problem, Status.NOT_PLANNED, origin)
             else:
                 report = None if on_progress is None else partial(on_progress, uav)
                 result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)
-                interrupted = result.stopped_by == "Cancelled"
+                interrupted = result.cancelled
                 trajectory = fly_along(problem, result, shape)
         results.append(result)
         trajectories.append(trajectory)
@@ -123,7 +123,7 @@ def _kept_apart(airspace: Airspace, mission: Mission, fly: Fly, replan: Replan |
         assignment=assigned,
         results=results,
         trajectories=trajectories,
-        interrupted=stop is not None and stop.met(Progress()) == "Cancelled",
+        interrupted=stop is not None and stop.cancelled,
         deconfliction=deconfliction,
     )
 

@@ -92,6 +92,10 @@ class Provenance:
     platform: str
 
 
+CANCELLED = "Cancelled"
+"""`Result.stopped_by` of a run that a `Cancelled` rule ended."""
+
+
 @dataclass(frozen=True, eq=False)
 class Result(ArrayRecord):
     """One path, and what is known of it.
@@ -141,3 +145,8 @@ class Result(ArrayRecord):
         if self.bound is None or not self.status.reached:
             return None
         return self.cost / self.bound - 1.0 if self.bound > 0 else 0.0
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether a `Cancelled` rule ended the run."""
+        return self.stopped_by == CANCELLED
