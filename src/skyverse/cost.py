@@ -10,6 +10,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.model.shapes import Cylinder, Prism, Voxels, Zone
 from skyverse.numerics.kernel import inner, kernel, writable
+from skyverse.numerics.tolerances import COLLINEAR
 from skyverse.space import band, chord
 from skyverse.space.ground import Ground, make_ground
 from skyverse.space.lattice import Grid, position
@@ -242,7 +243,7 @@ def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
         if i > 1:
             ex, ey, ez = a[0] - before[0], a[1] - before[1], a[2] - before[2]
             cx, cy, cz = ey * dz - ez * dy, ez * dx - ex * dz, ex * dy - ey * dx
-            if math.sqrt(cx**2 + cy**2 + cz**2) > 1e-9 * size_before * size:
+            if math.sqrt(cx**2 + cy**2 + cz**2) > COLLINEAR * size_before * size:
                 shares[1] += rates.turn
         if rates.soft:
             add_soft(rates, a, b, soft_shares)

@@ -9,11 +9,12 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
+from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.search.lattice_astar import Route, shortest_route
 from skyverse.space.cells import Cells, make_cells
 from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, make_grid, positions, snap
-from skyverse.space.world import ROOM, World, point_free
+from skyverse.space.world import World, point_free
 
 
 class Airspace:
@@ -44,12 +45,12 @@ class Airspace:
     @cached_property
     def cells(self) -> Cells:
         """Free space, cut into boxes."""
-        return make_cells(self.world.space, self.scenario.clearance + 3 * ROOM)
+        return make_cells(self.world.space, self.scenario.clearance + 3 * SEAM_MARGIN)
 
     @cached_property
     def edges(self) -> Edges:
         """The edges of obstacles at which a shortest path can bend."""
-        return make_edges(self.world.space, self.scenario.clearance + 2 * ROOM)
+        return make_edges(self.world.space, self.scenario.clearance + 2 * SEAM_MARGIN)
 
     @cached_property
     def pricing(self) -> Pricing:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 import skyverse as sky
+from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.space.cells import FREE, SHUT, make_cells
-from skyverse.space.world import ROOM
 from worlds import scenarios
 
 
@@ -186,7 +186,7 @@ def test_no_other_path_beats_the_bound(scenario, seed):
 @given(scenarios(most_boxes=8), st.integers(0, 2**32))
 def test_the_cells_are_free_or_shut_as_points_in_them_are(scenario, seed):
     space = sky.World(scenario).space
-    cells = make_cells(space, scenario.clearance + ROOM)
+    cells = make_cells(space, scenario.clearance + SEAM_MARGIN)
     leaves = np.flatnonzero(cells.axis < 0)
     sizes = (cells.high - cells.low)[leaves]
     assert sizes.prod(axis=1).sum() == pytest.approx((space.high - space.low).prod())

@@ -46,6 +46,9 @@ BOX_SLACK = 1e-9
 COLLINEAR = 1e-9
 """The sine of an angle below which two consecutive legs count as one straight line."""
 
+COLLINEAR_DOT = 1e-9
+"""How little the dot product of two unit vectors may exceed -1 for them to count as one straight line."""
+
 MIN_CROSS_PRODUCT = 1e-9
 """The length of a sum or cross product of unit vectors below which it gives no direction."""
 

@@ -6,14 +6,11 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.space.box import TOLERANCE
+from skyverse.numerics.tolerances import SAMPLED_CONVERGED, SHORTER, SURFACE_DEPTH
 from skyverse.space.world import Space, segment_free
 
 FINEST = 1.0 / 64.0
 """The smallest share of its reach by which `pull_tight` moves a corner, and of a leg that it cuts off."""
-
-ENOUGH = 1e-4
-"""`pull_tight` ends when another round makes the path shorter by less than this share."""
 
 
 def without_seams(space: Space) -> Space:
@@ -22,7 +19,7 @@ def without_seams(space: Space) -> Space:
     The world's obstacles are open, so that what touches them is safe, and a segment could slip between two that touch
     each other. The lattice's obstacles are closed: each of its moves is a line of sight here.
     """
-    return space._replace(clearance=space.clearance + 2.0 * TOLERANCE)
+    return space._replace(clearance=space.clearance + 2.0 * SURFACE_DEPTH)
 
 
 @kernel
@@ -48,7 +45,7 @@ def pull_tight(space: Space, reach: float, path: Floats) -> Floats:
             else:
                 share /= 2.0
         now = length_of(path, count)
-        if now > before * (1.0 - ENOUGH):
+        if now > before * (1.0 - SAMPLED_CONVERGED):
             break
         before = now
         path, count = _cut(space, path, count)
@@ -72,7 +69,7 @@ def _slide(space: Space, reach: float, path: Floats, i: int) -> bool:
     """Move corner i to the first of 26 places around it that makes the path shorter; tell whether one does."""
     before, after = path[i - 1], path[i + 1]
     place = np.empty(3)
-    shorter = (far(before, path[i]) + far(path[i], after)) * (1.0 - 1e-9)
+    shorter = (far(before, path[i]) + far(path[i], after)) * (1.0 - SHORTER)
     for code in range(27):
         place[0] = path[i, 0] + (code // 9 - 1) * reach
         place[1] = path[i, 1] + (code // 3 % 3 - 1) * reach

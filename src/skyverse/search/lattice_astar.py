@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, add_soft
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import PRICE_ROUNDING
 from skyverse.space.lattice import Grid
 
 BYTES_PER_STATE = 9
@@ -23,7 +24,6 @@ BYTES_PER_STATE = 9
 _SEEN = 64
 _CLOSED = 128
 _ORIGIN = 31
-_ROUNDING = 1e-12
 _SOFT_BUCKETS = 4096
 
 
@@ -316,12 +316,12 @@ def _search(
                 after = beyond * axes + (m >> 1)
                 if m >> 1 != axis and not fresh:
                     price += pricing.turn
-            if soft and not (info[after] & _SEEN and price >= g[after] - _ROUNDING * price):
+            if soft and not (info[after] & _SEEN and price >= g[after] - PRICE_ROUNDING * price):
                 _place(grid, beyond, b)
                 shares[0] = shares[1] = shares[2] = 0.0
                 add_soft(pricing.rates, a, b, shares)
                 price += shares[0] + shares[1] + shares[2]
-            if info[after] & _SEEN and price >= g[after] - _ROUNDING * price:
+            if info[after] & _SEEN and price >= g[after] - PRICE_ROUNDING * price:
                 continue
             f = price
             if towards >= 0:
@@ -329,7 +329,7 @@ def _search(
                 f += guide[beyond] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
                 if turning:
                     f += pricing.turn * _turns_left(grid, m >> 1, bx, by, bz)
-            if f > ceiling + _ROUNDING * ceiling:
+            if f > ceiling + PRICE_ROUNDING * ceiling:
                 continue
             g[after] = price
             info[after] = _SEEN | (((m & 1) << 5) | axis if turning else m)

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import BLOCK_CONTACT
 from skyverse.space import ground as terrain
 from skyverse.space import polygon
 from skyverse.space.ground import Ground
 from skyverse.space.solids import PRISM, SPHERE, Solids
-
-_CLOSE = 1e-9
-"""What still counts as touching, metres or steps."""
 
 Blocks = NDArray[np.uint8]
 
@@ -35,9 +33,9 @@ def touch_solids(solids: Solids, growth: float, origin: Floats, step: Floats, sh
             continue
         columns = np.zeros((i1 - i0 + 1, j1 - j0 + 1), np.uint8)
         if solids.kind[s, 0] == PRISM:
-            _prism_columns(solids, s, growth + _CLOSE, origin, step, i0, j0, columns)
+            _prism_columns(solids, s, growth + BLOCK_CONTACT, origin, step, i0, j0, columns)
         else:
-            _disc_columns(solids.round[s], growth + _CLOSE, origin, step, i0, j0, columns)
+            _disc_columns(solids.round[s], growth + BLOCK_CONTACT, origin, step, i0, j0, columns)
         for up in range(2):
             low, high = solids.bounds[s, 2] - growth, solids.bounds[s, 5] + growth
             k0, k1 = _range(low, high, origin[2], step[2], shape[2], up)
@@ -53,8 +51,8 @@ def touch_solids(solids: Solids, growth: float, origin: Floats, step: Floats, sh
 @inner
 def _range(low: float, high: float, origin: float, step: float, nodes: int, reach: int) -> tuple[int, int]:
     """Return the first and the last node whose block, `reach` steps long, meets an interval."""
-    first = math.ceil((low - origin) / step - reach - _CLOSE)
-    last = math.floor((high - origin) / step + _CLOSE)
+    first = math.ceil((low - origin) / step - reach - BLOCK_CONTACT)
+    last = math.floor((high - origin) / step + BLOCK_CONTACT)
     return max(0, min(first, nodes)), min(nodes - 1, max(last, -1))
 
 
@@ -87,7 +85,7 @@ def _disc_columns(
 
 @inner
 def _touch_sphere(round_: Floats, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
-    reach = round_[3] + growth + _CLOSE
+    reach = round_[3] + growth + BLOCK_CONTACT
     i0, i1 = _range(round_[0] - reach, round_[0] + reach, origin[0], step[0], shape[0], 1)
     j0, j1 = _range(round_[1] - reach, round_[1] + reach, origin[1], step[1], shape[1], 1)
     columns = np.zeros((1, 1), np.uint8)
@@ -195,7 +193,7 @@ def touch_ground(ground: Ground, growth: float, origin: Floats, step: Floats, sh
         for j in range(ny):
             for e in range(4):
                 if tops[e, i, j] > -math.inf:
-                    last = math.floor((tops[e, i, j] + margin - origin[2]) / step[2] + _CLOSE)
+                    last = math.floor((tops[e, i, j] + margin - origin[2]) / step[2] + BLOCK_CONTACT)
                     for k in range(min(last, shape[2] - 1) + 1):
                         touched[i, j, k] |= (17 if k < shape[2] - 1 else 1) << e
 

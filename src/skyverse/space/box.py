@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.kernel import inner_query, kernel, query
-
-TOLERANCE = 1e-9
-"""Metres that a point may lie inside a grown obstacle, or outside the bounds, through rounding."""
+from skyverse.numerics.tolerances import BLOCK_CONTACT, SURFACE_DEPTH
 
 
 @query
 def holds(boxes: Floats, i: int, growth: float, x: float, y: float, z: float) -> bool:
     """Tell whether the interior of box i, grown by `growth`, holds the point."""
-    margin = growth - TOLERANCE
+    margin = growth - SURFACE_DEPTH
     return (
         boxes[i, 0] - margin < x < boxes[i, 3] + margin
         and boxes[i, 1] - margin < y < boxes[i, 4] + margin
@@ -39,7 +37,7 @@ def touches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> 
 @inner_query
 def reaches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the interior of box i, grown by `growth`, reaches into the open box between two corners."""
-    margin = growth - TOLERANCE
+    margin = growth - SURFACE_DEPTH
     meet = True
     for axis in range(3):
         meet &= boxes[i, axis] - margin < high[axis] and boxes[i, axis + 3] + margin > low[axis]
@@ -74,7 +72,7 @@ def ray(a: Floats, b: Floats) -> Ray:
 @query
 def meets(boxes: Floats, i: int, growth: float, r: Ray) -> bool:
     """Tell whether a segment meets the interior of box i, grown by `growth` (slab method, exact)."""
-    margin = growth - TOLERANCE
+    margin = growth - SURFACE_DEPTH
     enter, leave = _between(boxes[i, 0] - margin, boxes[i, 3] + margin, r.x, r.per_x, 0.0, 1.0)
     enter, leave = _between(boxes[i, 1] - margin, boxes[i, 4] + margin, r.y, r.per_y, enter, leave)
     enter, leave = _between(boxes[i, 2] - margin, boxes[i, 5] + margin, r.z, r.per_z, enter, leave)
@@ -115,8 +113,8 @@ def touch(boxes: Floats, growth: float, origin: Floats, step: Floats, shape: Int
                 reach = (e >> axis) & 1
                 low = (boxes[b, axis] - growth - origin[axis]) / step[axis]
                 high = (boxes[b, axis + 3] + growth - origin[axis]) / step[axis]
-                first[axis] = max(0, math.ceil(low - reach - 1e-9))
-                last[axis] = min(shape[axis] - 1 - reach, math.floor(high + 1e-9))
+                first[axis] = max(0, math.ceil(low - reach - BLOCK_CONTACT))
+                last[axis] = min(shape[axis] - 1 - reach, math.floor(high + BLOCK_CONTACT))
             for i in range(first[0], last[0] + 1):
                 for j in range(first[1], last[1] + 1):
                     for k in range(first[2], last[2] + 1):

@@ -4,8 +4,8 @@ import math
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner_query
+from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box
-from skyverse.space.box import TOLERANCE
 from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids
 from skyverse.space.tree import FIRST, SKIP, STOP
 
@@ -23,11 +23,11 @@ def priced(solids: Solids, prices: Floats, a: Floats, b: Floats) -> float:
     total = 0.0
     node = 0
     while node < len(index.links):
-        if not box.meets(index.bounds, node, 2.0 * TOLERANCE, r):
+        if not box.meets(index.bounds, node, 2.0 * SURFACE_DEPTH, r):
             node = index.links[node, SKIP]
             continue
         for i in range(index.links[node, FIRST], index.links[node, STOP]):
-            if box.meets(solids.bounds, i, 2.0 * TOLERANCE, r):
+            if box.meets(solids.bounds, i, 2.0 * SURFACE_DEPTH, r):
                 total += prices[i] * chord(solids, i, a, b)
         node += 1
     return total

@@ -11,9 +11,10 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import order_of, put, put_box, twice
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.space import tree
 from skyverse.space.tree import Tree
-from skyverse.space.world import ROOM, Space
+from skyverse.space.world import Space
 
 
 class Edges(NamedTuple):
@@ -42,9 +43,12 @@ class Edges(NamedTuple):
 
 @kernel
 def make_edges(space: Space, growth: float) -> Edges:
-    """Return the edges of a world's boxes grown by `growth`, as far as others, grown a `ROOM` less, leave them free."""
-    hair = 1.5 * ROOM  # how far beside an edge there must be a passage: coplanar faces of two boxes have none
-    others = growth - ROOM
+    """Return the edges of a world's boxes, grown by `growth` metres.
+
+    Left out is what lies inside other boxes, which are grown by `SEAM_MARGIN` less.
+    """
+    hair = 1.5 * SEAM_MARGIN  # how far beside an edge there must be a passage: coplanar faces of two boxes have none
+    others = growth - SEAM_MARGIN
     ends = np.empty((64, 6))
     kind = np.empty((64, 4), np.int64)
     count = 0

@@ -12,10 +12,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.model.shapes import Terrain
 from skyverse.numerics.kernel import inner_query, query
-from skyverse.space.box import TOLERANCE
-
-RIM = 1e-5
-"""Metres by which the outermost cells go on beyond the last heights, as bounds may."""
+from skyverse.numerics.tolerances import SURFACE_DEPTH, TERRAIN_RIM
 
 
 class Ground(NamedTuple):
@@ -82,7 +79,7 @@ def _cell(ground: Ground, axis: int, at: float) -> tuple[int, float]:
     """Return the row or column that a coordinate lies in, and the share of the way through it; -1 beyond the rim."""
     along = at - ground.origin[axis]
     cells = ground.heights.shape[axis] - 1
-    if not -RIM <= along <= cells * ground.step[axis] + RIM:
+    if not -TERRAIN_RIM <= along <= cells * ground.step[axis] + TERRAIN_RIM:
         return -1, 0.0
     along /= ground.step[axis]
     i = min(max(math.floor(along), 0), cells - 1)
@@ -112,7 +109,7 @@ def _side(ground: Ground, axis: int, level: int, block: int) -> tuple[float, flo
     cells = ground.heights.shape[axis] - 1
     first, last = block << level, min((block + 1) << level, cells)
     low, high = ground.origin[axis] + first * ground.step[axis], ground.origin[axis] + last * ground.step[axis]
-    return low - RIM if first == 0 else low, high + RIM if last == cells else high
+    return low - TERRAIN_RIM if first == 0 else low, high + TERRAIN_RIM if last == cells else high
 
 
 @inner_query
@@ -154,7 +151,7 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> 
     """
     if len(ground.heights) == 0:
         return False
-    margin -= TOLERANCE
+    margin -= SURFACE_DEPTH
     dx, dy, rise = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     top = len(ground.levels) - 1
     level, i, j = top, 0, 0

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
 from skyverse.numerics.kernel import kernel
+from skyverse.numerics.tolerances import GRID_INDEX
 from skyverse.space import blocks, box
 from skyverse.space.world import Space, World, segment_free
 
@@ -54,7 +55,7 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     """Compile a lattice over a world: which nodes are blocked, and which moves from the others are safe."""
     space = world.space
     step = np.array(lattice.step)
-    shape = np.floor((space.high - space.low) / step + 1e-9).astype(np.int64) + 1
+    shape = np.floor((space.high - space.low) / step + GRID_INDEX).astype(np.int64) + 1
     touched = np.zeros(tuple(shape), np.uint8)
     box.touch(space.boxes, space.clearance, space.low, step, shape, touched)
     blocks.touch_solids(space.solids, space.clearance, space.low, step, shape, touched)
@@ -125,9 +126,9 @@ def snap(grid: Grid, space: Space, point: Floats) -> tuple[int, bool]:
         Whether no move leads on from any that can be reached.
     """
     cell = (point - grid.origin) / grid.step
-    lowest = np.clip(np.floor(cell + 1e-9).astype(np.int64), 0, grid.shape - 1)
+    lowest = np.clip(np.floor(cell + GRID_INDEX).astype(np.int64), 0, grid.shape - 1)
     near = [lowest + np.array(reach) for reach in itertools.product((-1, 0, 1), repeat=3) if any(reach)]
-    near = [c for c in near if np.all((c >= 0) & (c < grid.shape) & (np.abs(c - cell) <= 1 + 1e-9))]
+    near = [c for c in near if np.all((c >= 0) & (c < grid.shape) & (np.abs(c - cell) <= 1 + GRID_INDEX))]
     near.sort(key=lambda c: math.dist(c * grid.step, cell * grid.step))
     fallback = -1
     for i, j, k in (lowest, *near):

@@ -9,8 +9,8 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
 from skyverse.numerics.kernel import inner_query, query
+from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box, polygon, tree
-from skyverse.space.box import TOLERANCE
 from skyverse.space.tree import FIRST, SKIP, STOP, Tree
 
 BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
@@ -97,7 +97,7 @@ def _add_edges(prisms: Sequence[Prism | None], bounds: Floats, kind: Ints) -> Fl
 @inner_query
 def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -> bool:
     """Tell whether the interior of solid i, grown by `growth`, holds the point."""
-    margin = growth - TOLERANCE
+    margin = growth - SURFACE_DEPTH
     kind = solids.kind[i, 0]
     if kind == SPHERE:
         reach = solids.round[i, 3] + margin
@@ -115,7 +115,7 @@ def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -
 @inner_query
 def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
     """Tell whether a segment that meets the interior of solid i's grown bounds meets that of the grown solid: exact."""
-    margin = growth - TOLERANCE
+    margin = growth - SURFACE_DEPTH
     kind = solids.kind[i, 0]
     if kind == BOX:
         return True
@@ -161,7 +161,7 @@ def reaches(solids: Solids, i: int, growth: float, low: Floats, high: Floats) ->
     """Tell whether the interior of solid i, grown by `growth`, reaches into the open box between two corners."""
     if not box.reaches(solids.bounds, i, growth, low, high):
         return False
-    margin = growth - TOLERANCE
+    margin = growth - SURFACE_DEPTH
     kind = solids.kind[i, 0]
     if kind == PRISM:
         return polygon.reaches(

@@ -9,18 +9,12 @@ from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
 from skyverse.numerics.kernel import inner_query, kernel, query, writable
-from skyverse.space import box, ground, solids, tree
+from skyverse.numerics.tolerances import SURFACE_DEPTH
+from skyverse.space import ground, solids, tree
 from skyverse.space.ground import Ground
 from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree
 from skyverse.space.voxels import merged, seamless
-
-ROOM = 1e-7
-"""A hair of room, metres: touching obstacles leave none between them, so that no line of sight slips through a seam.
-
-Lines of sight keep one beside the clearance, edges at which paths bend lie two off, and passages are three wide on
-either side: so whatever passage there is has edges to bend at, and each edge lines of sight to it.
-"""
 
 
 class Space(NamedTuple):
@@ -56,7 +50,7 @@ def in_bounds(space: Space, p: Floats) -> bool:
     """Tell whether a point lies in the closed bounds."""
     inside = True
     for axis in range(3):
-        inside &= space.low[axis] - box.TOLERANCE <= p[axis] <= space.high[axis] + box.TOLERANCE  # False for NaN
+        inside &= space.low[axis] - SURFACE_DEPTH <= p[axis] <= space.high[axis] + SURFACE_DEPTH  # False for NaN
     return inside
 
 
@@ -69,7 +63,7 @@ def shut(space: Space, growth: float, p: Floats) -> bool:
     return (
         tree.containing(space.tree, space.boxes, growth, p[0], p[1], p[2]) >= 0
         or solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0
-        or p[2] < ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra - box.TOLERANCE
+        or p[2] < ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra - SURFACE_DEPTH
     )
 
 
@@ -86,7 +80,7 @@ def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
 @query
 def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
     """Tell whether the ground, raised as `growth` raises it, reaches into the open box between two corners."""
-    floor = low[2] - growth - space.ground.extra + box.TOLERANCE
+    floor = low[2] - growth - space.ground.extra + SURFACE_DEPTH
     return ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor
 
 
@@ -148,7 +142,7 @@ class World:
 
     def __init__(self, scenario: Scenario) -> None:
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
-        filled = merged if scenario.clearance > box.TOLERANCE else seamless  # where nothing grows, seams would be open
+        filled = merged if scenario.clearance > SURFACE_DEPTH else seamless  # where nothing grows, seams would be open
         for number, obstacle in enumerate(scenario.obstacles):
             if isinstance(obstacle, Box | Voxels):
                 rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else filled(obstacle)
@@ -202,7 +196,7 @@ class World:
             return f"lies inside {self.named(found)} grown by the clearance of {self.space.clearance:g} m"
         margin = self.space.clearance + self.space.ground.extra
         above = p[2] - ground.height(self.space.ground, p[0], p[1])
-        if above < margin - box.TOLERANCE:
+        if above < margin - SURFACE_DEPTH:
             return f"lies {above:g} m above ground, but {margin:g} m are required"
         return None
 

@@ -10,6 +10,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.numerics.arrays import order_of, towards
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box, solids, tree
 from skyverse.space.tree import FIRST, SKIP, STOP
 from skyverse.space.world import Space, ground_reaches
@@ -137,7 +138,7 @@ def _is_free(space: Space, b: Floats) -> bool:
     """Tell whether no grown obstacle reaches into the box."""
     node = 0
     index = space.tree
-    growth = space.clearance - box.TOLERANCE
+    growth = space.clearance - SURFACE_DEPTH
     while node < len(index.links):
         if not box.touches(index.bounds, node, growth, b[:3], b[3:]):
             node = index.links[node, SKIP]
@@ -160,7 +161,7 @@ def _shapes_reach(space: Space, b: Floats) -> bool:
 
 @inner
 def _reaches(space: Space, i: int, b: Floats) -> bool:
-    growth = space.clearance - box.TOLERANCE
+    growth = space.clearance - SURFACE_DEPTH
     meet = True
     for axis in range(3):
         meet &= space.boxes[i, axis] - growth < b[axis + 3] and space.boxes[i, axis + 3] + growth > b[axis]
@@ -189,9 +190,9 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
         for axis in range(3):
             width = b[axis + 3] - b[axis]
             low, high = space.boxes[i, axis] - space.clearance, space.boxes[i, axis + 3] + space.clearance
-            if low >= seed[axis + 3] - box.TOLERANCE and (low - b[axis]) / width > best:
+            if low >= seed[axis + 3] - SURFACE_DEPTH and (low - b[axis]) / width > best:
                 best, best_face, best_place = (low - b[axis]) / width, axis + 3, max(low, seed[axis + 3])
-            if high <= seed[axis] + box.TOLERANCE and (b[axis + 3] - high) / width > best:
+            if high <= seed[axis] + SURFACE_DEPTH and (b[axis + 3] - high) / width > best:
                 best, best_face, best_place = (b[axis + 3] - high) / width, axis, min(high, seed[axis])
         if best_face >= 0:
             b[best_face] = best_place

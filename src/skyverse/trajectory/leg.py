@@ -12,6 +12,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.world import Space
 from skyverse.trajectory.dubins import curvature, pose
@@ -202,16 +203,16 @@ def _stretch(space: Space, leg: Leg, begin: float, end: float, curved: float, cl
         low[1] -= aside
         high[1] += aside
     for axis in range(3):
-        least, most = space.low[axis] - box.TOLERANCE, space.high[axis] + box.TOLERANCE
+        least, most = space.low[axis] - SURFACE_DEPTH, space.high[axis] + SURFACE_DEPTH
         if not (least <= a[axis] <= most and least <= b[axis] <= most):
             return SHUT if axis < 2 else BLOCKED
     refused = _UNSURE if max(aside, off) > _TIGHT else BLOCKED
     for axis in range(2):
-        if low[axis] < space.low[axis] - box.TOLERANCE or high[axis] > space.high[axis] + box.TOLERANCE:
+        if low[axis] < space.low[axis] - SURFACE_DEPTH or high[axis] > space.high[axis] + SURFACE_DEPTH:
             return refused
     verdict = CLEAR
     swollen = np.empty((1, 6))
-    for i in tree.touching(space.tree, space.boxes, space.clearance - box.TOLERANCE, low, high):
+    for i in tree.touching(space.tree, space.boxes, space.clearance - SURFACE_DEPTH, low, high):
         for axis in range(3):
             extra = aside if axis < 2 else off
             swollen[0, axis] = space.boxes[i, axis] - extra
@@ -236,7 +237,7 @@ def _crosses_shapes(space: Space, off: float, a: Floats, b: Floats) -> bool:
 @inner
 def _at_all_heights(space: Space, leg: Leg, i: int) -> bool:
     top = leg.z + leg.climb.slope * (leg.climb.ramp + leg.climb.hold)
-    growth = space.clearance - box.TOLERANCE
+    growth = space.clearance - SURFACE_DEPTH
     return space.boxes[i, 2] - growth < min(leg.z, top) and max(leg.z, top) < space.boxes[i, 5] + growth
 
 

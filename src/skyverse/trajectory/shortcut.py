@@ -4,7 +4,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import kernel, writable
-from skyverse.space.world import ROOM, Space, World, segment_free
+from skyverse.numerics.tolerances import COLLINEAR, SEAM_MARGIN
+from skyverse.space.world import Space, World, segment_free
 
 
 def drop_collinear(path: Floats) -> Floats:
@@ -16,7 +17,7 @@ def drop_collinear(path: Floats) -> Floats:
     steps = np.diff(path, axis=0)
     across = np.linalg.norm(np.cross(steps[:-1], steps[1:]), axis=1)
     lengths = np.linalg.norm(steps, axis=1)
-    turns = across > 1e-9 * lengths[:-1] * lengths[1:]
+    turns = across > COLLINEAR * lengths[:-1] * lengths[1:]
     back = np.sum(steps[:-1] * steps[1:], axis=1) < 0.0
     return path[np.r_[True, turns | back, True][: len(path)]]
 
@@ -27,7 +28,7 @@ def shortcut(world: World, waypoints: Floats) -> Floats:
     A line of sight has a hair of room: it does not slip through the seam of obstacles that touch.
     """
     waypoints = writable(waypoints)
-    roomy = world.space._replace(clearance=world.space.clearance + ROOM)
+    roomy = world.space._replace(clearance=world.space.clearance + SEAM_MARGIN)
     return waypoints[_farthest_in_sight(roomy, waypoints)]
 
 

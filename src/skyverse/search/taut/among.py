@@ -7,26 +7,19 @@ from collections.abc import Callable
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.numerics.tolerances import MERGE_CONVERGED, SLOPE_MARGIN, STRAIGHT_ENOUGH, SURFACE_DEPTH
 from skyverse.search.taut.bends import distance
 from skyverse.search.taut.lazy import lazy_theta_star
 from skyverse.search.taut.over import past
 from skyverse.search.taut.pull import pull, slacken
 from skyverse.search.taut.tighten import length_of
-from skyverse.space.box import TOLERANCE
 from skyverse.space.lattice import Grid, position, positions
 from skyverse.space.world import Space, point_free, segment_free
 
-HAIR = 1e-5
-"""Metres of room that bends keep beside the clearance: what touches a slope exactly is hard to prove."""
 SPARE = 0.1
 """Ways past one side that are longer than the shortest by more than this share are left as they are."""
-NEAR = 1e-3
-"""The lattice is searched where they are longer than the straight line by more than this share."""
 AGAIN = 4
 """How often a way is slackened and pulled tight again, at most."""
-ENOUGH = 1e-5
-"""Done when that saves less than this share of it."""
-
 
 Route = Callable[[], tuple[Ints, int]]
 
@@ -57,8 +50,8 @@ def way_among(
     """
     if segment_free(space, *ends):
         return np.stack(ends), 0
-    roomy = space._replace(clearance=space.clearance + HAIR)
-    closed = space._replace(clearance=space.clearance + 2.0 * TOLERANCE)
+    roomy = space._replace(clearance=space.clearance + SLOPE_MARGIN)
+    closed = space._replace(clearance=space.clearance + 2.0 * SURFACE_DEPTH)
     first, last = (_with_room(space, roomy, end) for end in ends)
     best, least = np.empty((0, 3)), np.inf
     thrown: list[Floats] = []
@@ -74,7 +67,7 @@ def way_among(
             way = _ended(space, _tight(roomy, way), ends)
             if length_of(way) < least:
                 best, least = way, length_of(way)
-    if min(nodes) < 0 or least < (1.0 + NEAR) * distance(*ends):
+    if min(nodes) < 0 or least < (1.0 + STRAIGHT_ENOUGH) * distance(*ends):
         return best, 0
     slack = distance(ends[0], position(grid, nodes[0])) + distance(ends[1], position(grid, nodes[1]))
     slack += 4.0 * float(grid.step.max())  # what is gained when it is pulled tight
@@ -113,7 +106,7 @@ def _tight(space: Space, way: Floats) -> Floats:
         way = pull(space, slacken(space, best))
         gain = length_of(best) - length_of(way)
         best = way if gain > 0.0 else best
-        if gain < ENOUGH * length_of(best):
+        if gain < MERGE_CONVERGED * length_of(best):
             break
     return best
 
@@ -124,7 +117,7 @@ def _with_room(space: Space, roomy: Space, point: Floats) -> Floats | None:
         return point
     for far in (2.0, 8.0, 32.0):
         for x, y, z in ((0, 0, 1), *itertools.product((0, 1, -1), repeat=3)):
-            beside = point + far * HAIR * np.array([x, y, z], dtype=np.float64)
+            beside = point + far * SLOPE_MARGIN * np.array([x, y, z], dtype=np.float64)
             if point_free(roomy, beside) and segment_free(space, point, beside):
                 return beside
     return None
@@ -135,7 +128,7 @@ def _ended(space: Space, way: Floats, ends: tuple[Floats, Floats]) -> Floats:
     whole = np.vstack([ends[0], way, ends[1]])
     whole = whole[np.r_[True, np.any(np.diff(whole, axis=0) != 0.0, axis=1)]]
     for end, near, next_ in ((0, 1, 2), (-1, -2, -3)):  # the points with room, where they are not needed
-        close = len(whole) > 2 and distance(whole[near], whole[end]) < 100.0 * HAIR
+        close = len(whole) > 2 and distance(whole[near], whole[end]) < 100.0 * SLOPE_MARGIN
         if close and segment_free(space, whole[end], whole[next_]):
             whole = np.delete(whole, near, axis=0)
     return whole

@@ -10,14 +10,12 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.heap import make_heap, pop, push
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import inner, inner_query, kernel
+from skyverse.numerics.tolerances import FACE_PLANE
 from skyverse.space import box, tree
 from skyverse.space.edges import Edges
 from skyverse.space.tree import FIRST, SKIP, STOP
 from skyverse.space.world import Space
-
-HAIR = 1e-9
-"""Metres within which a point counts as lying in a face's plane."""
 
 
 class Points(NamedTuple):
@@ -137,7 +135,17 @@ def side_of(edges: Edges, e: int, v: Floats, u: Floats) -> int:
     b, c = (axis + 1) % 3, (axis + 2) % 3
     rb = edges.side[e, 0] * (u[b] - v[b])
     rc = edges.side[e, 1] * (u[c] - v[c])
-    return (1 if rb >= -HAIR and rc <= HAIR else 0) + (2 if rc >= -HAIR and rb <= HAIR else 0)
+    return beside_faces(rb, rb, rc, rc)
+
+
+@inner_query
+def beside_faces(least_b: float, most_b: float, least_c: float, most_c: float) -> int:
+    """Return beside which faces of an edge some point of a box lies: bit 1 for the first face, bit 2 for the second.
+
+    The box is given by its least and greatest metres from the edge into free space, along the edge's two normals.
+    """
+    first = 1 if most_b >= -FACE_PLANE and least_c <= FACE_PLANE else 0
+    return first + (2 if most_c >= -FACE_PLANE and least_b <= FACE_PLANE else 0)
 
 
 @inner

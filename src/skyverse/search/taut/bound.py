@@ -16,7 +16,8 @@ from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import put, put_box
 from skyverse.numerics.heap import make_heap, pop, push
 from skyverse.numerics.kernel import inner, inner_query
-from skyverse.search.taut.bends import HAIR, distance, nearby
+from skyverse.numerics.tolerances import SURFACE_DEPTH
+from skyverse.search.taut.bends import beside_faces, distance, nearby
 from skyverse.space import box
 from skyverse.space.edges import Edges
 from skyverse.space.tree import FIRST, SKIP, STOP
@@ -204,7 +205,7 @@ def _beside(edges: Edges, e: int, ends: Floats, v: int, w: int) -> int:
         least_c, most_c = ends[w, c] - ends[v, c], ends[w, c + 3] - ends[v, c]
     else:
         least_c, most_c = ends[v, c] - ends[w, c + 3], ends[v, c] - ends[w, c]
-    return (1 if most_b >= -HAIR and least_c <= HAIR else 0) + (2 if most_c >= -HAIR and least_b <= HAIR else 0)
+    return beside_faces(least_b, most_b, least_c, most_c)
 
 
 @inner
@@ -233,7 +234,7 @@ def _all_meet(boxes: Floats, i: int, growth: float, ends: Floats, v: int, w: int
 
     Then all legs between the intervals are: at that share, the points of all legs are mixtures of those four.
     """
-    margin = growth - box.TOLERANCE
+    margin = growth - SURFACE_DEPTH
     enter, leave = 0.0, 1.0
     for corner in range(4):
         for axis in range(3):

@@ -8,14 +8,18 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import (
+    BEND_WORTH,
+    COLLINEAR_DOT,
+    MIN_CROSS_PRODUCT,
+    MIN_SLIDE,
+    PATH_CONVERGED,
+    SHORTER,
+)
 from skyverse.search.taut.bends import distance
 from skyverse.search.taut.tighten import length_of
 from skyverse.space.world import Space, in_bounds, segment_free
 
-WORTH = 1e-5
-"""The share of a way's length that a bend more must save."""
-SETTLED = 1e-6
-"""Relative gain of a round below which a way is done."""
 ROUNDS = 120
 """At most."""
 HALVINGS = 9
@@ -40,12 +44,12 @@ def pull(space: Space, way: Floats) -> Floats:
         now = length_of(way)
         if len(way) == 2:
             break
-        if now > before * (1.0 - 10.0 * SETTLED):
+        if now > before * (1.0 - 10.0 * PATH_CONVERGED):
             cut = _cut(space, way)
-            if len(cut) == len(way) and now > before * (1.0 - SETTLED):
+            if len(cut) == len(way) and now > before * (1.0 - PATH_CONVERGED):
                 break
             if len(cut) > len(way):
-                if now > last * (1.0 - WORTH):
+                if now > last * (1.0 - BEND_WORTH):
                     break
                 last = now
                 way = cut
@@ -132,17 +136,17 @@ def _slide(space: Space, way: Floats, i: int, reach: Floats, aside: Floats, tria
     """
     a, v, b = way[i - 1], way[i], way[i + 1]
     to_a, to_b = distance(a, v), distance(v, b)
-    if reach[i] < 1e-5 * (to_a + to_b) or to_a == 0.0 or to_b == 0.0:
+    if reach[i] < MIN_SLIDE * (to_a + to_b) or to_a == 0.0 or to_b == 0.0:
         return
     px, py, pz = (v[0] - a[0]) / to_a, (v[1] - a[1]) / to_a, (v[2] - a[2]) / to_a
     qx, qy, qz = (b[0] - v[0]) / to_b, (b[1] - v[1]) / to_b, (b[2] - v[2]) / to_b
     wx, wy, wz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
     size = np.sqrt(wx * wx + wy * wy + wz * wz)
-    if size < 1e-9:
+    if size < MIN_CROSS_PRODUCT:
         return
     ex, ey, ez = px + qx, py + qy, pz + qz  # along the ellipse
     norm = np.sqrt(ex * ex + ey * ey + ez * ez)
-    if norm < 1e-9:
+    if norm < MIN_CROSS_PRODUCT:
         return
     least = to_a + to_b
     for turn in range(4):
@@ -155,7 +159,7 @@ def _slide(space: Space, way: Floats, i: int, reach: Floats, aside: Floats, tria
             continue
         share = _drawn(space, a, aside, b, trial)
         _towards(a, aside, b, share, trial)
-        if distance(a, trial) + distance(trial, b) < least * (1.0 - 1e-9):
+        if distance(a, trial) + distance(trial, b) < least * (1.0 - SHORTER):
             for axis in range(3):
                 way[i, axis] = trial[axis]
             reach[i] *= 1.5
@@ -167,7 +171,7 @@ def _slide(space: Space, way: Floats, i: int, reach: Floats, aside: Floats, tria
 def _cut(space: Space, way: Floats) -> Floats:
     """Return a way with those bends cut off, as far out as is free, that this is worth a bend more."""
     cut = np.empty((2 * len(way), 3))
-    worth = WORTH * length_of(way)
+    worth = BEND_WORTH * length_of(way)
     p, q = np.empty(3), np.empty(3)
     count = 0
     for i in range(len(way)):
@@ -257,7 +261,7 @@ def _apex(a: Floats, v: Floats, w: Floats, b: Floats, apex: Floats) -> bool:
         along += p * q
         from_v += p * gap
         from_w += q * gap
-    if along > 0.7 or along < -1.0 + 1e-9:  # they come back, or are one straight line
+    if along > 0.7 or along < -1.0 + COLLINEAR_DOT:  # they come back, or are one straight line
         return False
     s, t = (from_v - along * from_w) / (1.0 - along**2), (along * from_v - from_w) / (1.0 - along**2)
     if s <= 0.0 or t <= 0.0:

@@ -5,6 +5,16 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import put, put_all, towards
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import (
+    DETOUR_GAIN,
+    LENGTH_ROUNDING,
+    MIN_DRAW_SHARE,
+    MIN_WINDOW_SHARE,
+    ON_EDGE,
+    SLIDE_CONVERGED,
+    TIGHTEN_CONVERGED,
+    WINDOW_CONVERGED,
+)
 from skyverse.search.taut.bends import Points, closest, distance, nearby, reach_on, search, spheroid, through
 from skyverse.space import tree
 from skyverse.space.edges import Edges
@@ -16,8 +26,6 @@ EACH = 4
 """Points spread over each of them, beside three that are chosen; one less where they are many."""
 ROUNDS = 12
 """Searches in a window at most."""
-SETTLED = 1e-9
-"""Relative gain below which a window, and relative to which a way, is done."""
 
 
 @kernel
@@ -47,7 +55,7 @@ def slide(edges: Edges, at: Floats, edge: Ints) -> None:
                 moved = max(moved, abs(x - at[i, axis]))
                 put(at, i, edges.ends[edge[i], :3])
                 at[i, axis] = x
-        if moved <= 1e-12 * (1.0 + abs(at[0, 0])):
+        if moved <= SLIDE_CONVERGED * (1.0 + abs(at[0, 0])):
             break
 
 
@@ -63,7 +71,7 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
     more_edge = np.empty(0, np.int64)
     for turn in range(ROUNDS):
         points = _sample(edges, pieces, each, best, best_edge, more_at, more_edge, length)
-        found = search(space, growth, edges, points, length * (1.0 + 1e-12))
+        found = search(space, growth, edges, points, length * (1.0 + LENGTH_ROUNDING))
         spent[0] += 1
         spent[1] += found.expanded
         if len(found.points) == 0:
@@ -77,7 +85,7 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
                 break
         more_at, more_edge = _conflicts(space, own, growth, edges, pieces, slid)
         trial, share = np.empty(path.shape), 1.0
-        while share > 1e-3:
+        while share > MIN_DRAW_SHARE:
             for i in range(len(path)):
                 for axis in range(3):
                     trial[i, axis] = path[i, axis] + share * (slid[i, axis] - path[i, axis])
@@ -88,7 +96,7 @@ def solve(space: Space, growth: float, edges: Edges, pieces: Ints, way: Floats, 
         before = length
         if length_of(path) < length:
             best, best_edge, length = path, edge, length_of(path)
-        if length > before * (1.0 - SETTLED) and (len(more_at) == 0 or turn > 3):
+        if length > before * (1.0 - WINDOW_CONVERGED) and (len(more_at) == 0 or turn > 3):
             break
     return best
 
@@ -129,7 +137,7 @@ def _turn_over(edges: Edges, pieces: Ints, at: Floats, edge: Ints) -> bool:
         for other in pieces:
             if other != e and _on(edges, other, at[i]):
                 x = closest(edges, other, at[i - 1], at[i + 1])
-                if through(edges, other, x, at[i - 1], at[i + 1]) < least - 1e-9:
+                if through(edges, other, x, at[i - 1], at[i + 1]) < least - DETOUR_GAIN:
                     edge[i] = other
                     turned = True
     return turned
@@ -140,7 +148,7 @@ def _on(edges: Edges, e: int, p: Floats) -> bool:
     """Tell whether a point lies on a piece of an edge, within a micrometre."""
     near = True
     for axis in range(3):
-        near &= edges.ends[e, axis] - 1e-6 < p[axis] < edges.ends[e, axis + 3] + 1e-6
+        near &= edges.ends[e, axis] - ON_EDGE < p[axis] < edges.ends[e, axis + 3] + ON_EDGE
     return near
 
 
@@ -248,7 +256,7 @@ def tighten(space: Space, growth: float, edges: Edges, way: Floats, spent: Ints)
                 begin, stop = max(middle - reach, 0.0), min(middle + reach, total)
                 first, last = point_at(way, begin), point_at(way, stop)
                 pieces = nearby(edges, first, last, stop - begin, PIECES)
-                if len(pieces) <= PIECES or reach <= 1e-3 * total:
+                if len(pieces) <= PIECES or reach <= MIN_WINDOW_SHARE * total:
                     break
             pieces = pieces[:PIECES]
             if len(pieces):
@@ -260,7 +268,7 @@ def tighten(space: Space, growth: float, edges: Edges, way: Floats, spent: Ints)
                 break
             middle += reach
         way = straighten(space, growth, way)
-        if length_of(way) > before * (1.0 - 1e-4):
+        if length_of(way) > before * (1.0 - TIGHTEN_CONVERGED):
             break
     return way
 
