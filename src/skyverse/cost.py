@@ -10,6 +10,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.model.shapes import Cylinder, Prism, Voxels, Zone
 from skyverse.numerics.kernel import inner, kernel, writable
+from skyverse.numerics.norm import norm
 from skyverse.numerics.tolerances import COLLINEAR
 from skyverse.space import band, chord
 from skyverse.space.ground import Ground, make_ground
@@ -238,19 +239,19 @@ def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
     for i in range(1, len(path)):
         a, b = path[i - 1], path[i]
         dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-        size = math.sqrt(dx**2 + dy**2 + dz**2)
+        size = norm(dx, dy, dz)
         shares[0] += rates.metre * size
         if i > 1:
             ex, ey, ez = a[0] - before[0], a[1] - before[1], a[2] - before[2]
             cx, cy, cz = ey * dz - ez * dy, ez * dx - ex * dz, ex * dy - ey * dx
-            if math.sqrt(cx**2 + cy**2 + cz**2) > COLLINEAR * size_before * size:
+            if norm(cx, cy, cz) > COLLINEAR * size_before * size:
                 shares[1] += rates.turn
         if rates.soft:
             add_soft(rates, a, b, soft_shares)
         before = a
         size_before = size
     last = path[-1]
-    gap = math.sqrt((last[0] - goal[0]) ** 2 + (last[1] - goal[1]) ** 2 + (last[2] - goal[2]) ** 2)
+    gap = norm(last[0] - goal[0], last[1] - goal[1], last[2] - goal[2])
     shares[2] = rates.end * gap
     return shares
 

@@ -123,6 +123,22 @@ def test_a_target_at_the_start_is_reached_without_a_search():
     assert sky.check_result(there, 0, 0, result) == []
 
 
+@pytest.mark.parametrize("gap", [1e-260, 1e-160, 5e-324])
+@pytest.mark.parametrize(
+    "planner",
+    [sky.HybridMVO(universes=4, legs="straight"), sky.Taut(), sky.ThetaStar()],
+    ids=lambda p: type(p).__name__,
+)
+def test_a_target_next_to_the_start_costs_no_less_than_the_bound(planner, gap):
+    """The squares of such a distance underflow: the path once cost 0, less than the bound."""
+    there = hall().model_copy(
+        update={"uavs": (sky.UAV(start=(0.0, 0.7, 1.2)),), "targets": (sky.Target(position=(gap, 0.7, 1.2)),)}
+    )
+    result = planner.plan(sky.Problem(there), stop=STOP, rng=1)
+    assert (result.status, result.cost, result.bound) == (sky.Status.OPTIMAL, gap, gap)
+    assert sky.check_result(there, 0, 0, result) == []
+
+
 @pytest.mark.parametrize(
     ("start", "status"), [((2.5, 1, 1), sky.Status.START_UNSAFE), ((-1, 1, 1), sky.Status.START_OUT_OF_BOUNDS)]
 )

@@ -4,8 +4,14 @@ The referee has tolerances of its own (`skyverse.referee.tolerances`) and does n
 stand in the files that use them.
 """
 
+NO_EXTENT = 1e-300
+"""Metres along an axis up to which a segment has no extent there: the reciprocal of a subnormal number is infinite."""
+
 MIN_PIVOT = 1e-300
 """The least pivot of a Cholesky factor, so that nothing is divided by 0 where a matrix is nearly singular."""
+
+UNDERFLOWING_SQUARES = 1e-290
+"""Square metres: in a sum of squares below this, a square may be subnormal and have lost digits, or be 0."""
 
 MIN_NORM = 1e-12
 """Metres: a vector is divided by at least this length, so that one of length 0 stays finite."""

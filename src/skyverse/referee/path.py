@@ -154,14 +154,14 @@ def _judge_cost(
 ) -> Iterator[Violation]:
     name, objective = scenario.uavs[uav].name, scenario.objective
     steps = np.diff(path, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    crossed = np.linalg.norm(np.cross(steps[:-1], steps[1:]), axis=1) if len(steps) > 1 else np.zeros(0)
+    lengths = _norms(steps)
+    crossed = _norms(np.cross(steps[:-1], steps[1:])) if len(steps) > 1 else np.zeros(0)
     turns = np.count_nonzero(crossed > 1e-9 * lengths[:-1] * lengths[1:])
     by_nodes = objective.unit == "nodes" and not result.any_angle
     true = {
         "fuel": objective.fuel * (len(path) if by_nodes else float(lengths.sum())),
         "divergence": objective.divergence * turns,
-        "end": objective.end * float(np.linalg.norm(path[-1] - goal)),
+        "end": objective.end * float(_norms(path[-1:] - goal)[0]),
     }
     terms = result.terms if isinstance(result.terms, dict) else {}
     claimed = {str(term): _number(share) for term, share in terms.items()}
@@ -179,6 +179,14 @@ def _judge_cost(
     elif result.status.reached and bound is not None and not cost >= bound * (1 - 1e-9):
         message = f"{name}'s path costs {cost:.9g}, less than the bound {bound:.9g} that no path can beat."
         yield Violation(Fault.BOUND, (uav,), message)
+
+
+def _norms(vectors: Floats) -> Floats:
+    """Return the Euclidean norms of (n, 3) vectors, (n,), also where squares of their components underflow."""
+    norms: Floats = np.linalg.norm(vectors, axis=1)
+    tiny = norms < 1e-145
+    norms[tiny] = np.linalg.norm(vectors[tiny] * 2.0**600, axis=1) / 2.0**600  # a power of two rounds nothing
+    return norms
 
 
 def _soft_terms(scenario: Scenario, space: Space, path: Floats, claimed: dict[str, float]) -> dict[str, float]:

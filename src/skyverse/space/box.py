@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.kernel import inner_query, kernel, query
-from skyverse.numerics.tolerances import BLOCK_CONTACT, SURFACE_DEPTH
+from skyverse.numerics.tolerances import BLOCK_CONTACT, NO_EXTENT, SURFACE_DEPTH
 
 
 @query
@@ -63,9 +63,9 @@ def ray(a: Floats, b: Floats) -> Ray:
         a[0],
         a[1],
         a[2],
-        1.0 / dx if dx != 0.0 else 0.0,
-        1.0 / dy if dy != 0.0 else 0.0,
-        1.0 / dz if dz != 0.0 else 0.0,
+        1.0 / dx if abs(dx) > NO_EXTENT else 0.0,
+        1.0 / dy if abs(dy) > NO_EXTENT else 0.0,
+        1.0 / dz if abs(dz) > NO_EXTENT else 0.0,
     )
 
 

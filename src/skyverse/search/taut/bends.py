@@ -11,6 +11,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.heap import make_heap, pop, push
 from skyverse.numerics.kernel import inner, inner_query, kernel
+from skyverse.numerics.norm import norm
 from skyverse.numerics.tolerances import FACE_PLANE
 from skyverse.space import box, tree
 from skyverse.space.edges import Edges
@@ -36,7 +37,7 @@ class Found(NamedTuple):
 @kernel
 def distance(a: Floats, b: Floats) -> float:
     """Return the Euclidean distance of two points."""
-    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+    return norm(a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 @inner
