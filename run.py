@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Set up skyverse in .venv and run it: demo, test, lint, docs, lock.
+"""Set up skyverse in .venv and run it: demo, test, explore, lint, docs, lock.
 
 Needs Python 3.11 or newer with venv, nothing else. Everything that pip installs is pinned by hash in requirements/.
 """
@@ -10,9 +10,13 @@ import argparse
 import hashlib
 import importlib.util
 import os
+import random
 import shutil
+import signal
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 from typing import NoReturn
 
@@ -29,6 +33,10 @@ def main() -> int:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     commands.add_parser("demo", help="plan the five-UAV mission of Table 4.8; write it and its web page into out/")
     commands.add_parser("test", help="run the tests, on all cores; or what follows, as in: run.py test tests/space -x")
+    explore = commands.add_parser(
+        "explore", help="run the property tests on fresh random examples, for so many minutes"
+    )
+    explore.add_argument("minutes", nargs="?", type=float, default=10.0, help="how long; 10 if not given")
     commands.add_parser("lint", help="ruff, mypy and the import layers")
     commands.add_parser("docs", help="build the documentation into docs/_build/html, the examples included")
     commands.add_parser("lock", help="renew requirements/*.txt (needs uv on the PATH)")
@@ -48,6 +56,8 @@ def main() -> int:
         if not rest and not os.environ.get("NUMBA_DISABLE_JIT"):
             run("python", "tests/kernels.py")
         return run("python", "-m", "pytest", *asked)
+    if options.command == "explore":
+        return explore_for(60 * options.minutes)
     if options.command == "docs":
         return run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")
     return max(
@@ -84,6 +94,31 @@ def set_up(kind: str) -> None:
     call(*pip, "--require-hashes", "--only-binary", ":all:", "-r", str(LOCKS / f"{kind}.txt"))
     call(*pip, "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
     stamp.write_text(wanted, encoding="utf-8")
+
+
+def explore_for(seconds: float) -> int:
+    """Run the property tests on fresh random examples until the time is over; return 1 if any failed.
+
+    Each round draws other examples, from a random seed. The last one is cut short.
+    """
+    end = time.monotonic() + seconds
+    finds = []
+    while (left := end - time.monotonic()) > 0:
+        seed = random.randrange(2**32)
+        options = ("-m", "hypothesis", "-n", "auto", "--dist", "loadfile", "-rf", f"--hypothesis-seed={seed}")
+        print(f"$ pytest {' '.join(options)}   ({left / 60:.1f} minutes left)", flush=True)
+        with subprocess.Popen([PYTHON, "-m", "pytest", *options], stdout=subprocess.PIPE, text=True) as process:
+            cut = threading.Timer(left, process.send_signal, [signal.SIGINT if os.name == "posix" else signal.SIGTERM])
+            cut.start()
+            for line in process.stdout or ():
+                print(line, end="", flush=True)
+                if line.startswith("FAILED "):
+                    finds.append(f"python3 run.py test {line.split()[1]} --hypothesis-seed={seed}")
+            cut.cancel()
+        if process.returncode not in (0, 1, 2):  # neither passed, failed nor interrupted: the round itself went wrong
+            return process.returncode
+    print("\n".join(["These tests failed; to see them again:", *finds]) if finds else "No failure was found.")
+    return 1 if finds else 0
 
 
 def lock() -> int:

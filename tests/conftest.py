@@ -1,43 +1,62 @@
-"""What every test shares: the way hypothesis runs, and `worlds` on the path."""
+"""What every test shares: how hypothesis draws examples, which tests run, and for which reasons one may be skipped."""
 
-import math
 import os
+import random
 import sys
-import time
-from datetime import date
-from itertools import groupby
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parent / "support"))
+
+from skips import SLOW, cause_of
+
+MIN_EXAMPLES = 20
 
 settings.register_profile(
-    "skyverse",
+    "fixed",
     deadline=None,
-    max_examples=int(os.environ.get("SKYVERSE_EXAMPLES", "20")),
+    derandomize=True,
+    max_examples=int(os.environ.get("SKYVERSE_EXAMPLES", MIN_EXAMPLES)),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
 )
-settings.load_profile("skyverse")
+settings.register_profile("explore", settings.get_profile("fixed"), derandomize=False, database=None, print_blob=True)
 
 
-UNTIL = float(os.environ.get("SKYVERSE_UNTIL", "inf"))
-"""Seconds since 1970 after which no test is begun: a slow machine then leaves tests out, and says how many."""
+def pytest_configure(config):
+    """Draw the same examples each time, unless a seed asks for others (`python3 run.py explore`)."""
+    settings.load_profile("fixed" if config.getoption("--hypothesis-seed") is None else "explore")
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     if not os.environ.get("SKYVERSE_SLOW"):
-        skip = pytest.mark.skip(reason="takes long; SKYVERSE_SLOW=1 runs it")
+        skip = pytest.mark.skip(reason=SLOW)
         for item in items:
             if "slow" in item.keywords:
                 item.add_marker(skip)
-    if math.isfinite(UNTIL):  # each day others come last
-        files = [list(some) for _, some in groupby(items, key=lambda item: item.path)]
-        first = 17 * date.today().toordinal() % len(files) if files else 0
-        items[:] = [item for some in files[first:] + files[:first] for item in some]
+    seed = config.getoption("--hypothesis-seed")
+    if seed is not None:  # each round of an exploration begins with other tests, since it may be cut short
+        files = list(dict.fromkeys(item.path for item in items))
+        random.Random(seed).shuffle(files)
+        items.sort(key=lambda item: files.index(item.path))
 
 
-def pytest_runtest_setup():
-    if time.time() > UNTIL:
-        pytest.skip("no time left: SKYVERSE_UNTIL")
+def fail_if_skipped_without_cause(report):
+    """Let a skipped test or module fail if the reason is not on the list in `skips`."""
+    if report.skipped and not hasattr(report, "wasxfail"):
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+        if cause_of(reason) is None:
+            report.outcome = "failed"
+            report.longrepr = f"skipped for a reason that is not on the list in tests/support/skips.py: {reason}"
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item):
+    return fail_if_skipped_without_cause((yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    return fail_if_skipped_without_cause((yield))

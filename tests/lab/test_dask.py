@@ -47,7 +47,7 @@ if __name__ == "__main__":
 def test_a_cluster_whose_worker_is_killed_gives_the_rows_of_this_machine(tmp_path):
     pytest.importorskip("distributed", reason="needs skyverse[dask]")
     script = tmp_path / "script.py"
-    script.write_text(SCRIPT.format(tests=str(Path(__file__).parents[1]), folder=str(tmp_path)))
+    script.write_text(SCRIPT.format(tests=str(Path(__file__).parents[1] / "support"), folder=str(tmp_path)))
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
     assert run.returncode == 0, run.stderr
     assert run.stdout.splitlines()[-1] == "60"

@@ -188,7 +188,7 @@ def test_a_box_that_nothing_meets_holds_no_shut_point(scenario, a, b, growth):
         assert not meets
 
 
-@settings(max_examples=15)
+@settings(max_examples=20)
 @given(worlds())
 def test_no_safe_move_of_the_lattice_passes_a_shut_point(scenario):
     compiled = sky.World(scenario)

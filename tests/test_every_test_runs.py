@@ -1,0 +1,76 @@
+"""Every test runs each time, with the same examples; what may be skipped stands on a list."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+CONFTEST = Path(__file__).with_name("conftest.py")
+
+SKIPS = """
+import pytest
+
+def test_a_skip_with_a_cause():
+    pytest.skip("no chromium to look at the page with")
+
+def test_a_skip_without_a_cause():
+    pytest.skip("not today")
+"""
+
+PROPERTY = """
+from hypothesis import given, strategies as st
+
+@given(st.integers())
+def test_examples(number):
+    print("drew", number)
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Run pytest over a test file with this conftest; return its exit code and what it wrote."""
+
+    def run(text, *options):
+        (tmp_path / "support").mkdir(exist_ok=True)
+        for source in (CONFTEST, CONFTEST.parent / "support" / "skips.py"):
+            (tmp_path / source.relative_to(CONFTEST.parent)).write_bytes(source.read_bytes())
+        (tmp_path / "test_it.py").write_text(text)
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *options, str(tmp_path)]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+        return done.returncode, done.stdout + done.stderr
+
+    return run
+
+
+def test_a_skip_whose_reason_is_not_on_the_list_fails_the_run(run):
+    code, text = run(SKIPS)
+    assert code == 1
+    assert "1 failed, 1 skipped" in text
+    assert "not on the list in tests/support/skips.py: Skipped: not today" in text
+
+
+def test_a_module_that_is_skipped_for_no_cause_on_the_list_fails_the_run(run):
+    code, text = run("import pytest\npytest.skip('not this file', allow_module_level=True)")
+    assert code != 0
+    assert "not on the list" in text
+
+
+def test_examples_are_the_same_each_time_unless_a_seed_asks_for_others(run):
+    drawn = [
+        [line for line in run(PROPERTY, "-s", *seed)[1].splitlines() if "drew" in line]
+        for seed in ((), (), ("--hypothesis-seed=1",))
+    ]
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert len(drawn[0]) > 1
+
+
+def test_a_property_is_given_twenty_examples_or_more(request):
+    few = {
+        item.nodeid: found.max_examples
+        for item in request.session.items
+        if (found := getattr(getattr(item, "function", None), "_hypothesis_internal_use_settings", None))
+        and found.max_examples < min(20, settings().max_examples)
+    }
+    assert not few
