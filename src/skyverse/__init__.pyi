@@ -1,5 +1,5 @@
 from ._version import __version__ as __version__
-from .deconfliction.conflicts import find_conflicts as find_conflicts
+from .deconfliction.find_conflicts import find_conflicts as find_conflicts
 from .draw.animation import write_animation as write_animation
 from .draw.animation import write_instants as write_instants
 from .draw.figures import write_figures as write_figures

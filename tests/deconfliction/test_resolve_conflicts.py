@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.deconfliction.exchange import Solved
-from skyverse.deconfliction.fleet import Fleet, Place
-from skyverse.deconfliction.resolve_conflicts import _actions, keep_apart
+from skyverse.deconfliction.candidate import PlacedFlight
+from skyverse.deconfliction.candidate_pool import CandidatePool
+from skyverse.deconfliction.exchange_targets import Resolution
+from skyverse.deconfliction.resolve_conflicts import _actions, resolve_conflicts
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.problem import Airspace, Problem
 from skyverse.trajectory import fly_along
@@ -115,7 +116,8 @@ def _crossed(given):
     problems = [Problem(airspace, k, k) for k in range(len(given.uavs))]
     results = tuple(sky.Taut().plan(problem) for problem in problems)
     flown = tuple(fly_along(p, r) for p, r in zip(problems, results, strict=True))
-    return keep_apart(airspace, tuple(range(len(problems))), results, flown, fly=fly_along, replan=sky.Taut().plan)
+    assignment, replan = tuple(range(len(problems))), sky.Taut().plan
+    return resolve_conflicts(airspace, assignment, results, flown, make_trajectory=fly_along, replan=replan)
 
 
 def test_one_that_would_be_overtaken_in_a_corridor_is_followed():
@@ -168,15 +170,15 @@ def test_an_exchange_is_told_of_even_where_it_does_not_resolve_all():
     uavs = [sky.UAV(name="a", start=(1, 1, 1)), sky.UAV(name="b", start=(1, 9, 1))]
     given = scenario(uavs, [(9, 1, 1), (9, 9, 1)])
     airspace = Airspace(given)
-    fleet = Fleet(airspace, fly_along)
+    pool = CandidatePool(airspace, fly_along)
     own = []
     for uav, target in ((0, 1), (1, 0)):
         problem = Problem(airspace, uav, target)
         result = sky.Taut().plan(problem)
-        own.append(fleet.own(uav, target, result, fly_along(problem, result)))
-    places = [Place(option, 0.0, clashes=True) for option in own]
+        own.append(pool.add_planned(uav, target, result, fly_along(problem, result)))
+    places = [PlacedFlight(option, 0.0, in_conflict=True) for option in own]
     flown = tuple(option.trajectory for option in own)
-    told = list(_actions(given, (0, 1), flown, Solved(own, (), places)))
+    told = list(_actions(given, (0, 1), flown, Resolution(own, (), places)))
     assert [(action.uav, action.kind) for action in told] == [(0, "exchange"), (1, "exchange")]
 
 

@@ -1,1 +1,1 @@
-"""Fleets that stay apart: conflicts between timed trajectories, found exactly and resolved."""
+"""Deconfliction of fleets: conflicts between timed trajectories are found in continuous time and resolved."""

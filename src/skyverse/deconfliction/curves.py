@@ -1,4 +1,7 @@
-"""Trajectories as kernels see them: Bernstein pieces side by side in a few arrays, from each one's own instant zero."""
+"""Trajectories as arrays for kernels: the Bernstein pieces of many curves, one curve after another.
+
+The time along a curve is counted in seconds from the curve's own beginning; this is called its local time.
+"""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -12,23 +15,20 @@ from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import part, to_bernstein
 from skyverse.numerics.kernel import inner, kernel
 
-FORGIVEN = 1e-6
-"""Metres off both semi-axes by which UAVs may be too close: what the referee lets pass."""
-
 
 class Curves(NamedTuple):
-    """Many curves, piece after piece.
+    """Many curves, each a sequence of polynomial pieces.
 
     Attributes
     ----------
     first
-        (n + 1,) where each curve's pieces begin.
+        (n + 1,) index of the first piece of each curve; the last entry is the number of pieces.
     begin, duration
-        (p,) seconds of each piece, counted from its curve's beginning.
+        (p,) local time at which each piece begins, and how long it lasts, seconds.
     rows
-        (p, degree + 1, 3) Bernstein coefficients, metres.
+        (p, degree + 1, 3) Bernstein coefficients of each piece, metres.
     low, high
-        (p, 3) a box around each piece.
+        (p, 3) corners of the bounding box of each piece's coefficients, metres.
     """
 
     first: Ints
@@ -39,24 +39,32 @@ class Curves(NamedTuple):
     high: Floats
 
 
-class Placed(NamedTuple):
-    """How curves are flown: `curve[i]` begins at `at[i]` seconds and takes `scale[i]` times as long; (n,) each.
+class TimedCurve(NamedTuple):
+    """One flight along a curve: it departs at `departure` seconds and takes `time_scale` times as long as the curve.
 
-    Before that its UAV stands where the curve begins, afterwards where it ends.
+    The UAV waits where the curve begins until it departs, and stays where the curve ends after it has arrived.
     """
 
+    curve: int
+    departure: float
+    time_scale: float
+
+
+class Schedule(NamedTuple):
+    """Many flights as arrays, (n,) each; see `TimedCurve`."""
+
     curve: Ints
-    at: Floats
-    scale: Floats
+    departure: Floats
+    time_scale: Floats
 
 
-def standing(uav: UAV) -> Trajectory:
-    """Return the curve of a UAV that stays at its start."""
+def stay_at_start(uav: UAV) -> Trajectory:
+    """Return the trajectory of a UAV that stays at its start for one second."""
     return Trajectory(np.array([0.0, 1.0]), np.array([[uav.start]]))
 
 
 def make_curves(trajectories: Iterable[Trajectory]) -> Curves:
-    """Lay trajectories out for the kernels."""
+    """Convert trajectories to Bernstein pieces of one common degree."""
     given = list(trajectories)
     degree = max((t.coefficients.shape[1] for t in given), default=1)
     parts = [_pieces(t, degree) for t in given]
@@ -70,6 +78,7 @@ def make_curves(trajectories: Iterable[Trajectory]) -> Curves:
 
 
 def _pieces(trajectory: Trajectory, degree: int) -> tuple[Floats, Floats, Floats]:
+    """Return local begin, duration and Bernstein coefficients of a trajectory's pieces."""
     power = np.zeros((len(trajectory.coefficients), degree, 3))
     power[:, : trajectory.coefficients.shape[1]] = trajectory.coefficients
     duration = np.diff(trajectory.knots)
@@ -78,17 +87,18 @@ def _pieces(trajectory: Trajectory, degree: int) -> tuple[Floats, Floats, Floats
 
 @kernel
 def _all_to_bernstein(power: Floats, duration: Floats) -> Floats:
+    """Convert the power-basis coefficients (p, n, 3) of pieces to Bernstein coefficients of the same shape."""
     rows = np.empty(power.shape)
     for k in range(len(power)):
-        rows_of = to_bernstein(power[k], duration[k])
+        converted = to_bernstein(power[k], duration[k])
         for i in range(power.shape[1]):
             for axis in range(3):
-                rows[k, i, axis] = rows_of[i, axis]
+                rows[k, i, axis] = converted[i, axis]
     return rows
 
 
 @kernel
-def length(curves: Curves, c: int) -> float:
+def curve_duration(curves: Curves, c: int) -> float:
     """Return how long curve c takes, seconds."""
     last = curves.first[c + 1] - 1
     return curves.begin[last] + curves.duration[last]
@@ -96,7 +106,7 @@ def length(curves: Curves, c: int) -> float:
 
 @inner
 def piece_at(curves: Curves, c: int, local: float) -> int:
-    """Return the piece of curve c that is flown at a local instant; that before it on a knot."""
+    """Return the piece of curve c that is flown at a local time; on a knot, the piece before it."""
     low, high = curves.first[c], curves.first[c + 1] - 1
     while low < high:
         middle = (low + high + 1) // 2
@@ -108,8 +118,8 @@ def piece_at(curves: Curves, c: int, local: float) -> int:
 
 
 @inner
-def point(rows: Floats, share: float, out: Floats) -> None:
-    """Put where a piece is, after a share of its time, into `out`, (3,) metres: Horner's rule for Bernstein form."""
+def evaluate_piece(rows: Floats, share: float, out: Floats) -> None:
+    """Write the position after a share of a piece's time into `out`, (3,) metres: Horner's rule for Bernstein form."""
     n = len(rows) - 1
     rest = 1.0 - share
     weight = 1.0
@@ -125,30 +135,30 @@ def point(rows: Floats, share: float, out: Floats) -> None:
 
 
 @kernel
-def place(curves: Curves, c: int, local: float) -> Floats:
-    """Return where curve c is at a local instant, (3,) metres."""
+def position_at(curves: Curves, c: int, local: float) -> Floats:
+    """Return the position on curve c at a local time, (3,) metres; beyond the ends, that of the end."""
     k = piece_at(curves, c, local)
     out = np.empty(3)
-    point(curves.rows[k], min(max((local - curves.begin[k]) / curves.duration[k], 0.0), 1.0), out)
+    evaluate_piece(curves.rows[k], min(max((local - curves.begin[k]) / curves.duration[k], 0.0), 1.0), out)
     return out
 
 
 @inner
-def resting(at: Floats, count: int) -> Floats:
-    """Return the (count, 3) coefficients of staying at a point."""
+def constant_piece(position: Floats, count: int) -> Floats:
+    """Return the (count, 3) Bernstein coefficients of a UAV that stays at a position."""
     rows = np.empty((count, 3))
     for i in range(count):
-        put(rows, i, at)
+        put(rows, i, position)
     return rows
 
 
 @inner
-def stretch(curves: Curves, k: int, since: float, until: float) -> Floats:
-    """Return the Bernstein coefficients of piece k between two local instants of its curve."""
+def piece_between(curves: Curves, k: int, since: float, until: float) -> Floats:
+    """Return the Bernstein coefficients of the part of piece k between two local times of its curve."""
     u = min(max((since - curves.begin[k]) / curves.duration[k], 0.0), 1.0)
     v = min(max((until - curves.begin[k]) / curves.duration[k], 0.0), 1.0)
     if u <= 0.0 and v >= 1.0:
         return curves.rows[k]
     if v <= 0.0:
-        return resting(curves.rows[k, 0], curves.rows.shape[1])
+        return constant_piece(curves.rows[k, 0], curves.rows.shape[1])
     return part(curves.rows[k], u, v)

@@ -7,9 +7,9 @@ from typing import Literal, Protocol
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.deconfliction.exchange import Replan
-from skyverse.deconfliction.options import Fly
-from skyverse.deconfliction.resolve_conflicts import keep_apart as resolve_conflicts
+from skyverse.deconfliction.detours import MakeTrajectory
+from skyverse.deconfliction.exchange_targets import Replan
+from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion, assign, straight_line
 from skyverse.model.mission import Mission
@@ -107,16 +107,25 @@ def plan_mission(
             on_progress(uav, None)
     mission = Mission(scenario, assigned, tuple(results), tuple(trajectories), (), origin, interrupted)
     if keep_apart and not interrupted:
-        fly = partial(fly_along, shape=shape)
+        make_trajectory = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
-        mission = _kept_apart(airspace, mission, fly, replan, stop)
+        mission = _without_conflicts(airspace, mission, make_trajectory, replan, stop)
     violations, (certificates, apart) = judge(scenario, mission)
     return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
 
 
-def _kept_apart(airspace: Airspace, mission: Mission, fly: Fly, replan: Replan | None, stop: Stop | None) -> Mission:
+def _without_conflicts(
+    airspace: Airspace, mission: Mission, make_trajectory: MakeTrajectory, replan: Replan | None, stop: Stop | None
+) -> Mission:
+    """Return a mission with its conflicts resolved as far as they can be."""
     assigned, results, trajectories, deconfliction = resolve_conflicts(
-        airspace, mission.assignment, mission.results, mission.trajectories, fly=fly, replan=replan, stop=stop
+        airspace,
+        mission.assignment,
+        mission.results,
+        mission.trajectories,
+        make_trajectory=make_trajectory,
+        replan=replan,
+        stop=stop,
     )
     return replace(
         mission,

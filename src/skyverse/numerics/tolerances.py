@@ -43,6 +43,9 @@ BLOCK_CONTACT = 1e-9
 GRID_INDEX = 1e-9
 """Lattice steps: a coordinate this little below a node counts as the node, since origin + n * step is rounded."""
 
+TICK_INDEX = 1e-9
+"""Ticks: an instant this little beside a departure delay counts as the delay, since multiples of a tick are rounded."""
+
 MIN_FLOWN = 1e-9
 """Metres of an aeroplane's way or climb that are passed over, because they would be lost in rounding."""
 

@@ -1,0 +1,173 @@
+"""All candidates of a fleet that have come up so far, and what is asked of them: delays, conflicts, detours."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skyverse._typing import Bools, Ints
+from skyverse.deconfliction.candidate import Candidate, Gate, PlacedFlight
+from skyverse.deconfliction.curve_store import CurveStore
+from skyverse.deconfliction.curves import Schedule, TimedCurve, stay_at_start
+from skyverse.deconfliction.detours import MakeTrajectory, RankedGates, gates_beside, plan_detour
+from skyverse.deconfliction.find_conflicts import semi_axes
+from skyverse.deconfliction.forbidden_departures import free_departures
+from skyverse.deconfliction.pair_conflicts import conflict_spans
+from skyverse.deconfliction.traffic import Traffic, conflicting_flights, earliest_departure, estimate_detours
+from skyverse.model.result import Result
+from skyverse.model.trajectory import Trajectory
+from skyverse.problem import Airspace
+from skyverse.stop import Stop
+
+CLOSE_ENDS = 1.05
+"""Starts, or targets, are close where their distance is below so many separations."""
+GATE_PARTS = 8
+"""Equal parts of a flight's time; gates are set up where one part ends and the next begins."""
+
+
+class CandidatePool:
+    """All candidates of a fleet that have come up so far, and what is asked of them.
+
+    Parameters
+    ----------
+    airspace
+        Of the scenario.
+    make_trajectory
+        Turns a path into a trajectory.
+    stop
+        A rule that can end the search, if it is `Cancelled`.
+    """
+
+    def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory, stop: Stop | None = None) -> None:
+        self.airspace, self.scenario = airspace, airspace.scenario
+        self.make_trajectory, self._stop = make_trajectory, stop
+        self._store = CurveStore()
+        xy, z = semi_axes(self.scenario)
+        self._semi_axis_xy, self._semi_axis_z = np.maximum.outer(xy, xy), np.maximum.outer(z, z)
+        self._gates: dict[tuple[int, int], RankedGates] = {}
+        self._detours: dict[tuple[int, Gate], Candidate | None] = {}
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the search is to end with what it has."""
+        return self._stop is not None and self._stop.cancelled
+
+    def add_planned(
+        self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory | None
+    ) -> Candidate:
+        """Return the candidate of a UAV's planned path; without a trajectory the UAV stays at its start."""
+        flown = stay_at_start(self.scenario.uavs[uav]) if trajectory is None else trajectory
+        return self._add(uav, None if trajectory is None else target, result, flown)
+
+    def _add(
+        self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory, gates: tuple[Gate, ...] = ()
+    ) -> Candidate:
+        curve = self._store.add(trajectory)
+        return Candidate(uav, target, curve, self._store.seconds[curve], result, trajectory, gates)
+
+    def traffic(self, candidate: Candidate, placed: Sequence[PlacedFlight]) -> Traffic:
+        """Return the flights that are already placed, as a candidate's UAV sees them."""
+        uavs = np.array([flight.candidate.uav for flight in placed], dtype=np.int64)
+        curve = np.array([flight.candidate.curve for flight in placed], dtype=np.int64)
+        departure, time_scale = np.array([p.departure for p in placed]), np.array([p.time_scale for p in placed])
+        xy, z = self._semi_axis_xy[candidate.uav, uavs], self._semi_axis_z[candidate.uav, uavs]
+        close_ends = np.zeros(len(placed), np.bool_)
+        for theirs, own in (
+            ([p.candidate.start for p in placed], candidate.start),
+            ([p.candidate.end for p in placed], candidate.end),
+        ):
+            gap = (np.array(theirs).reshape(-1, 3) - own) ** 2
+            close_ends |= (gap[:, 0] + gap[:, 1]) * z**2 + gap[:, 2] * xy**2 < (CLOSE_ENDS * xy * z) ** 2
+        return Traffic(Schedule(curve, departure, time_scale), xy, z, close_ends)
+
+    def conflicts(self, candidate: Candidate, departure: float, traffic: Traffic) -> Bools:
+        """Tell with which flights of the traffic a candidate is in conflict if it departs at an instant, (n,)."""
+        curves, trees = self._store.arrays
+        found: Bools = conflicting_flights(curves, trees, traffic, TimedCurve(candidate.curve, departure, 1.0))
+        return found
+
+    def earliest_departure(
+        self, candidate: Candidate, time_scale: float, traffic: Traffic, latest: float
+    ) -> float | None:
+        """Return the earliest instant, up to the latest, at which a candidate can depart without a conflict, if any."""
+        free: Ints = free_departures(latest, candidate.trajectory.start)
+        curves, trees = self._store.arrays
+        found = earliest_departure(curves, trees, traffic, candidate.curve, time_scale, free)
+        return None if found < 0.0 else found
+
+    def ranked_gates(
+        self, candidate: Candidate, share: float, traffic: Traffic, latest: float
+    ) -> list[tuple[float, Gate]]:
+        """Return the gates that may lead a candidate around the traffic, by estimated arrival.
+
+        Parameters
+        ----------
+        candidate
+            The flight to be led around.
+        share
+            Of its time, after which it is in conflict.
+        traffic
+            The others.
+        latest
+            The latest arrival, seconds.
+
+        Returns
+        -------
+        list
+            Pairs of estimated arrival, seconds, and gate.
+        """
+        part = min(max(round(share * GATE_PARTS), 1), GATE_PARTS - 1)
+        key = candidate.curve, part
+        if key not in self._gates:
+            self._gates[key] = gates_beside(self.airspace, candidate, part / GATE_PARTS)
+        gates, offsets, ratios = self._gates[key]
+        curves, trees = self._store.arrays
+        arrivals = estimate_detours(
+            curves,
+            trees,
+            traffic,
+            candidate.curve,
+            offsets,
+            ratios,
+            part / GATE_PARTS,
+            candidate.trajectory.start,
+            latest,
+        )
+        order = [k for k in np.argsort(arrivals, kind="stable").tolist() if arrivals[k] < np.inf]
+        return [(float(arrivals[k]), gates[k]) for k in order]
+
+    def detour(self, candidate: Candidate, gate: Gate) -> Candidate | None:
+        """Return a candidate that leads through one more gate, or ``None`` where there is no path through it."""
+        key = candidate.curve, gate
+        if key not in self._detours:
+            assert candidate.target is not None
+            gates = (*candidate.gates, gate)
+            found = plan_detour(self.airspace, candidate.uav, candidate.target, gates, self.make_trajectory)
+            self._detours[key] = None if found is None else self._add(candidate.uav, candidate.target, *found, gates)
+        return self._detours[key]
+
+    def middle_conflict(self, candidate: Candidate, traffic: Traffic, in_conflict: Bools) -> float | None:
+        """Return when, as a share of its time, a candidate that departs at once is in conflict in flight.
+
+        Of several conflicts the median is returned, and ``None`` if all of them are before or after the flight.
+
+        Parameters
+        ----------
+        candidate
+            The flight.
+        traffic
+            The others.
+        in_conflict
+            (n,) as from `conflicts`.
+        """
+        curves = self._store.arrays.curves
+        schedule, xy, z, _ = traffic
+        shares: list[float] = []
+        departure = candidate.trajectory.start
+        end = departure + candidate.seconds
+        own = TimedCurve(candidate.curve, departure, 1.0)
+        for p in np.flatnonzero(in_conflict):
+            other = TimedCurve(int(schedule.curve[p]), float(schedule.departure[p]), float(schedule.time_scale[p]))
+            spans = conflict_spans(curves, other, own, float(xy[p]), float(z[p]), end, False)
+            shares += [(when - departure) / candidate.seconds for when in spans[:, 2].tolist()]
+        within = sorted(share for share in shares if 0.0 < share < 1.0)
+        return within[len(within) // 2] if within else None

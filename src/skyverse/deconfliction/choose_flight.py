@@ -1,0 +1,82 @@
+"""One UAV's turn: how it arrives first among the flights that are already placed."""
+
+from collections.abc import Sequence
+
+from skyverse.deconfliction.candidate import Candidate, PlacedFlight
+from skyverse.deconfliction.candidate_pool import CandidatePool
+from skyverse.deconfliction.forbidden_departures import TICK
+from skyverse.deconfliction.traffic import Traffic
+
+SLOWDOWNS = (1.15, 1.4, 2.0)
+"""How many times as long a multirotor may take along its path."""
+TOLERATED_DELAY = 0.1
+"""The share of its flight time by which a UAV may arrive later before a detour is looked for."""
+MAX_DETOURS = 6
+"""Detours that are planned in one turn, by the best estimates, around one place of conflict."""
+MAX_GATES = 2
+"""Gates that a detour leads through, one after the other."""
+
+
+def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[PlacedFlight]) -> PlacedFlight:
+    """Return how a UAV arrives first without a conflict: by its planned path, later or more slowly, or by a detour.
+
+    Where that is not possible, or the search is cancelled, it flies as planned.
+
+    Parameters
+    ----------
+    pool
+        All candidates.
+    planned
+        The UAV's planned path.
+    placed
+        The flights that it gives way to.
+    """
+    departure = planned.trajectory.start
+    traffic = pool.traffic(planned, placed)
+    in_conflict = pool.conflicts(planned, departure, traffic)
+    if planned.target is None or not in_conflict.any() or pool.cancelled:
+        return PlacedFlight(planned, departure, in_conflict=bool(in_conflict.any()))
+    latest = max(flight.arrival for flight in placed) + TICK
+    best = _later_or_slower(pool, planned, traffic, latest, None)
+    enough = planned.seconds * (1.0 + TOLERATED_DELAY) + departure
+    around = planned
+    for _ in range(MAX_GATES):
+        if best is not None and best.arrival <= enough:
+            break
+        share = pool.middle_conflict(around, traffic, in_conflict)
+        if share is None:
+            break
+        fewest: tuple[int, Candidate] | None = None
+        until = 2.0 * latest + around.seconds if best is None else best.arrival - TICK
+        for arrival, gate in pool.ranked_gates(around, share, traffic, until)[:MAX_DETOURS]:
+            if best is not None and arrival >= best.arrival:
+                break
+            detour = pool.detour(around, gate)
+            if detour is None:
+                continue
+            best = _later_or_slower(pool, detour, traffic, latest, best)
+            if best is None:
+                conflicts = int(pool.conflicts(detour, departure, traffic).sum())
+                if fewest is None or conflicts < fewest[0]:
+                    fewest = conflicts, detour
+        if best is not None or fewest is None:
+            break
+        around = fewest[1]
+        in_conflict = pool.conflicts(around, departure, traffic)
+    return PlacedFlight(planned, departure, in_conflict=True) if best is None else best
+
+
+def _later_or_slower(
+    pool: CandidatePool, candidate: Candidate, traffic: Traffic, latest: float, best: PlacedFlight | None
+) -> PlacedFlight | None:
+    """Return the best flight so far, or one of this candidate, delayed or slowed down or both, that arrives earlier."""
+    fixed_wing = pool.scenario.uavs[candidate.uav].fixed_wing is not None
+    for time_scale in (1.0,) if fixed_wing else (1.0, *SLOWDOWNS):
+        seconds = time_scale * candidate.seconds
+        until = latest if best is None else min(latest, best.arrival - TICK - seconds)
+        if until < candidate.trajectory.start:
+            break
+        departure = pool.earliest_departure(candidate, time_scale, traffic, until)
+        if departure is not None:
+            best = PlacedFlight(candidate, departure, time_scale)
+    return best

@@ -1,0 +1,144 @@
+"""Detours of a UAV around others: paths through a gate beside, above or below the place of a conflict."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.deconfliction.candidate import Candidate, Gate
+from skyverse.model.result import Result
+from skyverse.model.shapes import Box
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.planners.base import planned_any_angle
+from skyverse.planners.taut import Taut
+from skyverse.problem import Airspace, Problem
+
+MakeTrajectory = Callable[[Problem, Result], Trajectory | None]
+"""Turns a problem's result into a trajectory, or into ``None`` where none can be proven."""
+
+GATE_SPACING = 1.25
+"""Semi-axes from one gate to the next: two UAVs can pass each other, and trajectories may cut corners."""
+STEPS_RIGHT = (0, 1, -1, 2, -2, 3, -3, 4, -4, 6, -6, 8, -8, 11, -11, 15, -15, 20, -20)
+"""Spacings to the right, the side to which the rules of the air turn first, and to the left (negative)."""
+STEPS_UP = (0, 1, -1, 2, -2, 3, -3, 4, -4)
+"""Spacings up, and down (negative)."""
+HOLE_HALF_WIDTH = 0.3
+"""Half the width of a gate's hole, semi-axes."""
+WALL_HALF_THICKNESS = 0.01
+"""Half the thickness of a gate's wall, metres, without the clearance around it."""
+DIRECTION_SHARE = 0.02
+"""The share of a flight's time before and after a point of it by which its direction there is measured."""
+STEEP = 1e-3
+"""The sine of the angle to the vertical below which a path counts as vertical."""
+
+
+class RankedGates(NamedTuple):
+    """Gates beside a path, in order of the length of the detour.
+
+    Attributes
+    ----------
+    gates
+        m of them.
+    offsets
+        (m, 3) from the path to each gate, metres.
+    ratios
+        (m,) estimated length of the detour through each, divided by that of the path.
+    """
+
+    gates: list[Gate]
+    offsets: Floats
+    ratios: Floats
+
+
+def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> RankedGates:
+    """Return the gates in free space beside a candidate's trajectory after a share of its time."""
+    uav, trajectory = airspace.scenario.uavs[candidate.uav], candidate.trajectory
+    since, seconds = trajectory.start, candidate.seconds
+    passed = trajectory.at(since + share * seconds).position[0]
+    shares = np.clip(share + np.array([-DIRECTION_SHARE, DIRECTION_SHARE]), 0.0, 1.0)
+    before, after = trajectory.at(since + shares * seconds).position
+    ahead = after - before
+    right, up = np.array([ahead[1], -ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
+    semi_axis_xy, semi_axis_z = uav.ellipsoid
+    steep = np.linalg.norm(right) <= STEEP * np.linalg.norm(ahead)
+    if steep:
+        right, up, semi_axis_z = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0]), semi_axis_xy
+    right /= np.linalg.norm(right)
+    spacing = (semi_axis_xy, semi_axis_z)
+    steps = np.array([(r, u) for u in STEPS_UP for r in STEPS_RIGHT][1:], dtype=np.float64) * GATE_SPACING * spacing
+    offsets = steps[:, :1] * right + steps[:, 1:] * up
+    centres = passed + offsets
+    lengths = np.linalg.norm(centres - candidate.start, axis=1) + np.linalg.norm(centres - candidate.end, axis=1)
+    ratios = np.maximum(lengths / max(candidate.metres, 1e-9), 1.0)
+    free = airspace.world.free(centres)
+    chosen = [k for k in np.argsort(ratios, kind="stable").tolist() if free[k]]
+    axis = int(np.argmax(np.abs(ahead)))
+    found = [
+        Gate(tuple(passed.tolist()), tuple(centres[k].tolist()), axis, _in_words(*steps[k].tolist(), steep=bool(steep)))
+        for k in chosen
+    ]
+    return RankedGates(found, offsets[chosen], ratios[chosen])
+
+
+def _in_words(right: float, up: float, *, steep: bool) -> str:
+    """Say how far off a path a gate is, metres; for a vertical path, "up" is along the x axis."""
+    above, below = ("ahead", "back") if steep else ("over", "under")
+    words = [f"{abs(right):.2g} m to the {'right' if right > 0 else 'left'}"] if right else []
+    words += [f"{abs(up):.2g} m {above if up > 0 else below}"] if up else []
+    return " and ".join(words)
+
+
+def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
+    """Return a gate's wall: four boxes around the hole, which block the path where it was."""
+    passed, centre, axis = np.array(gate.passed), np.array(gate.centre), gate.axis
+    semi_axis_xy, semi_axis_z = uav.ellipsoid
+    semi_axes = np.array([semi_axis_xy, semi_axis_xy, semi_axis_z])
+    reach = 1.5 * np.abs(centre - passed) + 2.0 * semi_axes + 2.0 * clearance
+    low, high = np.minimum(passed, centre) - reach, np.maximum(passed, centre) + reach
+    low[axis], high[axis] = centre[axis] - WALL_HALF_THICKNESS, centre[axis] + WALL_HALF_THICKNESS
+    hole = HOLE_HALF_WIDTH * semi_axes + clearance
+    first, second = (k for k in range(3) if k != axis)
+    boxes = []
+    for k, bounded in ((first, None), (second, first)):
+        for side in (-1, 1):
+            a, b = low.copy(), high.copy()
+            if side < 0:
+                b[k] = centre[k] - hole[k]
+            else:
+                a[k] = centre[k] + hole[k]
+            if bounded is not None:
+                a[bounded], b[bounded] = centre[bounded] - hole[bounded], centre[bounded] + hole[bounded]
+            boxes.append(Box(min=tuple(a.tolist()), max=tuple(b.tolist())))
+    return tuple(boxes)
+
+
+def plan_detour(
+    airspace: Airspace, uav: int, target: int, gates: tuple[Gate, ...], make_trajectory: MakeTrajectory
+) -> tuple[Result, Trajectory] | None:
+    """Plan a path through gates and a trajectory along it, or return ``None`` where there is none.
+
+    The path is planned among the obstacles and the gates' walls; its result is that of the problem without the walls.
+    """
+    scenario = airspace.scenario
+    walls = [box for gate in gates for box in _wall(scenario.uavs[uav], scenario.clearance, gate)]
+    walled = Problem(Airspace(scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)})), uav, target)
+    planned = Taut(proof=0).plan(walled)
+    if not planned.status.reached:
+        return None
+    trajectory = make_trajectory(walled, planned)
+    if trajectory is None:
+        return None
+    result = planned_any_angle(
+        Problem(airspace, uav, target),
+        planned.path,
+        None,
+        planned.effort,
+        planned.seconds,
+        planned.history,
+        planned.stopped_by,
+        replace(planned.provenance, planner="Taut, led around others"),
+    )
+    return result, trajectory

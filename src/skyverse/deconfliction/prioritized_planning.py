@@ -1,0 +1,98 @@
+"""Prioritized planning: one UAV after another takes the flight by which it arrives first among those before it."""
+
+from collections.abc import Sequence
+
+from skyverse.deconfliction.candidate import Candidate, PlacedFlight
+from skyverse.deconfliction.candidate_pool import CandidatePool
+from skyverse.deconfliction.choose_flight import choose_flight
+from skyverse.deconfliction.forbidden_departures import TICK
+from skyverse.deconfliction.priority_orders import first_keys, next_key, priority_order
+
+MAX_PROMOTIONS = 8
+"""How often those that are left in conflict are moved to the front of one order."""
+SMALL_FLEET = 32
+"""UAVs up to which all first orders are tried; of a larger fleet only the first is."""
+MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT = 3, 4
+"""Orders that follow from the first ones: at least, and for up to eight UAVs; of more UAVs fewer in proportion."""
+DECIMALS = 6
+"""Of the seconds that are compared, so that rounding decides nothing."""
+
+
+def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict: set[int]) -> list[PlacedFlight]:
+    """Return a flight for every UAV; one that cannot be kept apart from the others flies as planned, in conflict.
+
+    Several orders of the UAVs are tried. Who came late in one order goes earlier in the next one (squeaky wheel
+    optimization: D. Joslin, D. Clements, Journal of Artificial Intelligence Research 10, 1999).
+
+    Parameters
+    ----------
+    pool
+        All candidates.
+    planned
+        Each UAV's planned path.
+    in_conflict
+        The UAVs in conflict; the others fly as planned unless one of a higher priority needs their place.
+    """
+    n = len(planned)
+    best: list[PlacedFlight] | None = None
+    placed: list[PlacedFlight] = []
+    order: list[int] = []
+    keys = first_keys(planned)[: None if n <= SMALL_FLEET else 1]
+    for tried in range(len(keys) + max(MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT * 8 // max(n, 8))):
+        key = keys[tried] if tried < len(keys) else next_key(planned, order, placed)
+        placed, order = _in_best_order(pool, planned, priority_order(pool.scenario.uavs, planned, in_conflict, key))
+        if best is None or cost_of(placed) < cost_of(best):
+            best = placed
+        if pool.cancelled or cost_of(placed) == cost_of([PlacedFlight(own, own.trajectory.start) for own in planned]):
+            break
+    assert best is not None
+    return _improved(pool, planned, best)
+
+
+def cost_of(placed: Sequence[PlacedFlight]) -> tuple[int, float, float]:
+    """Return what is to be small, in this order: how many are in conflict, the makespan, the sum of arrivals."""
+    arrivals = [flight.arrival for flight in placed if flight.candidate.target is not None]
+    conflicts = sum(flight.in_conflict for flight in placed)
+    return conflicts, round(max(arrivals, default=0.0), DECIMALS), round(sum(arrivals), DECIMALS)
+
+
+def _in_best_order(
+    pool: CandidatePool, planned: Sequence[Candidate], order: list[int]
+) -> tuple[list[PlacedFlight], list[int]]:
+    """Return flights by an order, or by one in which those left in conflict go first, and the last order tried."""
+    placed = _in_turn(pool, planned, order)
+    for _ in range(MAX_PROMOTIONS):
+        failed = [uav for uav in order if placed[uav].in_conflict]
+        if not failed or pool.cancelled:
+            break
+        front = set(failed)
+        order = failed + [uav for uav in order if uav not in front]
+        again = _in_turn(pool, planned, order)
+        if cost_of(again)[0] >= cost_of(placed)[0]:
+            break
+        placed = again
+    return placed, order
+
+
+def _in_turn(pool: CandidatePool, planned: Sequence[Candidate], order: Sequence[int]) -> list[PlacedFlight]:
+    """Return the flights that the UAVs choose one after another."""
+    placed: dict[int, PlacedFlight] = {}
+    for uav in order:
+        placed[uav] = choose_flight(pool, planned[uav], list(placed.values()))
+    return [placed[uav] for uav in range(len(planned))]
+
+
+def _improved(pool: CandidatePool, planned: Sequence[Candidate], placed: list[PlacedFlight]) -> list[PlacedFlight]:
+    """Let each UAV that comes late, the last to arrive first, choose again among all the others."""
+    for uav in sorted(range(len(planned)), key=lambda u: -placed[u].arrival):
+        flight = placed[uav]
+        if pool.cancelled:
+            break
+        on_time = flight.arrival <= planned[uav].trajectory.end and not flight.in_conflict
+        if flight.candidate.target is None or on_time:
+            continue
+        again = choose_flight(pool, planned[uav], [other for other in placed if other is not flight])
+        earlier = again.in_conflict == flight.in_conflict and again.arrival < flight.arrival - TICK
+        if flight.in_conflict > again.in_conflict or earlier:
+            placed[uav] = again
+    return placed

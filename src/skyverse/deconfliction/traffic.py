@@ -1,0 +1,187 @@
+"""What one UAV may do among flights that are already placed: when it can depart, and with whom it is in conflict."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Bools, Floats, Ints
+from skyverse.deconfliction.curves import Curves, Schedule, TimedCurve, curve_duration
+from skyverse.deconfliction.forbidden_departures import TICK, forbid_departures, free_departures, next_free
+from skyverse.deconfliction.pair_conflicts import in_conflict, nearness_at_ends
+from skyverse.deconfliction.swept_volume_tree import SweptVolumeTrees, enclose_children
+from skyverse.numerics.arrays import put
+from skyverse.numerics.kernel import inner, kernel
+
+STRIDE = 4
+"""Ticks from one delay to the next where each is tested exactly, which takes long."""
+TWO_LEAVES = 0.15
+"""Metres, more than two leaves' boxes are wide: flights whose boxes are so much too close are too close themselves."""
+MIN_SEMI_AXIS = 1e-3
+"""Metres that are left of a semi-axis when `TWO_LEAVES` is taken off it."""
+COARSE_LEAVES = 4
+"""Leaves that are taken together where an estimate is enough."""
+ESTIMATE_WINDOW = 0.5
+"""Seconds after the earliest estimated arrival up to which later ones are estimated too."""
+
+
+class Traffic(NamedTuple):
+    """The flights that are already placed, as one UAV sees them; (n,) each.
+
+    Attributes
+    ----------
+    schedule
+        The flights.
+    semi_axis_xy, semi_axis_z
+        Of the ellipsoid that counts between each and the UAV, metres; 0 where none is kept free.
+    close_ends
+        Whether their starts or their targets are so near to the UAV's own that boxes are too coarse to decide.
+    """
+
+    schedule: Schedule
+    semi_axis_xy: Floats
+    semi_axis_z: Floats
+    close_ends: Bools
+
+
+@inner
+def _flight(schedule: Schedule, p: int) -> TimedCurve:
+    """Return flight number p of a schedule."""
+    return TimedCurve(schedule.curve[p], schedule.departure[p], schedule.time_scale[p])
+
+
+@kernel
+def earliest_departure(
+    curves: Curves, trees: SweptVolumeTrees, traffic: Traffic, c: int, scale: float, free: Ints
+) -> float:
+    """Return the least delay, seconds, at which a flight is in conflict with nobody; -1 if there is none.
+
+    A conflict that is given by starts or targets forbids nothing. Boxes are too coarse for traffic with close ends.
+    There they only forbid what is in conflict for an ellipsoid that is smaller by `TWO_LEAVES`, and of the delays that
+    are left every `STRIDE`-th is tested exactly.
+
+    Parameters
+    ----------
+    curves, trees
+        Of all flights.
+    traffic
+        The other flights.
+    c, scale
+        The curve that is flown, and how many times as long it takes.
+    free
+        As from `free_departures`; changed in place.
+    """
+    schedule, semi_axis_xy, semi_axis_z, close_ends = traffic
+    seconds = scale * curve_duration(curves, c)
+    base, leaves = trees.base[c], trees.leaves[c]
+    for p in range(len(schedule.curve)):
+        xy, z = semi_axis_xy[p], semi_axis_z[p]
+        if xy > 0.0 and next_free(free, 0) < len(free) - 1:
+            other = _flight(schedule, p)
+            if not close_ends[p] or min(nearness_at_ends(curves, other.curve, c, xy, z)) >= 1.0:
+                less = TWO_LEAVES if close_ends[p] else 0.0
+                smaller = max(xy - less, MIN_SEMI_AXIS), max(z - less, MIN_SEMI_AXIS)
+                forbid_departures(curves, trees, other, smaller, trees.boxes, base, leaves, seconds, 1, free)
+            if not close_ends[p]:
+                continue
+            arrived = math.ceil((other.departure + other.time_scale * curve_duration(curves, other.curve)) / TICK) + 1
+            if arrived < len(free) - 1 and in_conflict(curves, other, TimedCurve(c, arrived * TICK, scale), xy, z):
+                for k in range(arrived, len(free) - 1):  # the other does not move any more: later delays are alike
+                    free[k] = max(free[k], k + 1)
+    i = next_free(free, 0)
+    while i < len(free) - 1:
+        clear = True
+        for p in range(len(schedule.curve)):
+            if close_ends[p] and semi_axis_xy[p] > 0.0 and clear:
+                own = TimedCurve(c, i * TICK, scale)
+                clear = not in_conflict(curves, _flight(schedule, p), own, semi_axis_xy[p], semi_axis_z[p])
+        if clear:
+            return i * TICK
+        i = next_free(free, min(i + STRIDE, len(free) - 1) if close_ends.any() else i + 1)
+    return -1.0
+
+
+@kernel
+def estimate_detours(
+    curves: Curves,
+    trees: SweptVolumeTrees,
+    traffic: Traffic,
+    c: int,
+    offsets: Floats,
+    ratios: Floats,
+    share: float,
+    since: float,
+    latest: float,
+) -> Floats:
+    """Estimate when a flight would arrive if its curve were drawn aside, by each of m offsets; (m,) seconds.
+
+    The boxes of the curve's tree are moved by a part of the offset: all of it after a share of the curve's time, and in
+    proportion to the time from its beginning and to its end, so that both ends stay.
+
+    Parameters
+    ----------
+    curves, trees
+        Of all flights.
+    traffic
+        The other flights.
+    c
+        The curve.
+    offsets
+        (m, 3) metres.
+    ratios
+        (m,) how many times as long the flight takes then.
+    share
+        Of the curve's time at which it is drawn aside the farthest.
+    since
+        The earliest departure, seconds.
+    latest
+        Arrivals that are later count as infinite, and so do those that are more than `ESTIMATE_WINDOW` later than the
+        earliest one of the offsets before.
+    """
+    schedule, semi_axis_xy, semi_axis_z, close_ends = traffic
+    full = trees.leaves[c]
+    leaves = max(full // COARSE_LEAVES, 1)
+    own = trees.boxes[trees.base[c] : trees.base[c] + 2 * leaves + 1]
+    boxes = own.copy()
+    put(boxes, 2 * leaves, trees.boxes[trees.base[c] + 2 * full])
+    arrivals = np.full(len(offsets), np.inf)
+    for way in range(len(offsets)):
+        for leaf in range(leaves):
+            passed = (leaf + 0.5) / leaves
+            part = passed / share if passed < share else (1.0 - passed) / (1.0 - share)
+            for axis in range(6):
+                boxes[leaves + leaf, axis] = own[leaves + leaf, axis] + part * offsets[way, axis % 3]
+        enclose_children(boxes, leaves)
+        seconds = curve_duration(curves, c) * ratios[way]
+        free = free_departures(latest - seconds, since)
+        for p in range(len(schedule.curve)):
+            if semi_axis_xy[p] > 0.0 and not close_ends[p] and next_free(free, 0) < len(free) - 1:
+                semi_axes = semi_axis_xy[p], semi_axis_z[p]
+                other = _flight(schedule, p)
+                forbid_departures(curves, trees, other, semi_axes, boxes, 0, leaves, seconds, COARSE_LEAVES, free)
+        i = next_free(free, 0)
+        if i < len(free) - 1:
+            arrivals[way] = i * TICK + seconds
+            latest = min(latest, arrivals[way] + ESTIMATE_WINDOW)
+    return arrivals
+
+
+@kernel
+def conflicting_flights(curves: Curves, trees: SweptVolumeTrees, traffic: Traffic, own: TimedCurve) -> np.ndarray:
+    """Tell which flights of the traffic a flight is in conflict with, (n,) booleans."""
+    schedule, semi_axis_xy, semi_axis_z, _ = traffic
+    found = np.zeros(len(schedule.curve), np.bool_)
+    c = own.curve
+    seconds = own.time_scale * curve_duration(curves, c)
+    for p in range(len(found)):
+        xy, z = semi_axis_xy[p], semi_axis_z[p]
+        if xy > 0.0:
+            other = _flight(schedule, p)
+            free = np.arange(2)  # the boxes decide quickly whether it may depart at 0; only otherwise test exactly
+            if own.departure == 0.0:
+                forbid_departures(
+                    curves, trees, other, (xy, z), trees.boxes, trees.base[c], trees.leaves[c], seconds, 1, free
+                )
+            if own.departure > 0.0 or free[0] > 0:
+                found[p] = in_conflict(curves, other, own, xy, z)
+    return found
