@@ -2,13 +2,17 @@ import dataclasses
 import inspect
 import os
 import re
+import tomllib
 import typing
 from pathlib import Path
 
 from numpy.typing import ArrayLike
 
 import skyverse
+from skyverse import planners
+from skyverse.files.builtin import NAMES
 
+ROOT = Path(__file__).parent.parent
 os.environ["MPLBACKEND"] = "agg"
 
 project = "skyverse"
@@ -65,6 +69,52 @@ def _every_public_name_is_documented() -> None:
 
 
 _every_public_name_is_documented()
+
+
+EXTRAS = {
+    "maps": "reading terrain, buildings, zones, point clouds and meshes",
+    "flight": "flying missions in the simulator rotorpy, and films of them",
+    "optimisers": "the planners `cma-es`, `pso`, `ga`, `de`, `l-shade` and `gwo`",
+    "parquet": "exporting the rows of a study as Parquet",
+    "dask": "running a study on a cluster",
+    "bench": "the benchmarks",
+    "ompl": "OMPL's planners in `benchmarks/peers` (Linux and macOS)",
+    "test": "running the tests",
+    "lint": "ruff, mypy and the import layers",
+    "docs": "building this documentation",
+}
+
+
+def _write_generated_pages() -> None:
+    """Write the tables of extras and built-ins that pages include, so that none can be forgotten."""
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    if set(declared) != set(EXTRAS):
+        raise ValueError(f"docs/conf.py and pyproject.toml differ in extras: {sorted(set(declared) ^ set(EXTRAS))}")
+    folder = ROOT / "docs" / "generated"
+    folder.mkdir(exist_ok=True)
+    rows = [f"| `{name}` | {what} | {_packages(declared[name])} |" for name, what in EXTRAS.items()]
+    _write_table(folder / "extras.md", "| extra | for | installs |", rows)
+    worlds = [skyverse.read_scenario(name) for name in NAMES]
+    rows = [f"| `{world.name}` | {world.description} | {len(world.uavs)} |" for world in worlds]
+    _write_table(folder / "builtins.md", "| scenario | what it is | UAVs |", rows)
+    rows = [f"| `{name}` | {_first_sentence(type(planners.make_planner(name)))} |" for name in planners.NAMES]
+    _write_table(folder / "planners.md", "| planner | what it does |", rows)
+
+
+def _packages(requirements: list[str]) -> str:
+    return ", ".join(re.split(r"[><=;\[ ]", requirement)[0] for requirement in requirements)
+
+
+def _first_sentence(kind: type) -> str:
+    return re.split(r"(?<=[.:])\s", inspect.getdoc(kind) or "", maxsplit=1)[0].rstrip(":.") + "."
+
+
+def _write_table(file: Path, head: str, rows: list[str]) -> None:
+    rule = "|" + "---|" * (head.count("|") - 1)
+    file.write_text("\n".join([head, rule, *rows]) + "\n", "utf-8")
+
+
+_write_generated_pages()
 
 
 def _signature(_app, what, _name, obj, _options, _arguments, _returned):

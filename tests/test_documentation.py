@@ -1,0 +1,52 @@
+"""What README and docs say of the code is what the code is."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import skyverse
+
+ROOT = Path(__file__).parents[1]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+CONTRIBUTING = (ROOT / "docs" / "contributing.md").read_text(encoding="utf-8")
+
+
+def python_blocks(page):
+    return re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def test_the_layers_that_are_drawn_are_the_contract():
+    contract = next(c for c in PYPROJECT["tool"]["importlinter"]["contracts"] if c["name"] == "data flows one way")
+    drawn = re.search(r"^```text\n(cli\n.*?)^```", CONTRIBUTING, re.MULTILINE | re.DOTALL)
+    assert drawn is not None
+    assert drawn[1].splitlines() == [layer.replace("skyverse.", "") for layer in contract["layers"]]
+
+
+def test_every_room_is_explained():
+    rooms = {folder.name for folder in Path(skyverse.__file__).parent.iterdir() if (folder / "__init__.py").exists()}
+    assert set(re.findall(r"^\| `(\w+)` \|", CONTRIBUTING, re.MULTILINE)) == rooms
+
+
+def test_every_file_on_the_way_of_a_scenario_is_there():
+    way = CONTRIBUTING.split("## The way of a scenario")[1].split("\n## ")[0]
+    files = re.findall(r"`((?:\w+/)*\w+\.py|\w+/(?:\w+/)*)`", way)
+    assert len(files) > 15
+    assert [file for file in files if not (Path(skyverse.__file__).parent / file).exists()] == []
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/quickstart.md"])
+def test_the_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
+    pytest.importorskip("rotorpy", reason="the extra flight is not installed")
+    monkeypatch.chdir(tmp_path)
+    names = {"print": lambda *_: None}
+    for block in python_blocks(page):
+        exec(compile(block, page, "exec"), names)
+
+
+def test_every_extra_is_named_on_the_page_about_installing():
+    conf = (ROOT / "docs" / "conf.py").read_text(encoding="utf-8")
+    listed = conf.split("EXTRAS = {")[1].split("\n}")[0]
+    assert set(re.findall(r'^    "(\w+)":', listed, re.MULTILINE)) == set(PYPROJECT["project"]["optional-dependencies"])
+    assert "generated/extras.md" in (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
