@@ -17,10 +17,10 @@ from .files import scenario_schema as scenario_schema
 from .files import write as write
 from .flight.fly import fly as fly
 from .flight.until_safe import fly_until_safe as fly_until_safe
-from .lab.comparison import write_report as write_report
-from .lab.execute import run_study as run_study
+from .lab.comparison_report import write_report as write_report
 from .lab.row import Row as Row
 from .lab.rows import Rows as Rows
+from .lab.run_study import run_study as run_study
 from .lab.study import Study as Study
 from .lab.study import read_study as read_study
 from .maps.assembly.build import Note as Note

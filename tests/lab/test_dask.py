@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import skyverse as sky
-from skyverse.lab.execute import run_jobs
 from skyverse.lab.rows import Rows
+from skyverse.lab.run_study import run_jobs
 from studies import job, timeless
 
 # In a process of its own: a cluster leaves sockets, threads and warnings behind that are no business of the tests.
@@ -21,7 +21,7 @@ if __name__ == "__main__":
     from distributed import LocalCluster
     from studies import Deadly, job
     import skyverse as sky
-    from skyverse.lab.execute import run_jobs
+    from skyverse.lab.run_study import run_jobs
     from skyverse.lab.rows import Rows
     from skyverse.lab.workers import WorkerError
 

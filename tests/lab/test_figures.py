@@ -5,7 +5,7 @@ import pytest
 
 from skyverse.lab import figures
 from skyverse.lab.curves import Band, band, grid, profile
-from skyverse.lab.figures import PALETTE, Panel, image, style
+from skyverse.lab.figures import PLANNER_COLOURS, Panel, image, style
 from skyverse.lab.statistics import ranking
 from skyverse.model.result import History
 
@@ -21,7 +21,7 @@ def histories(worst, runs=9):
 
 
 def bands(count):
-    return [band(histories(400 + 50 * k), "generated_paths", grid(500)) for k in range(count)]
+    return [band(histories(400 + 50 * k), grid(500)) for k in range(count)]
 
 
 def drawn(draw, *arguments, **settings):
@@ -37,8 +37,7 @@ def everything(count, scenarios):
     ]
     efforts = {"generated paths": [500.0] * count, "seconds": [0.01 * k for k in range(count)]}
     curves = [profile(1 + RNG.exponential(0.1, 30)) for _ in labels]
-    yield "convergence", lambda: figures.convergence(labels, panels, "generated paths")
-    yield "convergence, log", lambda: figures.convergence(labels, panels, "generated paths", log=True)
+    yield "convergence", lambda: figures.convergence(labels, panels)
     yield "boxes", lambda: figures.boxes(labels, panels)
     yield "bars", lambda: figures.bars(labels, efforts)
     yield "profiles", lambda: figures.profiles(labels, curves, "exact optimum")
@@ -59,7 +58,7 @@ def test_nothing_of_any_figure_is_cut_off(count, scenarios):
             figure.draw_without_rendering()
             box = figure.get_tightbbox()
         assert box.x0 > -0.02, name
-        assert box.x1 < figures.WIDTH + 0.02, name
+        assert box.x1 < figures.FIGURE_WIDTH + 0.02, name
         assert box.y0 > -0.02, name
         assert box.y1 < figure.get_figheight() + 0.02, name
 
@@ -88,7 +87,7 @@ def test_the_style_ends_where_it_began():
 
 def test_convergence_is_median_and_quartiles_beside_the_optimum():
     panel = Panel("map1", 265.0, bands(2))
-    figure, _ = drawn(figures.convergence, ["a", "b"], [panel], "generated paths")
+    figure, _ = drawn(figures.convergence, ["a", "b"], [panel])
     (axes,) = figure.axes
     lines = axes.get_lines()
     np.testing.assert_array_equal(lines[0].get_ydata(), panel.bands[0].median)
@@ -102,8 +101,8 @@ def test_convergence_is_median_and_quartiles_beside_the_optimum():
 
 
 def test_infinite_costs_leave_gaps_and_not_lines():
-    nothing = Band(grid(9), *(np.full(9, INF) for _ in range(4)))
-    figure, _ = drawn(figures.convergence, ["a"], [Panel("map1", None, [nothing])], "generated paths")
+    nothing = Band(grid(9), *(np.full(9, INF) for _ in range(3)))
+    figure, _ = drawn(figures.convergence, ["a"], [Panel("map1", None, [nothing])])
     assert np.isnan(figure.axes[0].get_lines()[0].get_ydata()).all()
 
 
@@ -160,4 +159,4 @@ def test_no_two_of_fourteen_planners_look_alike():
     figure, _ = drawn(figures.profiles, [str(k) for k in range(14)], [profile([1.0])] * 14, "optimum")
     looks = {(line.get_color(), str(line.get_linestyle())) for line in figure.axes[0].get_lines()}
     assert len(looks) == 14
-    assert {colour for colour, _ in looks} == set(PALETTE)
+    assert {colour for colour, _ in looks} == set(PLANNER_COLOURS)

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 
 from skyverse.errors import InputError
-from skyverse.lab.report import Figure, Heading, Report, Table, Text, cells, html, literal, markdown, write
+from skyverse.lab.formatting import literal
+from skyverse.lab.report import Figure, Heading, Report, Table, Text, cells
+from skyverse.lab.report_files import html, markdown, write_report_files
 
 NAMES = (
     "<script>alert(1)</script>",
@@ -64,14 +66,14 @@ EVERYTHING = report(
 
 
 def test_the_same_report_gives_the_same_bytes(tmp_path):
-    both = [write(EVERYTHING, tmp_path / name, figures=("svg", "png", "pdf")) for name in "ab"]
+    both = [write_report_files(EVERYTHING, tmp_path / name, figures=("svg", "png", "pdf")) for name in "ab"]
     assert [path.name for path in both[0]] == ["curve.pdf", "curve.png", "curve.svg", "report.md", "report.html"]
     for one, other in zip(*both, strict=True):
         assert one.read_bytes() == other.read_bytes()
 
 
 def test_the_page_loads_nothing_and_lists_its_headings(tmp_path):
-    page = write(EVERYTHING, tmp_path, stem="study")[-1]
+    page = write_report_files(EVERYTHING, tmp_path, stem="study")[-1]
     assert page == tmp_path / "study.html"
     seen = Reader(page.read_text("utf-8"))
     assert not [a for tag, a in seen.tags if tag in ("script", "link", "iframe")]
@@ -83,7 +85,7 @@ def test_the_page_loads_nothing_and_lists_its_headings(tmp_path):
 
 
 def test_the_markdown_shows_the_figures_that_lie_beside_it(tmp_path):
-    write(EVERYTHING, tmp_path, formats=("md",), figures=("pdf", "png"))
+    write_report_files(EVERYTHING, tmp_path, formats=("md",), figures=("pdf", "png"))
     text = (tmp_path / "report.md").read_text("utf-8")
     (target,) = re.findall(r"!\[curve\]\((.*)\)", text)
     assert (tmp_path / target).read_bytes().startswith(b"\x89PNG")
@@ -91,7 +93,7 @@ def test_the_markdown_shows_the_figures_that_lie_beside_it(tmp_path):
 
 
 def test_without_figure_files_the_page_still_has_its_pictures(tmp_path):
-    write(EVERYTHING, tmp_path, figures=())
+    write_report_files(EVERYTHING, tmp_path, figures=())
     assert sorted(path.name for path in tmp_path.iterdir()) == ["report.html", "report.md"]
     assert "image/svg+xml" in (tmp_path / "report.html").read_text("utf-8")
     assert "![" not in (tmp_path / "report.md").read_text("utf-8")
@@ -167,11 +169,11 @@ def test_columns_of_numbers_are_aligned_to_the_right():
 )
 def test_unknown_formats_and_bad_figure_names_are_refused(blocks, settings, tmp_path):
     with pytest.raises(ValueError, match=r"expected|file name"):
-        write(report(*blocks), tmp_path, **settings)
+        write_report_files(report(*blocks), tmp_path, **settings)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=r"file.*cannot be made"):
-        write(EVERYTHING, tmp_path / "file" / "folder")
+        write_report_files(EVERYTHING, tmp_path / "file" / "folder")

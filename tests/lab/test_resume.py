@@ -9,8 +9,8 @@ import time
 
 import pytest
 
-from skyverse.lab.execute import run_study
 from skyverse.lab.rows import Rows
+from skyverse.lab.run_study import run_study
 from skyverse.lab.study import read_study
 from studies import timeless
 

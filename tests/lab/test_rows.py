@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skyverse import History, InputError
-from skyverse.lab.row import Row
-from skyverse.lab.rows import COLUMNS, Rows
-from skyverse.lab.run import run_job
+from skyverse.lab.row import COLUMN_TYPES, Row
+from skyverse.lab.rows import Rows
+from skyverse.lab.run_job import run_job
 from studies import job
 
 ROW = Row(
@@ -90,7 +90,7 @@ def test_columns_come_in_the_studys_order_whatever_the_order_of_finishing(rows):
 def test_columns_are_arrays_of_their_type_and_none_is_nan(rows):
     rows.add(replace(ROW, gap=None, success=False, cost=np.inf), "k")
     rows.add(replace(ROW, seed=1), "l")
-    found = rows.select(COLUMNS, planner="mvo", seed=np.int64(0))
+    found = rows.select(COLUMN_TYPES, planner="mvo", seed=np.int64(0))
     assert np.isnan(found["gap"][0])
     assert found["cost"].tolist() == [np.inf]
     assert (found["success"].dtype, found["seed"].dtype, found["scenario"].dtype.kind) == (np.bool_, np.int64, "U")

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import skyverse as sky
-from skyverse.lab.rows import COLUMNS
+from skyverse.lab.row import COLUMN_TYPES
 from skyverse.lab.study import Study, read_study, study_from_data, write_study
 
 FILE = """\
@@ -133,7 +133,7 @@ def test_the_documentations_study_file_is_one(tmp_path):
     assert (study.name, len(study.seeds), len(study.planners)) == ("Two maps", 30, 4)
     for field in set(Study.model_fields) - {"format"}:
         assert f"| `{field}` |" in page
-    for column in COLUMNS:
+    for column in COLUMN_TYPES:
         assert f"`{column}`" in page.split("## Columns")[1]
 
 

@@ -10,8 +10,8 @@ import tracemalloc
 import pytest
 
 import skyverse as sky
-from skyverse.lab.execute import run_jobs, run_study
 from skyverse.lab.rows import Rows
+from skyverse.lab.run_study import run_jobs, run_study
 from skyverse.lab.workers import WorkerError
 from studies import ROOM, Deadly, Instant, job, timeless
 

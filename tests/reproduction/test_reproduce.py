@@ -88,7 +88,7 @@ def test_what_another_part_has_left_half_done_is_not_taken_for_a_cell(tmp_path):
 
 
 def sky_row(job):
-    from skyverse.lab.run import run_job
+    from skyverse.lab.run_job import run_job
 
     return run_job(job)
 

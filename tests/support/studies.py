@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import skyverse as sky
-from skyverse.lab.run import Case, Job
+from skyverse.lab.run_job import Case, Job
 from skyverse.planners.base import Planner, planned, provenance
 
 ROOM = sky.Scenario(

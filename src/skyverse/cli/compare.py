@@ -90,9 +90,9 @@ def compare(
     as_json
         Print the summary as JSON.
     """
-    from skyverse.lab.execute import run_jobs
-    from skyverse.lab.export import refuse_export
+    from skyverse.lab.row_export import refuse_export
     from skyverse.lab.rows import Rows
+    from skyverse.lab.run_study import run_jobs
     from skyverse.lab.workers import WorkerError
 
     study = study_of(
@@ -131,7 +131,7 @@ def compare(
             summary = summarise(rows)
             written = [rows.path]
             if report:
-                from skyverse.lab.comparison import write_report
+                from skyverse.lab.comparison_report import write_report
 
                 written += write_report(rows, folder, title=study.name)
             if export is not None:

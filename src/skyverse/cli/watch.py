@@ -11,7 +11,7 @@ from skyverse.cli.words import given
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
-    from skyverse.lab.execute import OnRun
+    from skyverse.lab.run_study import OnRun
     from skyverse.mission.plan_mission import OnProgress
     from skyverse.model.scenario import Scenario
     from skyverse.stop import Progress, Stop

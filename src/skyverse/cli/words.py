@@ -228,8 +228,8 @@ def refuse_output(path: Path, *read: str | Path) -> None:
 
 
 def _few(runs: int) -> int:
-    from skyverse.lab.study import MOST_SEEDS
+    from skyverse.lab.study import MAX_SEEDS
 
-    if runs > MOST_SEEDS:
-        raise InputError(f"--runs: expected at most {MOST_SEEDS:,}, found {runs:,}")
+    if runs > MAX_SEEDS:
+        raise InputError(f"--runs: expected at most {MAX_SEEDS:,}, found {runs:,}")
     return runs

@@ -1,4 +1,4 @@
-"""Figures of a study from plain data: one palette, one size of type, the same bytes from the same data."""
+"""Figures of a study, drawn from plain data: one palette, one type size, the same bytes from the same data."""
 
 import math
 import warnings
@@ -13,16 +13,16 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.stage import DASHES, GRID, INK, SOFT, blank, plain
 from skyverse.lab.curves import Band
-from skyverse.lab.report import one_line
+from skyverse.lab.formatting import one_line
 from skyverse.lab.statistics import Ranking, quantile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDTH = 8.0
+FIGURE_WIDTH = 8.0
 """Inches of every figure."""
-PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-"""Okabe and Ito's, without the yellow that white paper swallows; planners from the eighth on are dashed."""
+PLANNER_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+"""Okabe and Ito's colours without yellow, which is hard to see on white; planners from the eighth on are dashed."""
 
 _STYLE: Any = {
     "axes.axisbelow": True,
@@ -51,11 +51,13 @@ _UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "png": {"Software"
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw as all figures of the laboratory are drawn, whatever the user's matplotlibrc says."""
+    """Use the laboratory's style for figures within this context, whatever the user's matplotlibrc says."""
     import matplotlib
 
     with matplotlib.rc_context(), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # in labels of a script that no font here has
+        warnings.filterwarnings(
+            "ignore", message="Glyph .* missing"
+        )  # for labels in a script that no installed font has
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_STYLE)
         yield
@@ -70,7 +72,7 @@ def image(figure: "Figure", suffix: str) -> bytes:
 
 @dataclass(frozen=True)
 class Panel:
-    """One scenario's part of a figure: its name, its exact optimum where known, and something of each planner."""
+    """One scenario's part of a figure: title, exact optimum where known, and a band or the costs of each planner."""
 
     title: str
     bound: float | None
@@ -78,10 +80,10 @@ class Panel:
     costs: Sequence[Floats] = ()
 
 
-def convergence(labels: Sequence[str], panels: Sequence[Panel], effort: str, *, log: bool = False) -> "Figure":
-    """Draw median and quartiles of the best cost so far against `effort`, one panel a scenario.
+def convergence(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
+    """Draw median and quartiles of the best cost so far against generated paths, one panel for each scenario.
 
-    The cost axis shows what happens after the first quarter of the effort; what costs more is cut off.
+    The cost axis covers the costs after the first quarter of the paths; higher costs are cut off.
     """
     columns = min(2, len(panels))
     height = (2.9 if columns > 1 else 3.8) * math.ceil(len(panels) / columns) + _legend_height(labels)
@@ -90,9 +92,9 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel], effort: str, *, 
         late: list[float] = []
         for index, band in enumerate(panel.bands):
             median, low, high = (np.where(np.isfinite(v), v, np.nan) for v in (band.median, band.low, band.high))
-            axes.fill_between(band.effort, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
-            axes.step(band.effort, median, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
-            shown = np.concatenate([low, high])[np.tile(band.effort >= 0.25 * band.effort[-1], 2)]
+            axes.fill_between(band.paths, low, high, step="post", color=_colour(index), alpha=0.14, linewidth=0)
+            axes.step(band.paths, median, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
+            shown = np.concatenate([low, high])[np.tile(band.paths >= 0.25 * band.paths[-1], 2)]
             late += shown[np.isfinite(shown)].tolist()
         if panel.bound is not None:
             axes.axhline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
@@ -100,21 +102,19 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel], effort: str, *, 
         if late:
             margin = 0.04 * (max(late) - min(late)) or 0.01 * abs(max(late)) or 1.0
             axes.set_ylim(min(late) - margin, max(late) + margin)
-        if log:
-            axes.set_xscale("log")
-        else:
-            axes.set_xlim(left=0)
+        axes.set_xlim(left=0)
         axes.set_title(plain(_short(panel.title)))
-        axes.set_xlabel(effort)
+        axes.set_xlabel("generated paths")
         axes.set_ylabel("best cost so far")
     _legend(figure, labels, bound=any(panel.bound is not None for panel in panels))
     return figure
 
 
 def boxes(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
-    """Draw the costs as boxes: quartiles and median, whiskers to 1.5 times their distance, dots beyond; mean as rhomb.
+    """Draw box plots of the costs, with dots beyond the whiskers and the mean as a diamond.
 
-    Five costs or fewer are dots. Costs far beyond all whiskers are told in words, as are infinite ones.
+    A box goes from the first to the third quartile, its whiskers to the last cost within 1.5 box lengths. Five costs or
+    fewer are drawn as dots. Costs far beyond all whiskers, and infinite ones, are stated in words.
     """
     columns = min(2, len(panels))
     height = (0.26 * len(labels) + 1.1) * math.ceil(len(panels) / columns)
@@ -138,7 +138,7 @@ def boxes(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
 
 
 def bars(labels: Sequence[str], efforts: Mapping[str, Sequence[float]]) -> "Figure":
-    """Draw one panel of bars for each of `efforts`, the panels' titles with their units."""
+    """Draw one panel of bars, a bar for each label, for each of `efforts`, whose keys are the panels' titles."""
     figure, grid = _panels(len(efforts), len(efforts), height=0.26 * len(labels) + 0.9, sharey=True)
     for axes, (title, values) in zip(grid, efforts.items(), strict=True):
         largest = max(values)
@@ -157,12 +157,14 @@ def bars(labels: Sequence[str], efforts: Mapping[str, Sequence[float]]) -> "Figu
 def profiles(labels: Sequence[str], curves: Sequence[tuple[Floats, Floats]], against: str) -> "Figure":
     """Draw performance profiles: the share of runs whose cost is within a ratio of `against`.
 
-    The axis ends at twice the distance from 1 at which 95 % of the ratios lie, or at the largest.
+    The axis ends twice as far from 1 as the 95 % quantile of the ratios, or at the largest ratio.
     """
     figure, (axes,) = _panels(1, 1, height=3.8 + _legend_height(labels))
     found = np.concatenate([[1.0], *(ratio for ratio, _ in curves)])
     far = float(found.max())
-    end = max(1.01, min(1.03 * far - 0.03, 2 * float(np.quantile(found, 0.95)) - 1))  # a few far ones squeeze the rest
+    end = max(
+        1.01, min(1.03 * far - 0.03, 2 * float(np.quantile(found, 0.95)) - 1)
+    )  # so that a few large ratios do not squeeze the others
     for index, (ratio, share) in enumerate(curves):
         x = np.concatenate([[1.0], ratio, [max(end, far)]])
         y = np.concatenate([[0.0], share, share[-1:] if len(share) else [0.0]])
@@ -178,23 +180,23 @@ def profiles(labels: Sequence[str], curves: Sequence[tuple[Floats, Floats]], aga
 
 
 def critical_difference(labels: Sequence[str], found: Ranking) -> "Figure":
-    """Draw mean ranks on a line, best at the left; bars join planners that do not differ (Demsar 2006)."""
+    """Draw mean ranks on a line, the best at the left; bars join planners that do not differ (Demsar 2006)."""
     count = len(labels)
     left = (count + 1) // 2
     levels = _levels(found)
     first = 0.42 + 0.14 * (max(levels, default=-1) + 1)  # inches from the axis to the first name
     depth = first + 0.24 * (left - 1) + 0.2
     above = 0.75
-    figure = blank(WIDTH, above + depth)
+    figure = blank(FIGURE_WIDTH, above + depth)
     axes: Any = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()
-    axes.set_xlim(0, WIDTH)
+    axes.set_xlim(0, FIGURE_WIDTH)
     axes.set_ylim(-depth, above)
     names = [_short(label, 30) for label in labels]
     side = max(1.1, 0.3 + 0.069 * (max(map(len, names)) + 6))
 
     def x(rank: float) -> float:
-        return side + (rank - 1) / (count - 1) * (WIDTH - 2 * side)
+        return side + (rank - 1) / (count - 1) * (FIGURE_WIDTH - 2 * side)
 
     line: Any = {"color": INK, "linewidth": 1.1, "solid_capstyle": "butt"}
     axes.plot([x(1), x(count)], [0, 0], **line)
@@ -213,7 +215,7 @@ def critical_difference(labels: Sequence[str], found: Ranking) -> "Figure":
     for place, index in enumerate(np.argsort(found.ranks, kind="stable")):
         at_left = place < left
         y = -first - 0.24 * (place if at_left else count - 1 - place)
-        edge, end = (side - 0.12, "right") if at_left else (WIDTH - side + 0.12, "left")
+        edge, end = (side - 0.12, "right") if at_left else (FIGURE_WIDTH - side + 0.12, "left")
         mean, label = f"{found.ranks[index]:.2f}", plain(names[index])
         axes.plot([x(found.ranks[index])] * 2 + [edge], [0, y, y], color=_colour(int(index)), linewidth=1.1)
         text = f"{label}  {mean} " if at_left else f" {mean}  {label}"
@@ -222,7 +224,7 @@ def critical_difference(labels: Sequence[str], found: Ranking) -> "Figure":
 
 
 def _levels(found: Ranking) -> list[int]:
-    """Return how far below the axis each group's bar lies, so that none touches another."""
+    """Return the level below the axis at which each group's bar is drawn, so that no two bars touch."""
     ends: list[float] = []
     levels = []
     for group in found.groups:
@@ -235,7 +237,7 @@ def _levels(found: Ranking) -> list[int]:
 
 def _panels(panels: int, columns: int, *, height: float, sharey: bool = False) -> tuple["Figure", list[Any]]:
     rows = math.ceil(panels / columns)
-    figure = blank(WIDTH, height)
+    figure = blank(FIGURE_WIDTH, height)
     figure.set_layout_engine("constrained")
     grid = figure.subplots(rows, columns, sharey=sharey, squeeze=False).ravel().tolist()
     for axes in grid[panels:]:
@@ -244,7 +246,7 @@ def _panels(panels: int, columns: int, *, height: float, sharey: bool = False) -
 
 
 def _whiskers(costs: Floats) -> tuple[float, float]:
-    """Return the least and the largest cost within 1.5 box lengths of the box; of five or fewer, of all."""
+    """Return the least and the largest cost within 1.5 box lengths of the box; five costs or fewer all count."""
     finite = costs[np.isfinite(costs)]
     if len(finite) > 5:
         low, high = (float(quantile(finite, q)) for q in (0.25, 0.75))
@@ -317,16 +319,16 @@ def _amount(value: float) -> str:
 
 def _short(label: str, most: int = 36) -> str:
     line = one_line(label)
-    tail = most // 2  # settings, which tell planners apart, stand last
+    tail = most // 2  # the settings that distinguish planners are at the end
     return line if len(line) <= most else f"{line[: most - tail - 1]}…{line[-tail:]}"
 
 
 def _lap(index: int) -> int:
-    return index // len(PALETTE)
+    return index // len(PLANNER_COLOURS)
 
 
 def _colour(index: int) -> str:
-    return PALETTE[index % len(PALETTE)]
+    return PLANNER_COLOURS[index % len(PLANNER_COLOURS)]
 
 
 def _dash(index: int) -> Any:

@@ -1,27 +1,21 @@
-"""A report is data: headings, text, tables and figures in order; written as Markdown and as one web page."""
+"""A report as data: headings, text, tables and figures in order. `report_files` writes it."""
 
-import base64
 import math
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from html import escape
-from importlib.resources import files
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from skyverse.atomic import whole_file, write_text
-from skyverse.errors import InputError
+from skyverse.lab.formatting import one_line
 
 if TYPE_CHECKING:
     from matplotlib import figure
 
-_TYPES = {"svg": "image/svg+xml", "png": "image/png"}
-_SUFFIXES = (*_TYPES, "pdf")
-_NOTHING, _MINUS = "\u2013", "\u2212"
+NO_VALUE = "\u2013"
+"""What a cell without a value shows."""
+_MINUS = "\u2212"
 
 Cell = str | int | float | None
-"""Plain text or a number; ``None`` and nan are nothing to tell, and print as a dash."""
+"""Plain text or a number; ``None`` and nan mean that there is no value, and are printed as a dash."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +28,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Text:
-    """Paragraphs in Markdown (CommonMark with tables, no HTML); what a user named goes through `literal` first."""
+    """Paragraphs in Markdown (CommonMark with tables, no HTML); names that a user gave must pass through `literal`."""
 
     markdown: str
 
@@ -54,7 +48,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture; `draw` is called when it is written, `name` is the file's stem, `caption` is Markdown."""
+    """A figure: `draw` makes it when the report is written, `name` is the stem of its files, `caption` is Markdown."""
 
     name: str
     caption: str
@@ -66,120 +60,10 @@ Block = Heading | Text | Table | Figure
 
 @dataclass(frozen=True)
 class Report:
-    """A title in plain text, and what stands below it."""
+    """A title in plain text, and the blocks below it."""
 
     title: str
     blocks: Sequence[Block]
-
-
-def write(
-    report: Report,
-    folder: Path | str,
-    *,
-    stem: str = "report",
-    formats: Sequence[str] = ("html", "md"),
-    figures: Sequence[str] = ("svg",),
-) -> list[Path]:
-    """Write `report` into `folder`, which is made if need be, and return the paths of all files, figures first.
-
-    Equal reports give equal bytes.
-
-    Parameters
-    ----------
-    stem
-        The name of the report's files without suffix.
-    formats
-        ``"html"``, one page with all figures inside; ``"md"``, Markdown that shows the files in ``figures/``.
-    figures
-        The formats of the files in ``figures/``: ``"svg"``, ``"png"``, ``"pdf"``; the first of ``"svg"`` and ``"png"``
-        is the one shown. Without any, the page has SVG inside, and the Markdown captions only.
-
-    Raises
-    ------
-    ValueError
-        For another format, or figures whose names are not those of files or not unique.
-    InputError
-        Where a file cannot be written.
-    """
-    _check(report, formats, figures)
-    folder = Path(folder)
-    shown = next((suffix for suffix in figures if suffix in _TYPES), "svg")
-    try:
-        (folder / "figures" if figures and _figures(report) else folder).mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{str(folder)!r}: cannot be made: {getattr(error, 'strerror', None) or error}") from None
-    written, images = [], {}
-    for block in _figures(report):
-        for suffix, image in _drawn(block, {*figures, shown}):
-            if suffix in figures:
-                written.append(folder / "figures" / f"{block.name}.{suffix}")
-                with whole_file(written[-1]) as beside:
-                    beside.write_bytes(image)
-            if suffix == shown and "html" in formats:
-                images[block.name] = f"data:{_TYPES[shown]};base64,{base64.b64encode(image).decode()}"
-    if "md" in formats:
-        written.append(folder / f"{stem}.md")
-        write_text(written[-1], markdown(report, suffix=shown if shown in figures else None))
-    if "html" in formats:
-        written.append(folder / f"{stem}.html")
-        write_text(written[-1], html(report, images))
-    return written
-
-
-def markdown(report: Report, *, suffix: str | None = "svg") -> str:
-    """Return `report` in Markdown that shows ``figures/*.suffix``, or captions alone where that is ``None``."""
-    parts = [f"# {literal(report.title)}"]
-    for block in report.blocks:
-        match block:
-            case Heading(text, level):
-                parts.append(f"{'#' * level} {literal(text)}")
-            case Text(text):
-                parts.append(text.strip())
-            case Table():
-                parts += [one_line(block.caption), _markdown_table(block), *map(one_line, block.notes)]
-            case Figure(name, caption):
-                parts += [f"![{name}](figures/{name}.{suffix})"] if suffix else []
-                parts.append(one_line(caption))
-    return "\n\n".join(part for part in parts if part) + "\n"
-
-
-def html(report: Report, images: dict[str, str]) -> str:
-    """Return `report` as one page; `images` has the source of each figure's image by its name."""
-    style = files("skyverse.lab").joinpath("report.css").read_text("utf-8")
-    body, contents = [], []
-    for number, block in enumerate(report.blocks):
-        match block:
-            case Heading(text, level):
-                body.append(f'<h{level} id="s{number}">{_text(text)}</h{level}>')
-                if level <= 3:
-                    contents.append(f'<li class="level-{level}"><a href="#s{number}">{_text(text)}</a></li>')
-            case Text(text):
-                body.append(_rendered(text))
-            case Table():
-                body.append(_html_table(block))
-            case Figure(name, caption):
-                image = f'<img src="{images[name]}" alt="{escape(name)}">'
-                told = f"<figcaption>{_rendered(caption)}</figcaption>"
-                body.append(f'<figure><div class="scroll" tabindex="0">{image}</div>{told}</figure>')
-    title = _text(report.title)
-    lines = "\n".join
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
-        f'<nav aria-label="Contents"><ul>\n{lines(contents)}\n</ul></nav>\n'
-        f"<main>\n<h1>{title}</h1>\n{lines(body)}\n</main>\n</body>\n</html>\n"
-    )
-
-
-def literal(text: str) -> str:
-    """Return Markdown that shows `text` as it is, on one line."""
-    return re.sub(r"([\\`*_\[\]<>|~&#!$])", r"\\\1", one_line(text))
-
-
-def one_line(text: str) -> str:
-    """Return `text` on one line, control characters replaced, for they break pages and pictures."""
-    return re.sub(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]", "\ufffd", " ".join(text.split()))
 
 
 def cells(table: Table) -> list[list[str]]:
@@ -194,7 +78,7 @@ def _printed(column: list[Cell]) -> list[str]:
     printed = []
     for value in column:
         if value is None or (isinstance(value, float) and math.isnan(value)):
-            printed.append(_NOTHING)
+            printed.append(NO_VALUE)
         elif isinstance(value, float):
             text = f"{value:,.{places}f}" if math.isfinite(value) else "∞" if value > 0 else "-∞"
             printed.append(text.replace("-", _MINUS))
@@ -204,84 +88,8 @@ def _printed(column: list[Cell]) -> list[str]:
 
 
 def decimals(numbers: list[float]) -> int:
-    """Return how many decimals tell the largest of `numbers` to four digits or more, none where all are whole."""
+    """Return how many decimals show the largest of `numbers` with four digits or more; 0 where all are whole."""
     largest = max(numbers, default=0.0)
     if largest == 0.0 or all(number == int(number) for number in numbers):
         return 0
     return min(6, max(1 if largest < 1e4 else 0, 3 - math.floor(math.log10(largest))))
-
-
-def _to_the_right(column: list[str]) -> bool:
-    """Whether a printed column reads as numbers."""
-    told = [text for text in column if text not in ("", _NOTHING)]
-    return bool(column) and all(re.match(r"[<>≈±+\u2212-]?\s*[\d∞]", text) for text in told)
-
-
-def _aligned(table: Table) -> tuple[list[list[str]], list[bool]]:
-    printed = cells(table)
-    return printed, [_to_the_right([row[column] for row in printed]) for column in range(len(table.head))]
-
-
-def _markdown_table(table: Table) -> str:
-    printed, right = _aligned(table)
-    rows = [[literal(text) for text in row] for row in [list(table.head), *printed]]
-    widths = [max(3, *(len(row[column]) for row in rows)) for column in range(len(right))]
-    lines = [
-        " | ".join(
-            text.rjust(width) if flush else text.ljust(width)
-            for text, width, flush in zip(row, widths, right, strict=True)
-        )
-        for row in rows
-    ]
-    rule = ("-" * (width - flush) + ":" * flush for width, flush in zip(widths, right, strict=True))
-    return "\n".join(f"| {line} |" for line in [lines[0], " | ".join(rule), *lines[1:]])
-
-
-def _html_table(table: Table) -> str:
-    printed, right = _aligned(table)
-    side = [' class="number"' if flush else "" for flush in right]
-    head = "".join(f'<th scope="col"{s}>{_text(text)}</th>' for s, text in zip(side, table.head, strict=True))
-    rows = "\n".join(
-        f"<tr>{''.join(f'<td{s}>{_text(text)}</td>' for s, text in zip(side, row, strict=True))}</tr>"
-        for row in printed
-    )
-    caption = f"<figcaption>{_rendered(table.caption)}</figcaption>" if table.caption else ""
-    notes = "".join(f'<div class="note">{_rendered(note)}</div>' for note in table.notes)
-    return (
-        f'<figure class="table">{caption}<div class="scroll" tabindex="0"><table>\n<thead><tr>{head}</tr></thead>\n'
-        f"<tbody>\n{rows}\n</tbody>\n</table></div>{notes}</figure>"
-    )
-
-
-def _rendered(text: str) -> str:
-    from markdown_it import MarkdownIt
-
-    return str(MarkdownIt("commonmark", {"html": False}).enable("table").render(text)).strip()
-
-
-def _text(text: str) -> str:
-    return escape(one_line(text))
-
-
-def _figures(report: Report) -> list[Figure]:
-    return [block for block in report.blocks if isinstance(block, Figure)]
-
-
-def _drawn(block: Figure, suffixes: set[str]) -> Iterator[tuple[str, bytes]]:
-    from skyverse.lab.figures import image, style
-
-    with style():
-        drawn = block.draw()
-        for suffix in sorted(suffixes):
-            yield suffix, image(drawn, suffix)
-
-
-def _check(report: Report, formats: Sequence[str], figures: Sequence[str]) -> None:
-    for wanted, known in ((formats, ("html", "md")), (figures, _SUFFIXES)):
-        for suffix in wanted:
-            if suffix not in known:
-                raise ValueError(f"expected {', '.join(known)}, not {suffix!r}")
-    names = [block.name for block in _figures(report)]
-    for name in names:
-        if not re.fullmatch(r"[A-Za-z0-9][\w.-]*", name) or names.count(name) > 1:
-            raise ValueError(f"a figure's name is a file name of its own, not {name!r}")

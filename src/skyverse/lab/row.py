@@ -1,18 +1,21 @@
-"""What is known of one run: one row."""
+"""What is known of one run of a study: one row."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
 
 from skyverse.model.result import History
 
 
 @dataclass(frozen=True)
 class Row:
-    """One scenario x one planner x one budget x one seed, over all UAVs of the scenario.
+    """The run of one planner on one scenario, with one budget and one seed, summed over the UAVs of the scenario.
 
     Attributes
     ----------
     scenario, planner, budget, seed
-        Which run: three labels and a number, unique in a study. The budget is per UAV.
+        Three labels and a number that identify the run in its study. The budget is that of each UAV's search.
     status
         The worst of the UAVs' statuses; ``"not planned"`` where no UAV has a target.
     success
@@ -22,15 +25,15 @@ class Row:
     bound, gap
         The sum of the exact optima, and ``cost / bound - 1`` of a success; ``None`` where unknown.
     generated_paths, generated_nodes, evaluations, iterations, seconds
-        Effort, summed over the UAVs; the seconds are those of the search alone, without any compilation.
+        Effort, summed over the UAVs; the seconds are those of the search alone, without compilation.
     stopped_by
-        What ended the UAVs' searches: the stop rules' names.
+        The names of the stop rules that ended the UAVs' searches.
     verdict
-        What the referee found wrong, sentence by sentence; empty when nothing.
+        What the referee found wrong, in sentences; empty where it found nothing.
     settings, versions
         The planner with all its parameters; skyverse, Python, numpy, numba and platform.
     history
-        Best total cost and effort after the start and each iteration; a UAV that is done keeps its last row.
+        Best total cost and effort at the start and after each iteration; a search that has ended keeps its last values.
     """
 
     scenario: str
@@ -55,3 +58,12 @@ class Row:
     settings: str
     versions: str
     history: History
+
+
+RUN_COLUMNS = ("scenario", "planner", "budget", "seed")
+"""The columns that identify a run."""
+_NUMPY_TYPES: dict[Any, type] = {str: np.str_, bool: np.bool_, int: np.int64}
+COLUMN_TYPES = {
+    field.name: _NUMPY_TYPES.get(field.type, np.float64) for field in fields(Row) if field.name != "history"
+}
+"""The numpy type of each field of a row except its history; ``None`` in a field of floats becomes nan."""

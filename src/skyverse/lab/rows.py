@@ -1,4 +1,4 @@
-"""The rows of a study in one SQLite file: a row is there whole or not at all, whatever kills the process."""
+"""The rows of a study in one SQLite file. Each row is stored as a whole or not at all, whenever the process ends."""
 
 import sqlite3
 import zlib
@@ -12,53 +12,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.errors import InputError
-from skyverse.lab.row import Row
+from skyverse.lab.row import COLUMN_TYPES, RUN_COLUMNS, Row
+from skyverse.lab.row_export import export_rows
 from skyverse.model.result import History, no_history
 
-Kind = Literal["scenario", "planner", "budget"]
-KINDS: tuple[Kind, ...] = ("scenario", "planner", "budget")
-RUN = (*KINDS, "seed")
-"""The columns that say which run a row is."""
-
-_KINDS: dict[Any, tuple[str, type]] = {
-    str: ("TEXT NOT NULL", np.str_),
-    bool: ("INTEGER NOT NULL", np.bool_),
-    int: ("INTEGER NOT NULL", np.int64),
-    float: ("REAL NOT NULL", np.float64),
-    float | None: ("REAL", np.float64),
+LabelKind = Literal["scenario", "planner", "budget"]
+LABEL_KINDS: tuple[LabelKind, ...] = ("scenario", "planner", "budget")
+_SQL_TYPES: dict[Any, str] = {
+    str: "TEXT NOT NULL",
+    bool: "INTEGER NOT NULL",
+    int: "INTEGER NOT NULL",
+    float: "REAL NOT NULL",
+    float | None: "REAL",
 }
-TYPES = {f.name: _KINDS[f.type] for f in fields(Row) if f.name != "history"}
-"""The type of each field of a row but its history: in SQLite, and in numpy."""
-
-COLUMNS = tuple(TYPES)
-"""What `Rows.select` knows: every field of a row but its history."""
+_DEFINITIONS = ", ".join(f"{f.name} {_SQL_TYPES[f.type]}" for f in fields(Row) if f.name in COLUMN_TYPES)
 
 _APPLICATION = 0x736B7976  # "skyv"
 _TABLES = (
-    f"CREATE TABLE runs (key TEXT PRIMARY KEY, {', '.join(f'{n} {t}' for n, (t, _) in TYPES.items())}, "
-    f"history BLOB NOT NULL, UNIQUE ({', '.join(RUN)}))",
+    f"CREATE TABLE runs (key TEXT PRIMARY KEY, {_DEFINITIONS}, history BLOB NOT NULL, "
+    f"UNIQUE ({', '.join(RUN_COLUMNS)}))",
     "CREATE TABLE labels (place INTEGER PRIMARY KEY, kind TEXT NOT NULL, label TEXT NOT NULL, UNIQUE (kind, label))",
     f"PRAGMA application_id = {_APPLICATION}",
 )
-_JOINS = " ".join(f"JOIN labels AS {k}s ON {k}s.kind = '{k}' AND {k}s.label = runs.{k}" for k in KINDS)
-_ORDER = ", ".join([*(f"{k}s.place" for k in KINDS), "runs.seed"])
+_JOINS = " ".join(f"JOIN labels AS {k}s ON {k}s.kind = '{k}' AND {k}s.label = runs.{k}" for k in LABEL_KINDS)
+_ORDER = ", ".join([*(f"{k}s.place" for k in LABEL_KINDS), "runs.seed"])
 
 
 class Rows:
-    """The rows of a study; a context manager.
+    """The rows of a study, kept in a file; a context manager that closes the file.
 
-    Rows come scenario by scenario, planner by planner, budget by budget, in the study's order, and seed by seed.
-    Others may read the file while a study writes it.
+    Rows are returned in the study's order of scenarios, planners and budgets, and then by seed. Other processes may
+    read the file while a study writes it.
 
     Parameters
     ----------
     path
-        A SQLite file, made if it is not there.
+        A SQLite file, which is created if it does not exist.
 
     Raises
     ------
     InputError
-        If the file cannot be opened, or holds something else.
+        If the file cannot be opened, or is not a database of rows.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -109,31 +103,31 @@ class Rows:
         return int(count)
 
     def __iter__(self) -> Iterator[Row]:
-        names = ", ".join(f"runs.{name}" for name in (*COLUMNS, "history"))
+        names = ", ".join(f"runs.{name}" for name in (*COLUMN_TYPES, "history"))
         with closing(self._file.execute(f"SELECT {names} FROM runs {_JOINS} ORDER BY {_ORDER}")) as found:
             for *values, history in found:
-                row: dict[str, Any] = dict(zip(COLUMNS, values, strict=True))
+                row: dict[str, Any] = dict(zip(COLUMN_TYPES, values, strict=True))
                 yield Row(**row | {"success": bool(row["success"]), "history": _unpack(history)})
 
-    def expect(self, kind: Kind, labels: Iterable[str]) -> None:
-        """Lay down the study's order of labels; those already known keep their place."""
+    def expect(self, kind: LabelKind, labels: Iterable[str]) -> None:
+        """Set the order in which labels are returned; labels that are known already keep their place."""
         rows = [(kind, label) for label in labels]
         self._file.execute("BEGIN IMMEDIATE")
         self._file.executemany("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", rows)
         self._file.execute("COMMIT")
 
     def add(self, row: Row, key: str) -> None:
-        """Add a finished run's row, in one transaction.
+        """Add the row of a finished run, in one transaction.
 
         Raises
         ------
         InputError
-            If that run is there already.
+            If the file has a row of that run already.
         """
-        values = (key, *(getattr(row, name) for name in COLUMNS), _pack(row.history))
+        values = (key, *(getattr(row, name) for name in COLUMN_TYPES), _pack(row.history))
         self._file.execute("BEGIN IMMEDIATE")
         try:
-            for kind in KINDS:
+            for kind in LABEL_KINDS:
                 label = getattr(row, kind)
                 self._file.execute("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", (kind, label))
             self._file.execute(f"INSERT INTO runs VALUES ({', '.join('?' * len(values))})", values)
@@ -151,41 +145,39 @@ class Rows:
         return {key for (key,) in self._file.execute("SELECT key FROM runs")}
 
     def key(self, scenario: str, planner: str, budget: str, seed: int) -> str | None:
-        """Return the key of the finished run of these labels, or ``None``."""
-        where = " AND ".join(f"{name} = ?" for name in RUN)
+        """Return the key of the finished run with these labels and seed, or ``None`` if there is none."""
+        where = " AND ".join(f"{name} = ?" for name in RUN_COLUMNS)
         found = self._file.execute(f"SELECT key FROM runs WHERE {where}", (scenario, planner, budget, seed)).fetchone()
         return None if found is None else str(found[0])
 
-    def labels(self, kind: Kind) -> list[str]:
+    def labels(self, kind: LabelKind) -> list[str]:
         """Return the labels of the finished runs, in the study's order."""
-        if kind not in KINDS:
-            raise ValueError(f"labels are of {', '.join(KINDS)}, not of {kind!r}")
+        if kind not in LABEL_KINDS:
+            raise ValueError(f"labels are of {', '.join(LABEL_KINDS)}, not of {kind!r}")
         statement = f"SELECT label FROM labels WHERE kind = ? AND label IN (SELECT {kind} FROM runs) ORDER BY place"
         return [label for (label,) in self._file.execute(statement, (kind,))]
 
     def select(self, columns: Sequence[str], **where: object) -> dict[str, NDArray[Any]]:
-        """Return columns of the rows whose fields have the values in `where`, (n,) each; ``None`` becomes nan."""
+        """Return columns, (n,) each, of the rows whose fields have the values in `where`; ``None`` becomes nan."""
         with closing(self._find(columns, where)) as found:
             rows = list(found)
         table = zip(*rows, strict=True) if rows else ([] for _ in columns)
-        return {name: np.array(list(v), dtype=TYPES[name][1]) for name, v in zip(columns, table, strict=True)}
+        return {name: np.array(list(v), dtype=COLUMN_TYPES[name]) for name, v in zip(columns, table, strict=True)}
 
     def histories(self, **where: object) -> Iterator[History]:
-        """Yield the histories of the rows that `select` would find, one at a time, in the same order."""
+        """Yield the histories of the rows that `select` returns, in the same order, reading one at a time."""
         with closing(self._find(("history",), where)) as found:
             for (history,) in found:
                 yield _unpack(history)
 
     def export(self, path: str | Path) -> list[Path]:
-        """Write the rows as ``.csv`` or ``.parquet`` and their histories beside; see `skyverse.lab.export`."""
-        from skyverse.lab.export import export_rows
-
+        """Write the rows as ``.csv`` or ``.parquet``, and their histories to a second file; return both paths."""
         return export_rows(self, path)
 
     def _find(self, columns: Sequence[str], where: dict[str, object]) -> sqlite3.Cursor:
-        unknown = [name for name in (*columns, *where) if name not in TYPES and name != "history"]
+        unknown = [name for name in (*columns, *where) if name not in COLUMN_TYPES and name != "history"]
         if unknown or not columns:
-            raise ValueError(f"expected columns among {', '.join(COLUMNS)}, found {', '.join(unknown) or 'none'}")
+            raise ValueError(f"expected columns among {', '.join(COLUMN_TYPES)}, found {', '.join(unknown) or 'none'}")
         names = ", ".join(f"runs.{name}" for name in columns)
         test = " AND ".join(f"runs.{name} IS ?" for name in where) or "1"
         values = [value.item() if isinstance(value, np.generic) else value for value in where.values()]

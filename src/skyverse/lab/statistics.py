@@ -1,6 +1,6 @@
-"""What runs tell and what they cannot: summaries, tests, effect sizes and ranks of costs, where less is better.
+"""Summaries, statistical tests, effect sizes and ranks of costs, where less is better.
 
-A cost may be infinite (no path at all); it is worse than any other, and equal to itself.
+A cost may be infinite, where a run found no path at all; it is worse than any other cost, and equal to itself.
 """
 
 import math
@@ -14,12 +14,10 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 
-LEVEL = 0.05
-"""The level of all tests; intervals hold with 1 - LEVEL."""
-FEWEST_RESAMPLED = 5
-"""Fewer runs are not resampled."""
-FEWEST_PAIRS = 6
-"""With fewer pairs not even six wins out of six are significant: 2 / 2**5 > 0.05."""
+SIGNIFICANCE_LEVEL = 0.05
+"""The significance level of all tests; confidence intervals hold with 1 - SIGNIFICANCE_LEVEL."""
+MIN_RESAMPLED_RUNS = 5
+"""A bootstrap interval needs at least this many runs."""
 
 
 class Interval(NamedTuple):
@@ -31,16 +29,16 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Summary:
-    """Some numbers, failures among them.
+    """Summary statistics of some costs, of which those of failures may be infinite.
 
     Attributes
     ----------
     runs, mean, median, quartiles
-        Infinite where so many runs are; nan without runs.
+        Infinite where that many runs are; nan without runs.
     standard_error
         Of the mean; ``None`` with fewer than two runs or an infinite one.
     interval
-        Bootstrap confidence interval of the mean; ``None`` with fewer than `FEWEST_RESAMPLED` runs or an infinite one.
+        Bootstrap confidence interval of the mean; ``None`` below `MIN_RESAMPLED_RUNS` runs or with an infinite one.
     """
 
     runs: int
@@ -82,7 +80,7 @@ def bootstrap(values: Floats, *, seed: int = 0) -> Interval | None:
     from scipy.stats import DegenerateDataWarning
     from scipy.stats import bootstrap as resample
 
-    if len(values) < FEWEST_RESAMPLED or not np.isfinite(values).all():
+    if len(values) < MIN_RESAMPLED_RUNS or not np.isfinite(values).all():
         return None
     if np.ptp(values) == 0:
         return Interval(float(values[0]), float(values[0]))
@@ -94,7 +92,7 @@ def bootstrap(values: Floats, *, seed: int = 0) -> Interval | None:
                 np.mean,
                 n_resamples=2000,
                 batch=max(1, 1_000_000 // len(values)),
-                confidence_level=1 - LEVEL,
+                confidence_level=1 - SIGNIFICANCE_LEVEL,
                 method=method,
                 rng=np.random.default_rng(seed),
             ).confidence_interval
@@ -107,14 +105,14 @@ def wilson(successes: int, runs: int) -> Interval:
     """Return Wilson's interval of a success rate; `runs` is at least 1."""
     from scipy.stats import binomtest
 
-    found = binomtest(successes, runs).proportion_ci(1 - LEVEL, method="wilson")
+    found = binomtest(successes, runs).proportion_ci(1 - SIGNIFICANCE_LEVEL, method="wilson")
     return Interval(float(found.low), float(found.high))
 
 
 def wilcoxon(a: ArrayLike, b: ArrayLike) -> float:
     """Return the two-sided p of Wilcoxon's signed-rank test of the pairs (`a`, `b`), (n,) each.
 
-    Pairs of equals say nothing and are left out; where all are, p is 1. Exact up to 50 unequal pairs, ties or not.
+    Pairs of equal values are left out; where all pairs are equal, p is 1. Exact up to 50 unequal pairs, also with ties.
     """
     from scipy import stats
 
@@ -124,7 +122,7 @@ def wilcoxon(a: ArrayLike, b: ArrayLike) -> float:
         return 1.0
     if n > 50:
         return float(stats.wilcoxon(differences).pvalue)
-    doubled = np.rint(2 * stats.rankdata(np.abs(differences))).astype(np.int64)  # ranks of ties end in a half
+    doubled = np.rint(2 * stats.rankdata(np.abs(differences))).astype(np.int64)  # tied ranks are halves
     chance = np.zeros(doubled.sum() + 1)
     chance[0] = 0.5**n
     for rank in doubled:
@@ -153,7 +151,7 @@ def holm(p: ArrayLike) -> Floats:
 
 
 def a12(a: ArrayLike, b: ArrayLike) -> float:
-    """Return the chance that a value of `a` exceeds one of `b`, ties counted half (Vargha & Delaney 2000)."""
+    """Return the probability that a value of `a` exceeds one of `b`; ties count half (Vargha & Delaney 2000)."""
     from scipy.stats import rankdata
 
     first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
@@ -171,7 +169,7 @@ def magnitude(chance: float) -> str:
 def rank_biserial(a: ArrayLike, b: ArrayLike) -> float:
     """Return the matched-pairs rank-biserial correlation, from -1 (`a` always less) to 1; 0 where all are equal.
 
-    The share of the ranks of the differences that are positive less the share of those that are negative (Kerby 2014).
+    It is the positive differences' share of the sum of ranks less the share of the negative ones (Kerby 2014).
     """
     from scipy.stats import rankdata
 
@@ -184,29 +182,29 @@ def rank_biserial(a: ArrayLike, b: ArrayLike) -> float:
 
 def _differences(a: ArrayLike, b: ArrayLike) -> Floats:
     first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
-    unequal = first != second  # so that infinite costs, which cannot be subtracted, tie
+    unequal = first != second  # two infinite costs, whose difference is undefined, are equal
     found: Floats = first[unequal] - second[unequal]
     return found
 
 
 @dataclass(frozen=True)
 class Ranking:
-    """Friedman's test of k planners over n blocks, and Nemenyi's.
+    """Friedman's test and Nemenyi's test of k planners over n blocks.
 
     Attributes
     ----------
     ranks
         (k,) mean ranks; 1 is best, ties share.
     blocks
-        n.
+        The number of blocks, n.
     chi2, p
-        Friedman's, corrected for ties.
+        Friedman's statistic and p-value, corrected for ties.
     f, p_f
-        Iman and Davenport's correction, less conservative.
+        Iman and Davenport's corrected statistic and p-value, which are less conservative.
     critical_difference
         Mean ranks that differ by more differ significantly (Nemenyi).
     groups
-        The largest sets of planners that do not, indices from best to worst; sets of one are left out.
+        The largest sets of two or more planners that do not differ significantly, as indices from best to worst.
     """
 
     ranks: Floats
@@ -225,7 +223,7 @@ def ranking(costs: ArrayLike) -> Ranking:
     Raises
     ------
     ValueError
-        With fewer blocks or planners.
+        If there are fewer blocks or planners.
     """
     from scipy import stats
 
@@ -247,7 +245,7 @@ def critical_difference(planners: int, blocks: int) -> float:
     """Return Nemenyi's critical difference of mean ranks (Demsar 2006)."""
     from scipy.stats import studentized_range
 
-    q = float(studentized_range.ppf(1 - LEVEL, planners, np.inf)) / math.sqrt(2)
+    q = float(studentized_range.ppf(1 - SIGNIFICANCE_LEVEL, planners, np.inf)) / math.sqrt(2)
     return q * math.sqrt(planners * (planners + 1) / (6 * blocks))
 
 

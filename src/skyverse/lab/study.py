@@ -12,7 +12,7 @@ from skyverse.errors import InputError
 from skyverse.files import NAMES, read_scenario
 from skyverse.files.document import explain, parse, read_text
 from skyverse.files.yaml import yaml_text
-from skyverse.lab.run import Case, Job
+from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.scenario import Scenario
 from skyverse.planners import make_planner
@@ -111,15 +111,15 @@ def _listed(value: Any) -> Any:
     return tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
-MOST_SEEDS = 1_000_000
+MAX_SEEDS = 1_000_000
 
 
 def _seeds(value: Any) -> Any:
     if isinstance(value, int) and not isinstance(value, bool):
         if value < 1:
             raise ValueError("expected how many, from 1 on, or a list of seeds")
-        if value > MOST_SEEDS:
-            raise ValueError(f"expected at most {MOST_SEEDS:,}")
+        if value > MAX_SEEDS:
+            raise ValueError(f"expected at most {MAX_SEEDS:,}")
         return tuple(range(value))
     if not isinstance(value, list | tuple):
         raise ValueError("expected how many, or a list of seeds")

@@ -12,7 +12,7 @@ from typing import Any
 
 from skyverse.errors import InputError
 from skyverse.lab.row import Row
-from skyverse.lab.run import Job, run_job, warm_up
+from skyverse.lab.run_job import Job, run_job, warm_up
 
 
 class WorkerError(RuntimeError):

@@ -12,7 +12,7 @@ from skyverse._typing import Floats
 from skyverse.files import read_scenario
 from skyverse.lab.report import Block
 from skyverse.lab.rows import Rows
-from skyverse.lab.run import Case, Job
+from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
 from skyverse.planners.bbo import BBO
 from skyverse.planners.gso import GSO

@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyverse.draw.stage import SOFT, blank
-from skyverse.lab.figures import PALETTE, WIDTH
+from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS = {"MVO": PALETTE[0], "GSO": PALETTE[1], "BBO": PALETTE[2], "random restart": PALETTE[3]}
+COLOURS = {
+    "MVO": PLANNER_COLOURS[0],
+    "GSO": PLANNER_COLOURS[1],
+    "BBO": PLANNER_COLOURS[2],
+    "random restart": PLANNER_COLOURS[3],
+}
 DASHES: dict[str, Any] = {"thesis": ":", "as run": "-", "as described": "--", "": "-"}
 MARKS = {"thesis": "x", "as run": "o", "as described": "s", "": "D"}
 
@@ -88,5 +93,5 @@ def _counted(axes: Any) -> None:
 
 def _chart(height: float) -> tuple["Figure", Any]:
     """Return a figure with room for labels and for three rows of a legend; asking for a layout takes longer."""
-    figure = blank(WIDTH, height)
+    figure = blank(FIGURE_WIDTH, height)
     return figure, figure.add_axes((0.125, 1.2 / height, 0.855, 1 - 1.35 / height))

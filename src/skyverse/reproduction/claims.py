@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from skyverse.lab.report import Block, Heading, Table, Text
-from skyverse.lab.run import Job
+from skyverse.lab.run_job import Job
 from skyverse.reproduction import costs, efforts, fleets, populations, verdicts
 from skyverse.reproduction.cells import EQUAL, FORMS, Cells, Part, case, equal
 from skyverse.reproduction.convergence import up_to

@@ -5,7 +5,7 @@ from functools import partial
 
 from skyverse.lab.figures import Panel, boxes
 from skyverse.lab.report import Block, Figure, Table
-from skyverse.lab.run import Case, Job
+from skyverse.lab.run_job import Case, Job
 from skyverse.reproduction.cells import FORMS, LONGEST, SCHEDULED, Cells, Part, case, cell, mean, optimum, restarts
 from skyverse.reproduction.charts import Series, lines
 from skyverse.reproduction.costs import TITLES

@@ -6,8 +6,8 @@ from functools import partial
 import numpy as np
 
 from skyverse.lab.report import Block, Figure, Table, Text
-from skyverse.lab.run import Job
-from skyverse.lab.statistics import LEVEL, holm
+from skyverse.lab.run_job import Job
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
 from skyverse.reproduction.cells import FORMS, Cells, Part, case, cell, mean, optimum, restarts
 from skyverse.reproduction.charts import Series, bars
 from skyverse.reproduction.published import CASES, CELL_RUNS, COSTS, MAPS, METHODS
@@ -45,9 +45,13 @@ def _agreement(cells: Cells) -> list[Block]:
                 away.append(difference(cells, name, method, population, iterations))
                 where.append(f"{TITLES[name]}, {method}, {population} x {iterations}")
     p = holm(raw)
-    differ = [f"{place} ({z:+.1f})" for place, z, chance in zip(where, away, p, strict=True) if chance < LEVEL]
+    differ = [
+        f"{place} ({z:+.1f})" for place, z, chance in zip(where, away, p, strict=True) if chance < SIGNIFICANCE_LEVEL
+    ]
     near = [
-        f"{place} ({z:+.1f})" for place, z, chance in zip(where, away, p, strict=True) if chance >= LEVEL and abs(z) > 2
+        f"{place} ({z:+.1f})"
+        for place, z, chance in zip(where, away, p, strict=True)
+        if chance >= SIGNIFICANCE_LEVEL and abs(z) > 2
     ]
     text = (
         f"**{len(where) - len(differ)} of the {len(where)} cells of Tables 4.2 to 4.4 come out** with the operators "

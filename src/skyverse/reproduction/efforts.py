@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.lab.statistics import LEVEL, holm
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
 from skyverse.reproduction.cells import LONGEST, Cells, case
 from skyverse.reproduction.costs import TITLES
 from skyverse.reproduction.fleets import SCENARIOS
@@ -38,7 +38,7 @@ def spread_falls(cells: Cells, form: str) -> Finding:
             falls += bool(second < first)
             told.append(f"{TITLES[name]} {method} {first:.1f} to {second:.1f}")
     p = binomtest(falls, len(told)).pvalue
-    verdict = Verdict.OPEN if p >= LEVEL else Verdict.HOLDS if falls > len(told) / 2 else Verdict.FAILS
+    verdict = Verdict.OPEN if p >= SIGNIFICANCE_LEVEL else Verdict.HOLDS if falls > len(told) / 2 else Verdict.FAILS
     return Finding(verdict, f"It falls in {falls} of {len(told)} (sign test, p = {p:.2g}): {'; '.join(told)}.")
 
 
@@ -68,7 +68,7 @@ def gso_settles_faster(cells: Cells, form: str) -> Finding:
                 drawn = rng.choice(costs, (len(resampled), len(costs)))
                 told += sign * side * float(_log_deviation(costs)) / len(MAPS)
                 resampled += sign * side * _log_deviation(drawn) / len(MAPS)
-    low, high = np.quantile(resampled, (LEVEL / 2, 1 - LEVEL / 2))
+    low, high = np.quantile(resampled, (SIGNIFICANCE_LEVEL / 2, 1 - SIGNIFICANCE_LEVEL / 2))
     verdict = Verdict.HOLDS if high < 0 else Verdict.FAILS if low > 0 else Verdict.OPEN
     return Finding(
         verdict,
@@ -216,10 +216,10 @@ def _spreads(
                 falls.append(a.std(ddof=1) < b.std(ddof=1))
                 told.append(f"{TITLES[name]}, {n} x {t}: {less} {a.std(ddof=1):.1f}, {more} {b.std(ddof=1):.1f}")
     p = holm(raw)
-    if any(chance < LEVEL and not fall for chance, fall in zip(p, falls, strict=True)):
+    if any(chance < SIGNIFICANCE_LEVEL and not fall for chance, fall in zip(p, falls, strict=True)):
         verdict = Verdict.FAILS
     else:
-        verdict = Verdict.HOLDS if all(p < LEVEL) else Verdict.OPEN
+        verdict = Verdict.HOLDS if all(p < SIGNIFICANCE_LEVEL) else Verdict.OPEN
     ends = "; ".join(f"{said} (p = {chance:.2g})" for said, chance in zip(told, p, strict=True))
     return Finding(verdict, f"Standard deviations (Brown-Forsythe tests): {ends}.")
 

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from skyverse.lab.report import Block, Figure, Table
-from skyverse.lab.run import Case, Job
+from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
 from skyverse.reproduction.cells import FORMS, Cells, Part, case, cell, mean, optimum
 from skyverse.reproduction.charts import Series, bars, lines

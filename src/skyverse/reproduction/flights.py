@@ -16,7 +16,7 @@ from skyverse.stop import MaxIterations
 if TYPE_CHECKING:
     from matplotlib import figure
 
-    from skyverse.lab.run import Job
+    from skyverse.lab.run_job import Job
 
 POPULATION, ITERATIONS = CASES[1]
 SEED = 0

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from skyverse.lab.report import Block, Figure, Table
-from skyverse.lab.run import Job
+from skyverse.lab.run_job import Job
 from skyverse.reproduction.cells import FORMS, Cells, Part, case, cell
 from skyverse.reproduction.charts import Series, lines
 from skyverse.reproduction.costs import TITLES

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from skyverse._version import __version__
 from skyverse.errors import InputError
-from skyverse.lab import report
-from skyverse.lab.execute import OnRun, run_jobs
 from skyverse.lab.report import Block, Heading, Report, Text
+from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
-from skyverse.lab.run import Job
+from skyverse.lab.run_job import Job
+from skyverse.lab.run_study import OnRun, run_jobs
 from skyverse.reproduction import claims, convergence, costs, fleets, flights, populations
 from skyverse.reproduction.cells import Cells, Part
 
@@ -134,7 +134,7 @@ class _Page:
 
     def write(self, folder: Path) -> list[Path]:
         whole = Report(self.title, [Text(self.opening), *self.blocks])
-        return report.write(whole, folder, stem=self.stem) if self.blocks else []
+        return write_report_files(whole, folder, stem=self.stem) if self.blocks else []
 
 
 def _pages(parts: Sequence[Part], cells: Cells, command: str) -> list[_Page]:

@@ -7,7 +7,7 @@ from enum import Enum
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.lab.statistics import LEVEL, holm, mann_whitney
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm, mann_whitney
 from skyverse.reproduction import fleets
 from skyverse.reproduction.cells import EQUAL, LONGEST, Cells, case, optimum
 from skyverse.reproduction.costs import TITLES
@@ -188,7 +188,7 @@ def _relative(a: Floats, b: Floats) -> tuple[float, float]:
 
     if not np.ptp(a) and not np.ptp(b):
         return (float(a[0] / b[0] - 1),) * 2
-    low, high = ttest_ind(a, b, equal_var=False).confidence_interval(1 - LEVEL)
+    low, high = ttest_ind(a, b, equal_var=False).confidence_interval(1 - SIGNIFICANCE_LEVEL)
     return float(low / b.mean()), float(high / b.mean())
 
 
@@ -229,7 +229,7 @@ def _adjusted(contests: Sequence[_Contest]) -> list[float]:
 def _outcomes(contests: Sequence[_Contest], p: Sequence[float]) -> list[int]:
     """Return 1 where the first is significantly lower, -1 where it is higher, 0 where neither can be told."""
     return [
-        0 if chance >= LEVEL else 1 if contest.first.mean() < contest.second.mean() else -1
+        0 if chance >= SIGNIFICANCE_LEVEL else 1 if contest.first.mean() < contest.second.mean() else -1
         for contest, chance in zip(contests, p, strict=True)
     ]
 

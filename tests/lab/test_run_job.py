@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.lab.run import run_job
+from skyverse.lab.run_job import run_job
 from studies import ROOM, Instant, Liar, job
 
 

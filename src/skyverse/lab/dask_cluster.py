@@ -1,4 +1,4 @@
-"""Runs on a Dask cluster: one machine or many."""
+"""The runs of a study on a Dask cluster of one machine or many."""
 
 import itertools
 import re
@@ -7,21 +7,21 @@ from typing import Any
 
 from skyverse.errors import InputError
 from skyverse.lab.row import Row
-from skyverse.lab.run import Job, run_job, warm_up
+from skyverse.lab.run_job import Job, run_job, warm_up
 from skyverse.lab.workers import WorkerError
 
 
 def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
-    """Run jobs on the cluster of the scheduler at `address`, and yield them as they finish.
+    """Run jobs on the cluster whose scheduler is at `address`, and yield each job with its row as it finishes.
 
-    At most three jobs a thread are with the cluster at a time. Dask runs a job again whose worker dies.
+    The cluster holds at most three jobs for each of its threads at a time. Dask repeats a job whose worker dies.
 
     Raises
     ------
     InputError
         If distributed is not installed, or no scheduler answers.
     WorkerError
-        If a job has ended one worker after another, or the cluster is gone.
+        If a job has ended one worker after another, or the connection to the cluster is lost.
     """
     try:
         from distributed import CancelledError, Client, KilledWorker, as_completed

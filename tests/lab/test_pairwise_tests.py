@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from skyverse.lab.contrast import contrasts
+from skyverse.lab.pairwise_tests import compare_pairs
 from skyverse.lab.statistics import holm
 
 some = st.dictionaries(
@@ -20,7 +20,7 @@ def costs(mean, seeds, scenarios=("map1", "map2")):
 
 def test_runs_are_paired_by_scenario_and_seed():
     a, b = costs(270, range(12)), costs(275, range(11, -1, -1))
-    found = contrasts([a, b])[0, 1]
+    found = compare_pairs([a, b])[0, 1]
     pairs = [(a[s][k], b[s][k]) for s in a for k in range(12)]
     assert (found.paired, found.runs) == (True, 24)
     assert found.p == pytest.approx(stats.wilcoxon(*np.array(pairs).T).pvalue)
@@ -28,7 +28,7 @@ def test_runs_are_paired_by_scenario_and_seed():
 
 def test_runs_without_common_seeds_are_not_paired():
     a, b = costs(270, range(12), ("map1",)), costs(275, range(50, 62), ("map1",))
-    found = contrasts([a, b])[0, 1]
+    found = compare_pairs([a, b])[0, 1]
     assert (found.paired, found.runs, found.correlation) == (False, 24, None)
     assert found.p == pytest.approx(stats.mannwhitneyu([*a["map1"].values()], [*b["map1"].values()]).pvalue)
 
@@ -36,7 +36,7 @@ def test_runs_without_common_seeds_are_not_paired():
 def test_the_chance_to_be_cheaper_is_taken_within_scenarios():
     a = {"near": {0: 1.0, 1: 2.0}, "far": {0: 100.0, 1: 101.0}}
     b = {"near": {0: 3.0, 1: 4.0}, "far": {0: 102.0, 1: 103.0}}
-    found = contrasts([a, b])[0, 1]
+    found = compare_pairs([a, b])[0, 1]
     assert found.chance == 1.0
     assert found.p is None
     assert found.correlation == 1.0
@@ -44,15 +44,15 @@ def test_the_chance_to_be_cheaper_is_taken_within_scenarios():
 
 def test_all_contrasts_are_adjusted_together():
     planners = [costs(mean, range(12)) for mean in (270, 271, 273, 276)]
-    alone = {(i, j): contrasts([planners[i], planners[j]])[0, 1].p for i in range(4) for j in range(i + 1, 4)}
-    together = contrasts(planners)
+    alone = {(i, j): compare_pairs([planners[i], planners[j]])[0, 1].p for i in range(4) for j in range(i + 1, 4)}
+    together = compare_pairs(planners)
     np.testing.assert_allclose([together[pair].p for pair in alone], holm([*alone.values()]))
 
 
 @pytest.mark.parametrize(("runs", "told"), [(5, False), (6, True)])
 def test_five_pairs_cannot_be_significant_and_are_not_tested(runs, told):
     a, b = ({"map1": {seed: cost + seed for seed in range(runs)}} for cost in (200.0, 300.0))
-    found = contrasts([a, b])[0, 1]
+    found = compare_pairs([a, b])[0, 1]
     assert (found.p is not None) == told
     assert stats.wilcoxon(list(a["map1"].values()), list(b["map1"].values())).pvalue == pytest.approx(2 / 2**runs)
 
@@ -60,7 +60,7 @@ def test_five_pairs_cannot_be_significant_and_are_not_tested(runs, told):
 @settings(deadline=None)
 @given(some, some)
 def test_both_sides_tell_the_same(a, b):
-    one, other = contrasts([a, b]), contrasts([b, a])
+    one, other = compare_pairs([a, b]), compare_pairs([b, a])
     assert one.keys() == other.keys()
     for pair, found in one.items():
         assert found.chance + other[pair].chance == pytest.approx(1.0)

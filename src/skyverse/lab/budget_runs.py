@@ -1,4 +1,4 @@
-"""All runs with one budget: a cell for each scenario and planner."""
+"""All runs of a study with one budget, by scenario and planner."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,18 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.lab.contrast import Costs
 from skyverse.lab.curves import ratios
+from skyverse.lab.pairwise_tests import Costs
 from skyverse.lab.rows import Rows
 
-Cell = Mapping[str, NDArray[Any]]
-
 _COLUMNS = ("seed", "cost", "success", "gap", "bound", "seconds", "stopped_by")
-_EFFORTS = ("generated_paths", "generated_nodes", "evaluations", "iterations")
+_EFFORT_COLUMNS = ("generated_paths", "generated_nodes", "evaluations", "iterations")
 
 
 @dataclass(frozen=True)
-class Sheet:
+class BudgetRuns:
     """All runs with one budget.
 
     Attributes
@@ -33,20 +31,20 @@ class Sheet:
     budget: str
     scenarios: tuple[str, ...]
     planners: tuple[str, ...]
-    cells: Mapping[tuple[str, str], Cell]
+    cells: Mapping[tuple[str, str], Mapping[str, NDArray[Any]]]
 
     def all(self, planner: str, column: str) -> NDArray[Any]:
-        """Return a column of all runs of a planner."""
+        """Return one column of all runs of a planner."""
         return np.concatenate([self.cells[scenario, planner][column] for scenario in self.scenarios])
 
     def exact(self, scenario: str) -> float | None:
-        """Return the exact optimum, where it is known."""
+        """Return the exact optimum of a scenario, or ``None`` where it is not known."""
         known = np.concatenate([self.cells[scenario, planner]["bound"] for planner in self.planners])
         known = known[np.isfinite(known)]
         return float(known.min()) if len(known) else None
 
     def reference(self, scenario: str) -> float:
-        """Return the exact optimum, or else the least cost of any run that reached its target, or else of any run."""
+        """Return the exact optimum, else the least cost of a run that reached its target, else the least of any run."""
         exact = self.exact(scenario)
         if exact is not None:
             return exact
@@ -55,7 +53,7 @@ class Sheet:
         return float(np.min(reached if len(reached) else np.concatenate([cell["cost"] for cell in cells])))
 
     def costs(self, planner: str, scenarios: Sequence[str]) -> Costs:
-        """Return the costs of a planner by scenario and seed; of several scenarios, over their references."""
+        """Return a planner's costs by scenario and seed; of several scenarios, each cost divided by its `reference`."""
         found = {}
         for scenario in scenarios:
             cell = self.cells[scenario, planner]
@@ -66,7 +64,7 @@ class Sheet:
         return found
 
     def ratios(self, planner: str) -> Floats:
-        """Return the costs of all runs of a planner over their references, infinite where a run failed."""
+        """Return the costs of all runs of a planner divided by their `reference`, infinite where a run failed."""
         return np.concatenate(
             [
                 ratios(cell["cost"], cell["success"], self.reference(scenario))
@@ -76,14 +74,14 @@ class Sheet:
         )
 
 
-def sheet(rows: Rows, budget: str) -> Sheet:
-    """Read all runs with one budget."""
+def runs_at_budget(rows: Rows, budget: str) -> BudgetRuns:
+    """Read all runs with the budget of this label."""
     found = rows.select(("scenario", "planner"), budget=budget)
     scenarios = tuple(label for label in rows.labels("scenario") if label in set(found["scenario"].tolist()))
     planners = tuple(label for label in rows.labels("planner") if label in set(found["planner"].tolist()))
     cells = {
-        (scenario, planner): rows.select(_COLUMNS + _EFFORTS, scenario=scenario, planner=planner, budget=budget)
+        (scenario, planner): rows.select(_COLUMNS + _EFFORT_COLUMNS, scenario=scenario, planner=planner, budget=budget)
         for scenario in scenarios
         for planner in planners
     }
-    return Sheet(budget, scenarios, planners, cells)
+    return BudgetRuns(budget, scenarios, planners, cells)

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyverse.lab.budget_runs import runs_at_budget
 from skyverse.lab.row import Row
 from skyverse.lab.rows import Rows
-from skyverse.lab.sheet import sheet
 from skyverse.model.result import no_history
 
 ROW = Row(
@@ -27,7 +27,7 @@ def runs(tmp_path):
     with Rows(tmp_path / "rows.db") as rows:
         for number, row in enumerate(RUNS):
             rows.add(row, str(number))
-        yield sheet(rows, "10 paths")
+        yield runs_at_budget(rows, "10 paths")
 
 
 def test_a_sheet_has_one_budgets_runs_only(runs):

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.lab.execute import run_jobs
-from skyverse.lab.rows import COLUMNS, Rows
-from skyverse.lab.run import run_job
+from skyverse.lab.row import COLUMN_TYPES
+from skyverse.lab.rows import Rows
+from skyverse.lab.run_job import run_job
+from skyverse.lab.run_study import run_jobs
 from studies import Instant, Liar, job
 
 
@@ -31,8 +32,8 @@ def test_csv_reads_back_by_the_standard_library_and_by_pandas(rows, tmp_path):
     assert (runs.name, histories.name) == ("out.csv", "out-history.csv")
     with runs.open(newline="", encoding="utf-8") as file:
         read = list(csv.DictReader(file))
-    assert list(read[0]) == list(COLUMNS)
-    for column in COLUMNS:
+    assert list(read[0]) == list(COLUMN_TYPES)
+    for column in COLUMN_TYPES:
         assert [line[column] for line in read] == ["" if v is None else str(v) for v in told(rows, column)]
     pandas = pytest.importorskip("pandas")
     frame = pandas.read_csv(histories)
@@ -50,8 +51,8 @@ def test_parquet_reads_back_by_pyarrow_with_types_and_nulls(rows, tmp_path):
 
     runs, histories = rows.export(tmp_path / "out.parquet")
     table = parquet.read_table(runs)
-    assert table.column_names == list(COLUMNS)
-    for column in COLUMNS:
+    assert table.column_names == list(COLUMN_TYPES)
+    for column in COLUMN_TYPES:
         assert table.column(column).to_pylist() == told(rows, column)
     assert types.is_boolean(table.schema.field("success").type)
     assert types.is_int64(table.schema.field("seed").type)

@@ -20,7 +20,7 @@ from skyverse.problem import Airspace, Problem
 from skyverse.referee import check_result
 from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
 
-_PILOT = 200
+_MIN_PILOT_PATHS = 200
 """Paths of the first pilot run, and of the shortest second one."""
 
 
@@ -124,13 +124,13 @@ def _counted(job: Job, problem: Problem) -> Stop:
     seconds = job.stop.seconds
     which = (job.case.digest, repr(job.planner), problem.uav, repr(job.stop))
     if which not in _rates:
-        paths = _PILOT
+        paths = _MIN_PILOT_PATHS
         for _ in range(2):
             pilot = job.planner.plan(problem, stop=MaxPaths(paths) | MaxSeconds(max(1.0, seconds)), rng=0)
             _rates[which] = max(pilot.effort.generated_paths, 1) / max(pilot.seconds, 1e-9)
             if pilot.stopped_by == "finished":  # an exact planner ends by itself
                 break
-            paths = max(_PILOT, int(_rates[which] * min(1.0, seconds)))
+            paths = max(_MIN_PILOT_PATHS, int(_rates[which] * min(1.0, seconds)))
     return MaxPaths(max(1, round(_rates[which] * seconds))) | job.stop
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from skyverse.errors import InputError
 from skyverse.lab.row import Row
 from skyverse.lab.rows import Rows
-from skyverse.lab.run import Job
+from skyverse.lab.run_job import Job
 from skyverse.lab.study import Study
 from skyverse.lab.workers import in_process, on_workers
 
@@ -98,7 +98,7 @@ def run_jobs(
 
 def _finished(jobs: Sequence[Job], workers: int, dask: str | None) -> Generator[tuple[Job, Row]]:
     if dask is not None:
-        from skyverse.lab.cluster import on_dask
+        from skyverse.lab.dask_cluster import on_dask
 
         return on_dask(jobs, dask)
     return in_process(jobs) if workers == 1 else on_workers(jobs, workers)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from skyverse.errors import InputError
-from skyverse.lab.comparison import comparison_report, write_report
-from skyverse.lab.report import Figure, Heading, Table, Text, cells, markdown
+from skyverse.lab.comparison_report import comparison_report, write_report
+from skyverse.lab.report import Figure, Heading, Table, Text, cells
+from skyverse.lab.report_files import markdown
 from skyverse.lab.row import Row
 from skyverse.lab.rows import Rows
 from skyverse.model.result import History, no_history

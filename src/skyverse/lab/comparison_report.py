@@ -1,4 +1,4 @@
-"""What a study found, as a report made from its rows alone."""
+"""The report of a study, made from its rows alone."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -9,19 +9,21 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.lab import figures
-from skyverse.lab.contrast import Contrast, contrasts
+from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
 from skyverse.lab.curves import Band, band, grid, spread
-from skyverse.lab.differences import best_mean, differences, matrix
-from skyverse.lab.report import Block, Cell, Figure, Heading, Report, Table, Text, decimals, literal, write
+from skyverse.lab.formatting import counted, listed, literal, whole_numbers
+from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
+from skyverse.lab.planner_differences import best_mean, difference_section, matrix
+from skyverse.lab.report import Block, Cell, Figure, Heading, Report, Table, Text, decimals
+from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
-from skyverse.lab.sheet import Sheet, sheet
 from skyverse.lab.statistics import summary, wilson
-from skyverse.lab.words import counted, listed, whole_numbers
 
-EQUAL = 1.05
+EQUAL_EFFORT_FACTOR = 1.05
 """Mean efforts within this factor count as equal."""
-_PANELS = 6
-_EFFORTS = {
+_MAX_PANELS = 6
+"""The number of panels in one figure; more are split over several figures."""
+_EFFORT_TITLES = {
     "generated_paths": "generated paths",
     "generated_nodes": "generated nodes",
     "evaluations": "evaluations",
@@ -37,7 +39,7 @@ def write_report(
     formats: Sequence[str] = ("html", "md"),
     figures: Sequence[str] = ("svg",),
 ) -> list[Path]:
-    """Write what `rows` tell into `folder`: success rates, costs, tests, ranks, efforts and figures.
+    """Write a report on `rows` into `folder`: success rates, costs, tests, ranks, efforts and figures.
 
     Parameters
     ----------
@@ -56,29 +58,29 @@ def write_report(
     InputError
         If there are no finished runs, or a file cannot be written.
     """
-    return write(comparison_report(rows, title=title), folder, formats=formats, figures=figures)
+    return write_report_files(comparison_report(rows, title=title), folder, formats=formats, figures=figures)
 
 
 def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
-    """Return the report on all finished runs; histories are read one at a time, and nothing is left to be read.
+    """Return the report on all finished runs; it needs `rows` no more once it is returned.
 
     Raises
     ------
     InputError
-        If there are none.
+        If there are no finished runs.
     """
     if not len(rows):
         raise InputError(f"{rows.path}: expected finished runs to compare, found none")
     budgets = rows.labels("budget")
     blocks = list(_made(rows))
     for number, budget in enumerate(budgets, 1):
-        runs = sheet(rows, budget)
+        runs = runs_at_budget(rows, budget)
         mark = f"-{number}" if len(budgets) > 1 else ""
         suffix = f", {budget}" if len(budgets) > 1 else ""
         blocks += [Heading(f"Effort{suffix}"), *_effort(runs, mark)]
         blocks += [Heading(f"Costs{suffix}"), *_costs(runs, mark)]
         blocks += [Heading(f"Convergence{suffix}"), *_convergence(rows, runs, mark)]
-        blocks += [Heading(f"Differences{suffix}"), *differences(runs, mark)]
+        blocks += [Heading(f"Differences{suffix}"), *difference_section(runs, mark)]
     return Report(title, [*blocks, Heading("How to read this"), Text(_READ)])
 
 
@@ -110,21 +112,25 @@ def _made(rows: Rows) -> Iterator[Block]:
     )
 
 
-def _effort(runs: Sheet, mark: str) -> Iterator[Block]:
+def _effort(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     means = {
-        name: [float(runs.all(planner, name).mean()) for planner in runs.planners] for name in (*_EFFORTS, "iterations")
+        name: [float(runs.all(planner, name).mean()) for planner in runs.planners]
+        for name in (*_EFFORT_TITLES, "iterations")
     }
     searching = [k for k, planner in enumerate(runs.planners) if np.any(runs.all(planner, "stopped_by") != "finished")]
     yield Text("\n\n".join(_equality(runs, means, searching)))
     yield Table(
-        ("planner", *_EFFORTS.values(), "iterations"),
-        [(planner, *(means[name][k] for name in (*_EFFORTS, "iterations"))) for k, planner in enumerate(runs.planners)],
+        ("planner", *_EFFORT_TITLES.values(), "iterations"),
+        [
+            (planner, *(means[name][k] for name in (*_EFFORT_TITLES, "iterations")))
+            for k, planner in enumerate(runs.planners)
+        ],
     )
-    shown = {title: means[name] for name, title in _EFFORTS.items()}
+    shown = {title: means[name] for name, title in _EFFORT_TITLES.items()}
     yield Figure(f"effort{mark}", "Mean effort of a run.", partial(figures.bars, runs.planners, shown))
 
 
-def _equality(runs: Sheet, means: dict[str, list[float]], searching: list[int]) -> Iterator[str]:
+def _equality(runs: BudgetRuns, means: dict[str, list[float]], searching: list[int]) -> Iterator[str]:
     unit = runs.budget.split()[-1]
     if unit in ("iterations", "seconds"):
         reason = "an iteration is not the same work" if unit == "iterations" else "seconds depend on machine and load"
@@ -137,21 +143,21 @@ def _equality(runs: Sheet, means: dict[str, list[float]], searching: list[int]) 
             found = np.array([means[name][k] for k in searching])
             factor = spread(found)
             least, most = (literal(runs.planners[searching[k]]) for k in (int(found.argmin()), int(found.argmax())))
-            if factor <= EQUAL:
+            if factor <= EQUAL_EFFORT_FACTOR:
                 within = f", within {100 * (factor - 1):.1f} %" if factor > 1 else ""
-                yield f"The effort was equal in {_EFFORTS[name]}{within}."
+                yield f"The effort was equal in {_EFFORT_TITLES[name]}{within}."
             else:
                 quote, times = ("> " if name == "generated_paths" else ""), f"{factor:.3g}" if factor < np.inf else "∞"
-                yield f"{quote}**Not equal in {_EFFORTS[name]}**: {most} had {times} times as many as {least}."
+                yield f"{quote}**Not equal in {_EFFORT_TITLES[name]}**: {most} had {times} times as many as {least}."
     ended = [literal(planner) for k, planner in enumerate(runs.planners) if k not in searching]
     if ended:
         yield f"Ended by themselves, whatever the budget, and are left out of this: {listed(ended)}."
 
 
-def _costs(runs: Sheet, mark: str) -> Iterator[Block]:
+def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     for scenario in runs.scenarios:
         yield Heading(scenario, level=3)
-        found = contrasts([runs.costs(planner, [scenario]) for planner in runs.planners])
+        found = compare_pairs([runs.costs(planner, [scenario]) for planner in runs.planners])
         yield _cost_table(runs, scenario, found)
         if len(found) > 1 and len(runs.scenarios) > 1:
             yield matrix(runs.planners, found)
@@ -168,7 +174,7 @@ def _costs(runs: Sheet, mark: str) -> Iterator[Block]:
         yield Figure(name, caption, partial(figures.boxes, runs.planners, some))
 
 
-def _cost_table(runs: Sheet, scenario: str, found: dict[tuple[int, int], Contrast]) -> Table:
+def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], PairwiseTest]) -> Table:
     cells = [runs.cells[scenario, planner] for planner in runs.planners]
     summaries = [summary(cell["cost"]) for cell in cells]
     digits = decimals([s.mean for s in summaries if np.isfinite(s.mean)])
@@ -208,7 +214,7 @@ def _cost_table(runs: Sheet, scenario: str, found: dict[tuple[int, int], Contras
     )
 
 
-def _convergence(rows: Rows, runs: Sheet, mark: str) -> Iterator[Block]:
+def _convergence(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
     panels, curves = [], set()
     for scenario in runs.scenarios:
         most = max(runs.cells[scenario, planner]["generated_paths"].max(initial=0) for planner in runs.planners)
@@ -216,7 +222,7 @@ def _convergence(rows: Rows, runs: Sheet, mark: str) -> Iterator[Block]:
         bands: list[Band] = []
         for planner in runs.planners:
             histories = rows.histories(scenario=scenario, planner=planner, budget=runs.budget)
-            bands.append(band(histories, "generated_paths", at))
+            bands.append(band(histories, at))
             if np.isfinite(bands[-1].low).any():
                 curves.add(planner)
         panels.append(figures.Panel(scenario, runs.exact(scenario), bands=bands))
@@ -233,16 +239,16 @@ def _convergence(rows: Rows, runs: Sheet, mark: str) -> Iterator[Block]:
         )
         if bare:
             caption += f" Without a history: {listed([literal(planner) for planner in bare])}."
-        draw = partial(figures.convergence, runs.planners, some, "generated paths")
+        draw = partial(figures.convergence, runs.planners, some)
         yield Figure(name, caption, draw)
 
 
 def _split(name: str, panels: list[figures.Panel]) -> Iterator[tuple[str, list[figures.Panel]]]:
-    if len(panels) <= _PANELS:
+    if len(panels) <= _MAX_PANELS:
         yield name, panels
         return
-    for part, start in enumerate(range(0, len(panels), _PANELS)):
-        yield f"{name}-{chr(ord('a') + part)}" if part < 26 else f"{name}-{part}", panels[start : start + _PANELS]
+    for part, start in enumerate(range(0, len(panels), _MAX_PANELS)):
+        yield f"{name}-{chr(ord('a') + part)}" if part < 26 else f"{name}-{part}", panels[start : start + _MAX_PANELS]
 
 
 _READ = """\

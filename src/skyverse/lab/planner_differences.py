@@ -1,4 +1,4 @@
-"""Which planners differ: contrasts, ranks and profiles as parts of a report."""
+"""The section of a report that says which planners differ: tests of pairs, mean ranks, performance profiles."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -7,16 +7,16 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.lab import figures
-from skyverse.lab.contrast import Contrast, contrasts
+from skyverse.lab.budget_runs import BudgetRuns
 from skyverse.lab.curves import profile
-from skyverse.lab.report import Block, Cell, Figure, Table, Text, literal
-from skyverse.lab.sheet import Sheet
-from skyverse.lab.statistics import LEVEL, magnitude, ranking
-from skyverse.lab.words import counted, named, p_value
+from skyverse.lab.formatting import counted, literal, named, p_value
+from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
+from skyverse.lab.report import Block, Cell, Figure, Table, Text
+from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, magnitude, ranking
 
 
-def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int, int], Contrast]) -> Iterator[str]:
-    """Say who has the lowest mean, and from whom it can be told apart."""
+def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int, int], PairwiseTest]) -> Iterator[str]:
+    """Yield sentences on which planner has the lowest mean, and from which others it differs significantly."""
     if not found:
         return
     best = int(np.nanargmin(means))
@@ -25,8 +25,8 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
         return
     others = {i if j == best else j: contrast for (i, j), contrast in found.items() if best in (i, j)}
     yield f"Lowest mean: {literal(planners[best])}."
-    worse = [k for k, contrast in others.items() if contrast.p is not None and contrast.p < LEVEL]
-    alike = [k for k, contrast in others.items() if contrast.p is not None and contrast.p >= LEVEL]
+    worse = [k for k, contrast in others.items() if contrast.p is not None and contrast.p < SIGNIFICANCE_LEVEL]
+    alike = [k for k, contrast in others.items() if contrast.p is not None and contrast.p >= SIGNIFICANCE_LEVEL]
     few = [k for k, contrast in others.items() if contrast.p is None]
     if worse:
         yield f"Significantly different from it: {named(planners, worse)}."
@@ -37,8 +37,8 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
         yield f"Whether they differ from it cannot be told with {runs}: {named(planners, few)}."
 
 
-def matrix(planners: Sequence[str], found: dict[tuple[int, int], Contrast]) -> Table:
-    """Return who is cheaper than whom how often."""
+def matrix(planners: Sequence[str], found: dict[tuple[int, int], PairwiseTest]) -> Table:
+    """Return a table of how often each planner is cheaper than each other."""
 
     def cell(row: int, column: int) -> str:
         if row == column:
@@ -56,11 +56,11 @@ def matrix(planners: Sequence[str], found: dict[tuple[int, int], Contrast]) -> T
     )
 
 
-def differences(runs: Sheet, mark: str) -> Iterator[Block]:
-    """Compare the planners over all scenarios: pair by pair, by ranks, by performance profile."""
+def difference_section(runs: BudgetRuns, mark: str) -> Iterator[Block]:
+    """Yield the comparison of the planners over all scenarios: pair by pair, by mean ranks, by performance profiles."""
     exact = all(runs.exact(scenario) is not None for scenario in runs.scenarios)
     against = "exact optimum" if exact else "exact optimum or best cost known"
-    found = contrasts([runs.costs(planner, runs.scenarios) for planner in runs.planners])
+    found = compare_pairs([runs.costs(planner, runs.scenarios) for planner in runs.planners])
     if found:
         yield _pairs(runs, found, against)
     yield from _ranks(runs, mark)
@@ -73,7 +73,7 @@ def differences(runs: Sheet, mark: str) -> Iterator[Block]:
     )
 
 
-def _pairs(runs: Sheet, found: dict[tuple[int, int], Contrast], against: str) -> Table:
+def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest], against: str) -> Table:
     rows: list[list[Cell]] = []
     for (i, j), c in found.items():
         first, second, chance, correlation = i, j, c.chance, c.correlation
@@ -88,14 +88,10 @@ def _pairs(runs: Sheet, found: dict[tuple[int, int], Contrast], against: str) ->
     caption = "The planner that is cheaper more often stands first."
     if len(runs.scenarios) > 1:
         caption = f"Costs over the {against}, run by run. {caption}"
-    return Table(
-        ("planner", "against", "A12", "effect", "rank-biserial", "p (Holm)", "test"),
-        rows,
-        caption=caption,
-    )
+    return Table(("planner", "against", "A12", "effect", "rank-biserial", "p (Holm)", "test"), rows, caption)
 
 
-def _ranks(runs: Sheet, mark: str) -> Iterator[Block]:
+def _ranks(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     if len(runs.planners) < 3:
         few = "One planner is" if len(runs.planners) == 1 else "Two planners are"
         yield Text(f"{few} not ranked; that takes three.")
@@ -110,9 +106,9 @@ def _ranks(runs: Sheet, mark: str) -> Iterator[Block]:
         f"Friedman's test of mean ranks over {told.blocks} {what}s: chi-squared = {told.chi2:.2f}, {p_value(told.p)}; "
         f"by Iman and Davenport's F, which is less conservative, {p_value(told.p_f)}."
     ]
-    if _least_p(told.blocks, k) > LEVEL:
+    if _least_p(told.blocks, k) > SIGNIFICANCE_LEVEL:
         lines.append(f"Whether the planners differ cannot be told with {told.blocks} {what}s, whatever the ranks.")
-    elif told.p >= LEVEL:
+    elif told.p >= SIGNIFICANCE_LEVEL:
         lines.append("No difference between the planners can be told from the ranks.")
     elif told.critical_difference >= k - 1:
         lines.append(f"The planners differ, but {told.blocks} {what}s are too few to tell which.")
@@ -125,8 +121,8 @@ def _ranks(runs: Sheet, mark: str) -> Iterator[Block]:
     )
 
 
-def _blocks(runs: Sheet) -> tuple[Floats, str]:
-    """Return the costs to rank, a row each scenario (mean cost) or, if there is one only, each seed that all have."""
+def _blocks(runs: BudgetRuns) -> tuple[Floats, str]:
+    """Return the costs to rank and what their rows are: scenarios (mean costs), or the common seeds of a single one."""
     cells = [[runs.cells[scenario, planner] for planner in runs.planners] for scenario in runs.scenarios]
     if len(cells) > 1:
         full = [row for row in cells if all(len(cell["cost"]) for cell in row)]
@@ -137,7 +133,7 @@ def _blocks(runs: Sheet) -> tuple[Floats, str]:
 
 
 def _least_p(blocks: int, planners: int) -> float:
-    """Return the p of Friedman's test where all blocks rank the planners alike."""
+    """Return the p-value of Friedman's test if all blocks ranked the planners alike, the least that it can give."""
     from scipy.stats import chi2
 
     return float(chi2.sf(blocks * (planners - 1), planners - 1))

@@ -1,58 +1,54 @@
-"""Rows for other programs: CSV or Parquet, one row a run, and the histories beside it in long form."""
+"""Rows exported to CSV or Parquet: one row for each run, and the histories in long form in a second file."""
 
 import csv
 import importlib.util
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from skyverse.atomic import whole_file
 from skyverse.errors import InputError
-from skyverse.lab.row import Row
-from skyverse.lab.rows import COLUMNS, RUN, TYPES, Rows
+from skyverse.lab.row import COLUMN_TYPES, RUN_COLUMNS, Row
 
-HISTORY = (*RUN, "iteration", "cost", "generated_paths", "generated_nodes", "evaluations")
-"""The columns of an export's histories: one line for each run and each iteration, 0 being the start."""
+HISTORY_COLUMNS = (*RUN_COLUMNS, "iteration", "cost", "generated_paths", "generated_nodes", "evaluations")
+"""The columns of exported histories: one line for each run and each iteration; iteration 0 is the start."""
 
-_BATCH = 1000
-"""Runs, or lines of histories, that are in memory at a time."""
-
-Lines = Iterator[tuple[Any, ...]]
+_BATCH_LINES = 1000
+"""The number of lines of a Parquet file that are collected in memory before they are written."""
 
 
-def export_rows(rows: Rows, path: str | Path) -> list[Path]:
-    """Write rows as ``.csv`` or ``.parquet``, and their histories to a second file, ``NAME-history`` and the suffix.
+def export_rows(rows: Iterable[Row], path: str | Path) -> list[Path]:
+    """Write rows as ``NAME.csv`` or ``NAME.parquet``, and their histories as ``NAME-history`` with the same suffix.
 
     An unknown bound or gap is an empty field in CSV and null in Parquet.
 
     Raises
     ------
     InputError
-        If the suffix is another one, the files cannot be written, or pyarrow is not installed.
+        For another suffix, or if the files cannot be written or pyarrow is not installed.
     """
     path = Path(path)
     refuse_export(path)
     beside = path.with_name(f"{path.stem}-history{path.suffix}")
     suffix = path.suffix.lower()
-    kinds = {name: kind for name, (_, kind) in TYPES.items()}
-    histories = {name: kinds.get(name, np.int64) for name in HISTORY}
+    histories = {name: COLUMN_TYPES.get(name, np.int64) for name in HISTORY_COLUMNS}
     with ExitStack() as stack:
-        sheets: list[_Sheet] = []
-        for file, columns in ((path, kinds), (beside, histories)):
+        tables: list[_Csv | _Parquet] = []
+        for file, columns in ((path, COLUMN_TYPES), (beside, histories)):
             hidden = stack.enter_context(whole_file(file))
-            sheet = _Csv(hidden, columns) if suffix == ".csv" else _Parquet(hidden, columns)
-            sheets.append(stack.enter_context(closing(sheet)))
+            table = _Csv(hidden, columns) if suffix == ".csv" else _Parquet(hidden, columns)
+            tables.append(stack.enter_context(closing(table)))
         for row in rows:
-            sheets[0].write([tuple(getattr(row, name) for name in COLUMNS)])
-            sheets[1].write(_lines(row))
+            tables[0].write([tuple(getattr(row, name) for name in COLUMN_TYPES)])
+            tables[1].write(_lines(row))
     return [path, beside]
 
 
 def refuse_export(path: Path) -> None:
-    """Find out before a long study, not after it, that its rows cannot be exported so."""
+    """Raise `InputError` if rows cannot be exported to `path`, so that this is known before a long study begins."""
     suffix = path.suffix.lower()
     if suffix not in (".csv", ".parquet"):
         raise InputError(f"{path}: rows are exported as .csv or .parquet, not as {suffix or 'no suffix'!r}")
@@ -60,18 +56,12 @@ def refuse_export(path: Path) -> None:
         raise InputError(f'{path}: Parquet needs pyarrow: pip install "skyverse[parquet]"')
 
 
-def _lines(row: Row) -> Lines:
-    run = tuple(getattr(row, name) for name in RUN)
+def _lines(row: Row) -> Iterator[tuple[Any, ...]]:
+    run = tuple(getattr(row, name) for name in RUN_COLUMNS)
     history = row.history
     table = (history.cost, history.generated_paths, history.generated_nodes, history.evaluations)
     for iteration, values in enumerate(zip(*(column.tolist() for column in table), strict=True)):
         yield (*run, iteration, *values)
-
-
-class _Sheet(Protocol):
-    def write(self, lines: Iterable[tuple[Any, ...]], /) -> None: ...
-
-    def close(self) -> None: ...
 
 
 class _Csv:
@@ -92,20 +82,14 @@ class _Parquet:
         import pyarrow
         from pyarrow.parquet import ParquetWriter
 
-        kinds = {
-            np.str_: pyarrow.string(),
-            np.bool_: pyarrow.bool_(),
-            np.int64: pyarrow.int64(),
-            np.float64: pyarrow.float64(),
-        }
-        self._schema = pyarrow.schema([(name, kinds[kind]) for name, kind in columns.items()])
+        self._schema = pyarrow.schema([(name, pyarrow.from_numpy_dtype(kind)) for name, kind in columns.items()])
         self._batch = pyarrow.record_batch
         self._writer = ParquetWriter(path, self._schema)
         self._waiting: list[tuple[Any, ...]] = []
 
     def write(self, lines: Iterable[tuple[Any, ...]]) -> None:
         self._waiting.extend(lines)
-        if len(self._waiting) >= _BATCH:
+        if len(self._waiting) >= _BATCH_LINES:
             self._flush()
 
     def _flush(self) -> None:
