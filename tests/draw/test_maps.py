@@ -12,16 +12,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.draw import kinds as kinds_module
+from skyverse.draw import shape_kinds as kinds_module
+from skyverse.draw.cost_table import cost_table
+from skyverse.draw.drawn_world import MAP_MARGIN
 from skyverse.draw.figures import trajectories
-from skyverse.draw.html import data, page
 from skyverse.draw.map_traces import from_above, spacing
-from skyverse.draw.relief import FINEST, Relief, along, cleared, relief, tinted
+from skyverse.draw.mission_page import page
+from skyverse.draw.page import scene_data
+from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
 from skyverse.draw.scene import scene
-from skyverse.draw.solids import coarser, extent, faces, footprint, span, surface
-from skyverse.draw.table import table
-from skyverse.draw.triangles import triangles, turned
-from skyverse.draw.world import MARGIN
+from skyverse.draw.shape_geometry import coarser, extent, faces, footprint, span, surface
+from skyverse.draw.triangulation import triangles, turned
 from skyverse.maps.readers.cityjson import KINDS
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Bounds
@@ -136,7 +137,7 @@ def test_a_large_terrain_is_drawn_from_end_to_end_in_few_heights():
     heights = np.add.outer(np.arange(1501.0), 0.1 * np.arange(901.0))
     terrain = Terrain(origin=(-100, 50), step=(2, 3), heights=heights)
     drawn = relief(terrain, (-100, 50), (2900, 2750))
-    assert drawn.z.shape == (FINEST, FINEST)
+    assert drawn.z.shape == (MAX_SPACE_HEIGHTS, MAX_SPACE_HEIGHTS)
     np.testing.assert_allclose((drawn.x[0], drawn.x[-1], drawn.y[0], drawn.y[-1]), (-100, 2900, 50, 2750))
     np.testing.assert_allclose(drawn.z, (drawn.x[:, None] + 100) / 2 + 0.1 * (drawn.y - 50) / 3, atol=1e-6)
 
@@ -167,7 +168,7 @@ def test_the_map_is_stretched_only_where_the_ground_is_flat():
     flat = dataclasses.replace(flat, scenario=flat.scenario.model_copy(update={"bounds": low}))
     world = scene(with_terrain(flat, level)).world
     assert world.stretch == 1.5
-    assert data(scene(with_terrain(flat, level)))["stretch"] == 1.5
+    assert scene_data(scene(with_terrain(flat, level)))["stretch"] == 1.5
 
 
 def test_a_map_ends_where_there_is_nothing_but_air_and_ground():
@@ -175,7 +176,7 @@ def test_a_map_ends_where_there_is_nothing_but_air_and_ground():
     bounds = Bounds(min=(-4000, -3000, 0), max=(5000, 6000, 900))
     wide = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"bounds": bounds}))
     world = scene(wide).world
-    margin = MARGIN * 1000
+    margin = MAP_MARGIN * 1000
     assert world.low[:2] == pytest.approx((-margin, -margin), abs=150)
     assert world.high == pytest.approx((1000 + margin, 1000 + margin, 170 + margin), abs=150)
     for shape in (*mission.scenario.obstacles, *mission.scenario.zones):
@@ -196,7 +197,7 @@ def test_level_ground_has_no_contour_lines_and_no_peaks():
 
 # ---- kinds ----
 def test_what_city_models_hold_has_colours_of_its_own():
-    found = kinds_module.kinds(
+    found = kinds_module.shapes_by_kind(
         [Box(min=(k, 0, 0), max=(k + 1, 1, 1), kind=kind) for k, kind in enumerate(sorted(set(KINDS.values())))], (), ()
     )
     colours = {kind.name: kind.colour for kind in found}
@@ -206,7 +207,7 @@ def test_what_city_models_hold_has_colours_of_its_own():
 
 
 def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():
-    drawn = data(scene(town(50)))
+    drawn = scene_data(scene(town(50)))
     shown = {kind["title"]: kind["hard"] for kind in drawn["kinds"]}
     assert shown == {
         "building (50)": True,
@@ -227,7 +228,7 @@ def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():
 def test_too_many_shapes_are_told_and_those_near_the_paths_stay(monkeypatch):
     monkeypatch.setattr(kinds_module, "TRIANGLES", 400)
     near = Prism(vertices=rectangle((5, 5), 4, 4, 0.3), low=0, high=5, kind="building")
-    found = kinds_module.kinds((*buildings(100), near), (), [np.array([(0.0, 0.0, 5.0), (10.0, 10.0, 5.0)])])
+    found = kinds_module.shapes_by_kind((*buildings(100), near), (), [np.array([(0.0, 0.0, 5.0), (10.0, 10.0, 5.0)])])
     (kind,) = found
     assert near in kind.shapes
     assert 0 < len(kind.shapes) < 101
@@ -235,7 +236,7 @@ def test_too_many_shapes_are_told_and_those_near_the_paths_stay(monkeypatch):
 
 
 def test_boxes_without_names_have_no_map(mission):
-    drawn = data(scene(mission))
+    drawn = scene_data(scene(mission))
     assert not drawn["mapped"]
     assert "map" not in drawn
     assert [kind["title"] for kind in drawn["kinds"]] == ["Obstacles"]
@@ -257,7 +258,7 @@ def test_a_profiles_ground_is_that_below_the_path():
 
 def test_the_table_tells_the_least_and_the_greatest_height_above_ground():
     mission = town(10)
-    text = table(scene(mission))
+    text = cost_table(scene(mission))
     for trajectory in mission.trajectories:
         points = trajectory.at(np.linspace(0, 60, 20_001)).position
         above = points[:, 2] - mission.scenario.terrain.height(points[:, :2])
@@ -265,7 +266,7 @@ def test_the_table_tells_the_least_and_the_greatest_height_above_ground():
         assert float(least) == pytest.approx(above.min(), abs=0.2)
         assert float(most) == pytest.approx(above.max(), abs=0.2)
     assert "Above ground" in text
-    assert "Above ground" not in table(scene(town(10, terrain=False)))
+    assert "Above ground" not in cost_table(scene(town(10, terrain=False)))
 
 
 def test_a_profile_shows_what_is_crossed_and_nothing_beside():

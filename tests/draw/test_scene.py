@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skyverse.draw.cost_table import cost_table
 from skyverse.draw.scene import scene
-from skyverse.draw.solids import surface
-from skyverse.draw.table import table
-from skyverse.draw.traces import in_space, of_search
-from skyverse.draw.track import PALETTE, few, sample
+from skyverse.draw.scene_traces import in_space, of_search
+from skyverse.draw.shape_geometry import surface
+from skyverse.draw.track import TRACK_COLOURS, few, sample
 from skyverse.model.result import Status
 from skyverse.model.shapes import Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
@@ -150,7 +150,7 @@ def test_a_path_of_no_length_has_no_gap(mission):
 def test_every_uav_of_a_swarm_looks_different(swarm):
     tracks = scene(swarm).tracks
     assert len({(track.colour, track.lap) for track in tracks}) == 30
-    assert tracks[len(PALETTE)].colour == PALETTE[0]
+    assert tracks[len(TRACK_COLOURS)].colour == TRACK_COLOURS[0]
 
 
 def test_brisk_pieces_get_more_samples():
@@ -217,5 +217,5 @@ def test_a_bound_is_called_an_optimum_only_where_it_is_one(mission):
         assert drawn.bound == "lower bound"
         assert of_search(drawn)[0]["name"].endswith("lower bound")
     assert drawn.rows[0].risk == 2.0
-    assert '<th scope="col" title="weighted share">Risk</th>' in table(drawn)
-    assert "Risk" not in table(scene(mission))
+    assert '<th scope="col" title="weighted share">Risk</th>' in cost_table(drawn)
+    assert "Risk" not in cost_table(scene(mission))

@@ -11,7 +11,7 @@ from handmade import mission, straight
 from skyverse import cli
 from skyverse.draw import animation
 from skyverse.draw.animation import instants
-from skyverse.draw.as_flown import as_flown
+from skyverse.draw.flight_scene import flight_scene
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason='pip install "skyverse[flight]"')
@@ -61,7 +61,7 @@ def test_what_is_no_flight_is_refused(mission_file, flight, tmp_path):
 
 
 def test_a_film_shows_twenty_instants_a_second(flight):
-    times, speed = instants(as_flown(flight))
+    times, speed = instants(flight_scene(flight))
     assert speed == 1
     assert times == pytest.approx([*np.arange(0, 1.9, 0.05), 1.9])
 
@@ -94,7 +94,7 @@ def test_films_open_elsewhere_and_have_a_frame_for_every_instant(flight, tmp_pat
 def test_long_flights_are_shown_faster(flight):
     from dataclasses import replace
 
-    drawn = as_flown(flight)
+    drawn = flight_scene(flight)
     longer = replace(drawn, totals=replace(drawn.totals, makespan=100.0))
     times, speed = instants(longer)
     assert speed == 10

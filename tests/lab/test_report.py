@@ -43,7 +43,7 @@ class Reader(HTMLParser):
 
 
 def drawing():
-    from skyverse.draw.stage import blank
+    from skyverse.draw.map_figure import blank
 
     figure = blank(3, 2)
     axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""Planned and flown motion: as a page, as a film, as figures of three instants."""
+"""Animations of a flight, as a web page or a film, and figures of three of its instants."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.atomic import whole_file, write_text
-from skyverse.draw.as_flown import as_flown
+from skyverse.draw.figure_files import moment, write_stills
+from skyverse.draw.flight_scene import flight_scene
+from skyverse.draw.map_figure import INK, ends, legend, line, map_figure, uav
 from skyverse.draw.scene import Scene
-from skyverse.draw.stage import INK, ends, legend, line, stage, uav
-from skyverse.draw.stills import moment, write_stills
 from skyverse.errors import InputError
 from skyverse.model.flight_record import Flight
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FRAMES_A_SECOND = 20
-LONGEST = 15.0
-"""Seconds of a film; longer flights are shown faster."""
-SPEEDS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+MAX_FILM_SECONDS = 15.0
+"""The longest film, in seconds; longer flights are shown faster."""
+FILM_SPEEDS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 _FILM_DOTS = 100
 
 Frame = NDArray[np.uint8]
 
 
 def write_animation(flight: Flight, path: Path | str) -> None:
-    """Write an animation of `flight`: planned thin, flown thick.
+    """Write an animation of `flight`: the planned motion thin, the flown motion thick.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def write_animation(flight: Flight, path: Path | str) -> None:
     Raises
     ------
     InputError
-        For another suffix, where the file cannot be written, or imageio-ffmpeg is not installed (``.mp4``).
+        For another suffix, if the file cannot be written, or if ``.mp4`` is asked for without imageio-ffmpeg.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -56,12 +56,12 @@ def write_animation(flight: Flight, path: Path | str) -> None:
 
 
 def write_instants(flight: Flight, folder: Path | str, *, suffix: str = ".png") -> list[Path]:
-    """Write figures of the initial, middle and final instant, ``flown-initial`` and so on, and return their paths.
+    """Write ``flown-initial``, ``flown-middle`` and ``flown-final``, figures of three instants; return their paths.
 
     Parameters
     ----------
     folder
-        Must exist.
+        A folder that exists.
     suffix
         ``".png"``, ``".svg"`` or ``".pdf"``.
 
@@ -70,32 +70,32 @@ def write_instants(flight: Flight, folder: Path | str, *, suffix: str = ".png") 
     ValueError
         For another suffix.
     InputError
-        Where the folder does not exist or a file cannot be written.
+        If the folder does not exist or a file cannot be written.
     """
-    drawn = as_flown(flight)
+    drawn = flight_scene(flight)
     shares = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
     figures = [(f"flown-{name}", partial(instant, drawn, share * flight.mission.makespan)) for name, share in shares]
     return write_stills(figures, folder, suffix)
 
 
 def instant(drawn: Scene, t: float) -> "Figure":
-    """Return the figure of a flight's scene at `t` seconds: as planned thin, as flown until then thick."""
+    """Return the figure of a flight's scene at `t` seconds: planned paths thin, flown motion until then thick."""
     return moment(drawn, f"flown, t = {t:.1f} s", t, lambda track: track.path, drawn.findings)
 
 
 def instants(drawn: Scene) -> tuple[list[float], int]:
-    """Return the seconds that a film shows, one a frame, and how many times as fast as flown."""
+    """Return the time of each frame of a film, in seconds, and how many times as fast as the flight the film is."""
     last = drawn.totals.makespan or 0.0
-    speed = next((speed for speed in SPEEDS if last / speed <= LONGEST), SPEEDS[-1])
+    speed = next((speed for speed in FILM_SPEEDS if last / speed <= MAX_FILM_SECONDS), FILM_SPEEDS[-1])
     count = int(np.ceil(last * FRAMES_A_SECOND / speed - 1e-9)) + 1
     return np.minimum(np.arange(count) * speed / FRAMES_A_SECOND, last).tolist(), speed
 
 
 def frames(drawn: Scene) -> Iterator[Frame]:
-    """Yield a film's frames, (height, width, 3) each, both even: the still map once, what moves drawn onto it."""
+    """Yield the frames of a film, (height, width, 3) with even height and width: moving marks over one still map."""
     times, speed = instants(drawn)
     fast = "" if speed == 1 else f", {speed} times as fast"
-    figure, axes = stage(drawn, f"as planned (thin) and flown (thick){fast}")
+    figure, axes = map_figure(drawn, f"as planned (thin) and flown (thick){fast}")
     for track in drawn.tracks:
         line(axes, track, track.path, width=0.9, alpha=0.6)
         ends(axes, track)
@@ -111,7 +111,7 @@ def frames(drawn: Scene) -> Iterator[Frame]:
         trail = axes.lines[-1]
         uav(axes, track, np.array(track.start))
         moving.append((track, trail, axes.lines[-1]))
-    below = 1 - 0.52 / figure.get_figheight()  # below the title
+    below = 1 - 0.52 / figure.get_figheight()  # inches below the title
     clock = figure.text(0.03, below, "", fontsize=13, color=INK, va="top", family="monospace")
     last = drawn.totals.makespan or 0.0
     for t in times:
@@ -132,7 +132,7 @@ def _write_mp4(flight: Flight, path: Path) -> None:
         from imageio_ffmpeg import write_frames
     except ImportError:
         raise InputError('MP4 needs imageio-ffmpeg: pip install "skyverse[flight]"') from None
-    film = frames(as_flown(flight))
+    film = frames(flight_scene(flight))
     first = next(film)
     height, width, _ = first.shape
     with whole_file(path) as beside:
@@ -149,11 +149,15 @@ def _write_mp4(flight: Flight, path: Path) -> None:
 def _write_gif(flight: Flight, path: Path) -> None:
     from PIL import Image
 
-    pictures = [Image.fromarray(frame) for frame in frames(as_flown(flight))]
-    both = Image.new("RGB", (pictures[0].width, 2 * pictures[0].height))  # all that is planned, all that is flown
+    pictures = [Image.fromarray(frame) for frame in frames(flight_scene(flight))]
+    both = Image.new(
+        "RGB", (pictures[0].width, 2 * pictures[0].height)
+    )  # the first frame shows all that is planned, the last all that was flown
     both.paste(pictures[0], (0, 0))
     both.paste(pictures[-1], (0, pictures[0].height))
-    palette = both.quantize(255, method=Image.Quantize.MAXCOVERAGE)  # one for all frames, so that the map keeps still
+    palette = both.quantize(
+        255, method=Image.Quantize.MAXCOVERAGE
+    )  # one palette for all frames, so that the map does not flicker
     first, *others = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     with whole_file(path) as beside:
         first.save(beside, save_all=True, append_images=others, duration=1000 // FRAMES_A_SECOND, loop=0)

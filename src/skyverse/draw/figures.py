@@ -1,4 +1,4 @@
-"""A mission as still figures: paths in the map, trajectories, three instants of the flight, convergence."""
+"""A mission as still figures: paths, trajectories, three instants of the flight, convergence."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyverse.draw.scene import Curve, Scene, scene
-from skyverse.draw.stage import DASHES, GRID, INK, blank, ends, legend, line, plain, ring, stage
-from skyverse.draw.stills import moment, write_stills
+from skyverse.draw.figure_files import moment, write_stills
+from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, blank, ends, legend, line, map_figure, plain, ring
+from skyverse.draw.scene import Scene, SearchCurve, scene
 from skyverse.model.mission import Mission
 
 if TYPE_CHECKING:
@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> list[Path]:
     """Write the still figures of `mission` into `folder`, which must exist, and return their paths.
 
-    There are ``paths``; where any UAV flies, ``trajectories`` and ``flight-start``, ``flight-middle`` and
-    ``flight-end`` (at zero, at half and at all of the makespan); and ``convergence`` where a search kept its
-    history.
+    The figures are ``paths``; where any UAV flies, ``trajectories``, ``flight-start``, ``flight-middle`` and
+    ``flight-end`` (at 0, at half and at all of the makespan); and ``convergence`` where a search kept its history.
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> li
     ValueError
         For another suffix.
     InputError
-        Where the folder does not exist or a file cannot be written.
+        If the folder does not exist or a file cannot be written.
     """
     return write_stills(_wanted(scene(mission)), folder, suffix)
 
@@ -53,8 +52,8 @@ def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
 
 
 def paths(drawn: Scene) -> "Figure":
-    """Return the figure of the paths in the map."""
-    figure, axes = stage(drawn, "path" if len(drawn.tracks) == 1 else "paths")
+    """Return the figure of the map with the paths."""
+    figure, axes = map_figure(drawn, "path" if len(drawn.tracks) == 1 else "paths")
     for track in drawn.tracks:
         line(axes, track, track.path, width=2.0)
         ends(axes, track)
@@ -63,8 +62,8 @@ def paths(drawn: Scene) -> "Figure":
 
 
 def trajectories(drawn: Scene) -> "Figure":
-    """Return the figure of the trajectories, paths thin beneath, rings around the referee's findings."""
-    figure, axes = stage(drawn, "trajectory" if len(drawn.tracks) == 1 else "trajectories")
+    """Return the figure of the map with trajectories, thin paths, and rings around the referee's findings."""
+    figure, axes = map_figure(drawn, "trajectory" if len(drawn.tracks) == 1 else "trajectories")
     for track in drawn.tracks:
         line(axes, track, track.path, width=0.8, alpha=0.55)
         line(axes, track, track.positions, width=2.4)
@@ -76,7 +75,7 @@ def trajectories(drawn: Scene) -> "Figure":
 
 
 def instant(drawn: Scene, t: float) -> "Figure":
-    """Return the figure of the fleet at `t` seconds, with the trails that it has flown."""
+    """Return the figure of the fleet at `t` seconds, with its trajectories up to that time."""
     heading = f"t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s"
     return moment(drawn, heading, t, lambda track: track.positions)
 
@@ -110,9 +109,9 @@ def convergence(drawn: Scene) -> "Figure":
     return figure
 
 
-def _curve(axes: Any, curve: Curve, x: Any) -> None:
+def _curve(axes: Any, curve: SearchCurve, x: Any) -> None:
     cost = np.where(np.isfinite(curve.cost), curve.cost, np.nan)
-    dash = DASHES[curve.lap % len(DASHES)]
+    dash = LINE_STYLES[curve.lap % len(LINE_STYLES)]
     axes.step(x, cost, where="post", color=curve.colour, linestyle=dash, linewidth=1.8)
     if curve.bound is not None:
         axes.hlines(curve.bound, x[0], x[-1], color=curve.colour, linestyles=(0, (4, 3)), linewidth=1.1)

@@ -1,4 +1,4 @@
-"""A flight as one web page that works offline: planned and flown motion, tracking errors, verdict."""
+"""A flight as one web page that works offline: planned and flown motion, tracking errors, and the verdict."""
 
 import math
 from html import escape
@@ -6,14 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from skyverse.draw.as_flown import DRAWN, as_flown
-from skyverse.draw.encoded import Trace, flat, plain
-from skyverse.draw.html import SHOWN_FINDINGS, card, data, filled, line, listed
+from skyverse.draw.flight_scene import SAMPLE_STRIDE, flight_scene
+from skyverse.draw.page import filled, scene_data
+from skyverse.draw.page_parts import (
+    MAX_SHOWN_FINDINGS,
+    NO_VALUE,
+    card,
+    facts_list,
+    finding_line,
+    number,
+    row,
+    table,
+    tiles,
+)
+from skyverse.draw.plotly_values import Trace, flat, plain
 from skyverse.draw.scene import Scene
-from skyverse.draw.table import NOTHING, number
 from skyverse.model.flight_record import Flight, Flown
 
-_WORDS = {
+_FLIGHT_WORDS = {
     "layers": {"paths": "As planned", "trajectories": "As flown"},
     "seconds": "seconds into the mission",
     "iterations": "seconds into the mission",
@@ -37,7 +47,7 @@ _HEADS = (
 
 def flight_page(flight: Flight) -> str:
     """Return the page of `flight`; every string of the user's is escaped."""
-    drawn = as_flown(flight)
+    drawn = flight_scene(flight)
     parts = {
         "title": f"{escape(drawn.scenario.name)}, flown",
         "description": escape(" ".join([drawn.scenario.description, _told(flight)])),
@@ -52,7 +62,7 @@ def flight_page(flight: Flight) -> str:
         "table": _table(flight, drawn),
         "footer": _footer(flight),
     }
-    return filled(parts, data(drawn) | {"search": _errors(flight, drawn), "words": _WORDS})
+    return filled(parts, scene_data(drawn) | {"search": _errors(flight, drawn), "words": _FLIGHT_WORDS})
 
 
 def _told(flight: Flight) -> str:
@@ -72,20 +82,20 @@ def _tiles(flight: Flight) -> str:
     low = [("Above ground", f"{number(min(heights), 3)} m", "least height")] if heights else []
     shown = [
         ("Largest error", f"{1000 * flight.largest:.1f} mm", f"RMS {1000 * rms:.1f} mm"),
-        ("Clearance", f"{number(nearest, 3)} m" if nearest < math.inf else NOTHING, "to an obstacle as given"),
+        ("Clearance", f"{number(nearest, 3)} m" if nearest < math.inf else NO_VALUE, "to an obstacle as given"),
         *low,
-        ("Separation", NOTHING if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
+        ("Separation", NO_VALUE if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
         ("Makespan", f"{flight.mission.makespan:.2f} s", "as planned"),
         ("Energy", f"{sum(f.energy for f in flown):,.0f} J", "mechanical work of the rotors"),
     ]
-    return "".join(f"<div><dt>{name}</dt><dd>{value}<small>{under}</small></dd></div>" for name, value, under in shown)
+    return tiles(shown)
 
 
 def _banner(flight: Flight, drawn: Scene) -> str:
     if flight.safe:
         verdict = card("good", "✓", "This flight is safe.", f"<p>{escape(flight.sentence.removeprefix('Safe: '))}</p>")
     else:
-        lines = "".join(line(finding) for finding in drawn.findings[:SHOWN_FINDINGS])
+        lines = "".join(finding_line(finding) for finding in drawn.findings[:MAX_SHOWN_FINDINGS])
         verdict = card("bad", "✕", "This flight is not safe.", f"<ul>{lines}</ul>")
     if flight.rounds:
         lines = "".join(f"<li>{escape(sentence)}</li>" for sentence in flight.rounds)
@@ -104,20 +114,12 @@ def _banner(flight: Flight, drawn: Scene) -> str:
 
 
 def _table(flight: Flight, drawn: Scene) -> str:
-    heads = ""
-    for column, (name, title) in enumerate(_HEADS):
-        kind = ' class="text"' if column < 2 else ""
-        heads += f'<th scope="col"{kind}{f" title={chr(34)}{title}{chr(34)}" if title else ""}>{name}</th>'
-    body = ""
+    rows = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
-        cells = [NOTHING] * 9 if flown is None else _cells(flown)
-        target = NOTHING if track.target_name is None else escape(track.target_name)
-        body += (
-            f'<tr><th scope="row"><i style="background:{track.colour}"></i>{escape(track.name)}</th>'
-            f'<td class="text">{target}</td>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-        )
+        target = NO_VALUE if track.target_name is None else escape(track.target_name)
+        rows.append(row(track.name, track.colour, (target,), [NO_VALUE] * 9 if flown is None else _cells(flown)))
     caption = "Errors: distance from where the trajectory is at the same time. Thrust: share of the vehicle's most."
-    return f"<caption>{caption}</caption><thead><tr>{heads}</tr></thead><tbody>{body}</tbody>"
+    return table(caption, _HEADS, rows, text_columns=2)
 
 
 def _cells(flown: Flown) -> list[str]:
@@ -125,8 +127,8 @@ def _cells(flown: Flown) -> list[str]:
         f"{flown.times[-1] - flown.times[0]:.2f} s",
         f"{1000 * flown.rms:,.1f} mm",
         f"{1000 * flown.largest:,.1f} mm",
-        f"{number(flown.clearance, 3)} m" if flown.clearance < math.inf else NOTHING,
-        NOTHING if flown.above_ground is None else f"{number(flown.above_ground, 3)} m",
+        f"{number(flown.clearance, 3)} m" if flown.clearance < math.inf else NO_VALUE,
+        NO_VALUE if flown.above_ground is None else f"{number(flown.above_ground, 3)} m",
         f"{flown.mean_thrust:.0%}",
         f"{flown.peak_thrust:.0%}",
         f"{flown.peak_tilt:.0f}°",
@@ -139,8 +141,8 @@ def _errors(flight: Flight, drawn: Scene) -> list[Trace]:
     traces: list[Trace] = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
         if flown is not None:
-            times: Any = flat(flown.times[::DRAWN])
-            errors = 1000 * np.linalg.norm(flown.positions - flown.commanded, axis=1)[::DRAWN]
+            times: Any = flat(flown.times[::SAMPLE_STRIDE])
+            errors = 1000 * np.linalg.norm(flown.positions - flown.commanded, axis=1)[::SAMPLE_STRIDE]
             traces.append(
                 {
                     "type": "scatter",
@@ -158,7 +160,7 @@ def _errors(flight: Flight, drawn: Scene) -> list[Trace]:
 
 def _footer(flight: Flight) -> str:
     made = flight.mission.provenance
-    return listed(
+    return facts_list(
         {
             "Scenario": flight.mission.scenario.name,
             "Planner": made.planner,

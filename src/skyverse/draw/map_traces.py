@@ -1,4 +1,4 @@
-"""The mission from above as plotly traces, and the ground below them as a picture."""
+"""The mission seen from above as plotly traces, and the ground as an image below them."""
 
 import base64
 import io
@@ -8,23 +8,22 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.encoded import Trace, packed, plain
-from skyverse.draw.kinds import Kind
+from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain
 from skyverse.draw.relief import Relief, tinted
 from skyverse.draw.scene import Scene
-from skyverse.draw.solids import footprint
+from skyverse.draw.shape_geometry import footprint
+from skyverse.draw.shape_kinds import ShapeKind
 
-CONTOURED = 160
-"""Heights along either side that contour lines are drawn from."""
-LEVEL = 1.0
-"""Metres of height without which there are no contour lines."""
+MAX_CONTOUR_HEIGHTS = 160
+"""The largest number of heights along each side from which contour lines are drawn."""
+MIN_CONTOUR_RANGE = 1.0
+"""Metres: there are contour lines only where the ground's heights differ by more."""
 
-_PLACE = "x %{x:.1f}, y %{y:.1f} m<extra></extra>"
-_DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
+_PLACE_ON_MAP = "x %{x:.1f}, y %{y:.1f} m<extra></extra>"
 
 
 def from_above(scene: Scene) -> dict[str, Any]:
-    """Return what the page's map draws: traces, a picture of the ground, and latitudes and longitudes."""
+    """Return the data of the page's map: traces, an image of the ground, and latitudes and longitudes."""
     relief, degrees = scene.overhead.relief, scene.overhead.degrees
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
     tracks = [trace for number in range(len(scene.tracks)) for trace in _track(scene, number)]
@@ -36,13 +35,13 @@ def from_above(scene: Scene) -> dict[str, Any]:
 
 
 def picture(relief: Relief, stretch: float) -> dict[str, Any]:
-    """Return the ground in light and shade as an image, and where it goes."""
+    """Return the shaded ground as an image, with its place and size on the map."""
     from PIL import Image
 
     colours = np.round(255 * tinted(relief, stretch)).astype(np.uint8).swapaxes(0, 1)[::-1]
     file = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(colours)).save(file, "JPEG", quality=88)
-    # a pixel's middle is where its height stands
+    # the centre of each pixel lies at the place of its height
     dx, dy = relief.x[1] - relief.x[0], relief.y[1] - relief.y[0]
     return {
         "source": f"data:image/jpeg;base64,{base64.b64encode(file.getvalue()).decode()}",
@@ -54,8 +53,10 @@ def picture(relief: Relief, stretch: float) -> dict[str, Any]:
 
 
 def contours(relief: Relief) -> Trace:
-    """Return lines of equal height, a round number of metres apart."""
-    rows, columns = (np.unique(np.linspace(0, n - 1, min(n, CONTOURED)).round().astype(int)) for n in relief.z.shape)
+    """Return contour lines whose heights differ by a round number of metres."""
+    rows, columns = (
+        np.unique(np.linspace(0, n - 1, min(n, MAX_CONTOUR_HEIGHTS)).round().astype(int)) for n in relief.z.shape
+    )
     heights = relief.z[np.ix_(rows, columns)]
     range_ = float(np.ptp(heights))
     step = spacing(range_)
@@ -74,20 +75,20 @@ def contours(relief: Relief) -> Trace:
         },
         "showscale": False,
         "hoverinfo": "skip",
-        "visible": range_ >= LEVEL,
-        "meta": {"role": "contours", "step": step if range_ >= LEVEL else None},
+        "visible": range_ >= MIN_CONTOUR_RANGE,
+        "meta": {"role": "contours", "step": step if range_ >= MIN_CONTOUR_RANGE else None},
     }
 
 
 def spacing(range_: float) -> float:
-    """Return a round number of metres that divides a range of heights into ten steps or fewer."""
+    """Return a round number of metres that divides a range of heights into at most ten steps."""
     raw = max(range_, 0.1) / 10
     decade = 10.0 ** math.floor(math.log10(raw))
     return float(next(n * decade for n in (1, 2, 5, 10) if n * decade >= raw * (1 - 1e-9)))
 
 
-def kind(kind: Kind, number: int) -> Trace:
-    """Return the footprints of a kind as one filled line; holes run the other way round."""
+def kind(kind: ShapeKind, number: int) -> Trace:
+    """Return the footprints of a kind as one filled line, in which holes run clockwise."""
     rings = [ring for shape in kind.shapes for ring in footprint(shape, kind.sides)]
     return {
         "type": "scatter",
@@ -101,7 +102,7 @@ def kind(kind: Kind, number: int) -> Trace:
 
 
 def closed(rings: list[Floats]) -> Floats:
-    """Return rings (n, 2) as one line with gaps, each closed."""
+    """Return rings, (n, 2) each, as closed curves in one line with gaps of nan."""
     gap = np.full((1, 2), np.nan)
     parts = [part for ring in rings for part in (ring, ring[:1], gap)]
     return np.concatenate(parts) if parts else np.empty((0, 2))
@@ -125,15 +126,15 @@ def _track(scene: Scene, number: int) -> list[Trace]:
         "name": name,
         **_xy(track.positions),
         "customdata": packed(np.column_stack([track.times, track.positions[:, 2]])),
-        "line": {"color": track.colour, "width": 3, "dash": _DASHES[track.lap % len(_DASHES)]},
-        "hovertemplate": "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE,
+        "line": {"color": track.colour, "width": 3, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]},
+        "hovertemplate": "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE_ON_MAP,
         "meta": {"role": "trajectory", "uav": number},
     }
     return [planned, flown]
 
 
 def _ends(scene: Scene) -> Trace:
-    """Return starts, targets and spare targets."""
+    """Return the marks of starts, targets and targets without a UAV."""
     marks = [(track.start, "circle", track.colour, f"{track.name}: start") for track in scene.tracks]
     marks += [
         (track.target, "diamond", track.colour, f"{track.name}: target {track.target_name or ''}")
@@ -147,7 +148,7 @@ def _ends(scene: Scene) -> Trace:
         "name": "Starts and targets",
         **_xy(np.array([mark[0][:2] for mark in marks], dtype=np.float64).reshape(-1, 2)),
         "text": [plain(mark[3]) for mark in marks],
-        "hovertemplate": "%{text}<br>" + _PLACE,
+        "hovertemplate": "%{text}<br>" + _PLACE_ON_MAP,
         "marker": {"symbol": [m[1] for m in marks], "color": [m[2] for m in marks], "size": 11, "line": {"width": 1.5}},
         "meta": {"role": "ends"},
     }

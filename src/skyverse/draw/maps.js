@@ -1,5 +1,5 @@
 "use strict";
-// Map and altitude profile: what page.js asks for where the mission's world is more than plain boxes.
+// The map and the altitude profile, which page.js draws where the mission's world is more than plain boxes.
 const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
   const $ = (id) => document.getElementById(id);
   const { tracks, profiles } = data, { traces, ground, degrees } = data.map;
@@ -45,7 +45,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     ].filter(Boolean).join(" ");
     $("map").on("plotly_relayout", move);
   };
-  const restyle = () => (frame() ? Plotly.restyle("map", { visible: traces.map(visible) }) : null);
+  const restyle = () => ($("map").data ? Plotly.restyle("map", { visible: traces.map(visible) }) : null);
 
   // ---- where the pointer is ----
   const cell = (value, first, last, count) => {
@@ -68,13 +68,12 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     }
     return told.join(" · ");
   };
-  const frame = () => $("map")._fullLayout;
+  const within = (plane, right, down) => right >= 0 && down >= 0 && right <= plane.width && down <= plane.height;
   $("map").addEventListener("mousemove", (event) => {
-    const { xaxis, yaxis } = frame() || {}, box = $("map").getBoundingClientRect();
-    if (!xaxis) return;
-    const [right, down] = [event.clientX - box.left - xaxis._offset, event.clientY - box.top - yaxis._offset];
-    const inside = right >= 0 && down >= 0 && right <= xaxis._length && down <= yaxis._length;
-    $("where").textContent = inside ? where(xaxis.p2l(right), yaxis.p2l(down)) : "";
+    const plane = internals.plane($("map")), box = $("map").getBoundingClientRect();
+    if (!plane) return;
+    const [right, down] = [event.clientX - box.left - plane.left, event.clientY - box.top - plane.top];
+    $("where").textContent = within(plane, right, down) ? where(...plane.value(right, down)) : "";
   });
   $("map").addEventListener("mouseleave", () => { $("where").textContent = ""; });
 
@@ -87,18 +86,21 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     host.append(mark);
     return mark;
   };
-  const place = (mark, { xaxis, yaxis }, x, y, seen) => {
-    const right = xaxis.l2p(x), down = yaxis.l2p(y);
-    mark.hidden = !seen || !(right >= 0 && down >= 0 && right <= xaxis._length && down <= yaxis._length);
-    mark.style.transform = `translate(${xaxis._offset + right}px, ${yaxis._offset + down}px)`;
+  const place = (mark, plane, x, y, seen) => {
+    mark.hidden = true;
+    if (!plane || !seen) return;
+    const [right, down] = plane.pixel(x, y);
+    mark.hidden = !within(plane, right, down);
+    mark.style.transform = `translate(${plane.left + right}px, ${plane.top + down}px)`;
   };
   let marks = [], flying = null;
   const move = () => {
     if (!data.makespan || !marks.length) return;
+    const plane = internals.plane($("map"));
     tracks.forEach((track, uav) => {
       const [x, y, z] = at(track, now);
-      place(marks[uav], frame(), x, y, shown[uav]);
-      if (flying && flying.uav === uav) place(flying.mark, $("profile")._fullLayout, flying.along(now), z, true);
+      place(marks[uav], plane, x, y, shown[uav]);
+      if (flying && flying.uav === uav) place(flying.mark, internals.plane($("profile")), flying.along(now), z, true);
     });
   };
 
@@ -137,9 +139,9 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
       showlegend: false, font: font("soft", 12),
       margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hoverlabel: { font: font("ink", 12) }, hovermode: "closest",
     }, { ...config, displayModeBar: false });
-    const { xaxis, yaxis } = $("profile")._fullLayout;
-    const times = (yaxis._length / (range[1] - range[0])) / (xaxis._length / (1.02 * end || 1));
-    $("sideways").textContent = `● start, ◆ end.${end ? ` Heights are drawn ${times < 10 ? times.toFixed(1) : whole.format(times)} times as large as distances.` : ""}`;
+    const plane = internals.plane($("profile"));
+    const times = plane && (plane.height / (range[1] - range[0])) / (plane.width / (1.02 * end || 1));
+    $("sideways").textContent = `● start, ◆ end.${end && plane ? ` Heights are drawn ${times < 10 ? times.toFixed(1) : whole.format(times)} times as large as distances.` : ""}`;
     const { positions: [x, y], times: instants } = tracks[uav];
     const sums = [0];
     for (let k = 1; k < x.length; k++) sums.push(sums[k - 1] + Math.hypot(x[k] - x[k - 1], y[k] - y[k - 1]));

@@ -1,4 +1,4 @@
-"""One UAV's flight from the side: how high it is, and what is below and above, over the way that it has come."""
+"""The altitude profile of one UAV: its height, and the ground and shapes below and above, over distance flown."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.kinds import Kind
 from skyverse.draw.relief import along
-from skyverse.draw.solids import span
+from skyverse.draw.shape_geometry import span
+from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import Track
 from skyverse.model.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """A shape that a path flies over, under or through: its low and high, (k, 2) z in metres, at `distance` (k,)."""
+    """A shape that a path flies over, under or through: least and greatest z, (k, 2) metres, at `distance`, (k,)."""
 
     kind: int
     name: str
@@ -25,22 +25,22 @@ class Crossing:
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A path from the side.
+    """The profile of a path.
 
     Attributes
     ----------
     distance
-        (n,) metres over the map from the start.
+        (n,) metres from the start, measured on the map.
     points
-        (n, 3) metres: the path at these distances, as flown, or as planned where nothing flies.
+        (n, 3) metres: the trajectory at these distances, or the path where there is no trajectory.
     ground
-        (n,) z in metres below; ``None`` where there is no terrain.
+        (n,) z of the ground below, metres; ``None`` without a terrain.
     clearance
-        Metres above ground that nothing flies below.
+        Metres above ground that paths must keep.
     band
-        z (n, 2) between which it pays to stay; ``None`` where nothing is said.
+        (n, 2) lowest and highest z of the objective's altitude band; ``None`` where it has none.
     crossings
-        The obstacles and zones below, above and around it.
+        The obstacles and zones below, above and around the path.
     """
 
     distance: Floats
@@ -51,8 +51,8 @@ class Profile:
     crossings: tuple[Crossing, ...]
 
 
-def profile(track: Track, scenario: Scenario, kinds: Sequence[Kind], most: int) -> Profile:
-    """Return the profile of a track, in some `most` points; its distance is empty where there is no path."""
+def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: int) -> Profile:
+    """Return the profile of a track in about `most` points; its `distance` is empty where there is no path."""
     line = track.positions if len(track.positions) else track.path
     terrain = scenario.terrain
     length = float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
@@ -77,7 +77,7 @@ def _band(scenario: Scenario, below: Floats | None, count: int) -> Floats | None
     return np.column_stack([zero + band.low, zero + band.high])
 
 
-def _crossings(distance: Floats, points: Floats, kinds: Sequence[Kind]) -> tuple[Crossing, ...]:
+def _crossings(distance: Floats, points: Floats, kinds: Sequence[ShapeKind]) -> tuple[Crossing, ...]:
     pieces = [piece[:, :2] for piece in np.array_split(points, min(64, len(points)))]
     low, high = (np.array([edge(piece, axis=0) for piece in pieces]) for edge in (np.min, np.max))
     found = []

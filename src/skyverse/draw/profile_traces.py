@@ -1,27 +1,27 @@
-"""Each flight from the side as plotly traces."""
+"""The altitude profile of each flight as plotly traces."""
 
 from typing import Any
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.encoded import Trace, packed, plain
 from skyverse.draw.map_traces import closed
+from skyverse.draw.plotly_values import Trace, packed, plain
 from skyverse.draw.profile import Profile
 from skyverse.draw.scene import Scene
 from skyverse.draw.track import Track
 
-_PLACE = "%{fullData.name}<br>%{x:,.0f} m from the start<br>z %{y:,.1f} m"
+_PLACE_IN_PROFILE = "%{fullData.name}<br>%{x:,.0f} m from the start<br>z %{y:,.1f} m"
 
 
 def from_the_side(scene: Scene) -> list[dict[str, Any]]:
-    """Return for each UAV that has a path the traces of its profile, and from where to where its heights go."""
+    """Return, for each UAV that has a path, the traces of its profile and the range of its heights."""
     profiles = zip(scene.tracks, scene.profiles, range(len(scene.tracks)), strict=True)
     return [of(track, profile, uav, scene) for track, profile, uav in profiles if len(profile.distance)]
 
 
 def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]:
-    """Return the traces of one UAV's profile, from what is farthest behind."""
+    """Return the traces of one UAV's profile, those in the background first."""
     heights = [profile.points[:, 2]]
     heights += [] if profile.ground is None else [profile.ground, profile.ground + profile.clearance]
     heights += [] if profile.band is None else [profile.band]
@@ -89,12 +89,12 @@ def _flight(track: Track, profile: Profile) -> list[Trace]:
         "x": packed(profile.distance),
         "y": packed(profile.points[:, 2]),
         "line": {"color": track.colour, "width": 3},
-        "hovertemplate": _PLACE + "<extra></extra>",
+        "hovertemplate": _PLACE_IN_PROFILE + "<extra></extra>",
         "meta": {"role": "flight"},
     }
     if profile.ground is not None:
         line["customdata"] = packed(profile.points[:, 2] - profile.ground)
-        line["hovertemplate"] = _PLACE + ", %{customdata:,.1f} m above ground<extra></extra>"
+        line["hovertemplate"] = _PLACE_IN_PROFILE + ", %{customdata:,.1f} m above ground<extra></extra>"
     ends = {
         "type": "scatter",
         "mode": "markers",

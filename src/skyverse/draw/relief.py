@@ -1,4 +1,4 @@
-"""The ground as pictures need it: fewer heights than the terrain has, its light and shade, and its colours."""
+"""The ground for pictures: a terrain resampled to fewer heights, its shading and its colours."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,28 +9,28 @@ from numpy.typing import ArrayLike
 from skyverse._typing import Floats
 from skyverse.model.shapes import Terrain
 
-FINEST = 200
-"""Heights along either side of a picture in space."""
+MAX_SPACE_HEIGHTS = 200
+"""The largest number of heights along each side of a picture in space."""
 
-_LEVEL = 0.02
-"""Ground that rises by less than this share of its side is level, to the eye."""
+_LEVEL_SHARE = 0.02
+"""Ground whose heights differ by less than this share of its longer side looks level."""
 _MEADOW, _STRAW, _EARTH = (168, 187, 147), (205, 206, 164), (214, 194, 158)
 _ROCK, _SCREE, _SNOW = (197, 178, 160), (214, 209, 206), (232, 233, 236)
 _TINTS = np.array([_MEADOW, _STRAW, _EARTH, _ROCK, _SCREE, _SNOW])
-"""From the lowest to the highest ground, pale, so that paths stand out."""
+"""From the lowest to the highest ground; pale, so that paths stand out."""
 
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """Heights (n, m) over x (n,) and y (m,), metres, from the one end of what is drawn to the other."""
+    """Heights z, (n, m), at x, (n,), and y, (m,), in metres, which cover all that is drawn."""
 
     x: Floats
     y: Floats
     z: Floats
 
 
-def relief(terrain: Terrain, low: ArrayLike, high: ArrayLike, finest: int = FINEST) -> Relief:
-    """Return the ground from `low` to `high` (x, y) in at most `finest` heights along either side, evenly spaced."""
+def relief(terrain: Terrain, low: ArrayLike, high: ArrayLike, finest: int = MAX_SPACE_HEIGHTS) -> Relief:
+    """Return the ground from `low` to `high`, (x, y), in at most `finest` evenly spaced heights along each side."""
     first, last = (np.clip(np.asarray(corner, dtype=np.float64)[:2], *terrain.extent) for corner in (low, high))
     counts = np.ceil((last - first) / terrain.step - 1e-9).astype(int) + 1
     x, y = (np.linspace(first[k], last[k], np.clip(counts[k], 2, finest)) for k in range(2))
@@ -39,9 +39,9 @@ def relief(terrain: Terrain, low: ArrayLike, high: ArrayLike, finest: int = FINE
 
 
 def cleared(drawn: Relief, terrain: Terrain, points: Floats) -> Relief:
-    """Return the relief no higher, under `points` (n, 3), than half-way from the ground to them.
+    """Return the relief lowered so that below each of `points`, (n, 3), it is at most half-way up from the true ground.
 
-    Between few heights the ground may seem higher than it is; what flies above it is not to disappear below.
+    With few heights the drawn ground may be higher than the true one; without this it could hide paths above it.
     """
     true = terrain.height(points[:, :2])
     most = np.maximum(true, (true + points[:, 2]) / 2)
@@ -50,7 +50,7 @@ def cleared(drawn: Relief, terrain: Terrain, points: Floats) -> Relief:
     u = np.clip((points[:, 0] - drawn.x[i]) / (drawn.x[i + 1] - drawn.x[i]), 0, 1)
     v = np.clip((points[:, 1] - drawn.y[j]) / (drawn.y[j + 1] - drawn.y[j]), 0, 1)
     h, a, b, d = (drawn.z[i + p, j + q] for p, q in ((0, 0), (1, 0), (0, 1), (1, 1)))
-    # a cell is drawn as two triangles, cut along either diagonal
+    # a cell is drawn as two triangles, which meet at either of its diagonals
     one = np.where(u >= v, h + u * (a - h) + v * (d - a), h + v * (b - h) + u * (d - b))
     other = np.where(u + v <= 1, h + u * (a - h) + v * (b - h), d + (1 - u) * (b - d) + (1 - v) * (a - d))
     excess = np.maximum(np.maximum(one, other) - most, 0)
@@ -61,7 +61,7 @@ def cleared(drawn: Relief, terrain: Terrain, points: Floats) -> Relief:
 
 
 def along(lines: Sequence[Floats], spacing: float) -> Floats:
-    """Return points (n, 3) on lines (k, 3), no further apart than `spacing` metres on the map."""
+    """Return points, (n, 3), on lines, (k, 3) each, at most `spacing` metres apart on the map."""
     points = [np.empty((0, 3))]
     for line in lines:
         if len(line):
@@ -74,7 +74,7 @@ def along(lines: Sequence[Floats], spacing: float) -> Floats:
 
 
 def shade(drawn: Relief, exaggeration: float = 1.0) -> Floats:
-    """Return the light (n, m) from 0 to 1 that falls on the ground from the north-west, 45 degrees high."""
+    """Return the brightness, (n, m) from 0 to 1, of the ground in light from the north-west, 45 degrees high."""
     east, north = np.gradient(drawn.z * exaggeration, drawn.x, drawn.y)
     light = (0.5 * east - 0.5 * north + np.sqrt(0.5)) / np.sqrt(1 + east**2 + north**2)
     lit: Floats = np.clip(light, 0, 1)
@@ -82,7 +82,7 @@ def shade(drawn: Relief, exaggeration: float = 1.0) -> Floats:
 
 
 def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
-    """Return the ground's colours (n, m, 3) from 0 to 1, by height, in light and shade."""
+    """Return the ground's colours, (n, m, 3) from 0 to 1, which follow height and shading."""
     at = _share(drawn) * (len(_TINTS) - 1)
     tints = np.stack([np.interp(at, np.arange(len(_TINTS)), _TINTS[:, channel]) for channel in range(3)], axis=-1)
     colours: Floats = np.clip(tints / 255 * (0.45 + 0.78 * shade(drawn, exaggeration))[..., None], 0, 1)
@@ -90,14 +90,14 @@ def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
 
 
 def relit(drawn: Relief, exaggeration: float = 1.0) -> Floats:
-    """Return light and height in one number (n, m) from 0 to 1, for a scale of colours."""
+    """Return height and shading combined into one number, (n, m) from 0 to 1, for a colour scale."""
     both: Floats = 0.35 * _share(drawn) + 0.65 * shade(drawn, exaggeration)
     return both
 
 
 def _share(drawn: Relief) -> Floats:
-    """Return heights (n, m) from 0 to 1; what is next to level lies in the middle, and does not look like mountains."""
+    """Return heights, (n, m), scaled to 0 to 1; those of nearly level ground all lie near 0.5."""
     side = max(float(np.ptp(drawn.x)), float(np.ptp(drawn.y)))
     low, range_ = float(drawn.z.min()), float(np.ptp(drawn.z))
-    share: Floats = 0.5 + (drawn.z - low - range_ / 2) / max(range_, _LEVEL * side)
+    share: Floats = 0.5 + (drawn.z - low - range_ / 2) / max(range_, _LEVEL_SHARE * side)
     return share

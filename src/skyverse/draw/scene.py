@@ -1,4 +1,4 @@
-"""What will be drawn, as data: one scene, whatever draws it."""
+"""All that a picture of a mission shows, as data, for pages and figures alike."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
+from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
-from skyverse.draw.world import Overhead, World, overhead, world
 from skyverse.model.mission import Mission
 from skyverse.model.result import Provenance, Result, Status
 from skyverse.model.scenario import Scenario, Target
@@ -19,15 +19,15 @@ from skyverse.model.verdict import Fault, Verdict, Violation
 
 Thing = TypeVar("Thing")
 
-PROFILED = 10_000
-"""Points of all profiles together."""
+MAX_PROFILE_POINTS = 10_000
+"""The largest number of points of all profiles together."""
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
-    """The best cost of one UAV's search so far, against iterations and against generated paths: (k,) each.
+class SearchCurve:
+    """The best cost so far of one UAV's search, after each of k iterations and so many generated paths, (k,) each.
 
-    `bound` is what no path can beat, ``None`` where unknown.
+    `bound` is a cost below which no path can be, ``None`` where unknown.
     """
 
     name: str
@@ -40,10 +40,10 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Row:
-    """One UAV's line in the table; ``None`` where there is nothing to tell.
+class TableRow:
+    """One UAV's row in the table; values that do not exist are ``None``.
 
-    `gap` is in per cent, `length` in metres, `duration` the flight's and `seconds` the search's.
+    `gap` is in per cent, `length` in metres; `duration` is that of the flight and `seconds` that of the search.
     """
 
     uav: str
@@ -66,8 +66,8 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One thing that the referee found wrong: UAVs too close are a warning, all else is an error."""
+class SceneFinding:
+    """One thing that the referee found wrong: a warning where UAVs come too close, otherwise an error."""
 
     severity: Literal["warning", "error"]
     kind: str
@@ -79,7 +79,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Totals:
-    """The fleet in a few numbers; `optimum` and `gap` (per cent) where every bound is known."""
+    """Sums over the fleet; `optimum` and `gap` (per cent) are ``None`` unless every bound is known."""
 
     uavs: int
     targeted: int
@@ -96,20 +96,20 @@ class Totals:
 class Scene:
     """All that a picture of a mission shows.
 
-    `spare_targets` are the names and positions of targets that no UAV flies to; `notes` say what is missing,
-    although the referee may have found nothing wrong with what there is. The mission is `complete` when every
-    UAV that has a target has a path to it, and, where any UAV flies, a trajectory along it. `bound` says what the
-    optimum is: exact on the lattice; a lower bound where a path leaves it, or pays for more than fuel and turns.
-    It is `proven` when the mission says that the referee proved all of it, at every instant.
+    `spare_targets` are the names and positions of targets to which no UAV flies; `notes` say what the mission lacks,
+    even where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path
+    to it and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the
+    lattice, but a lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end.
+    The mission is `proven` when its certificates say that the referee proved all of it at every instant.
     """
 
     scenario: Scenario
     bound: Literal["exact optimum", "lower bound"]
     tracks: tuple[Track, ...]
     spare_targets: tuple[tuple[str, Point], ...]
-    curves: tuple[Curve, ...]
-    rows: tuple[Row, ...]
-    findings: tuple[Finding, ...]
+    curves: tuple[SearchCurve, ...]
+    rows: tuple[TableRow, ...]
+    findings: tuple[SceneFinding, ...]
     notes: tuple[str, ...]
     totals: Totals
     complete: bool
@@ -118,24 +118,24 @@ class Scene:
     provenance: Provenance
 
     @cached_property
-    def world(self) -> World:
-        """What fills the space, and the ground."""
+    def world(self) -> DrawnWorld:
+        """The obstacles, zones and ground."""
         return world(self.scenario, self.tracks)
 
     @cached_property
     def overhead(self) -> Overhead:
-        """What the map shows."""
+        """The ground and the degrees of the map."""
         return overhead(self.scenario, self.world)
 
     @cached_property
     def profiles(self) -> tuple[Profile, ...]:
-        """Each track from the side."""
-        most = PROFILED // max(1, len(self.tracks))
+        """The altitude profile of each track."""
+        most = MAX_PROFILE_POINTS // max(1, len(self.tracks))
         return tuple(profile(track, self.scenario, self.world.kinds, most) for track in self.tracks)
 
 
 def scene(mission: Mission) -> Scene:
-    """Gather what a picture of `mission` shows, also of one that the referee found wrong."""
+    """Return the scene of `mission`, which may be one that the referee found wrong."""
     scenario = mission.scenario
     targets: list[Target | None] = []
     tracks: list[Track] = []
@@ -177,9 +177,9 @@ def _exactly_bounded(result: Result) -> bool:
     return not result.any_angle and result.terms.keys() <= {"fuel", "divergence", "end"}
 
 
-def _curve(track: Track, result: Result) -> Curve:
+def _curve(track: Track, result: Result) -> SearchCurve:
     history = result.history
-    return Curve(
+    return SearchCurve(
         name=track.name,
         colour=track.colour,
         lap=track.lap,
@@ -190,11 +190,11 @@ def _curve(track: Track, result: Result) -> Curve:
     )
 
 
-def _row(track: Track, result: Result | None) -> Row:
+def _row(track: Track, result: Result | None) -> TableRow:
     if result is None:
-        return Row(track.name, track.colour, track.target_name, None)
+        return TableRow(track.name, track.colour, track.target_name, None)
     steps = np.linalg.norm(np.diff(result.path, axis=0), axis=1)
-    return Row(
+    return TableRow(
         uav=track.name,
         colour=track.colour,
         target=track.target_name,
@@ -216,15 +216,15 @@ def _row(track: Track, result: Result | None) -> Row:
 
 
 def _gap(cost: float, bound: float | None) -> float | None:
-    """Return by how many per cent `cost` lies above `bound`; a path of no length has no gap."""
+    """Return by how many per cent `cost` exceeds `bound`; 0 where both are 0, ``None`` where there is no gap."""
     if bound is None:
         return None
     return 100.0 * (cost / bound - 1.0) if bound else 0.0 if cost == 0 else None
 
 
-def _finding(scenario: Scenario, violation: Violation) -> Finding:
+def _finding(scenario: Scenario, violation: Violation) -> SceneFinding:
     uavs = (_nth(scenario.uavs, uav) for uav in violation.uavs)
-    return Finding(
+    return SceneFinding(
         severity="warning" if violation.fault is Fault.SEPARATION else "error",
         kind=violation.fault.value,
         uavs=tuple(uav.name for uav in uavs if uav is not None),
@@ -234,7 +234,7 @@ def _finding(scenario: Scenario, violation: Violation) -> Finding:
     )
 
 
-def _note(track: Track, row: Row, flies: bool) -> str:
+def _note(track: Track, row: TableRow, flies: bool) -> str:
     if track.target is None:
         return " has no target and stays at its start."
     if row.status is None:

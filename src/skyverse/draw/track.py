@@ -1,4 +1,4 @@
-"""One UAV in space and time, as data."""
+"""One UAV's path and trajectory, sampled for pictures."""
 
 from dataclasses import dataclass
 
@@ -13,11 +13,11 @@ from skyverse.model.uav import UAV
 
 Point = tuple[float, float, float]
 
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Okabe and Ito's colours for all kinds of colour vision, without black and yellow, which grounds swallow."""
+TRACK_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Okabe and Ito's colours, which suit all kinds of colour vision, without black and yellow, which vanish on grounds."""
 
-TOLERANCE = 1 / 4000
-"""How far, as a share of the space's longest side, a sampled trajectory may stray from the true one."""
+SAMPLING_TOLERANCE = 1 / 4000
+"""The largest distance of a sampled trajectory from the true one, as a share of the longest side of the space."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +27,15 @@ class Track:
     Attributes
     ----------
     colour, lap
-        Its colour, and how often the palette had been used up before: laps become dashes and symbols.
+        The UAV's colour, and how often the palette had been used up before it, which selects its dash and symbol.
     path
-        (n, 3) metres: the planned path, empty where there is none.
+        (n, 3) metres: the planned path; empty where there is none.
     times, positions
-        (m,) seconds and (m, 3) metres: the trajectory, sampled; empty where there is none.
+        (m,) seconds and (m, 3) metres: samples of the trajectory; empty where there is none.
     start, target
-        Metres, as the scenario gives them; `target` is ``None`` where none was assigned.
+        (3,) metres, as in the scenario; `target` is ``None`` where none was assigned.
     arrival
-        Seconds, ``None`` without a trajectory.
+        Seconds into the mission; ``None`` without a trajectory.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Track:
     arrival: float | None
 
     def at(self, t: float) -> Floats:
-        """Return where the UAV is at `t` seconds, (3,) metres; it waits at its start and holds its end."""
+        """Return the position at `t` seconds, (3,) metres; the UAV waits at its start and stays at its end."""
         if len(self.times) == 0:
             return np.array(self.start)
         return np.array([np.interp(t, self.times, self.positions[:, axis]) for axis in range(3)])
@@ -65,14 +65,14 @@ class Track:
 def track(
     uav: UAV, number: int, target: Target | None, result: Result | None, trajectory: Trajectory | None, bounds: Bounds
 ) -> Track:
-    """Gather the track of the UAV that is the `number`-th of its fleet, from 0."""
+    """Return the track of a UAV; `number` is its index in the fleet."""
     times, positions = np.empty(0), np.empty((0, 3))
     if trajectory is not None and _sound(trajectory):
-        times, positions = sample(trajectory, TOLERANCE * max(np.subtract(bounds.max, bounds.min)))
+        times, positions = sample(trajectory, SAMPLING_TOLERANCE * max(np.subtract(bounds.max, bounds.min)))
     return Track(
         name=uav.name,
-        colour=PALETTE[number % len(PALETTE)],
-        lap=number // len(PALETTE),
+        colour=TRACK_COLOURS[number % len(TRACK_COLOURS)],
+        lap=number // len(TRACK_COLOURS),
         path=np.empty((0, 3)) if result is None else result.path,
         times=times,
         positions=positions,
@@ -84,9 +84,10 @@ def track(
 
 
 def sample(trajectory: Trajectory, tolerance: float) -> tuple[Floats, Floats]:
-    """Return instants (m,) and positions (m, 3); lines between them stray by some `tolerance` metres at most.
+    """Return times, (m,), and positions, (m, 3), such that lines between them are within about `tolerance` metres.
 
-    A line over dt strays by up to dt**2 * |acceleration| / 8: brisk pieces get more samples. Knots are kept.
+    A chord over a time dt is off by up to dt**2 * |acceleration| / 8, so high accelerations get more samples.
+    All knots are among the times.
     """
     lengths = np.diff(trajectory.knots)
     shares = np.linspace(0.0, 1.0, 17)[:-1] + 1 / 32
@@ -99,7 +100,7 @@ def sample(trajectory: Trajectory, tolerance: float) -> tuple[Floats, Floats]:
 
 
 def few(points: Floats, tolerance: float) -> NDArray[np.bool_]:
-    """Tell which points (n, 3) a line needs so that none is further than `tolerance` from it (Douglas and Peucker)."""
+    """Return which of the points, (n, 3), a line needs to pass all within `tolerance` (Douglas and Peucker)."""
     kept = np.zeros(len(points), dtype=bool)
     kept[[0, -1] if len(points) else []] = True
     left = [(0, len(points) - 1)]
@@ -119,7 +120,7 @@ def few(points: Floats, tolerance: float) -> NDArray[np.bool_]:
 
 
 def _sound(trajectory: Trajectory) -> bool:
-    """Whether it can be drawn at all: a file may hold what the referee only complains about."""
+    """Return whether a trajectory can be drawn; one that was read from a file may have a wrong shape."""
     knots, coefficients = trajectory.knots, trajectory.coefficients
     if (
         coefficients.ndim != 3

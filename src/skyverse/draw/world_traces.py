@@ -1,21 +1,21 @@
-"""The world as plotly traces: the ground, one mesh a kind and its edges, the frame of the space."""
+"""The world as plotly traces: the ground, a mesh and edges for each kind of shape, and the bounds."""
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.encoded import Trace, packed, plain
-from skyverse.draw.kinds import FEW, Kind
+from skyverse.draw.plotly_values import Trace, packed, plain
 from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
-from skyverse.draw.solids import outline, surface
+from skyverse.draw.shape_geometry import outline, surface
+from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.model.shapes import Box
 
 _SCALE = ("#5d6650", "#8f9170", "#bcae86", "#d8c9a8", "#ece5d8")
-"""Of the ground, from low and in the shade to high and in the light."""
+"""The colours of the ground, from low and shaded to high and lit."""
 
 
 def terrain(scene: Scene) -> list[Trace]:
-    """Return the ground as a shaded surface, or nothing."""
+    """Return the ground as a shaded surface; an empty list without a terrain."""
     if scene.world.relief is None:
         return []
     off = {"show": False, "highlight": False}
@@ -37,8 +37,8 @@ def terrain(scene: Scene) -> list[Trace]:
     return [ground]
 
 
-def kind(kind: Kind, number: int) -> Trace:
-    """Return all shapes of a kind as one mesh, so that thousands stay fast."""
+def kind(kind: ShapeKind, number: int) -> Trace:
+    """Return all shapes of a kind as one mesh, which stays fast for thousands of shapes."""
     points, faces = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
     first = 0
     for shape in kind.shapes:
@@ -59,7 +59,7 @@ def kind(kind: Kind, number: int) -> Trace:
 
 
 def edges(scene: Scene) -> list[Trace]:
-    """Return the edges of each kind as one line; of too many, they would hide the faces."""
+    """Return the edges of each kind as one line; those of too many shapes are omitted, as they would hide the faces."""
     mapped = scene.world.mapped
     return [
         {
@@ -68,12 +68,12 @@ def edges(scene: Scene) -> list[Trace]:
             "meta": {"role": "edge", "kind": number},
         }
         for number, kind in enumerate(scene.world.kinds)
-        if kind.shapes and (len(kind.shapes) <= FEW if mapped else kind.hard)
+        if kind.shapes and (len(kind.shapes) <= MAX_EDGED_SHAPES if mapped else kind.hard)
     ]
 
 
 def bounds(scene: Scene) -> Trace:
-    """Return the frame of the space; nothing where the ground is its floor."""
+    """Return the edges of the bounds; an empty line where there is a terrain."""
     given = scene.scenario.bounds
     frame = np.empty((0, 3)) if scene.world.relief is not None else outline(Box(min=given.min, max=given.max))
     return {**_line(frame), "name": "Bounds", "meta": {"role": "bounds"}}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.stage import DASHES, GRID, INK, SOFT, blank, plain
+from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, plain
 from skyverse.lab.curves import Band
 from skyverse.lab.formatting import one_line
 from skyverse.lab.statistics import Ranking, quantile
@@ -332,4 +332,4 @@ def _colour(index: int) -> str:
 
 
 def _dash(index: int) -> Any:
-    return DASHES[_lap(index) % len(DASHES)]
+    return LINE_STYLES[_lap(index) % len(LINE_STYLES)]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyverse.draw.stage import SOFT, blank
+from skyverse.draw.map_figure import SOFT, blank
 from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
 
 if TYPE_CHECKING:

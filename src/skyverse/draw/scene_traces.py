@@ -1,4 +1,4 @@
-"""A scene as plotly traces: plain dicts, so that drawing a page never waits for plotly's Python objects."""
+"""A scene as plotly traces, which are plain dicts, because plotly's own Python objects are slow to make."""
 
 import math
 from collections.abc import Iterable
@@ -7,22 +7,21 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.encoded import Trace, flat, plain
-from skyverse.draw.scene import Curve, Scene
-from skyverse.draw.track import TOLERANCE, Track, few
+from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain
+from skyverse.draw.scene import Scene, SearchCurve
+from skyverse.draw.track import SAMPLING_TOLERANCE, Track, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
 
-DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
-# plotly draws other symbols from fonts that may lack them
-SYMBOLS = ("circle", "square", "diamond", "circle-open", "square-open")
-LABELLED = 12  # with more UAVs than this, names in the scene would hide it
-CLOSE = 0.04
-"""UAVs that start nearer to each other than this share of the picture have no names in it at first."""
-_PLACE = "x %{x:.2f}, y %{y:.2f}, z %{z:.2f} m<extra></extra>"
+# plotly draws other symbols in 3-D as letters of a font, which may lack them
+PLOTLY_SYMBOLS = ("circle", "square", "diamond", "circle-open", "square-open")
+MAX_NAMED_UAVS = 12  # the names of more UAVs would hide the scene
+MIN_NAME_GAP = 0.04
+"""Names are hidden at first where two UAVs start closer together than this share of the picture's longest side."""
+_PLACE_IN_SPACE = "x %{x:.2f}, y %{y:.2f}, z %{z:.2f} m<extra></extra>"
 
 
 def shortened(name: str) -> str:
-    """Return a name that fits beside a marker."""
+    """Return a name, cut to fit beside a marker."""
     return name if len(name) <= 20 else f"{name[:19]}…"
 
 
@@ -31,10 +30,10 @@ def _xyz(points: Floats) -> Trace:
 
 
 def of_track(track: Track, number: int, tolerance: float) -> list[Trace]:
-    """Return one UAV's path, its trajectory to `tolerance` metres, and the marks of its start and target."""
+    """Return one UAV's path, its trajectory accurate to `tolerance` metres, and the marks of its start and target."""
     name = plain(track.name)
     kept = few(track.positions, tolerance)
-    dash = DASHES[track.lap % len(DASHES)]
+    dash = PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]
     path = {
         "type": "scatter3d",
         "mode": "lines",
@@ -51,7 +50,7 @@ def of_track(track: Track, number: int, tolerance: float) -> list[Trace]:
         **_xyz(track.positions[kept]),
         "customdata": flat(track.times[kept]),
         "line": {"color": track.colour, "width": 5, "dash": dash},
-        "hovertemplate": "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE,
+        "hovertemplate": "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE_IN_SPACE,
         "meta": {"role": "trajectory", "uav": number},
     }
     ends, words, symbols = [track.start], [f"{name}: start"], ["circle"]
@@ -64,7 +63,7 @@ def of_track(track: Track, number: int, tolerance: float) -> list[Trace]:
         "name": f"{name}: start and target",
         **_xyz(np.array(ends, dtype=np.float64)),
         "text": words,
-        "hovertemplate": "%{text}<br>" + _PLACE,
+        "hovertemplate": "%{text}<br>" + _PLACE_IN_SPACE,
         "marker": {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1},
         "meta": {"role": "ends", "uav": number},
     }
@@ -85,7 +84,7 @@ def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, ro
 
 
 def findings(scene: Scene) -> Trace:
-    """Return the places of what the referee found wrong."""
+    """Return the marks at the places of the referee's findings."""
     placed = [finding for finding in scene.findings if finding.position is not None]
     colours = {"warning": "#d97706", "error": "#dc2626"}
     marker = {"symbol": "circle-open", "size": 16, "color": [colours[finding.severity] for finding in placed]}
@@ -94,14 +93,14 @@ def findings(scene: Scene) -> Trace:
 
 
 def _apart(scene: Scene) -> bool:
-    """Tell whether names beside the starts would not lie on each other."""
+    """Return whether names beside the starts would not overlap."""
     starts = np.array([track.start for track in scene.tracks], dtype=np.float64)
     gaps = np.linalg.norm(starts[:, None] - starts, axis=2) + np.diag(np.full(len(starts), np.inf))
-    return bool(gaps.min(initial=np.inf) > CLOSE * (scene.world.high - scene.world.low).max())
+    return bool(gaps.min(initial=np.inf) > MIN_NAME_GAP * (scene.world.high - scene.world.low).max())
 
 
 def fleet(scene: Scene) -> list[Trace]:
-    """Return the trail that the fleet has flown, empty yet, and the UAVs at their first instant."""
+    """Return the trail of the fleet, which is empty at first, and the UAVs at their first instant."""
     trail = {
         "type": "scatter3d",
         "mode": "lines",
@@ -116,18 +115,18 @@ def fleet(scene: Scene) -> list[Trace]:
     names = [plain(shortened(track.name)) for track in scene.tracks]
     marker = {
         "color": [track.colour for track in scene.tracks],
-        "symbol": [SYMBOLS[track.lap % len(SYMBOLS)] for track in scene.tracks],
+        "symbol": [PLOTLY_SYMBOLS[track.lap % len(PLOTLY_SYMBOLS)] for track in scene.tracks],
         "size": 8,
     }
     uavs = _marks("UAVs", [track.at(-math.inf) for track in scene.tracks], names, marker, "fleet")
-    uavs["mode"] = "markers+text" if len(names) <= LABELLED and _apart(scene) else "markers"
+    uavs["mode"] = "markers+text" if len(names) <= MAX_NAMED_UAVS and _apart(scene) else "markers"
     uavs["textposition"] = "top center"
-    uavs["hovertemplate"] = "%{text}<br>" + _PLACE
+    uavs["hovertemplate"] = "%{text}<br>" + _PLACE_IN_SPACE
     return [trail, uavs]
 
 
 def in_space(scene: Scene) -> list[Trace]:
-    """Return all traces of the 3-D picture; each one's ``meta`` says what it is."""
+    """Return all traces of the 3-D scene; the ``meta`` of each says what it shows."""
     spare = _marks(
         "Spare targets",
         (position for _, position in scene.spare_targets),
@@ -135,15 +134,15 @@ def in_space(scene: Scene) -> list[Trace]:
         {"symbol": "diamond-open", "size": 8, "color": "#8a94a3"},
         "spare",
     )
-    fine = TOLERANCE * float((scene.world.high - scene.world.low).max())
+    fine = SAMPLING_TOLERANCE * float((scene.world.high - scene.world.low).max())
     tracks = [trace for number, track in enumerate(scene.tracks) for trace in of_track(track, number, fine)]
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
     return [*world, *tracks, spare, findings(scene), *fleet(scene)]
 
 
-def of_curve(curve: Curve, number: int, bound: str) -> list[Trace]:
-    """Return one search's best cost so far, and its bound, by that name, as a dashed line."""
+def of_curve(curve: SearchCurve, number: int, bound: str) -> list[Trace]:
+    """Return the best cost so far of one search, and its bound as a dashed line that is named `bound`."""
     name = plain(curve.name)
     axes = {"iterations": curve.iterations.tolist(), "paths": curve.generated_paths.tolist()}
     best = {

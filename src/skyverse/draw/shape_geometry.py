@@ -1,4 +1,4 @@
-"""Shapes as pictures need them: surfaces of triangles, outlines, footprints, and what is above a place on the map."""
+"""The geometry of shapes for pictures: triangulated surfaces, faces, edges, footprints, and vertical spans."""
 
 from collections.abc import Sequence
 
@@ -6,23 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
-from skyverse.draw.triangles import joined, triangles, turned
+from skyverse.draw.triangulation import joined, triangles, turned
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
-Shape = Box | Cylinder | Sphere | Prism | Voxels
+DrawnShape = Box | Cylinder | Sphere | Prism | Voxels
 
-SIDES = 48
-"""Of a circle as it is drawn."""
+CIRCLE_SIDES = 48
+"""The number of sides of the polygon that stands for a circle."""
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-_TRIANGLES = "013 032 467 475 045 051 237 276 026 064 157 173"  # two a side, by number of corner
+_TRIANGLES = "013 032 467 475 045 051 237 276 026 064 157 173"  # two for each side, as numbers of corners
 _FACES = np.array([[int(corner) for corner in triangle] for triangle in _TRIANGLES.split()])
 _SIDES = np.array(((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)))
-_STROKE = [int(corner) for corner in "0462015457673231"]  # all twelve edges in one go, three of them twice
+_STROKE = [int(corner) for corner in "0462015457673231"]  # one line along all twelve edges, three of them twice
 
 
-def extent(shape: Shape) -> tuple[Floats, Floats]:
-    """Return the min and the max corner around a shape, (3,) metres each."""
+def extent(shape: DrawnShape) -> tuple[Floats, Floats]:
+    """Return the least and the greatest corner of the box around a shape, (3,) metres each."""
     if isinstance(shape, Box):
         return np.array(shape.min), np.array(shape.max)
     if isinstance(shape, Sphere):
@@ -37,8 +37,8 @@ def extent(shape: Shape) -> tuple[Floats, Floats]:
     return np.append(low, shape.low), np.append(high, shape.high)
 
 
-def footprint(shape: Shape, sides: int = SIDES) -> list[Floats]:
-    """Return a shape seen from above as rings (n, 2): outlines against the clock, holes with it."""
+def footprint(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:
+    """Return a shape seen from above as rings, (n, 2) each: outlines counter-clockwise, holes clockwise."""
     if isinstance(shape, Prism):
         return [turned(np.array(shape.vertices), 1), *(turned(np.array(hole), -1) for hole in shape.holes)]
     if isinstance(shape, Voxels):
@@ -51,8 +51,8 @@ def footprint(shape: Shape, sides: int = SIDES) -> list[Floats]:
     return [np.array(shape.centre[:2]) + shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])]
 
 
-def surface(shape: Shape, sides: int = SIDES) -> tuple[Floats, Ints]:
-    """Return a shape's points (n, 3) and the triangles (m, 3) of its closed surface."""
+def surface(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> tuple[Floats, Ints]:
+    """Return the points, (n, 3), of a shape's closed surface and its triangles, (m, 3), as indices of points."""
     if isinstance(shape, Box):
         return _corners(shape), _FACES
     if isinstance(shape, Sphere):
@@ -68,8 +68,8 @@ def surface(shape: Shape, sides: int = SIDES) -> tuple[Floats, Ints]:
     return _levels(rings, shape), np.vstack([floor[:, ::-1], floor + n, walls])
 
 
-def faces(shape: Shape, sides: int = SIDES) -> list[Floats]:
-    """Return the polygons (n, 3) of a shape's surface; a roof with holes is one, with seams."""
+def faces(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:
+    """Return the polygons, (n, 3) each, of a shape's surface; a roof with holes is one polygon with seams."""
     if isinstance(shape, Box):
         return list(_corners(shape)[_SIDES])
     if isinstance(shape, Cylinder | Prism):
@@ -84,8 +84,8 @@ def faces(shape: Shape, sides: int = SIDES) -> list[Floats]:
     return list(points[triangle])
 
 
-def outline(shape: Shape, sides: int = SIDES) -> Floats:
-    """Return a shape's edges as one line (n, 3) with gaps of nan; voxels have none."""
+def outline(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> Floats:
+    """Return a shape's edges as one line, (n, 3), with gaps of nan; voxels have no edges."""
     if isinstance(shape, Box):
         return np.vstack([_corners(shape)[_STROKE], _GAP])
     if isinstance(shape, Voxels):
@@ -108,10 +108,10 @@ def outline(shape: Shape, sides: int = SIDES) -> Floats:
     return np.vstack(strokes)
 
 
-def span(shape: Shape, places: Floats) -> Floats:
-    """Return between which z a shape stands over places (n, 2): (n, 2) low and high, nan where it does not.
+def span(shape: DrawnShape, places: Floats) -> Floats:
+    """Return the lowest and highest z of a shape, (n, 2), over places, (n, 2); nan where the shape is not.
 
-    Voxels count from the lowest to the highest of the column.
+    A column of voxels extends from its lowest to its highest occupied one.
     """
     levels = np.full((len(places), 2), np.nan)
     low, high = extent(shape)
@@ -138,7 +138,7 @@ def span(shape: Shape, places: Floats) -> Floats:
 
 
 def coarser(voxels: Voxels, most: int) -> Voxels:
-    """Return voxels of at most so many triangles, larger ones where need be: eight as one, if any is occupied."""
+    """Return voxels of at most `most` triangles; where needed, eight become one, occupied if any of them is."""
     while 2 * len(skin(voxels)) > most and max(voxels.occupied.shape) > 1:
         cells = np.pad(voxels.occupied, [(0, n % 2) for n in voxels.occupied.shape])
         nx, ny, nz = (n // 2 for n in cells.shape)
@@ -162,14 +162,14 @@ def _levels(rings: Sequence[Floats], shape: Cylinder | Prism) -> Floats:
 
 
 def _around(rings: Sequence[Floats]) -> tuple[Ints, Ints]:
-    """Return the numbers of the corners where edges begin, and where they end."""
+    """Return the indices of the corners at which edges begin, and of those at which they end."""
     firsts = np.cumsum([0, *map(len, rings[:-1])])
     begin = [first + np.arange(len(ring)) for ring, first in zip(rings, firsts, strict=True)]
     return np.concatenate(begin), np.concatenate([np.append(row[1:], row[0]) for row in begin])
 
 
 def _covered(rings: Sequence[Floats], places: Floats) -> NDArray[np.bool_]:
-    """Tell which places (n, 2) lie inside: a ray along x crosses the rings an odd number of times."""
+    """Return which places, (n, 2), lie inside: a ray from them along x crosses the rings an odd number of times."""
     odd = np.zeros(len(places), dtype=bool)
     for ring in rings:
         for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
@@ -196,7 +196,7 @@ def _ball(sphere: Sphere, sides: int) -> tuple[Floats, Ints]:
 
 
 def skin(voxels: Voxels) -> Floats:
-    """Return the faces between what is occupied and what is free as rectangles (n, 4, 3), rows of cells in one."""
+    """Return the faces between occupied and free cells as rectangles, (n, 4, 3), one for each row of such faces."""
     quads = []
     filled = np.pad(voxels.occupied, 1)
     inner = (slice(1, -1),) * 3
@@ -215,7 +215,7 @@ def skin(voxels: Voxels) -> Floats:
 
 
 def _runs(cells: NDArray[np.bool_]) -> tuple[Ints, Ints]:
-    """Return where rows of true cells along the last axis begin, one index an axis, and where each ends."""
+    """Return where each run of true cells along the last axis begins, as indices, and where it ends on that axis."""
     padded = np.concatenate([np.zeros((*cells.shape[:-1], 1), bool), cells, np.zeros((*cells.shape[:-1], 1), bool)], -1)
     begin = np.argwhere(padded[..., 1:] & ~padded[..., :-1])
     end = np.argwhere(padded[..., :-1] & ~padded[..., 1:])

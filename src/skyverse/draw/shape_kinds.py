@@ -1,4 +1,4 @@
-"""Obstacles and zones by what they stand for: one colour a kind, and no more shapes than a picture can carry."""
+"""Obstacles and zones grouped by kind, such as buildings: a colour for each kind, and a limit on the shapes drawn."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.draw.solids import SIDES, Shape, coarser, extent, skin
+from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, extent, skin
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
-TRIANGLES = 250_000
-"""That a picture in space has at most."""
-FEW = 300
-"""Shapes of a kind that are drawn with their edges; of more, edges would hide the faces."""
-ROUND = 2_500
-"""Shapes that are drawn with smooth circles."""
+MAX_TRIANGLES = 250_000
+"""The largest number of triangles in a picture in space."""
+MAX_EDGED_SHAPES = 300
+"""The largest number of shapes whose edges are drawn in full; the edges of more would hide the faces."""
+MAX_SMOOTH_SHAPES = 2_500
+"""The largest number of shapes whose circles are drawn smooth."""
 
-_KNOWN = {
+_KIND_COLOURS = {
     "building": "#9aa3b4",
     "tree": "#6f8f57",
     "vegetation": "#6f8f57",
@@ -33,12 +33,12 @@ _KNOWN = {
     "construction": "#b5a27c",
     "furniture": "#5c6f82",
 }
-_OTHERS = ("#7b61a8", "#3b8ea5", "#a0522d", "#5f7f3f", "#96487a", "#5a6ea8", "#8a7a2a", "#4d7f74")
-_AIR = ("zone", "space", "restricted", "prohibited", "danger", "fly", "corridor", "geofence")
+_OTHER_COLOURS = ("#7b61a8", "#3b8ea5", "#a0522d", "#5f7f3f", "#96487a", "#5a6ea8", "#8a7a2a", "#4d7f74")
+_AIRSPACE_WORDS = ("zone", "space", "restricted", "prohibited", "danger", "fly", "corridor", "geofence")
 
 
 @dataclass(frozen=True, eq=False)
-class Kind:
+class ShapeKind:
     """The shapes of one kind.
 
     Attributes
@@ -46,46 +46,49 @@ class Kind:
     name
         The kind, or ``"obstacle"`` or ``"zone"`` where the shapes have none.
     hard
-        Whether they are obstacles, not to be entered; zones may be, at a risk.
+        Whether the shapes are obstacles, which must not be entered, rather than zones, which may be at a risk.
     count
-        How many there are.
+        The number of shapes of the kind.
     shapes
-        Those that are drawn, from the largest: all, or those that look largest from the paths.
+        The shapes that are drawn, largest first: all, or those that look largest from the paths.
     colour
-        ``None`` for that of the page for obstacles or zones.
+        The colour; ``None`` for the page's colour of obstacles or of zones.
     solid
-        Whether it hides what is behind; what fills air is drawn so that one sees through.
+        Whether the shapes are opaque; kinds of airspace are drawn transparent.
     sides
-        Of a circle.
+        The number of sides of the polygon that stands for a circle.
     """
 
     name: str
     hard: bool
     count: int
-    shapes: tuple[Shape, ...]
+    shapes: tuple[DrawnShape, ...]
     colour: str | None
     solid: bool
-    sides: int = SIDES
+    sides: int = CIRCLE_SIDES
 
     @property
     def title(self) -> str:
-        """The kind, and how many there are."""
+        """The kind and the number of its shapes."""
         shown = len(self.shapes)
         return f"{self.name} ({self.count:,})" if shown == self.count else f"{self.name} ({shown:,} of {self.count:,})"
 
     @cached_property
     def extents(self) -> Floats:
-        """The min and max corners around the shapes, (n, 2, 3) metres."""
+        """The least and the greatest corner of the box around each shape, (n, 2, 3) metres."""
         return np.array([extent(shape) for shape in self.shapes]).reshape(-1, 2, 3)
 
 
-def kinds(obstacles: Sequence[Shape], zones: Sequence[Shape], lines: Sequence[Floats]) -> tuple[Kind, ...]:
-    """Sort shapes by kind, obstacles first; where there are too many to draw, those near to `lines` (k, 3) come first.
+def shapes_by_kind(
+    obstacles: Sequence[DrawnShape], zones: Sequence[DrawnShape], lines: Sequence[Floats]
+) -> tuple[ShapeKind, ...]:
+    """Group shapes by kind, obstacles first; where there are too many to draw, keep those near `lines`, (k, 3) each.
 
-    The most numerous are first, so that what is small and rare is drawn last and found below in the legend.
+    Obstacles and zones are each ordered by number of shapes, the most numerous kind first, so that rare kinds are drawn
+    last and are at the end of the legend.
     """
-    everything = [coarser(s, TRIANGLES // 2) if isinstance(s, Voxels) else s for s in (*obstacles, *zones)]
-    sides = SIDES if len(everything) <= ROUND else 12
+    everything = [coarser(s, MAX_TRIANGLES // 2) if isinstance(s, Voxels) else s for s in (*obstacles, *zones)]
+    sides = CIRCLE_SIDES if len(everything) <= MAX_SMOOTH_SHAPES else 12
     drawn = _chosen(everything, lines, sides)
     low, high = np.array([extent(shape) for shape in everything]).reshape(-1, 2, 3).swapaxes(0, 1)
     largest = np.argsort(-np.linalg.norm(high - low, axis=1), kind="stable").tolist()
@@ -94,15 +97,15 @@ def kinds(obstacles: Sequence[Shape], zones: Sequence[Shape], lines: Sequence[Fl
         shape, hard = everything[k], k < len(obstacles)
         grouped.setdefault((not hard, shape.kind or ("obstacle" if hard else "zone")), []).append(k)
     sorted_ = sorted(grouped.items(), key=lambda item: (item[0][0], -len(item[1]), item[0][1]))
-    others = iter(_OTHERS * (1 + len(sorted_) // len(_OTHERS)))
+    others = iter(_OTHER_COLOURS * (1 + len(sorted_) // len(_OTHER_COLOURS)))
     return tuple(
-        Kind(
+        ShapeKind(
             name=name,
             hard=not soft,
             count=len(numbers),
             shapes=tuple(everything[k] for k in numbers if drawn[k]),
             colour=_colour(name, others),
-            solid=not soft and name != "obstacle" and not any(word in name.lower() for word in _AIR),
+            solid=not soft and name != "obstacle" and not any(word in name.lower() for word in _AIRSPACE_WORDS),
             sides=sides,
         )
         for (soft, name), numbers in sorted_
@@ -112,13 +115,13 @@ def kinds(obstacles: Sequence[Shape], zones: Sequence[Shape], lines: Sequence[Fl
 def _colour(name: str, others: Iterator[str]) -> str | None:
     if name in ("obstacle", "zone"):
         return None
-    return next((colour for word, colour in _KNOWN.items() if word in name.lower()), None) or next(others)
+    return next((colour for word, colour in _KIND_COLOURS.items() if word in name.lower()), None) or next(others)
 
 
-def _chosen(shapes: Sequence[Shape], lines: Sequence[Floats], sides: int) -> NDArray[np.bool_]:
-    """Tell which shapes are drawn: those that look largest from the nearest path, while triangles last."""
+def _chosen(shapes: Sequence[DrawnShape], lines: Sequence[Floats], sides: int) -> NDArray[np.bool_]:
+    """Return which shapes are drawn: those that look largest from the nearest path, up to `MAX_TRIANGLES`."""
     triangles = np.array([_triangles(shape, sides) for shape in shapes])
-    if triangles.sum() <= TRIANGLES:
+    if triangles.sum() <= MAX_TRIANGLES:
         return np.ones(len(shapes), dtype=bool)
     from scipy.spatial import cKDTree
 
@@ -131,11 +134,11 @@ def _chosen(shapes: Sequence[Shape], lines: Sequence[Floats], sides: int) -> NDA
         seen = sizes / np.maximum(away, sizes)
     order = np.lexsort((-sizes, -seen))
     drawn = np.zeros(len(shapes), dtype=bool)
-    drawn[order[np.cumsum(triangles[order]) - triangles[order] < TRIANGLES]] = True
+    drawn[order[np.cumsum(triangles[order]) - triangles[order] < MAX_TRIANGLES]] = True
     return drawn
 
 
-def _triangles(shape: Shape, sides: int) -> int:
+def _triangles(shape: DrawnShape, sides: int) -> int:
     match shape:
         case Box():
             return 12

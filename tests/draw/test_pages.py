@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.draw.html import banner, page, slider_step, write_html
+from skyverse.draw.cost_table import percent, seconds
+from skyverse.draw.mission_page import banner, page, write_html
+from skyverse.draw.page import slider_step
+from skyverse.draw.page_parts import number
 from skyverse.draw.scene import scene
-from skyverse.draw.table import number, percent, seconds
 from skyverse.errors import InputError
 from skyverse.model.geodesy import to_wgs84
 from towns import town
@@ -252,6 +254,28 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     assert tab.evaluate(f"document.getElementById('space').data.find({role}).visible") is False
     assert tab.errors == []
     assert tab.requests == [target.as_uri()]
+
+
+def test_plotly_still_has_the_private_interfaces_that_the_page_uses(tmp_path, tab):
+    opened(tab, town(5), tmp_path)
+    for chart in ("map", "profile"):
+        assert tab.evaluate(f"internals.plane(document.getElementById('{chart}')) !== null")
+    assert tab.evaluate("internals.space(document.getElementById('space')) !== null")
+    assert tab.evaluate("internals.update(document.getElementById('space'), [])")
+
+
+def test_without_plotlys_private_interfaces_the_page_is_drawn_without_marks_on_the_map(tmp_path, tab):
+    mission = town(5)
+    target = tmp_path / "page.html"
+    write_html(mission, target)
+    text = target.read_text("utf-8")
+    target.write_text(text.replace("return { plane, space,", "return { plane: () => null, space: () => null,"), "utf-8")
+    tab.goto(target.as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    tab.get_by_role("slider", name="Time of flight in seconds").fill("30")
+    until(tab, "document.getElementById('clock').textContent.startsWith('30')")
+    assert tab.evaluate("[...document.querySelectorAll('#map b.uav')].every((mark) => mark.hidden)")
+    assert tab.errors == []
 
 
 SCENE = "document.getElementById('space')._fullLayout.scene._scene"

@@ -1,4 +1,4 @@
-"""Numbers and names as plotly's script takes them."""
+"""Numbers and names in the form that plotly.js reads."""
 
 import base64
 import math
@@ -9,15 +9,18 @@ from numpy.typing import ArrayLike
 
 Trace = dict[str, Any]
 
+PLOTLY_DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
+"""The dash of each lap of the palette of tracks."""
+
 
 def flat(values: ArrayLike) -> list[float | None]:
-    """Return numbers for JSON: rounded to a tenth of a millimetre, what is not finite as ``None``."""
+    """Return numbers for JSON, rounded to 4 decimals; numbers that are not finite become ``None``."""
     rounded = np.round(np.asarray(values, dtype=np.float64), 4).tolist()
     return [value if math.isfinite(value) else None for value in rounded]
 
 
 def packed(values: ArrayLike) -> Trace:
-    """Return many numbers as plotly takes them in little space: bytes in base64; of fractions, 7 digits are kept."""
+    """Return numbers as base64 bytes, which plotly reads: 32-bit integers, or floats with about 7 digits."""
     array = np.asarray(values)
     whole = array.dtype.kind in "iu"
     array = np.ascontiguousarray(array, dtype="<i4" if whole else "<f4")
@@ -26,5 +29,5 @@ def packed(values: ArrayLike) -> Trace:
 
 
 def plain(text: str) -> str:
-    """Return `text` without what plotly would take for markup."""
-    return text.translate({60: 0x2039, 62: 0x203A})  # single guillemets
+    """Return `text` without characters that plotly reads as markup."""
+    return text.translate({60: 0x2039, 62: 0x203A})  # < and > become single guillemets

@@ -1,4 +1,4 @@
-"""The world that a mission flies in, as pictures show it: what fills it, its ground, its proportions."""
+"""The world of a mission as pictures show it: its extent, its shapes by kind, its ground, its proportions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,45 +6,45 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.kinds import Kind, kinds
 from skyverse.draw.relief import Relief, along, cleared, relief
-from skyverse.draw.solids import extent
+from skyverse.draw.shape_geometry import extent
+from skyverse.draw.shape_kinds import ShapeKind, shapes_by_kind
 from skyverse.draw.track import Track
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box
 
-FINEST_ABOVE = 700
-"""Heights along either side of the map."""
-LEAST_MARGIN = 10.0
-"""Metres around a mission that goes nowhere."""
-MARGIN = 0.12
-"""Around what there is in a map, as a share of how wide it is."""
+MAX_MAP_HEIGHTS = 700
+"""The largest number of heights along each side of the map."""
+MIN_MAP_MARGIN = 10.0
+"""Metres: the least margin around a mission."""
+MAP_MARGIN = 0.12
+"""The margin around the contents of a map, as a share of their width."""
 _STRETCHED = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class DrawnWorld:
     """What a picture shows besides the fleet.
 
     Attributes
     ----------
     low, high
-        (3,) metres: the ends of the picture, around the bounds, the starts and the targets; with a terrain, from the
-        ground's lowest place on. Where it is mapped, no further than there is anything but air and bare ground.
+        (3,) metres: the corners of the picture, which contains the bounds, starts and targets. With a terrain it begins
+        at the ground's lowest place. Where it is `mapped`, parts with only air and bare ground are cut off.
     kinds
-        Obstacles and zones.
+        The obstacles and zones, by kind.
     relief
-        The ground, ``None`` without a terrain.
+        The ground; ``None`` without a terrain.
     mapped
-        Whether it is more than boxes without a name: then a page shows map and profiles, too.
+        Whether the world is more than boxes without a kind, so that a page also shows a map and profiles.
     stretch
-        How many times as large as other lengths heights are drawn.
+        The factor by which heights are drawn larger than other lengths.
     """
 
     low: Floats
     high: Floats
-    kinds: tuple[Kind, ...]
+    kinds: tuple[ShapeKind, ...]
     relief: Relief | None
     mapped: bool
     stretch: float
@@ -52,17 +52,17 @@ class World:
 
 @dataclass(frozen=True, eq=False)
 class Overhead:
-    """A map: the ground as it is, and, where the frame has an origin, latitude and longitude (n, n, 2).
+    """A map: the ground, and, where the frame has an origin, latitudes and longitudes, (n, n, 2).
 
-    Degrees are given on a square grid from end to end, bilinear between: a few centimetres off in 10 km.
+    Degrees are given on a square grid that covers the map; bilinear interpolation is a few centimetres off in 10 km.
     """
 
     relief: Relief | None
     degrees: Floats | None
 
 
-def world(scenario: Scenario, tracks: Sequence[Track]) -> World:
-    """Gather the world of `scenario`, seen from the tracks."""
+def world(scenario: Scenario, tracks: Sequence[Track]) -> DrawnWorld:
+    """Return the world of `scenario`; of too many shapes, those near the tracks are drawn."""
     lines = [line for track in tracks for line in (track.path, track.positions)]
     plain = scenario.terrain is None and scenario.frame.origin is None
     filling = (*scenario.obstacles, *scenario.zones)
@@ -82,24 +82,24 @@ def world(scenario: Scenario, tracks: Sequence[Track]) -> World:
         low[2], high[2] = lowest, max(high[2], ground.z.max())
         flat = max(high[:2] - low[:2]) / (high[2] - low[2])
         stretch = max(factor for factor in _STRETCHED if factor <= max(1.0, flat / 4))
-    found = kinds(scenario.obstacles, scenario.zones, lines)
-    return World(low, high, found, ground, mapped, stretch)
+    found = shapes_by_kind(scenario.obstacles, scenario.zones, lines)
+    return DrawnWorld(low, high, found, ground, mapped, stretch)
 
 
 def _peopled(low: Floats, high: Floats, things: Sequence[Floats]) -> tuple[Floats, Floats]:
-    """Return the part of the bounds that holds anything but air and bare ground, with a margin."""
+    """Return the part of the bounds that contains more than air and bare ground, with a margin."""
     points = np.concatenate([np.empty((0, 3)), *(thing.reshape(-1, 3) for thing in things)])
     if not len(points):
         return low, high
     first, last = points.min(axis=0), points.max(axis=0)
-    margin = max(MARGIN * max(*(last - first)[:2], (last - first)[2] / 2), LEAST_MARGIN)
+    margin = max(MAP_MARGIN * max(*(last - first)[:2], (last - first)[2] / 2), MIN_MAP_MARGIN)
     first, last = np.clip([first - margin, last + margin], low, high)
     return np.append(first[:2], low[2]), last
 
 
-def overhead(scenario: Scenario, world: World) -> Overhead:
-    """Gather what a map shows below footprints and paths."""
-    ground = None if scenario.terrain is None else relief(scenario.terrain, world.low, world.high, FINEST_ABOVE)
+def overhead(scenario: Scenario, world: DrawnWorld) -> Overhead:
+    """Return the ground and the degrees of a map, which lie below footprints and paths."""
+    ground = None if scenario.terrain is None else relief(scenario.terrain, world.low, world.high, MAX_MAP_HEIGHTS)
     degrees = None
     if scenario.frame.origin is not None:
         x, y = (np.linspace(world.low[axis], world.high[axis], 9) for axis in range(2))

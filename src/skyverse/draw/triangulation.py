@@ -1,4 +1,4 @@
-"""Polygons as triangles: holes are joined to the outline, then ear after ear is cut off."""
+"""Triangulation of polygons by ear clipping, after their holes are joined to the outline."""
 
 from collections.abc import Sequence
 
@@ -10,21 +10,21 @@ from skyverse.numerics.kernel import inner, kernel
 
 
 def area(ring: Floats) -> float:
-    """Return the area inside an outline (n, 2), below zero where it runs with the clock."""
+    """Return the area inside an outline, (n, 2); negative where the outline runs clockwise."""
     x, y = (ring[1:] - ring[0]).T
     return float(x[:-1] @ y[1:] - y[:-1] @ x[1:]) / 2
 
 
 def turned(ring: Floats, sense: int) -> Floats:
-    """Return an outline that runs against the clock (1) or with it (-1)."""
+    """Return an outline that runs counter-clockwise for a `sense` of 1, clockwise for -1."""
     return ring if area(ring) * sense > 0 else ring[::-1]
 
 
 def joined(rings: Sequence[Floats]) -> Ints:
-    """Return the corners' numbers, of all rings in one row, in an order that runs around polygon and holes.
+    """Return the indices of the corners, counted through all rings, in one order that runs around polygon and holes.
 
-    The first ring is the outline, against the clock, the others holes, with the clock. Each hole is joined by a seam
-    that is walked there and back (D. Eberly, "Triangulation by Ear Clipping").
+    The first ring is the outline, counter-clockwise; the others are holes, clockwise. Each hole is joined to the
+    outline by a seam that is followed in both directions (D. Eberly, "Triangulation by Ear Clipping").
     """
     corners = np.concatenate(rings)
     starts = np.cumsum([0, *map(len, rings)])
@@ -38,7 +38,7 @@ def joined(rings: Sequence[Floats]) -> Ints:
 
 
 def triangles(rings: Sequence[Floats]) -> Ints:
-    """Cut a polygon into triangles (m, 3), each against the clock, by its corners' numbers; rings as in `joined`."""
+    """Return the triangles of a polygon, (m, 3) indices of corners, counter-clockwise; rings are as in `joined`."""
     corners = np.concatenate(rings)
     around = joined(rings)
     places = np.ascontiguousarray(corners[around] - corners[0])
@@ -47,9 +47,9 @@ def triangles(rings: Sequence[Floats]) -> Ints:
 
 
 def _seen(corners: Floats, around: Ints, place: Floats) -> int:
-    """Return which corner of the outline `around` a place inside sees, looking along x."""
+    """Return which corner of the outline `around` is visible along x from a place inside it."""
     a, b = corners[around], corners[np.roll(around, -1)]
-    # edges that cross the ray upwards have the inside on their left: against the clock, the ray leaves there
+    # the ray along x leaves a counter-clockwise outline at edges that go upwards
     crossed = np.flatnonzero((a[:, 1] <= place[1]) & (b[:, 1] > place[1]))
     share = (place[1] - a[crossed, 1]) / (b[crossed, 1] - a[crossed, 1])
     at = a[crossed, 0] + share * (b[crossed, 0] - a[crossed, 0])
@@ -58,7 +58,7 @@ def _seen(corners: Floats, around: Ints, place: Floats) -> int:
     met = np.array([at[ahead].min(), place[1]])
     n = len(around)
     best = edge if a[edge, 0] > b[edge, 0] else (edge + 1) % n
-    # a corner inside the triangle of the place, the point met and the corner hides it: take the one nearest the ray
+    # other corners inside the triangle of place, met and tip may hide the tip: take the one nearest to the ray
     tip = corners[around[best]]
     triangle = np.array([place, met, tip] if tip[1] > place[1] else [place, tip, met])
     hidden = [i for i in np.flatnonzero(_inside(triangle, a)).tolist() if _opens_to(a, i, place)]
@@ -70,7 +70,7 @@ def _seen(corners: Floats, around: Ints, place: Floats) -> int:
 
 
 def _opens_to(ring: Floats, i: int, place: Floats) -> bool:
-    """Tell whether a place lies between the two edges of corner i, on the inside."""
+    """Return whether a place lies between the two edges at corner i, on the inner side."""
     before, corner, after = ring[i - 1], ring[i], ring[(i + 1) % len(ring)]
     left = _cross(corner - before, place - before) >= 0
     right = _cross(after - corner, place - corner) >= 0
@@ -97,7 +97,7 @@ def _turn(places: Floats, i: int, j: int, k: int) -> float:
 
 @kernel
 def _ears(places: Floats) -> Ints:
-    """Return the triangles (n - 2, 3) of a ring (n, 2) against the clock that may touch itself along seams."""
+    """Return the triangles, (n - 2, 3), of a counter-clockwise ring, (n, 2), which may touch itself along seams."""
     n = len(places)
     before, after = np.arange(n) - 1, np.arange(n) + 1
     before[0], after[n - 1] = n - 1, 0
@@ -110,7 +110,7 @@ def _ears(places: Floats) -> Ints:
             ear = _turn(places, i, j, k) > 0.0
             p = after[k]
             while ear and p != i:
-                # only corners that bend inwards can lie in an ear; those at its own corners belong to a seam
+                # only reflex corners can lie in an ear; those at the place of its own corners belong to a seam
                 if _turn(places, before[p], p, after[p]) <= 0.0:
                     own = False
                     for c in (i, j, k):
@@ -122,7 +122,7 @@ def _ears(places: Floats) -> Ints:
                             and _turn(places, k, i, p) >= 0.0
                         )
                 p = after[p]
-            # corners in line are cut off as triangles of no area, once nothing else is left to cut
+            # collinear corners are cut off as triangles of area 0 once no ear is left
             if ear or refused >= left:
                 break
             refused += 1

@@ -1,30 +1,19 @@
-"""The numbers of a page: the fleet in a few tiles, and a table with one row a UAV."""
+"""The numbers of a page: tiles with those of the fleet, and a table of costs with one row for each UAV."""
 
 import math
 from collections.abc import Iterable
 from html import escape
 
+from skyverse.draw.page_parts import MINUS, NO_VALUE, number, row, table, tiles
 from skyverse.draw.profile import Profile
-from skyverse.draw.scene import Row, Scene
+from skyverse.draw.scene import Scene, TableRow
 from skyverse.model.result import Status
-
-NOTHING = "\N{EN DASH}"
-MINUS = "\N{MINUS SIGN}"
-
-
-def number(value: float | None, decimals: int = 2) -> str:
-    """Return a number for reading: thousands apart, a dash for nothing."""
-    if value is None or math.isnan(value):
-        return NOTHING
-    if math.isinf(value):
-        return "∞" if value > 0 else f"{MINUS}∞"
-    return f"{value:,.{decimals}f}".replace("-", MINUS)
 
 
 def percent(value: float | None) -> str:
-    """Return a gap for reading, always with its sign unless it is nil."""
+    """Return a gap in per cent, with its sign unless it is zero."""
     if value is None or not math.isfinite(value):
-        return NOTHING
+        return NO_VALUE
     if abs(value) < 0.005:
         return "0 %"
     return f"{value:+.{1 if abs(value) >= 0.1 else 2}f} %".replace("-", MINUS)
@@ -37,19 +26,19 @@ def decimals(values: Iterable[float | None]) -> int:
 
 
 def seconds(value: float | None) -> str:
-    """Return a duration for reading: short ones in milliseconds."""
+    """Return a duration in seconds, or in milliseconds where it is short."""
     if value is None:
-        return NOTHING
+        return NO_VALUE
     if value < 0.01:
         return f"{1000 * value:.1f} ms"
     return f"{value:.2f} s" if value < 100 else f"{value:,.0f} s"
 
 
-def tiles(scene: Scene) -> str:
-    """Return the fleet's numbers."""
+def fleet_tiles(scene: Scene) -> str:
+    """Return the tiles with the numbers of the fleet."""
     totals = scene.totals
     places = decimals([totals.cost, totals.optimum])
-    cost = number(totals.cost, places) if math.isfinite(totals.cost) else NOTHING
+    cost = number(totals.cost, places) if math.isfinite(totals.cost) else NO_VALUE
     if totals.optimum is not None:
         under = f"{scene.bound.removeprefix('exact ')} {number(totals.optimum, places)}"
     else:
@@ -58,24 +47,29 @@ def tiles(scene: Scene) -> str:
     shown = [
         ("Total cost", cost, under),
         ("Gap", percent(totals.gap), f"above the {scene.bound}"),
-        ("Makespan", NOTHING if totals.makespan is None else f"{totals.makespan:.2f} s", "last arrival"),
+        ("Makespan", NO_VALUE if totals.makespan is None else f"{totals.makespan:.2f} s", "last arrival"),
         (
             "Paths found",
             f"{totals.reached} of {totals.targeted}",
-            f"{totals.uavs} {'UAV' if totals.uavs == 1 else 'UAVs'}",
+            "1 UAV" if totals.uavs == 1 else f"{totals.uavs} UAVs",
         ),
         ("Search", seconds(totals.seconds), f"{search} generated"),
     ]
-    return "".join(f"<div><dt>{name}</dt><dd>{value}<small>{under}</small></dd></div>" for name, value, under in shown)
+    return tiles(shown)
 
 
-_SOFT = ("altitude", "risk", "climb")
-_PRICES = {"altitude": "Outside band", "risk": "Risk", "climb": "Steepness"}
+_SOFT_TERMS = ("altitude", "risk", "climb")
+_TERM_TITLES = {"altitude": "Outside band", "risk": "Risk", "climb": "Steepness"}
 
 
 def _terms(scene: Scene) -> list[str]:
-    """Return the names of the terms that any row has: the soft ones only where they are priced."""
-    return ["fuel", "divergence", "end", *(t for t in _SOFT if any(getattr(row, t) is not None for row in scene.rows))]
+    """Return the names of the cost terms that have a column: soft ones only where a row has them."""
+    return [
+        "fuel",
+        "divergence",
+        "end",
+        *(t for t in _SOFT_TERMS if any(getattr(row, t) is not None for row in scene.rows)),
+    ]
 
 
 def _heads(scene: Scene, terms: list[str]) -> list[tuple[str, str]]:
@@ -85,7 +79,7 @@ def _heads(scene: Scene, terms: list[str]) -> list[tuple[str, str]]:
     return [
         *(("UAV", ""), ("Target", ""), ("Status", ""), ("Cost", " + ".join(terms)), optimum),
         ("Gap", f"cost above the {optimum[0].lower()}"),
-        *((_PRICES.get(term, term.capitalize()), "weighted share") for term in terms),
+        *((_TERM_TITLES.get(term, term.capitalize()), "weighted share") for term in terms),
         *(
             [("Above ground", "least and greatest height of the flight above the terrain, at the profile's points")]
             if _grounded(scene)
@@ -115,19 +109,13 @@ def _caption(scene: Scene, terms: list[str]) -> str:
     return f"Cost = {' + '.join(said)}"
 
 
-def table(scene: Scene) -> str:
+def cost_table(scene: Scene) -> str:
     """Return the table of costs and gaps."""
     terms = _terms(scene)
-    heads = ""
-    for column, (name, title) in enumerate(_heads(scene, terms)):
-        kind = ' class="text"' if column < 3 else ""
-        told = f' title="{title}"' if title else ""
-        heads += f'<th scope="col"{kind}{told}>{name}</th>'
     costs = [value for row in scene.rows for value in (row.cost, row.optimum, *(getattr(row, t) for t in terms))]
     heights = [_height(profile) for profile in scene.profiles] if _grounded(scene) else [None] * len(scene.rows)
-    rows = zip(scene.rows, heights, strict=True)
-    body = "".join(_row(row, terms, decimals(costs), height) for row, height in rows)
-    return f"<caption>{_caption(scene, terms)}</caption><thead><tr>{heads}</tr></thead><tbody>{body}</tbody>"
+    rows = [_row(each, terms, decimals(costs), height) for each, height in zip(scene.rows, heights, strict=True)]
+    return table(_caption(scene, terms), _heads(scene, terms), rows, text_columns=3)
 
 
 def _grounded(scene: Scene) -> bool:
@@ -135,35 +123,30 @@ def _grounded(scene: Scene) -> bool:
 
 
 def _height(profile: Profile) -> str:
-    """Return from where to where a path's height above the terrain goes."""
+    """Return the least and the greatest height of a path above the terrain."""
     if profile.ground is None or not len(profile.distance):
-        return NOTHING
+        return NO_VALUE
     above = profile.points[:, 2] - profile.ground
     return f"{number(above.min(), 1)} to {number(above.max(), 1)} m"
 
 
-def _row(row: Row, terms: list[str], places: int, height: str | None) -> str:
+def _row(shown: TableRow, terms: list[str], places: int, height: str | None) -> str:
     cells = [
-        number(row.cost, places),
-        number(row.optimum, places),
-        percent(row.gap),
-        *(number(getattr(row, term), places) for term in terms),
+        number(shown.cost, places),
+        number(shown.optimum, places),
+        percent(shown.gap),
+        *(number(getattr(shown, term), places) for term in terms),
         *([] if height is None else [height]),
-        NOTHING if row.length is None else f"{row.length:,.1f} m",
-        NOTHING if row.duration is None else f"{row.duration:,.2f} s",
-        NOTHING if row.generated_paths is None else f"{row.generated_paths:,}",
-        seconds(row.seconds),
+        NO_VALUE if shown.length is None else f"{shown.length:,.1f} m",
+        NO_VALUE if shown.duration is None else f"{shown.duration:,.2f} s",
+        NO_VALUE if shown.generated_paths is None else f"{shown.generated_paths:,}",
+        seconds(shown.seconds),
     ]
-    target = NOTHING if row.target is None else escape(row.target)
-    return (
-        f'<tr><th scope="row"><i style="background:{row.colour}"></i>{escape(row.uav)}</th>'
-        f'<td class="text">{target}</td><td class="text">{_status(row)}</td>'
-        + "".join(f"<td>{cell}</td>" for cell in cells)
-        + "</tr>"
-    )
+    target = NO_VALUE if shown.target is None else escape(shown.target)
+    return row(shown.uav, shown.colour, (target, _status(shown)), cells)
 
 
-def _status(row: Row) -> str:
+def _status(row: TableRow) -> str:
     if row.status is None:
         return f'<span class="pill">{"no target" if row.target is None else "not planned"}</span>'
     tone = "good" if row.status.reached else "warn" if row.status is Status.INCOMPLETE else "bad"

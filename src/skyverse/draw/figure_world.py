@@ -1,32 +1,31 @@
-"""What fills the space of a matplotlib figure: the ground, obstacles and zones, lit where they are solid."""
+"""The ground, obstacles and zones in a matplotlib figure, shaded where they are solid."""
 
 from typing import Any
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.kinds import Kind
 from skyverse.draw.relief import along, cleared, relief, tinted
 from skyverse.draw.scene import Scene
-from skyverse.draw.solids import Shape, faces, surface
+from skyverse.draw.shape_geometry import DrawnShape, faces, surface
+from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 
-BOX, EDGE, ZONE = "#8795a8", "#66758a", "#d9822b"
-FINEST = 120
-"""Heights along either side of the ground."""
-MOST = 3_000
-"""Shapes in a figure; of more, the largest are drawn."""
-CROWDED = 300
+OBSTACLE_COLOUR, EDGE_COLOUR, ZONE_COLOUR = "#8795a8", "#66758a", "#d9822b"
+MAX_FIGURE_HEIGHTS = 120
+"""The largest number of heights along each side of the ground."""
+MAX_FIGURE_SHAPES = 3_000
+"""The largest number of shapes in a figure; of more, the largest ones are drawn."""
 
 _LIGHT = np.array((-0.5, -0.62, 0.6))
-"""From where light falls: over the viewer's left shoulder, so that the walls in sight are lit."""
+"""The direction of the light: from over the viewer's left shoulder, so that the visible walls are lit."""
 
 
-def build(axes: Any, drawn: Scene) -> None:
-    """Draw the world of `drawn` into 3-D axes; all that is solid as one, so that what is nearer hides the rest."""
+def draw_world(axes: Any, drawn: Scene) -> None:
+    """Draw the world of `drawn` into 3-D axes; solid shapes are one collection, so that nearer ones hide others."""
     polygons: list[Floats] = []
     colours: list[Floats] = []
     _ground(drawn, polygons, colours)
-    left = MOST
+    left = MAX_FIGURE_SHAPES
     for kind in drawn.world.kinds:
         shapes = _largest(kind, left)
         left -= len(shapes)
@@ -38,13 +37,13 @@ def build(axes: Any, drawn: Scene) -> None:
         else:
             _clear(axes, kind, shapes)
     if polygons:
-        # edges of the same colour close the seams that antialiasing would leave
+        # edges of the same colour cover the seams that antialiasing would leave
         paint = np.array(colours)
         _add(axes, polygons, facecolors=paint, edgecolors=paint, linewidths=0.3, zorder=0.2, rasterized=True)
 
 
-def handles(drawn: Scene) -> tuple[list[Any], list[str]]:
-    """Return a legend's patches and words, one a kind where the world is more than plain boxes."""
+def legend_entries(drawn: Scene) -> tuple[list[Any], list[str]]:
+    """Return the patches and labels of a legend, one for each kind, where the world is more than plain boxes."""
     from matplotlib.patches import Patch
 
     kinds = drawn.world.kinds if drawn.world.mapped else ()
@@ -52,16 +51,16 @@ def handles(drawn: Scene) -> tuple[list[Any], list[str]]:
     return patches, [kind.title if kind.hard else f"{kind.title}, at a risk" for kind in kinds]
 
 
-def colour(kind: Kind) -> str:
-    """Return the colour of a kind."""
-    return kind.colour or (BOX if kind.hard else ZONE)
+def colour(kind: ShapeKind) -> str:
+    """Return the colour in which a kind is drawn."""
+    return kind.colour or (OBSTACLE_COLOUR if kind.hard else ZONE_COLOUR)
 
 
 def _ground(drawn: Scene, polygons: list[Floats], colours: list[Floats]) -> None:
     terrain = drawn.scenario.terrain
     if terrain is None:
         return
-    ground = relief(terrain, drawn.world.low, drawn.world.high, FINEST)
+    ground = relief(terrain, drawn.world.low, drawn.world.high, MAX_FIGURE_HEIGHTS)
     lines = [line for track in drawn.tracks for line in (track.path, track.positions)]
     ground = cleared(ground, terrain, along(lines, float(ground.x[1] - ground.x[0]) / 2))
     points = np.stack([*np.meshgrid(ground.x, ground.y, indexing="ij"), ground.z], axis=-1)
@@ -71,19 +70,19 @@ def _ground(drawn: Scene, polygons: list[Floats], colours: list[Floats]) -> None
     colours += list(((tints[:-1, :-1] + tints[1:, 1:]) / 2).reshape(-1, 3))
 
 
-def _largest(kind: Kind, most: int) -> list[Shape]:
+def _largest(kind: ShapeKind, most: int) -> list[DrawnShape]:
     if len(kind.shapes) <= most:
         return list(kind.shapes)
     sizes = np.linalg.norm(kind.extents[:, 1] - kind.extents[:, 0], axis=1)
     return [kind.shapes[k] for k in np.sort(np.argsort(-sizes)[:most])]
 
 
-def _clear(axes: Any, kind: Kind, shapes: list[Shape]) -> None:
-    """Draw shapes that one sees through: obstacles with their edges, zones without."""
+def _clear(axes: Any, kind: ShapeKind, shapes: list[DrawnShape]) -> None:
+    """Draw transparent shapes: obstacles with their edges, zones without."""
     if kind.hard:
         walls = [face for shape in shapes for face in faces(shape, kind.sides)]
-        edge = EDGE if kind.colour is None else kind.colour
-        crowded = len(shapes) > CROWDED
+        edge = EDGE_COLOUR if kind.colour is None else kind.colour
+        crowded = len(shapes) > MAX_EDGED_SHAPES
         lines = {"edgecolors": edge, "linewidths": 0.15 if crowded else 0.5}
         _add(axes, walls, facecolors=colour(kind), alpha=0.16, zorder=1, rasterized=crowded, **lines)
     else:

@@ -1,0 +1,108 @@
+"""A mission as one web page that works offline: its flight in 3-D, convergence, costs and gaps, and the verdict."""
+
+from html import escape
+from pathlib import Path
+
+from skyverse.atomic import write_text
+from skyverse.draw.cost_table import cost_table, fleet_tiles
+from skyverse.draw.page import filled, scene_data
+from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, finding_line
+from skyverse.draw.scene import Scene, scene
+from skyverse.draw.scene_traces import of_search
+from skyverse.model.mission import Mission
+
+
+def write_html(mission: Mission, path: Path) -> None:
+    """Write `mission` as one self-contained web page.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist or the file cannot be written.
+    """
+    write_text(Path(path), page(scene(mission)))
+
+
+_AXIS = """
+        <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
+        <button type="button" data-axis="paths" aria-pressed="false">Generated paths</button>
+      """
+_WORDS = {
+    "layers": {"paths": "Paths", "trajectories": "Trajectories"},
+    "iterations": "iteration",
+    "paths": "generated paths",
+    "value": "best cost so far",
+    "log": True,
+}
+"""The labels of layers and axes in the page, and whether its chart may be logarithmic."""
+
+
+def page(scene: Scene) -> str:
+    """Return the page of `scene`, in which every string that a user gave is escaped."""
+    parts = {
+        "title": escape(scene.scenario.name),
+        "description": escape(scene.scenario.description),
+        "tiles": fleet_tiles(scene),
+        "banner": banner(scene),
+        "lines": "Thick lines: trajectories; thin lines: the paths as planned.",
+        "chart": "Convergence",
+        "axis": _AXIS,
+        "curves": "Best cost so far of each search",
+        "dashed": f"Solid: best cost so far. Dashed: the {scene.bound}.",
+        "numbers": "Costs and gaps",
+        "table": cost_table(scene),
+        "footer": footer(scene),
+    }
+    return filled(parts, scene_data(scene) | {"search": of_search(scene), "words": _WORDS})
+
+
+def banner(scene: Scene) -> str:
+    """Return the referee's verdict and a card that says what the mission lacks."""
+    found = scene.findings
+    if not found:
+        verdict = card("good", "✓", "The referee found nothing wrong.", _what_was_judged(scene))
+    else:
+        tone = "bad" if any(finding.severity == "error" for finding in found) else "warn"
+        things = "1 thing" if len(found) == 1 else f"{len(found):,} things"
+        lines = "".join(finding_line(finding) for finding in found[:MAX_SHOWN_FINDINGS])
+        rest = len(found) - MAX_SHOWN_FINDINGS
+        more = f"<p>… and {rest:,} more in the mission's file.</p>" if rest > 0 else ""
+        verdict = card(
+            tone,
+            "✕" if tone == "bad" else "!",
+            f"The referee found {things} wrong.",
+            f"<ul>{lines}</ul>{more}",
+        )
+    if scene.interrupted:
+        verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
+    if scene.notes:
+        lines = "".join(f"<li>{escape(note)}</li>" for note in scene.notes)
+        if scene.complete:
+            verdict += card("note", "i", "Some UAVs have no target.", f"<ul>{lines}</ul>")
+        else:
+            verdict += card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
+    return verdict
+
+
+def _what_was_judged(scene: Scene) -> str:
+    flights = sum(track.arrival is not None for track in scene.tracks)
+    if flights == 0:
+        return "<p>There are no trajectories; it judged the paths alone.</p>"
+    things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
+    proven = " At every instant they are clear of obstacles, in bounds, within limits and apart: this is proven."
+    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}</p>"
+
+
+def footer(scene: Scene) -> str:
+    """Return the provenance of the answer, from which it can be repeated."""
+    made = scene.provenance
+    return facts_list(
+        {
+            "Scenario": scene.scenario.name,
+            "Planner": made.planner,
+            "Stop": made.stop,
+            "Seed": "none" if made.seed is None else str(made.seed),
+            "skyverse": made.skyverse,
+            "Platform": made.platform,
+        }
+    )

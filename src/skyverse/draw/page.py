@@ -1,0 +1,106 @@
+"""The web page that shows a scene: its template filled, with all scripts, styles and data inside."""
+
+import json
+import math
+import re
+from importlib.resources import files
+from typing import Any
+
+from skyverse.draw.map_traces import from_above
+from skyverse.draw.plotly_values import flat
+from skyverse.draw.profile_traces import from_the_side
+from skyverse.draw.scene import Scene
+from skyverse.draw.scene_traces import in_space
+from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
+
+SLIDER_STEPS = 250
+_SCRIPTS = ("plotly_internals.js", "motion.js", "maps.js", "page.js")
+_MAPS = """
+  <section class="card map" aria-label="Map">
+    <div class="bar"><h2>Map</h2><output id="where"></output></div>
+    <div id="map" role="img" aria-label="The mission from above"></div>
+    <p class="hint" id="mapped"></p>
+  </section>
+  <section class="card profile" aria-label="Altitude profile">
+    <div class="bar"><h2>Altitude profile</h2>
+      <label>UAV <select id="whose" aria-label="UAV of the profile"></select></label></div>
+    <div class="beside" id="beside"></div>
+    <div id="profile" role="img" aria-label="The flight from the side"></div>
+    <p class="hint" id="sideways"></p>
+  </section>"""
+
+
+def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
+    """Return the page with these parts, in HTML, whose scripts draw the data."""
+    from plotly.offline import get_plotlyjs
+
+    here = files("skyverse.draw")
+    parts = parts | {
+        "data": embedded(drawn),
+        "layout": _layout(drawn),
+        "maps": _MAPS if drawn["mapped"] else "",
+        "css": here.joinpath("page.css").read_text("utf-8"),
+        "js": "".join(here.joinpath(name).read_text("utf-8") for name in _SCRIPTS),
+        "plotly": get_plotlyjs(),
+    }
+    template = here.joinpath("page.html").read_text("utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
+
+
+def _layout(drawn: dict[str, Any]) -> str:
+    if not drawn["mapped"]:
+        return ""
+    (west, south, _), (east, north, _) = drawn["extent"]
+    kind = "mapped" if drawn["search"] else "mapped direct"
+    return f' class="{kind}" style="--tall: {(north - south) / (east - west):.4f}"'
+
+
+def embedded(data: Any) -> str:
+    """Return `data` as JSON in which no text can end the script element that contains it."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=True)
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def scene_data(scene: Scene) -> dict[str, Any]:
+    """Return the data that the page's scripts draw: traces, tracks, kinds of shapes, map and profiles."""
+    makespan = scene.totals.makespan or 0.0
+    drawn = {
+        "space": in_space(scene),
+        "extent": [scene.world.low.tolist(), scene.world.high.tolist()],
+        "stretch": scene.world.stretch,
+        "crowded": sum(len(kind.shapes) for kind in scene.world.kinds) > MAX_EDGED_SHAPES,
+        "mapped": scene.world.mapped,
+        "kinds": [
+            {
+                "title": kind.title if scene.world.mapped else f"{kind.name.capitalize()}s",
+                "hard": kind.hard,
+                "colour": kind.colour,
+                "solid": kind.solid,
+            }
+            for kind in scene.world.kinds
+        ],
+        "makespan": makespan,
+        "step": slider_step(makespan),
+        "tracks": [
+            {
+                "name": track.name,
+                "colour": track.colour,
+                "start": list(track.start),
+                "times": flat(track.times),
+                "positions": [flat(track.positions[:, axis]) for axis in range(3)],
+            }
+            for track in scene.tracks
+        ],
+    }
+    if scene.world.mapped:
+        drawn |= {"map": from_above(scene), "profiles": from_the_side(scene)}
+    return drawn
+
+
+def slider_step(makespan: float) -> float:
+    """Return the slider's step: a round number of seconds that divides the flight into about `SLIDER_STEPS` steps."""
+    if makespan <= 0:
+        return 1.0
+    raw = makespan / SLIDER_STEPS
+    decade = 10.0 ** math.floor(math.log10(raw))
+    return float(next(f"{n * decade:.3g}" for n in (1, 2, 5, 10) if n * decade >= raw * (1 - 1e-9)))
