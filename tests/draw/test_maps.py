@@ -202,7 +202,7 @@ def test_what_city_models_hold_has_colours_of_its_own():
     )
     colours = {kind.name: kind.colour for kind in found}
     assert colours.pop("tree") == colours.pop("vegetation")
-    assert set(colours.values()) < set(kinds_module._KNOWN.values())
+    assert set(colours.values()) < set(kinds_module._KIND_COLOURS.values())
     assert len(set(colours.values())) == len(colours) == 4
 
 
@@ -226,7 +226,7 @@ def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():
 
 
 def test_too_many_shapes_are_told_and_those_near_the_paths_stay(monkeypatch):
-    monkeypatch.setattr(kinds_module, "TRIANGLES", 400)
+    monkeypatch.setattr(kinds_module, "MAX_TRIANGLES", 400)
     near = Prism(vertices=rectangle((5, 5), 4, 4, 0.3), low=0, high=5, kind="building")
     found = kinds_module.shapes_by_kind((*buildings(100), near), (), [np.array([(0.0, 0.0, 5.0), (10.0, 10.0, 5.0)])])
     (kind,) = found
@@ -314,4 +314,4 @@ def test_a_page_of_two_thousand_buildings_on_hills_stays_small():
     assert isinstance(drawn.world.relief, Relief)
     building = next(trace for trace in held["space"] if trace["name"] == "building")
     assert numbers(building["i"]).max() < len(numbers(building["x"]))
-    assert len(numbers(building["i"])) < kinds_module.TRIANGLES
+    assert len(numbers(building["i"])) < kinds_module.MAX_TRIANGLES
