@@ -50,7 +50,7 @@ def read(path: Path) -> None:
         assert sky.build_scenario("a", voxels=[path], ground=sky.AboveSea(300)).terrain is not None
     elif path.suffix in FEATURES or path.name == "city.json":
         from skyverse.maps.georeference.choices import Choices
-        from skyverse.maps.readers.vector import read_features
+        from skyverse.maps.readers.buildings_and_zones import read_features
 
         found = read_features(path, Choices(altitudes="agl", building_height=10.0, buffer=5.0))
         assert isinstance(found, list)

@@ -23,10 +23,10 @@ from .lab.rows import Rows as Rows
 from .lab.run_study import run_study as run_study
 from .lab.study import Study as Study
 from .lab.study import read_study as read_study
-from .maps.assembly.build import Note as Note
 from .maps.assembly.build import build_scenario as build_scenario
+from .maps.assembly.options import Note as Note
+from .maps.georeference.choices import Raster as Raster
 from .maps.georeference.choices import Reading as Reading
-from .maps.readers.raster import Raster as Raster
 from .mission.assignment import assign as assign
 from .mission.assignment import straight_line as straight_line
 from .mission.plan_many import plan_many as plan_many

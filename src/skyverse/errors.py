@@ -1,5 +1,99 @@
-"""The one error that bad input ends in."""
+"""The one error that bad input ends in, and sentences that name parameters as data.
+
+A user of the library reads names of parameters, a user of the command line the options that stand for them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """A parameter to give so that something is read as it is meant.
+
+    Attributes
+    ----------
+    field
+        Its name, such as ``"geoid"``, or ``"Raster.crs"`` for the parameter of a class.
+    value
+        What to give; ``None`` where only the user can know.
+    purpose
+        What that is good for, such as ``"to take them as feet"``.
+    """
+
+    field: str
+    value: str | float | None = None
+    purpose: str = ""
+
+
+Spelling = Callable[[str, str | float | None], str]
+"""Writes a parameter and the value to give it, if one is known."""
+
+
+def _in_python(field: str, value: str | float | None) -> str:
+    """Write a parameter and its value as a caller of the library does."""
+    if value is None:
+        return field
+    owner, dot, name = field.rpartition(".")
+    given = f"{name}={value!r}" if isinstance(value, str | bool) else f"{name}={value:.12g}"
+    return f"{owner}({given})" if dot else given
+
+
+class Sentence(str):
+    """A sentence for a person, which knows the parameters that it names; as a text it names them as Python does.
+
+    Parameters
+    ----------
+    text
+        What is to be said, without the parameters.
+    field
+        The parameter that it is about, whose name stands before the text.
+    give
+        Parameters any one of which helps; they stand behind the text.
+    """
+
+    text: str
+    field: str | None
+    give: tuple[Remedy, ...]
+
+    def __new__(cls, text: str, *, field: str | None = None, give: Sequence[Remedy] = ()) -> Self:
+        """Compose the sentence."""
+        self = super().__new__(cls, _composed(text, field, give, str, _in_python))
+        self.text, self.field, self.give = text, field, tuple(give)
+        return self
+
+    def spelt(self, name: Callable[[str], str], spelling: Spelling) -> str:
+        """Return the sentence with parameters written otherwise: by `name`, and with their values by `spelling`."""
+        return _composed(self.text, self.field, self.give, name, spelling)
+
+    def removeprefix(self, prefix: str, /) -> "Sentence":
+        """Return the sentence without the beginning of its text."""
+        return Sentence(self.text.removeprefix(prefix), field=self.field, give=self.give)
+
+
+def _composed(
+    text: str, field: str | None, give: Sequence[Remedy], name: Callable[[str], str], spelling: Spelling
+) -> str:
+    before = "" if field is None else f"{name(field)}: "
+    remedies = " or ".join(f"{spelling(one.field, one.value)} {one.purpose}".rstrip() for one in give)
+    return f"{before}{text}; give {remedies}" if give else f"{before}{text}"
 
 
 class InputError(ValueError):
-    """What the user gave cannot be used; the message names file and field, what was expected and found."""
+    """What the user gave cannot be used; the message names file and field, what was expected and found.
+
+    Parameters
+    ----------
+    message
+        What is wrong, in one sentence.
+    field
+        The parameter whose value cannot be used, as a caller of the library names it.
+    give
+        Parameters of which any one helps.
+    """
+
+    def __init__(self, message: str, *, field: str | None = None, give: Sequence[Remedy] = ()) -> None:
+        whole = message if isinstance(message, Sentence) else Sentence(message, field=field, give=give)
+        super().__init__(whole)
+        self.sentence = whole

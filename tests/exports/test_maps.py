@@ -165,7 +165,7 @@ def test_heights_above_the_ellipsoid_count_the_geoid(tmp_path):
 def test_heights_above_the_ellipsoid_are_refused_where_the_geoid_is_not_known(tmp_path, suffix):
     flight = [handmade.along([(0, 0, 50), (100, 0, 50)], 20)]
     mission = handmade.mission(flight, origin=Origin(latitude=46.8, longitude=9.8, altitude=1500))
-    with pytest.raises(sky.InputError, match=r"above the WGS84 ellipsoid.* give --geoid METRES"):
+    with pytest.raises(sky.InputError, match=r"above the WGS84 ellipsoid.* give Origin\.geoid"):
         sky.export(mission, tmp_path / f"m{suffix}")
     assert not list(tmp_path.iterdir())
     sky.export(mission, tmp_path / f"m{suffix}", origin=Origin(latitude=46.8, longitude=9.8, altitude=1500, geoid=52))
@@ -176,7 +176,7 @@ def test_a_known_geoid_is_kept_for_another_origin_nearby_only(tmp_path):
     mission = handmade.mission(flight, origin=Origin(latitude=46.8, longitude=9.8, altitude=1500, geoid=52.5))
     (file,) = sky.export(mission, tmp_path / "m.geojson", origin=Origin(latitude=46.81, longitude=9.8, altitude=1600))
     assert "1702.5" in file.read_text()
-    with pytest.raises(sky.InputError, match="--geoid"):
+    with pytest.raises(sky.InputError, match=r"Origin\.geoid"):
         sky.export(mission, tmp_path / "m.geojson", origin=Origin(latitude=40, longitude=9.8, altitude=1600))
 
 
@@ -190,7 +190,7 @@ def test_waylines_above_the_sea_are_written_above_the_ellipsoid(tmp_path):
 
 def test_the_command_line_takes_an_origin_with_its_frame_and_a_geoid(tmp_path):
     from skyverse.cli.export import export
-    from skyverse.cli.words import origin_of
+    from skyverse.cli.places import origin_of
 
     mission = handmade.mission([handmade.along([(0, 0, 50), (100, 0, 50)], 20)])
     sky.write(mission, tmp_path / "m.json")
@@ -202,7 +202,7 @@ def test_the_command_line_takes_an_origin_with_its_frame_and_a_geoid(tmp_path):
         with pytest.raises(sky.InputError, match=r"--origin: expected a (lat|long)itude from"):
             origin_of(text)
     out = tmp_path / "m.geojson"
-    with pytest.raises(sky.InputError, match="--geoid METRES"):
+    with pytest.raises(sky.InputError, match=r"give Origin\.geoid"):
         export(str(tmp_path / "m.json"), out, origin="47.39,8.54,410 m amsl")
     export(str(tmp_path / "m.json"), out, origin="47.39,8.54,410 m amsl", geoid=48.0)
     assert "508.0" in out.read_text()

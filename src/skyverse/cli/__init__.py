@@ -12,6 +12,7 @@ from skyverse.cli.cache import cache
 from skyverse.cli.compare import compare
 from skyverse.cli.export import export
 from skyverse.cli.fly import fly
+from skyverse.cli.options import for_command_line
 from skyverse.cli.report import json_text, report, table, violation_data
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
@@ -60,7 +61,7 @@ def main(words: Sequence[str] | None = None) -> None:
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))
     except InputError as error:
-        _fail(str(error))
+        _fail(for_command_line(error))
     except MemoryError:
         _fail("the memory of this machine does not suffice; take longer lattice steps, smaller bounds or fewer paths")
     except KeyboardInterrupt:

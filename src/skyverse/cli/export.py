@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from skyverse.cli.words import origin_of, refuse_output
+from skyverse.cli.places import origin_of
+from skyverse.cli.words import refuse_output
 
 if TYPE_CHECKING:
     from skyverse.model.scenario import Origin

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.places import numbers_of
 from skyverse.cli.report import json_text, table, violation_data
 from skyverse.cli.words import make_folder, refuse_output, whole_number
 from skyverse.errors import InputError
@@ -88,7 +89,7 @@ def fly(
     given = sky.read_mission(mission)
     options: dict[str, Any] = {
         "vehicle": vehicle,
-        "wind": _numbers(wind),
+        "wind": numbers_of("--wind", "east,north,up in m/s, or speed,degrees, as in 1,0,0", wind),
         "noise": noise,
         "margin": margin,
         "rng": seed,
@@ -112,15 +113,6 @@ def fly(
         written += sky.write_instants(flight, figures)
     _report(flight, written, as_json)
     return 0 if flight.safe else 1
-
-
-def _numbers(text: str) -> list[float]:
-    try:
-        return [float(word) for word in text.split(",")]
-    except ValueError:
-        raise InputError(
-            f"--wind: expected east,north,up in m/s, or speed,degrees, as in 1,0,0, found {text!r}"
-        ) from None
 
 
 @contextmanager

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import Token
 
+from skyverse.cli.places import point_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.lab.study import Study
     from skyverse.model.mission import Mission
-    from skyverse.model.scenario import Origin, Scenario
+    from skyverse.model.scenario import Scenario
     from skyverse.planners.base import Planner
 
 _BUDGETS = ("paths", "nodes", "evaluations", "iterations", "seconds")
@@ -24,6 +25,8 @@ def given(function: Any, *args: Any, **kwargs: Any) -> Any:
     """Call what judges a user's words; its complaint becomes bad input."""
     try:
         return function(*args, **kwargs)
+    except InputError:
+        raise
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from error
 
@@ -51,7 +54,7 @@ def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets
         things = data[f"{kind}s"] = list(data[f"{kind}s"])
         names = {thing.name for thing in things}
         free = (name for number in itertools.count(len(things) + 1) if (name := f"{kind}-{number}") not in names)
-        things += [{"name": next(free), field: _point(f"--{kind}", text)} for text in words or []]
+        things += [{"name": next(free), field: point_of(f"--{kind}", text)} for text in words or []]
         if not things:
             raise InputError(f"{source}: {kind}s: there are none; give some with --{kind} x,y,z")
     return scenario_from_data(source, data)
@@ -71,12 +74,12 @@ def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:
 
 def tell_unknown(scenario: "Scenario", chosen: str | None) -> None:
     """Say on standard error what an OctoMap's unknown space was taken for, where nobody has chosen it."""
-    from skyverse.maps.readers.grid import UNKNOWN
+    from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN
 
     kinds = {shape.kind for shape in scenario.obstacles}
-    taken = next((word for word, kind in UNKNOWN.items() if kind in kinds), None)
+    taken = next((word for word, kind in KIND_OF_UNKNOWN.items() if kind in kinds), None)
     if taken is not None and chosen is None:
-        other = next(word for word in UNKNOWN if word != taken)
+        other = next(word for word in KIND_OF_UNKNOWN if word != taken)
         print(f"Unknown space counts as {taken}; --unknown {other} takes it as {other}.", file=sys.stderr)
 
 
@@ -89,39 +92,6 @@ def without_way(mission: "Mission") -> str:
     ]
     cut = "It was interrupted. " if mission.interrupted else ""
     return f"{cut}The mission is not complete: {', '.join(names) or 'a target'} has no way."
-
-
-def _point(option: str, text: str) -> tuple[float, ...]:
-    try:
-        point = tuple(float(word) for word in text.split(","))
-    except ValueError:
-        point = ()
-    if len(point) != 3:
-        raise InputError(f"{option}: expected x,y,z in metres, as in 0,-4,1, found {text!r}")
-    return point
-
-
-def origin_of(text: str) -> "Origin":
-    """Read where a frame's zero lies, as in ``46.81,9.85,1560 m amsl``."""
-    from skyverse.model.altitude import AboveSea, parse_altitude
-    from skyverse.model.scenario import Origin
-
-    words = text.split(",", 2)
-    try:
-        latitude, longitude, altitude = float(words[0]), float(words[1]), parse_altitude(words[2])
-    except (ValueError, IndexError):
-        altitude = None
-    if not isinstance(altitude, AboveSea):
-        raise InputError(
-            "--origin: expected latitude,longitude,altitude above mean sea level, as in '46.81,9.85,1560 m amsl', "
-            f"found {text!r}"
-        )
-    if not abs(latitude) <= 90:
-        hint = "; are latitude and longitude swapped?" if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
-        raise InputError(f"--origin: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
-    if not abs(longitude) <= 180:
-        raise InputError(f"--origin: expected a longitude from -180 to 180 degrees, found {longitude:g}")
-    return Origin(latitude=latitude, longitude=longitude, altitude=altitude.metres)
 
 
 def refuse_unsafe(source: str, scenario: "Scenario") -> None:

@@ -13,7 +13,7 @@ from typing import get_args
 import numpy as np
 
 from skyverse.atomic import whole_file, write_text
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy
 from skyverse.exports.geojson import geojson_text
 from skyverse.exports.gpx import gpx_text
 from skyverse.exports.items import End
@@ -139,8 +139,8 @@ def export(
             apart = routes_apart(mission, flown)
             if apart.verdict is Verdict.REFUTED and not allow_close:
                 raise InputError(
-                    f"{path}: UAVs that fly straight from waypoint to waypoint come too close, and --allow-close is "
-                    f"not given: {apart.sentence}"
+                    f"{path}: UAVs that fly straight from waypoint to waypoint come too close: {apart.sentence}",
+                    give=[Remedy("allow_close", True, "to write them all the same")],
                 )
             notes.append(f"Between waypoints, on schedule: {apart.sentence}")
         files = _each(path, suffix, scenario, flown, altitude, end)

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
@@ -64,8 +64,9 @@ def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
         return scenario.model_copy(update={"frame": Frame(origin=origin)})
     if scenario.frame.origin is None:
         raise InputError(
-            f"{what}: expected a scenario that says where its zero lies, found none in {scenario.name!r}; give "
-            "frame.origin (latitude, longitude, altitude) in its file, or --origin latitude,longitude,altitude"
+            f"{what}: expected a scenario that says where its zero lies (frame.origin in its file), found none in "
+            f"{scenario.name!r}",
+            give=[Remedy("origin")],
         )
     return scenario
 
@@ -82,7 +83,8 @@ def geoid_of(scenario: Scenario, what: str) -> float:
     if geoid is None:
         raise InputError(
             f"{what}: its heights are above the WGS84 ellipsoid, and scenario {scenario.name!r} does not say how far "
-            "mean sea level lies above that; give --geoid METRES (52 in Davos), or frame.origin.geoid in its file"
+            "mean sea level lies above that (frame.origin.geoid in its file, 52 in Davos)",
+            give=[Remedy("Origin.geoid")],
         )
     return geoid
 

@@ -12,8 +12,8 @@ from skyverse.files.grids import Side
 from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
 from skyverse.maps.readers import voxels
-from skyverse.maps.readers.grid import Unknown
 from skyverse.maps.readers.rotorpy_world import is_rotorpy_world, rotorpy_world
+from skyverse.maps.readers.voxel_grid import Unknown
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -40,8 +40,8 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     InputError
         If there is no such scenario or file, or it cannot be used; the message names file and field.
     """
-    if unknown is not None and Path(source).suffix.lower() not in voxels.TREES:
-        raise InputError(f"{source}: unknown: expected it for an OctoMap ({', '.join(voxels.TREES)}) only")
+    if unknown is not None and Path(source).suffix.lower() not in voxels.OCTOMAP_SUFFIXES:
+        raise InputError(f"{source}: unknown: expected it for an OctoMap ({', '.join(voxels.OCTOMAP_SUFFIXES)}) only")
     if str(source) in NAMES:
         return builtin(str(source))
     path = Path(source)
@@ -52,10 +52,10 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         raise InputError(f"{source}: no such file, nor a built-in scenario; built in are {', '.join(NAMES)}")
     if suffix == ".txt":
         return course_map(path, read_text(path))
-    if suffix in voxels.SUFFIXES:
+    if suffix in voxels.VOXEL_SUFFIXES:
         return voxels.voxel_scenario(path, unknown=unknown)
     if suffix not in (".yaml", ".yml", ".json"):
-        known = ", ".join((".yaml", ".yml", ".json", ".txt", *voxels.SUFFIXES))
+        known = ", ".join((".yaml", ".yml", ".json", ".txt", *voxels.VOXEL_SUFFIXES))
         raise InputError(f"{path}: expected a file ending in {known}, found {suffix or 'no ending'!r}")
     data = parse(path, read_text(path))
     if suffix == ".json" and is_rotorpy_world(data):

@@ -26,13 +26,15 @@ def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
     try:
         from distributed import CancelledError, Client, KilledWorker, as_completed
     except ImportError:
-        raise InputError('--dask needs Dask: pip install "skyverse[dask]"') from None
+        raise InputError('needs Dask: pip install "skyverse[dask]"', field="dask") from None
     if not re.fullmatch(r"(\w+://)?[^\s/]+:\d+", address):
-        raise InputError(f"--dask: expected a scheduler's address, as in tcp://192.0.2.7:8786, found {address!r}")
+        raise InputError(f"expected a scheduler's address, as in tcp://192.0.2.7:8786, found {address!r}", field="dask")
     try:
         client = Client(address, timeout=10, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError(f"--dask: {address}: expected a scheduler's address, but none answers: {error}") from None
+        raise InputError(
+            f"{address}: expected a scheduler's address, but none answers: {error}", field="dask"
+        ) from None
     with client:
         waiting = iter(jobs)
         given: dict[Any, Job] = {}

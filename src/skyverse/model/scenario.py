@@ -139,9 +139,9 @@ GEOID = 150.0
 
 
 def require_geoid(metres: float) -> None:
-    """Refuse what --geoid cannot be."""
+    """Raise `InputError` for a height of mean sea level above the ellipsoid that is nowhere on Earth."""
     if not -GEOID <= metres <= GEOID:
-        raise InputError(f"--geoid: expected metres from {-GEOID:g} to {GEOID:g}, found {metres:g}")
+        raise InputError(f"expected metres from {-GEOID:g} to {GEOID:g}, found {metres:g}", field="geoid")
 
 
 class Origin(Model):

@@ -1,37 +1,37 @@
-"""Maps in, a scenario out: terrain, buildings and zones of the user's own, cropped, and brought to local metres."""
+"""A scenario from the user's own maps: terrain, buildings, zones and points, cropped and brought to local metres."""
 
-import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from pydantic import ValidationError
 
-from skyverse.errors import InputError
+from skyverse._typing import Floats
+from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.assembly import extent, frame
+from skyverse.maps.assembly.ground import level_ground, z_at_altitude
+from skyverse.maps.assembly.inputs import open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.licence import licence_of, licensed
-from skyverse.maps.assembly.obstacles import bounded, placed, prisms, refuse_inside, slimmed
+from skyverse.maps.assembly.obstacles import local_features, prisms, refuse_inside, simplified, within_bounds
+from skyverse.maps.assembly.options import BuildOptions, Note, Place, keywords_of
 from skyverse.maps.assembly.places import (
-    Places,
     homes,
     local_points,
-    named,
+    named_places,
     refuse_low,
     refuse_off_map,
     refuse_outside,
     refuse_swapped,
 )
-from skyverse.maps.assembly.region import Area, checked
-from skyverse.maps.assembly.terrain import flat_ground, height_of, read_terrain
-from skyverse.maps.georeference.choices import Choices, Reading
-from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.readers import aerial
-from skyverse.maps.readers.raster import Raster, Rectangle, opened
-from skyverse.model.altitude import AboveSea, Altitude
+from skyverse.maps.assembly.region import Area, require_size
+from skyverse.maps.assembly.terrain import read_terrain
+from skyverse.maps.georeference.choices import Raster
+from skyverse.maps.georeference.rectangle import Rectangle
+from skyverse.maps.readers.raster import open_raster
+from skyverse.model.altitude import AboveSea
 from skyverse.model.scenario import (
     Bounds,
     Frame,
@@ -46,116 +46,14 @@ from skyverse.model.scenario import (
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.uav import UAV
 
-
-@dataclass(frozen=True)
-class Note:
-    """What was done with a file, in words.
-
-    Attributes
-    ----------
-    file
-        Its path, or ``""`` for what is of no single file.
-    text
-        What was done.
-    """
-
-    file: str
-    text: str
+NO_UNIT = Sentence("heights without a unit taken as metres", give=[Remedy("Raster.unit", "ft", "to take them as feet")])
 
 
-UNSAID = "heights without a unit taken as metres; --terrain-unit ft takes them as feet"
+@keywords_of(BuildOptions)
+def build_scenario(options: BuildOptions) -> Scenario:
+    """Build a scenario from maps.
 
-
-def _silent(_: Note) -> None:
-    pass
-
-
-def build_scenario(
-    name: str,
-    *,
-    terrain: Sequence[Raster | str | Path] = (),
-    buildings: Sequence[str | Path] = (),
-    zones: Sequence[str | Path] = (),
-    soft_zones: Sequence[tuple[str | Path, float]] = (),
-    voxels: Sequence[str | Path] = (),
-    uavs: Places = (),
-    targets: Places = (),
-    origin: Origin | None = None,
-    area: tuple[float, float, float, float] | None = None,
-    margin: float | None = None,
-    ceiling: Altitude | None = None,
-    ground: AboveSea | None = None,
-    clearance: float = 2.0,
-    ground_clearance: float | None = None,
-    lattice_step: float | None = None,
-    terrain_step: float | None = None,
-    voxel_size: float | None = None,
-    fill_nodata: float | Literal["nearest"] | None = None,
-    band: tuple[float, float] | None = None,
-    band_weight: float = 0.1,
-    tolerance: float = 0.5,
-    reading: Reading | None = None,
-    licences: Mapping[str, str] | None = None,
-    geoid: float | None = None,
-    on_note: Callable[[Note], object] = _silent,
-) -> Scenario:
-    """Build a scenario of maps.
-
-    Everything is made no smaller than its file has it: the ground is raised to its highest points, outlines grow.
-
-    Parameters
-    ----------
-    name
-        Of the scenario.
-    terrain
-        Rasters of ground heights: whatever rasterio reads.
-    buildings, zones
-        Files of what must not be entered: GeoJSON, KML, Shapefile, GeoPackage, CityJSON, OpenStreetMap.
-    soft_zones
-        Files of what may be flown through, and the risk of a metre flown inside, where no field ``risk`` says it.
-    voxels
-        Point clouds that say where on Earth they lie, .las or .laz, taken from the air: what is below a point counts as
-        occupied. Points of noise are left out, those of the ground where there is a terrain.
-    uavs, targets
-        Latitude, longitude (WGS84 degrees) and altitude of each, in order or by name. A UAV's home is the ground
-        below its start as the terrain's files have it, before it is raised.
-    origin
-        Of the local frame; by default the middle of the area, at its lowest ground.
-    area
-        West, south, east, north, degrees. By default what lies within `margin` of UAVs and targets, or, without any,
-        all that the terrain or the buildings cover.
-    margin
-        Metres.
-    ceiling
-        How high the bounds reach, above the sea or above the highest ground; by default 30 m above the highest of
-        ground, buildings, UAVs and targets.
-    ground
-        Level ground at this altitude, where there is no terrain.
-    clearance
-        From obstacles, metres.
-    ground_clearance
-        Above ground, metres; as `clearance` when left out.
-    lattice_step
-        Metres; the shortest of 1, 2, 5, 10 ... that makes at most two million nodes when left out.
-    terrain_step
-        Between heights, metres; about that of the finest raster when left out.
-    voxel_size
-        Of point clouds, metres; 2 or more, for no more than eight million voxels, when left out.
-    fill_nodata
-        What stands for the ground where rasters have none: metres above mean sea level, or the nearest height. Such
-        holes are refused when left out.
-    band, band_weight
-        Metres above ground that paths should keep to, and the price of a metre flown a metre outside.
-    tolerance
-        By how much outlines may grow to lose corners, metres.
-    reading
-        How files of buildings, zones and points are to be read where they leave it open.
-    licences
-        By file as given (or its name, where only one has it), where a file does not say its licence itself.
-    geoid
-        How far mean sea level lies above the WGS84 ellipsoid there, metres, where it is known.
-    on_note
-        Called with each thing done, as it is done.
+    Nothing becomes smaller than its file has it: the ground is raised to its highest points, and outlines grow.
 
     Returns
     -------
@@ -164,64 +62,33 @@ def build_scenario(
     Raises
     ------
     InputError
-        If something cannot be used; the message names file, feature or UAV, what was expected and found.
+        If something cannot be used; the message names file, feature or UAV, what was expected and what was found.
     """
-    _refuse_numbers(0.0, clearance=clearance, ground_clearance=ground_clearance, margin=margin, tolerance=tolerance)
-    _refuse_numbers(1e-3, lattice_step=lattice_step, terrain_step=terrain_step, band_weight=band_weight)
-    _refuse_numbers(-1000.0, fill_nodata=None if fill_nodata == "nearest" else fill_nodata)
-    if geoid is not None:
-        require_geoid(geoid)
-    rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in terrain]
-    starts, goals = named(uavs, "uav"), named(targets, "target")
-    places = [*starts.values(), *goals.values()]
-    chosen = reading or Reading()
-    read = _read(buildings, zones, soft_zones, chosen, on_note)
-    clouds = [_cloud(Path(path), chosen, on_note) for path in voxels]
-    outlines = [*(feature.outline for _, found in read for feature in found), *(cloud.outline for cloud in clouds)]
+    if options.geoid is not None:
+        require_geoid(options.geoid)
+    on_note, clearance, ground_clearance = options.on_note, options.clearance, options.ground_clearance
+    rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in options.terrain]
+    starts, goals = named_places(options.uavs, "uav"), named_places(options.targets, "target")
+    read = read_feature_files(options)
+    clouds = open_clouds(options)
+    outlines = [*(feature.outline for file in read for feature in file.features), *(cloud.outline for cloud in clouds)]
     corners = np.concatenate([np.empty((0, 2)), *outlines])
-    if rasters and ground is not None:
-        raise InputError("--ground: expected it without a terrain, found both; the terrain says where the ground is")
-    if origin is not None and geoid is not None:
-        if origin.geoid not in (None, geoid):
-            raise InputError(f"--geoid: expected that of the origin, {origin.geoid:g}, found {geoid:g}")
-        origin = origin.model_copy(update={"geoid": geoid})
-    with ExitStack() as stack:
-        files = [stack.enter_context(opened(raster)) for raster in rasters]
-        for file in files:
-            for said in (file.doubt, "" if file.says_unit else UNSAID):
-                if said:
-                    on_note(Note(file.path, said))
-        for some in (starts, goals):
-            refuse_off_map(some, files)
-        bounds = None if area is None else Area(*area)
-        if bounds is not None:
-            refuse_off_map({"the middle of --area": (*bounds.middle, AboveSea(0))}, files)
-        level = origin or frame.middle(bounds, places, files, corners, geoid)
-        if origin is not None:
-            frame.refuse_far(origin, frame.middle(bounds, places, files, corners, geoid))
-        region = frame.kept(bounds, margin, places, files, corners, level, lambda *told: on_note(Note(*told)))
-        refuse_outside([*starts, *goals], places, level, region, "the area")
-        sources = [
-            (
-                Path(file.path),
-                Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name),
-            )
-            for file in files
-        ]
-        ground_at = homes(starts, files, level.geoid)
-    relief = _relief(rasters, ground, level, region, terrain_step, fill_nodata, ground_clearance, on_note)
-    zero, relief = (level, relief) if origin is not None or relief is None else _lowered(level, relief)
+    survey = _survey(options, rasters, starts, goals, corners)
+    region, sources = survey.region, list(survey.sources)
+    zero, relief = survey.origin, _ground(options, rasters, survey.origin, region)
+    if options.origin is None and relief is not None:
+        zero, relief = _lowered(zero, relief)
     reach = 2 * clearance + 10.0
-    cut = [placed(found, zero, region, relief, reach) for _, found in read]
-    solids = {cloud.path: _voxels(cloud, zero, region, reach, relief, voxel_size, on_note) for cloud in clouds}
-    starting, ending = (local_points(some, starts, zero, relief, ground_at) for some in (starts, goals))
-    standing = {name: _z(zero, starting[name], altitude) for name, altitude in ground_at.items()}
+    local = [local_features(file.features, zero, region, relief, reach) for file in read]
+    solids = {cloud.path: voxels_of(cloud, zero, region, reach, relief, options) for cloud in clouds}
+    starting, ending = (local_points(some, starts, zero, relief, survey.homes) for some in (starts, goals))
+    home_z = {name: _z_below(zero, starting[name], altitude) for name, altitude in survey.homes.items()}
     above = clearance if ground_clearance is None else ground_clearance
-    refuse_low(starting, relief, above, standing)
+    refuse_low(starting, relief, above, home_z)
     refuse_low(ending, relief, above)
     points = [*starting.values(), *ending.values()]
-    floor, highest = extent.heights(relief, cut, [one for some in solids.values() for one in some], points)
-    top = extent.ceiling(ceiling, band, zero, region, relief, floor, highest)
+    floor, highest = extent.heights(relief, local, [one for some in solids.values() for one in some], points)
+    top = extent.ceiling(options.ceiling, options.band, zero, region, relief, floor, highest)
     for ends in (starting, ending):
         extent.refuse_high(ends, top)
     obstacles: list[Prism | Voxels] = []
@@ -231,158 +98,151 @@ def build_scenario(
             refuse_inside(ends, solids[cloud.path], clearance, cloud.path.name)
         obstacles += solids[cloud.path]
         sources.append((cloud.path, Source(file=cloud.path.name, gives="voxels", crs=cloud.name)))
-    for (path, found), one in zip(read, cut, strict=True):
-        made, counts = prisms(slimmed(bounded(one, floor, top, reach), tolerance))
-        on_note(Note(str(path), _told(len(found), len(made), counts)))
-        if found and not made:
-            refuse_swapped(path, found, zero, region)
-            on_note(Note(str(path), "nothing of it lies in the area"))
+    for file, features in zip(read, local, strict=True):
+        made, counts = prisms(simplified(within_bounds(features, floor, top, reach), options.tolerance))
+        on_note(Note(file.path, _summary(len(file.features), len(made), counts)))
+        if file.features and not made:
+            refuse_swapped(file.path, file.features, zero, region)
+            on_note(Note(file.path, "nothing of it lies in the area"))
         hard = [prism for prism in made if prism.risk is None]
+        path = Path(file.path)
         for ends in (starting, ending):
-            refuse_inside(ends, hard, clearance, Path(path).name)
+            refuse_inside(ends, hard, clearance, path.name)
         obstacles += hard
         soft += [prism for prism in made if prism.risk is not None]
-        gives = "buildings" if path in map(str, buildings) else "zones"
-        where = Path(path)
-        sources.append((where, Source(file=where.name, gives=gives, licence=licence_of(where))))
-    box = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
+        gives = "buildings" if file.is_buildings else "zones"
+        sources.append((path, Source(file=path.name, gives=gives, licence=licence_of(path))))
+    bounds = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
+    band = extent.altitude_band(options.band, options.band_weight, relief)
     try:
         return Scenario(
-            name=name,
-            bounds=box,
+            name=options.name,
+            bounds=bounds,
             obstacles=tuple(obstacles),
             zones=tuple(soft),
             terrain=relief,
             clearance=clearance,
-            lattice=Lattice(step=extent.lattice(box, lattice_step)),
-            objective=Objective(unit="metres", altitude=extent.band(band, band_weight, relief)),
-            uavs=tuple(UAV(name=uav, start=point, home=standing.get(uav)) for uav, point in starting.items()),
+            lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
+            objective=Objective(unit="metres", altitude=band),
+            uavs=tuple(UAV(name=uav, start=point, home=home_z.get(uav)) for uav, point in starting.items()),
             targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
             frame=Frame(origin=zero),
-            sources=tuple(licensed(sources, licences or {})),
+            sources=tuple(licensed(sources, options.licences or {})),
         )
     except ValidationError as error:
-        raise InputError(f"{name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
+        raise InputError(f"{options.name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
 
 
-def _refuse_numbers(least: float, **numbers: float | None) -> None:
-    for name, value in numbers.items():
-        if value is not None and not least <= value <= 1e6:
-            raise InputError(f"--{name.replace('_', '-')}: expected a number from {least:g} on, found {value:g}")
+@dataclass(frozen=True)
+class _Survey:
+    """Where a scenario lies.
+
+    Attributes
+    ----------
+    origin
+        The local frame's origin; at sea level where the user gives none.
+    region
+        The part of the frame that the scenario holds.
+    sources
+        The terrain's files and what they say of themselves.
+    homes
+        The altitudes of the ground below UAVs' starts, metres above the sea, as far as the terrain's files know them.
+    """
+
+    origin: Origin
+    region: Rectangle
+    sources: list[tuple[Path, Source]]
+    homes: dict[str, float]
 
 
-Read = list[tuple[str, list[Feature]]]
-"""Files and what is in them."""
-
-
-def _read(
-    buildings: Sequence[str | Path],
-    zones: Sequence[str | Path],
-    soft_zones: Sequence[tuple[str | Path, float]],
-    reading: Reading,
-    on_note: Callable[[Note], object],
-) -> Read:
-    from skyverse.maps.readers.vector import read_features
-
-    asked: list[tuple[str, str | None, float | None]] = [(str(path), "building", None) for path in buildings]
-    asked += [(str(path), None, None) for path in zones]
-    asked += [(str(path), None, risk) for path, risk in soft_zones]
-    read = []
-    for path, kind, risk in asked:
-        if risk is not None and not (math.isfinite(risk) and risk > 0):
-            raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
-        told: list[str] = []
-        found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=told.append))
-        _tell(path, told, on_note)
-        read.append((path, found))
-    return read
-
-
-def _tell(path: str, told: list[str], on_note: Callable[[Note], object]) -> None:
-    for sentence in told[:MOST_TOLD]:
-        on_note(Note(path, sentence.removeprefix(f"{path}: ")))
-    if len(told) > MOST_TOLD:
-        on_note(Note(path, f"and {len(told) - MOST_TOLD} more like these"))
-
-
-MOST_TOLD = 5
-
-
-def _cloud(path: Path, reading: Reading, on_note: Callable[[Note], object]) -> aerial.Cloud:
-    told: list[str] = []
-    cloud = aerial.opened(path, Choices(**vars(reading), tell=told.append))
-    _tell(str(path), told, on_note)
-    return cloud
-
-
-def _voxels(
-    cloud: aerial.Cloud,
-    zero: Origin,
-    region: Rectangle,
-    reach: float,
-    relief: Terrain | None,
-    size: float | None,
-    on_note: Callable[[Note], object],
-) -> list[Voxels]:
-    solid, counts = aerial.voxels(cloud, zero, region, reach, relief, size)
-    if solid is None:
-        on_note(Note(str(cloud.path), "nothing of it stands in the area"))
-        return []
-    left = "".join(f", {counts[what]:,} {what} left out" for what in aerial.LEFT_OUT if counts[what])
-    on_note(
-        Note(
-            str(cloud.path),
-            f"{counts['kept']:,} points{left}; {counts['columns']:,} columns of voxels of {solid.step[0]:g} m, "
-            "occupied from the highest point down, as what is below was not seen",
-        )
-    )
-    return [solid]
-
-
-def _relief(
+def _survey(
+    options: BuildOptions,
     rasters: list[Raster],
-    ground: AboveSea | None,
-    level: Origin,
-    region: Rectangle,
-    step: float | None,
-    fill: float | Literal["nearest"] | None,
-    clearance: float | None,
-    on_note: Callable[[Note], object],
-) -> Terrain | None:
-    checked(region, "the area")
+    starts: Mapping[str, Place],
+    goals: Mapping[str, Place],
+    corners: Floats,
+) -> _Survey:
+    """Find out where a scenario lies, from its area, places, rasters, or the corners (n, 2) of what stands in it."""
+    origin, on_note = options.origin, options.on_note
+    if rasters and options.ground is not None:
+        raise InputError(
+            "expected it without a terrain, found both; the terrain says where the ground is", field="ground"
+        )
+    if origin is not None and options.geoid is not None:
+        if origin.geoid not in (None, options.geoid):
+            raise InputError(f"expected that of the origin, {origin.geoid:g}, found {options.geoid:g}", field="geoid")
+        origin = origin.model_copy(update={"geoid": options.geoid})
+    places = [*starts.values(), *goals.values()]
+    with ExitStack() as stack:
+        files = [stack.enter_context(open_raster(raster)) for raster in rasters]
+        for file in files:
+            for said in (file.doubt, "" if file.says_unit else NO_UNIT):
+                if said:
+                    on_note(Note(file.path, said))
+        for some in (starts, goals):
+            refuse_off_map(some, files)
+        area = None if options.area is None else Area(*options.area)
+        if area is not None:
+            refuse_off_map({"the middle of the area": (*area.middle, AboveSea(0))}, files)
+        level = origin or frame.middle_of(area, places, files, corners, options.geoid)
+        if origin is not None:
+            frame.refuse_far(origin, frame.middle_of(area, places, files, corners, options.geoid))
+        region = frame.region_of(
+            area, options.margin, places, files, corners, level, lambda *told: on_note(Note(*told))
+        )
+        refuse_outside([*starts, *goals], places, level, region, "the area")
+        sources = [
+            (Path(file.path), Source(file=Path(file.path).name, gives="terrain", licence=file.licence, crs=file.name))
+            for file in files
+        ]
+        return _Survey(level, region, sources, homes(starts, files, level.geoid))
+
+
+def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region: Rectangle) -> Terrain | None:
+    """Return the ground over the region, if it is known, and tell how it differs from the rasters."""
+    require_size(region, "the area")
     if not rasters:
-        return None if ground is None else flat_ground(level, region, ground.metres, clearance)
-    relief, raised = read_terrain(rasters, level, region, step=step, fill=fill, clearance=clearance)
+        ground = options.ground
+        return None if ground is None else level_ground(origin, region, ground.metres, options.ground_clearance)
+    relief, changes = read_terrain(
+        rasters,
+        origin,
+        region,
+        step=options.terrain_step,
+        fill=options.fill_nodata,
+        clearance=options.ground_clearance,
+    )
     nx, ny = relief.heights.shape
     for raster in rasters:
-        on_note(Note(str(raster.path), f"read over {region[2] - region[0]:g} m by {region[3] - region[1]:g} m"))
-    on_note(
+        size = f"{region[2] - region[0]:g} m by {region[3] - region[1]:g} m"
+        options.on_note(Note(str(raster.path), f"read over {size}"))
+    options.on_note(
         Note(
             "",
-            f"ground of {nx} x {ny} heights, {raised.step:.3g} m apart; {raised.share:.0%} of them raised, by "
-            f"{raised.mean:.2f} m on average and {raised.most:.2f} m at most, so that no height of a file stands out",
+            f"ground of {nx} x {ny} heights, {changes.step:.3g} m apart; {changes.share:.0%} of them raised, by "
+            f"{changes.mean:.2f} m on average and {changes.most:.2f} m at most, so that no height of a file stands out",
         )
     )
-    if raised.filled:
-        on_note(Note("", f"{raised.filled:.2%} of the ground had no data, and was filled"))
+    if changes.filled:
+        options.on_note(Note("", f"{changes.filled:.2%} of the ground had no data, and was filled"))
     return relief
 
 
 def _lowered(level: Origin, relief: Terrain) -> tuple[Origin, Terrain]:
-    """Put the frame's zero at the lowest ground, whole metres: only z changes."""
+    """Move the frame's zero to the lowest ground, in whole metres: only z changes."""
     down = float(np.floor(relief.heights.min()))
-    frame = level.model_copy(update={"altitude": level.altitude + down})
-    return frame, Terrain(
+    lowered = level.model_copy(update={"altitude": level.altitude + down})
+    return lowered, Terrain(
         origin=relief.origin, step=relief.step, heights=relief.heights - down, clearance=relief.clearance
     )
 
 
-def _z(frame: Origin, point: tuple[float, float, float], altitude: float) -> float:
-    """Return z of an altitude above mean sea level over or below a point."""
+def _z_below(zero: Origin, point: tuple[float, float, float], altitude: float) -> float:
+    """Return z of an altitude above mean sea level, metres, straight above or below a point."""
     x, y, z = (np.array([value]) for value in (*point[:2], altitude))
-    return float(height_of(frame, x, y, z)[0])
+    return float(z_at_altitude(zero, x, y, z)[0])
 
 
-def _told(features: int, made: int, counts: Counter[str]) -> str:
+def _summary(features: int, made: int, counts: Counter[str]) -> str:
     more = "".join(f", {number:,} {what}" for what, number in counts.items() if number)
     return f"{features:,} outlines, {made:,} prisms{more}"

@@ -1,32 +1,32 @@
-"""How high a scenario reaches, what its lattice is, and which heights it keeps to."""
+"""How high a scenario's bounds reach, the step of its lattice, and the heights that its paths keep to."""
 
 import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from skyverse.errors import InputError
-from skyverse.maps.assembly.obstacles import Placed
-from skyverse.maps.assembly.terrain import height_of
-from skyverse.maps.readers.raster import Rectangle
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.assembly.ground import GIVE_GROUND, z_at_altitude
+from skyverse.maps.assembly.obstacles import LocalFeatures
+from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, Altitude
 from skyverse.model.scenario import AltitudeBand, Bounds, Origin
 from skyverse.model.shapes import Terrain, Voxels
 
-ABOVE = 30.0
-"""Metres from the highest ground, building, UAV or target to the ceiling when nothing is said."""
-MOST_NODES = 2e6
-"""Of the lattice when nothing is said."""
-_STEPS = [digit * 10.0**power for power in range(-1, 5) for digit in (1, 2, 5)]
+DEFAULT_HEADROOM = 30.0
+"""Metres from the highest ground, building, UAV or target to the ceiling by default."""
+MAX_DEFAULT_NODES = 2e6
+"""Nodes of the lattice at most where its step is not given."""
+_ROUND_STEPS = [digit * 10.0**power for power in range(-1, 5) for digit in (1, 2, 5)]
 
 
 def heights(
     relief: Terrain | None,
-    these: Sequence[Placed],
+    these: Sequence[LocalFeatures],
     solids: Sequence[Voxels],
     points: Sequence[tuple[float, float, float]],
 ) -> tuple[float, float]:
-    """Return the lowest and the highest z of what is there."""
+    """Return the lowest and the highest z of ground, buildings, voxels and points."""
     z = [point[2] for point in points]
     for one in these:
         standing = np.array([feature.kind == "building" for feature in one.features], dtype=bool)
@@ -50,56 +50,74 @@ def ceiling(
     floor: float,
     highest: float,
 ) -> float:
-    """Return z of the bounds' upper end."""
+    """Return z of the bounds' upper end.
+
+    Parameters
+    ----------
+    asked
+        What the user asks for, if anything.
+    band
+        The heights above ground that paths keep to, metres.
+    frame, region, relief
+        The local frame's origin, the part of it that the scenario holds, and the ground, if it is known.
+    floor, highest
+        z of the bounds' lower end, and of the highest thing in the scenario.
+    """
     ground = None if relief is None else float(relief.heights.max())
     if asked is None:
         if band is not None and ground is not None:
             highest = max(highest, ground + band[1])
-        return float(math.ceil(highest + ABOVE))
+        return float(math.ceil(highest + DEFAULT_HEADROOM))
     if isinstance(asked, AboveHome):
-        raise InputError("--ceiling: expected agl (above the highest ground) or amsl, found home")
+        raise InputError("expected agl (above the highest ground) or amsl, found home", field="ceiling")
     if isinstance(asked, AboveGround):
         if ground is None:
-            raise InputError("--ceiling: agl needs the ground: --terrain FILE, or --ground '0 m amsl'")
+            raise InputError("agl needs the ground", field="ceiling", give=GIVE_GROUND)
         top = ground + asked.metres
-    else:  # lowest where it is farthest away
+    else:  # a level surface is lowest in z where it is farthest from the origin
         x, y = (np.array([max(region[k], region[k + 2], key=abs)]) for k in (0, 1))
-        top = float(height_of(frame, x, y, np.array([asked.metres]))[0])
+        top = float(z_at_altitude(frame, x, y, np.array([asked.metres]))[0])
     if top <= floor + 1:
         raise InputError(
-            f"--ceiling: expected an altitude above the lowest ground, {frame.altitude + floor:.0f} m amsl, found "
-            f"{frame.altitude + top:.0f} m amsl"
+            f"expected an altitude above the lowest ground, {frame.altitude + floor:.0f} m amsl, found "
+            f"{frame.altitude + top:.0f} m amsl",
+            field="ceiling",
         )
     return top
 
 
 def refuse_high(points: Mapping[str, tuple[float, float, float]], top: float) -> None:
-    """Refuse a point above the ceiling."""
+    """Raise `InputError` for a point above the ceiling."""
     for name, point in points.items():
         if point[2] > top:
             raise InputError(
-                f"{name}: expected a point below the ceiling, found it {point[2] - top:.1f} m above; raise --ceiling"
+                f"{name}: expected a point below the ceiling, found it {point[2] - top:.1f} m above",
+                give=[Remedy("ceiling", None, "that is higher")],
             )
 
 
-def lattice(bounds: Bounds, step: float | None) -> tuple[float, float, float]:
-    """Return the lattice's step along each axis: what is asked for, or what makes not too many nodes."""
+def lattice_step(bounds: Bounds, step: float | None) -> tuple[float, float, float]:
+    """Return the lattice's step along each axis, metres: the one asked for, or the shortest of few enough nodes."""
     sizes = [high - low for low, high in zip(bounds.min, bounds.max, strict=True)]
     if step is None:
         step = next(
-            (s for s in _STEPS if s >= 1 and math.prod(size / min(s, size) + 1 for size in sizes) <= MOST_NODES),
-            _STEPS[-1],
+            (
+                s
+                for s in _ROUND_STEPS
+                if s >= 1 and math.prod(size / min(s, size) + 1 for size in sizes) <= MAX_DEFAULT_NODES
+            ),
+            _ROUND_STEPS[-1],
         )
     x, y, z = (min(step, size) for size in sizes)
     return x, y, z
 
 
-def band(band: tuple[float, float] | None, weight: float, relief: Terrain | None) -> AltitudeBand | None:
-    """Return the heights above ground to keep to."""
+def altitude_band(band: tuple[float, float] | None, weight: float, relief: Terrain | None) -> AltitudeBand | None:
+    """Return the heights above ground that paths keep to, and the price of leaving them."""
     if band is None:
         return None
     if relief is None:
-        raise InputError("--band: metres above ground need the ground: --terrain FILE, or --ground '0 m amsl'")
+        raise InputError("metres above ground need the ground", field="band", give=GIVE_GROUND)
     if not 0 <= band[0] <= band[1]:
-        raise InputError(f"--band: expected low,high metres above ground, low not above high, found {band}")
+        raise InputError(f"expected low,high metres above ground, low not above high, found {band}", field="band")
     return AltitudeBand(low=band[0], high=band[1], weight=weight, above="ground")

@@ -1,4 +1,4 @@
-"""Footprints made simpler without ever making them smaller: fewer corners, no small courtyards, neighbours as one."""
+"""Footprints simplified so that they never cover less: fewer corners, no small courtyards, neighbours merged."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,29 +11,29 @@ from shapely import Polygon
 
 from skyverse._typing import Floats
 
-_APART = 1e-3
-"""Metres that a hole must keep from the outline and from other holes; otherwise it is filled."""
+_MIN_HOLE_DISTANCE = 1e-3
+"""Metres; a hole that is nearer to the outline or to another hole is filled."""
 
 
 def simplify(polygons: Sequence[Polygon] | NDArray[Any], tolerance: float, least_hole: float = 0.0) -> NDArray[Any]:
     """Return polygons with fewer corners that cover the given ones, and reach out of them by `tolerance` at most.
 
-    Douglas and Peucker's line is grown, with mitred corners, by as much as it falls short. A polygon of which that
-    would not cover everything, or that would not lose a corner, stays as it is.
+    The outline that Douglas and Peucker's algorithm simplifies is grown by as much as it may fall short, with mitred
+    corners. A polygon stays as it is where the result would not cover it, or would not have fewer corners.
 
     Parameters
     ----------
     polygons
-        Valid ones, local metres.
+        Valid polygons, local metres.
     tolerance
-        Metres.
+        How far the result may reach out, metres.
     least_hole
         Holes with less area than this, square metres, are filled.
 
     Returns
     -------
     ndarray of Polygon
-        One for each; their holes touch neither the outline nor each other.
+        One for each polygon; its holes touch neither the outline nor each other.
     """
     given = np.empty(len(polygons), dtype=object)
     given[:] = list(polygons)
@@ -57,15 +57,15 @@ def simplify(polygons: Sequence[Polygon] | NDArray[Any], tolerance: float, least
 
 
 def _filled(polygons: NDArray[Any], least_hole: float) -> NDArray[Any]:
-    """Return polygons without holes that are small, or that touch the outline or one another."""
+    """Return polygons of which holes are filled that are small, or that touch the outline or one another."""
     result = polygons.copy()
     for k in np.flatnonzero(shapely.get_num_interior_rings(polygons) > 0):
         rings = shapely.get_rings(polygons[k])
         outline, holes = rings[0], sorted(rings[1:], key=lambda ring: -Polygon(ring).area)
         kept: list[Any] = []
         for hole in holes:
-            if Polygon(hole).area >= max(least_hole, _APART**2) and all(
-                hole.distance(other) > _APART for other in (outline, *kept)
+            if Polygon(hole).area >= max(least_hole, _MIN_HOLE_DISTANCE**2) and all(
+                hole.distance(other) > _MIN_HOLE_DISTANCE for other in (outline, *kept)
             ):
                 kept.append(hole)
         if len(kept) < len(holes):
@@ -74,7 +74,7 @@ def _filled(polygons: NDArray[Any], least_hole: float) -> NDArray[Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Merged:
+class MergedFootprints:
     """Footprints of which neighbours have become one.
 
     Attributes
@@ -82,9 +82,9 @@ class Merged:
     polygons
         (m,) polygons.
     low, high
-        (m,) the lowest and the highest of those that became one.
+        (m,) the lowest and the highest end of those that became one.
     members
-        (m,) arrays: the numbers of these.
+        (m,) arrays of the numbers of those that became one.
     """
 
     polygons: NDArray[Any]
@@ -93,17 +93,17 @@ class Merged:
     members: list[NDArray[np.int64]]
 
 
-def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats, tolerance: float) -> Merged:
-    """Return footprints of which those that touch or overlap are one, where both their ends are alike.
+def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats, tolerance: float) -> MergedFootprints:
+    """Merge footprints that touch or overlap, where both their ends are alike.
 
     Parameters
     ----------
     polygons
-        (n,) valid ones, local metres.
+        (n,) valid polygons, local metres.
     low, high
-        (n,) where they begin and end.
+        (n,) z where they begin and end, metres.
     tolerance
-        How far the ends of those that become one may lie apart, metres; all of them, not only neighbours.
+        How far the ends of all those that become one may lie apart, metres.
     """
     given = np.empty(len(polygons), dtype=object)
     given[:] = list(polygons)
@@ -119,7 +119,7 @@ def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats,
             rows.append(one if len(parts) == 1 else one[shapely.covers(part, shapely.point_on_surface(given[one]))])
     result = np.empty(len(shapes), dtype=object)
     result[:] = shapes
-    return Merged(
+    return MergedFootprints(
         _filled(result, 0.0),
         np.array([low[one].min() for one in rows]),
         np.array([high[one].max() for one in rows]),
@@ -128,7 +128,7 @@ def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats,
 
 
 def _groups(polygons: NDArray[Any], low: Floats, high: Floats, tolerance: float) -> NDArray[np.int64]:
-    """Return the number of the group that each belongs to; in a group all ends lie within the tolerance."""
+    """Return the number of the group that each belongs to; in a group, all ends lie within the tolerance."""
     group = np.arange(len(polygons))
     if len(polygons) < 2:
         return group
@@ -136,7 +136,7 @@ def _groups(polygons: NDArray[Any], low: Floats, high: Floats, tolerance: float)
     alike = (a < b) & (np.abs(low[a] - low[b]) <= tolerance) & (np.abs(high[a] - high[b]) <= tolerance)
     a, b = a[alike], b[alike]
     order = np.argsort(np.abs(high[a] - high[b]) + np.abs(low[a] - low[b]), kind="stable")
-    ends = np.stack([low, low, high, high])  # least and greatest low, least and greatest high, of each group
+    ends = np.stack([low, low, high, high])  # of each group: least and greatest low, least and greatest high
 
     def root(k: int) -> int:
         while group[k] != k:

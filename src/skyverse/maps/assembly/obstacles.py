@@ -1,4 +1,4 @@
-"""Buildings and zones on the globe to prisms of the local frame, never smaller than they are."""
+"""Buildings and zones: outlines on the globe become prisms of the local frame that never cover less."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,36 +11,36 @@ from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.maps.assembly.terrain import ground_between, height_of
+from skyverse.maps.assembly.ground import GIVE_GROUND, LEAST_EARTH_RADIUS, ground_range, z_at_altitude
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.readers.raster import Rectangle
+from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.geodesy import to_local
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Prism, Terrain, Voxels
 
-STANDING = ("building", "construction", "furniture", "tree", "vegetation")
-"""Kinds of what reaches down to the ground, wherever its file lets it begin above the sea."""
-EARTH = 6.33e6
-"""The least radius of the Earth's curve, metres."""
-GRAIN = 1e-3
-"""Corners are rounded to so many metres, after their outline was grown by as many."""
+KINDS_FROM_THE_GROUND = ("building", "construction", "furniture", "tree", "vegetation")
+"""Kinds of obstacles that reach down to the ground, even where their file lets them begin at an altitude."""
+ROUNDING = 1e-3
+"""Metres that corners are rounded to, after their outline was grown by as much."""
+MAX_CORNERS = 1000
+"""Corners of an outline at most; outlines of more are simplified."""
 
 
 @dataclass
-class Placed:
+class LocalFeatures:
     """Features in the local frame, before the bounds are known.
 
     Attributes
     ----------
     outlines
-        Polygons of shapely, local metres, one a feature.
+        A polygon of shapely for each feature, local metres.
     features
-        What each is.
+        The feature that each polygon is of.
     low, high
-        z, ``-inf`` and ``inf`` where its file gives no end.
+        (n,) z of their ends, ``-inf`` and ``inf`` where the file gives none.
     counts
-        What became of those that are not here any more.
+        How many features were left out or changed, and how.
     """
 
     outlines: list[Any]
@@ -50,15 +50,15 @@ class Placed:
     counts: Counter[str] = field(default_factory=Counter)
 
 
-def placed(
+def local_features(
     features: Sequence[Feature], origin: Origin, region: Rectangle, terrain: Terrain | None, reach: float
-) -> Placed:
-    """Bring features into the local frame: those within `reach` metres of a region, cut there."""
+) -> LocalFeatures:
+    """Bring features into the local frame; what is farther than `reach` metres from a region is cut off."""
     import shapely
 
-    from skyverse.maps.georeference.longitudes import here
+    from skyverse.maps.georeference.longitudes import features_around
 
-    given, features = len(features), here(features, origin.longitude, origin.latitude)
+    given, features = len(features), features_around(features, origin.longitude, origin.latitude)
     counts: Counter[str] = Counter()
     x0, y0, x1, y1 = region[0] - reach, region[1] - reach, region[2] + reach, region[3] + reach
     flat = _outlines(features, origin, np.zeros(len(features)))
@@ -72,19 +72,19 @@ def placed(
     counts["buried"] = int(empty.sum())
     kept = [feature for feature, gone in zip(kept, empty, strict=True) if not gone]
     low, high, boxes = low[~empty], high[~empty], boxes[~empty]
-    # walls are upright in the frame, but where they stand they lean away from its origin, the more the higher
+    # walls are upright in the frame, but on Earth verticals lean away: outlines at half height are widened by that
     most = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0.0) + 500.0)
     least = np.where(np.isfinite(low), low, np.minimum(most, 0.0))
     boxes = np.clip(boxes, [x0, y0, x0, y0], [x1, y1, x1, y1])
     far = np.hypot(np.abs(boxes[:, [0, 2]]).max(axis=1), np.abs(boxes[:, [1, 3]]).max(axis=1))
     outlines = _outlines(kept, origin, (most + least) / 2)
-    lean = far * (most - least) / 2 / EARTH
-    outlines = shapely.buffer(outlines, lean + GRAIN, join_style="mitre", mitre_limit=5.0)
+    lean = far * (most - least) / 2 / LEAST_EARTH_RADIUS
+    outlines = shapely.buffer(outlines, lean + ROUNDING, join_style="mitre", mitre_limit=5.0)
     frame = shapely.box(x0, y0, x1, y1)
     crossing = ~shapely.covered_by(outlines, frame)
     counts["cut at the edge of the area"] = int(crossing.sum())
     outlines[crossing] = shapely.intersection(outlines[crossing], frame)
-    result = Placed([], [], np.empty(0), np.empty(0), counts)
+    result = LocalFeatures([], [], np.empty(0), np.empty(0), counts)
     rows = []
     for k, outline in enumerate(outlines):
         for part in getattr(outline, "geoms", [outline]):
@@ -97,7 +97,7 @@ def placed(
 
 
 def _outlines(features: Sequence[Feature], origin: Origin, levels: Floats) -> NDArray[Any]:
-    """Return polygons (n,) of shapely in local metres, each outline where its corners are at its z."""
+    """Return polygons (n,) of shapely in local metres, where the outlines' corners are at the z in `levels` (n,)."""
     import shapely
 
     rings = [ring for feature in features for ring in (feature.outline, *feature.holes)]
@@ -126,28 +126,28 @@ def _ends(
     region: Rectangle,
     terrain: Terrain | None,
 ) -> tuple[Floats, Floats]:
-    """Return z of the ends: the lowest that they are meant to begin at, the highest that they are meant to end at."""
+    """Return z of both ends (n,): the lowest at which a feature may begin and the highest at which it may end."""
     near = np.clip(0.0, boxes[:, :2], boxes[:, 2:])
     far = np.where(np.abs(boxes[:, :2]) > np.abs(boxes[:, 2:]), boxes[:, :2], boxes[:, 2:])
     far = np.clip(far, [region[0], region[1]], [region[2], region[3]])
     low, high = np.full(len(features), -np.inf), np.full(len(features), np.inf)
     for ends, side, at in ((low, "low", far), (high, "high", near)):
         sea = np.array([isinstance(getattr(feature, side), AboveSea) for feature in features], dtype=bool)
-        ends[sea] = height_of(origin, at[sea, 0], at[sea, 1], _metres(features, sea, side))
+        ends[sea] = z_at_altitude(origin, at[sea, 0], at[sea, 1], _metres(features, sea, side))
     home = next((f for f in features if isinstance(f.low, AboveHome) or isinstance(f.high, AboveHome)), None)
     if home is not None:
-        raise InputError(f"{home.where}: an altitude above home, but an obstacle has none; give agl or amsl")
+        raise InputError(f"{home.where}: an altitude above home, but an obstacle has no home; give it as agl or amsl")
     floored = np.array([isinstance(feature.low, AboveGround) for feature in features], dtype=bool)
     capped = np.array([isinstance(feature.high, AboveGround) for feature in features], dtype=bool)
     if terrain is None:
         if (floored | capped).any():
             where = features[int(np.flatnonzero(floored | capped)[0])].where
-            raise InputError(
-                f"{where}: an altitude above ground, which is unknown; give --terrain FILE or --ground '0 m amsl'"
-            )
+            raise InputError(f"{where}: an altitude above ground, which is unknown", give=GIVE_GROUND)
         return low, high
-    lowest, highest = ground_between(terrain, outlines)
-    stands = np.array([f.low is None or (f.kind in STANDING and isinstance(f.low, AboveSea)) for f in features], bool)
+    lowest, highest = ground_range(terrain, outlines)
+    stands = np.array(
+        [f.low is None or (f.kind in KINDS_FROM_THE_GROUND and isinstance(f.low, AboveSea)) for f in features], bool
+    )
     low[stands] = np.where(np.isfinite(low), np.minimum(low, lowest), lowest)[stands]
     low[floored] = lowest[floored] + _metres(features, floored, "low")
     high[capped] = highest[capped] + _metres(features, capped, "high")
@@ -155,14 +155,15 @@ def _ends(
 
 
 def _metres(features: Sequence[Feature], these: NDArray[np.bool_], side: str) -> Floats:
+    """Return the metres of one side's altitude of the features that are chosen."""
     return np.array([getattr(features[k], side).metres for k in np.flatnonzero(these).tolist()], dtype=np.float64)
 
 
-def bounded(these: Placed, floor: float, ceiling: float, reach: float) -> Placed:
-    """Leave out what lies above or below; what has no end, ends `reach` metres beyond floor and ceiling."""
+def within_bounds(these: LocalFeatures, floor: float, ceiling: float, reach: float) -> LocalFeatures:
+    """Leave out what lies above the ceiling or below the floor; what has no end ends `reach` metres beyond them."""
     inside = (these.low < ceiling + reach) & (these.high > floor - reach)
     counts = these.counts + Counter({"above or below the bounds": int((~inside).sum())})
-    return Placed(
+    return LocalFeatures(
         [outline for outline, kept in zip(these.outlines, inside, strict=True) if kept],
         [feature for feature, kept in zip(these.features, inside, strict=True) if kept],
         np.maximum(these.low[inside], floor - reach),
@@ -171,8 +172,16 @@ def bounded(these: Placed, floor: float, ceiling: float, reach: float) -> Placed
     )
 
 
-def slimmed(these: Placed, tolerance: float) -> Placed:
-    """Make buildings that touch and are about as high one, and give all outlines fewer corners, never less room."""
+def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
+    """Merge buildings that touch and are about as high, and give outlines fewer corners without covering less.
+
+    Parameters
+    ----------
+    these
+        The features.
+    tolerance
+        How far outlines may grow, and how far the ends of merged buildings may lie apart, metres.
+    """
     import shapely
 
     from skyverse.maps.assembly.footprints import merge, simplify
@@ -197,32 +206,29 @@ def slimmed(these: Placed, tolerance: float) -> Placed:
         outlines = np.concatenate([outlines, merged.polygons])
         low, high = np.concatenate([low, merged.low]), np.concatenate([high, merged.high])
     outlines = simplify(outlines, tolerance)
-    while (many := shapely.get_num_coordinates(outlines) > MOST_CORNERS).any() and tolerance < 1e4:
+    while (many := shapely.get_num_coordinates(outlines) > MAX_CORNERS).any() and tolerance < 1e4:
         tolerance = max(2 * tolerance, 0.01)
         outlines[many] = simplify(outlines[many], tolerance)
-        counts[f"of more than {MOST_CORNERS} corners, simplified by {tolerance:g} m"] = int(many.sum())
+        counts[f"of more than {MAX_CORNERS} corners, simplified by {tolerance:g} m"] = int(many.sum())
     counts["corners of outlines taken away"] = corners - int(shapely.get_num_coordinates(outlines).sum())
-    return Placed(list(outlines), features, low, high, counts)
-
-
-MOST_CORNERS = 1000
+    return LocalFeatures(list(outlines), features, low, high, counts)
 
 
 def refuse_inside(
     points: Mapping[str, tuple[float, float, float]], solids: Sequence[Prism | Voxels], clearance: float, file: str
 ) -> None:
-    """Refuse a point that is in what a file says must not be entered, or nearer to it than the clearance."""
+    """Raise `InputError` for a point that is in an obstacle of a file, or nearer to it than the clearance."""
     for name, point in points.items():
-        shut = next((solid for solid in solids if _shuts(solid, np.array(point), clearance)), None)
-        if shut is not None:
-            called = f"the {shut.kind or 'obstacle'}" + (f" {shut.name!r}" if shut.name else "")
+        near = next((solid for solid in solids if _is_near(solid, np.array(point), clearance)), None)
+        if near is not None:
+            called = f"the {near.kind or 'obstacle'}" + (f" {near.name!r}" if near.name else "")
             raise InputError(
                 f"{name}: expected a point {clearance:g} m or more from what must not be entered, found it in or near "
                 f"{called} of {file}"
             )
 
 
-def _shuts(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
+def _is_near(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
     if isinstance(solid, Voxels):
         first = np.array(solid.origin)
         low = np.maximum(np.floor((point - clearance - first) / solid.step + 1e-9), 0).astype(np.int64)
@@ -239,8 +245,8 @@ def _shuts(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
     return bool(outline.distance(place) < clearance) if clearance else bool(outline.contains_properly(place))
 
 
-def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:
-    """Return what is left as prisms."""
+def prisms(these: LocalFeatures) -> tuple[list[Prism], Counter[str]]:
+    """Return features as prisms, and how many were left out or changed, and how."""
     counts = Counter(these.counts)
     made = []
     for outline, feature, low, high in zip(these.outlines, these.features, these.low, these.high, strict=True):
@@ -253,8 +259,8 @@ def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:
         }
         try:
             made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))
-        except ValidationError:  # an outline that touches itself, or is thinner than a grain; what it lies in is not
-            hull = outline.convex_hull.buffer(GRAIN, join_style="mitre")
+        except ValidationError:  # an outline that touches itself or is thinner than the rounding has a sound hull
+            hull = outline.convex_hull.buffer(ROUNDING, join_style="mitre")
             try:
                 made.append(Prism(vertices=_ring(hull.exterior), **given))
             except ValidationError as error:
@@ -266,11 +272,11 @@ def prisms(these: Placed) -> tuple[list[Prism], Counter[str]]:
 
 def _rings(outline: Any) -> tuple[Floats, ...]:
     rings = [_ring(hole) for hole in outline.interiors]
-    return tuple(ring for ring in rings if len(ring) >= 3)  # a hole thinner than a grain is filled
+    return tuple(ring for ring in rings if len(ring) >= 3)  # a hole thinner than the rounding is filled
 
 
 def _ring(ring: Any) -> Floats:
-    """Return an outline's corners (n, 2), rounded, none twice in a row."""
+    """Return a ring's corners (n, 2), rounded, without repetitions."""
     import shapely
 
     corners: Floats = np.round(shapely.get_coordinates(ring), 3)

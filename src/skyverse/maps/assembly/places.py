@@ -1,4 +1,4 @@
-"""UAVs and targets on the globe to points of the local frame."""
+"""UAVs and targets: places on the globe become points of the local frame."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,22 +8,19 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.maps.assembly.region import within
+from skyverse.maps.assembly.ground import GIVE_GROUND
+from skyverse.maps.assembly.options import Place, Places
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.readers.raster import Opened, Rectangle
-from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
+from skyverse.maps.georeference.rectangle import Rectangle, contains
+from skyverse.maps.readers.raster import OpenRaster
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
-Place = tuple[float, float, Altitude]
-"""Latitude, longitude, degrees; altitude."""
-Places = Mapping[str, Place] | Sequence[Place]
-"""With names, or without."""
 
-
-def named(places: Places, kind: str) -> dict[str, Place]:
-    """Return places by name, as ``uav-1`` where none is given, and refuse what is none."""
+def named_places(places: Places, kind: str) -> dict[str, Place]:
+    """Return places by name, which is such as ``uav-1`` where none is given; refuse what is not a place."""
     given = places if isinstance(places, Mapping) else {f"{kind}-{k}": place for k, place in enumerate(places, 1)}
     for name, place in given.items():
         if len(place) != 3 or not isinstance(place[2], AboveSea | AboveGround | AboveHome):
@@ -42,7 +39,7 @@ def named(places: Places, kind: str) -> dict[str, Place]:
 
 
 def flat_points(places: Sequence[Place], origin: Origin) -> Floats:
-    """Return local points (n, 3) of places at their altitude above the sea, at the origin's where that is not known."""
+    """Return local points (n, 3) of places, at the origin's altitude where theirs above the sea is not known."""
     rows = [
         (lat, lon, altitude.metres if isinstance(altitude, AboveSea) else origin.altitude)
         for lat, lon, altitude in places
@@ -50,11 +47,11 @@ def flat_points(places: Sequence[Place], origin: Origin) -> Floats:
     return to_local(origin, rows) if rows else np.empty((0, 3))
 
 
-def refuse_off_map(places: Mapping[str, Place], files: Sequence[Opened]) -> None:
-    """Refuse a place that is on none of the terrain's files."""
+def refuse_off_map(places: Mapping[str, Place], rasters: Sequence[OpenRaster]) -> None:
+    """Raise `InputError` for a place that is on none of the terrain's rasters."""
 
     def known(latitude: float, longitude: float) -> bool:
-        return not files or any(file.pixel(latitude, longitude) is not None for file in files)
+        return not rasters or any(raster.pixel(latitude, longitude) is not None for raster in rasters)
 
     for name, (latitude, longitude, _) in places.items():
         if known(latitude, longitude):
@@ -63,51 +60,52 @@ def refuse_off_map(places: Mapping[str, Place], files: Sequence[Opened]) -> None
         if abs(longitude) <= 90 and known(longitude, latitude):
             hint = "; are latitude and longitude swapped?"
         raise InputError(
-            f"{name}: expected a place on {', '.join(file.path for file in files)}, found latitude {latitude:g}, "
+            f"{name}: expected a place on {', '.join(raster.path for raster in rasters)}, found latitude {latitude:g}, "
             f"longitude {longitude:g}, which is outside{hint}"
         )
 
 
 def refuse_outside(names: Sequence[str], places: Sequence[Place], origin: Origin, region: Rectangle, what: str) -> None:
-    """Refuse a place that is not over the region."""
+    """Raise `InputError` for a place that is not over the region, which `what` names in the message."""
     for name, place, point in zip(names, places, flat_points(places, origin), strict=True):
-        if within(point, region):
+        if contains(region, point):
             continue
         latitude, longitude, altitude = place
-        turned = abs(longitude) <= 90 and within(flat_points([(longitude, latitude, altitude)], origin)[0], region)
-        hint = "; are latitude and longitude swapped?" if turned else ""
+        swapped = abs(longitude) <= 90 and contains(region, flat_points([(longitude, latitude, altitude)], origin)[0])
+        hint = "; are latitude and longitude swapped?" if swapped else ""
         raise InputError(
-            f"{name}: expected a place in {what}, which ends {_far(point, region)} from latitude {latitude:g}, "
+            f"{name}: expected a place in {what}, which ends {_distance(point, region)} from latitude {latitude:g}, "
             f"longitude {longitude:g}{hint}"
         )
 
 
 def refuse_swapped(path: str, found: Sequence[Feature], origin: Origin, region: Rectangle) -> None:
-    """Refuse a file of which nothing lies over the region, but would if latitude and longitude were swapped."""
+    """Raise `InputError` for a file that lies over the region only if latitude and longitude are swapped."""
     corners = np.concatenate([feature.outline for feature in found])
-    turned = corners[np.abs(corners[:, 0]) <= 90]
-    flat: list[Place] = [(float(first), float(second), AboveSea(origin.altitude)) for first, second in turned]
-    if flat and any(within(point, region) for point in flat_points(flat, origin)):
+    swapped = corners[np.abs(corners[:, 0]) <= 90]
+    flat: list[Place] = [(float(first), float(second), AboveSea(origin.altitude)) for first, second in swapped]
+    if flat and any(contains(region, point) for point in flat_points(flat, origin)):
         raise InputError(
             f"{path}: nothing of it lies in the area, but would with latitude and longitude swapped; longitude comes "
-            "first in files and in --area, latitude in places"
+            "first in files and areas, latitude in places"
         )
 
 
-def _far(point: Floats, region: Rectangle) -> str:
+def _distance(point: Floats, region: Rectangle) -> str:
+    """Return how far outside of a region a point is, in words."""
     away = np.maximum(0, np.maximum(np.array(region[:2]) - point[:2], point[:2] - np.array(region[2:])))
     metres = float(np.hypot(*away))
     return f"{metres:.0f} m" if metres < 10_000 else f"{metres / 1000:.0f} km"
 
 
-def homes(starts: Mapping[str, Place], files: Sequence[Opened], geoid: float | None) -> dict[str, float]:
-    """Return how high above the sea the real ground below starts is, metres; of several files, the highest.
+def homes(starts: Mapping[str, Place], rasters: Sequence[OpenRaster], geoid: float | None) -> dict[str, float]:
+    """Return the altitude of the real ground below each start, metres above the sea; of several rasters, the highest.
 
-    It is the rasters' own, not the scenario's, which is raised. A start beside holes is left out.
+    It is the ground of the rasters, not that of the scenario, which is raised. A start beside holes is left out.
     """
     found = {}
     for name, (latitude, longitude, _) in starts.items():
-        heights = [file.height(latitude, longitude) - (geoid or 0.0) * file.ellipsoidal for file in files]
+        heights = [raster.height(latitude, longitude) - (geoid or 0.0) * raster.ellipsoidal for raster in rasters]
         known = [height for height in heights if not math.isnan(height)]
         if known:
             found[name] = max(known)
@@ -121,7 +119,21 @@ def local_points(
     terrain: Terrain | None,
     homes: Mapping[str, float],
 ) -> dict[str, tuple[float, float, float]]:
-    """Return local points of places; a UAV's home is the real ground below its start, a target's the only UAV's."""
+    """Return the local points of places by name.
+
+    Altitudes above home are counted from the real ground below a UAV's start; those of targets need an only UAV.
+
+    Parameters
+    ----------
+    given
+        The places.
+    starts
+        The places where UAVs start, by the UAVs' names.
+    origin, terrain
+        The local frame's origin, and the scenario's ground if it is known.
+    homes
+        The altitudes of UAVs' homes, as far as they are known.
+    """
     points = {}
     for name, (latitude, longitude, altitude) in given.items():
         if isinstance(altitude, AboveHome):
@@ -148,11 +160,11 @@ def _above_ground(
 ) -> tuple[float, float, float]:
     if terrain is None:
         raise InputError(
-            f"{name}: an altitude above ground or home needs the ground: --terrain FILE, or --ground '0 m amsl'; "
-            "or give it as amsl"
+            f"{name}: an altitude above ground or home needs the ground, where it is not given as amsl",
+            give=GIVE_GROUND,
         )
     altitude = origin.altitude
-    for _ in range(4):  # the vertical there is not quite the frame's
+    for _ in range(4):  # the vertical there differs a little from the frame's
         point = to_local(origin, [latitude, longitude, altitude])
         altitude += float(terrain.height(point[0, :2])) + metres - float(point[0, 2])
     x, y, z = to_local(origin, [latitude, longitude, altitude])[0].tolist()
@@ -165,7 +177,19 @@ def refuse_low(
     clearance: float,
     real: Mapping[str, float] = MappingProxyType({}),
 ) -> None:
-    """Refuse a point that is nearer to the ground than the clearance, or to the `real` ground below it, by its z."""
+    """Raise `InputError` for a point that is nearer to the ground than the clearance.
+
+    Parameters
+    ----------
+    points
+        Local points by name.
+    terrain
+        The scenario's ground; nothing is refused where it is not known.
+    clearance
+        Metres.
+    real
+        z of the real ground below points, by name, where it is known; it counts as well.
+    """
     if terrain is None:
         return
     for name, (x, y, z) in points.items():

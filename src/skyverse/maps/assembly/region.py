@@ -5,18 +5,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
-from skyverse.maps.readers.raster import LEVELS, Opened, Rectangle
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.georeference.rectangle import Rectangle
+from skyverse.maps.readers.raster import OpenRaster
+from skyverse.maps.readers.raster_tiles import LEVELS
 from skyverse.model.geodesy import to_local
 from skyverse.model.scenario import Origin
 
-LARGEST = 200_000.0
-"""Metres that a scenario may be wide; farther out, a plane through its origin is no frame to fly in."""
+MAX_WIDTH = 200_000.0
+"""Metres that a scenario may be wide; farther out, a plane through its origin is not a frame to fly in."""
 
 
 @dataclass(frozen=True)
 class Area:
-    """Degrees; where `west` is greater than `east`, it crosses the antimeridian."""
+    """An area between meridians and parallels, degrees; where `west` exceeds `east`, it crosses the antimeridian."""
 
     west: float
     south: float
@@ -24,36 +26,41 @@ class Area:
     north: float
 
     def __post_init__(self) -> None:
-        shown = f"--area {self.west:g},{self.south:g},{self.east:g},{self.north:g}"
-        for name, value, most in (("south", self.south, 90), ("north", self.north, 90)):
-            if not abs(value) <= most:
+        found = f"{self.west:g},{self.south:g},{self.east:g},{self.north:g}"
+        for name, value in (("south", self.south), ("north", self.north)):
+            if not abs(value) <= 90:
                 hint = "; the order is west,south,east,north" if abs(value) <= 180 else ""
-                raise InputError(f"{shown}: expected {name} from -90 to 90 degrees, found {value:g}{hint}")
+                raise InputError(
+                    f"{found}: expected {name} from -90 to 90 degrees, found {value:g}{hint}", field="area"
+                )
         for name, value in (("west", self.west), ("east", self.east)):
             if not abs(value) <= 180:
-                raise InputError(f"{shown}: expected {name} from -180 to 180 degrees, found {value:g}")
+                raise InputError(f"{found}: expected {name} from -180 to 180 degrees, found {value:g}", field="area")
         if not self.south < self.north or self.west == self.east:
             raise InputError(
-                f"{shown}: expected west,south,east,north, found {self.south:g} for south, {self.north:g} for north, "
-                f"{self.west:g} for west, {self.east:g} for east"
+                f"{found}: expected west,south,east,north, found {self.south:g} for south, {self.north:g} for north, "
+                f"{self.west:g} for west, {self.east:g} for east",
+                field="area",
             )
         if (wide := (self.east - self.west) % 360) > 180:
-            raise InputError(f"{shown}: expected west,south,east,north, found {wide:g} degrees from west to east")
+            raise InputError(
+                f"{found}: expected west,south,east,north, found {wide:g} degrees from west to east", field="area"
+            )
 
     @property
     def middle(self) -> tuple[float, float]:
-        """Latitude and longitude."""
+        """Latitude and longitude of the middle, degrees."""
         wide = (self.east - self.west) % 360
         return (self.south + self.north) / 2, (self.west + wide / 2 + 180) % 360 - 180
 
     def inside(self, origin: Origin) -> Rectangle:
-        """Return the rectangle of the local frame that lies in it, whole metres."""
+        """Return the largest rectangle of whole metres of the local frame that lies in the area."""
         along = np.linspace(0, 1, 65)
         wide = (self.east - self.west) % 360
         longitude = self.west + wide * along
         latitude = self.south + (self.north - self.south) * along
         one = np.ones_like(along)
-        return _inner(
+        return _between_edges(
             origin,
             [
                 (latitude, self.west * one),
@@ -65,9 +72,9 @@ class Area:
         )
 
 
-def covered(opened: Opened, origin: Origin) -> Rectangle:
-    """Return the rectangle of the local frame that a raster covers, whole metres."""
-    width, height = opened.data.width, opened.data.height
+def covered(raster: OpenRaster, origin: Origin) -> Rectangle:
+    """Return the largest rectangle of whole metres of the local frame that a raster covers."""
+    width, height = raster.data.width, raster.data.height
     across, down = np.linspace(0, width, 65), np.linspace(0, height, 65)
     edges = []
     for columns, rows in (
@@ -76,13 +83,13 @@ def covered(opened: Opened, origin: Origin) -> Rectangle:
         (across, 0 * across),
         (across, 0 * across + height),
     ):
-        longitude, latitude = opened.places(columns, rows)
+        longitude, latitude = raster.places(columns, rows)
         edges.append((latitude, longitude))
-    return _inner(origin, edges, opened.path)
+    return _between_edges(origin, edges, raster.path)
 
 
-def _inner(origin: Origin, edges: list[tuple[Floats, Floats]], what: str) -> Rectangle:
-    """Return the rectangle between four edges of latitudes and longitudes, each met at low and high altitudes."""
+def _between_edges(origin: Origin, edges: list[tuple[Floats, Floats]], what: str) -> Rectangle:
+    """Return the rectangle between four edges of latitudes and longitudes, at low and high altitudes alike."""
     places = [
         np.concatenate(
             [to_local(origin, np.column_stack([lat, lon, np.full_like(lat, level)]))[:, :2] for level in LEVELS]
@@ -99,35 +106,28 @@ def _inner(origin: Origin, edges: list[tuple[Floats, Floats]], what: str) -> Rec
         else:
             limits[axis + 2] = min(limits[axis + 2], edge[:, axis].min())
     if not np.isfinite(limits).all():
-        raise InputError(f"{what}: expected four sides towards west, south, east and north; give a smaller --area")
+        raise InputError(
+            f"{what}: expected four sides towards west, south, east and north",
+            give=[Remedy("area", None, "that is smaller")],
+        )
     rectangle = tuple(np.ceil(limits[:2])) + tuple(np.floor(limits[2:]))
-    return checked((float(rectangle[0]), float(rectangle[1]), float(rectangle[2]), float(rectangle[3])), what)
+    return require_size((float(rectangle[0]), float(rectangle[1]), float(rectangle[2]), float(rectangle[3])), what)
 
 
-def checked(region: Rectangle, what: str) -> Rectangle:
-    """Refuse a region that is too small or too large to fly in."""
+def require_size(region: Rectangle, what: str) -> Rectangle:
+    """Return a region, or raise `InputError` if it is too small or too large to fly in."""
     x0, y0, x1, y1 = region
     if min(x1 - x0, y1 - y0) < 1:
         raise InputError(f"{what}: expected an area of some metres, found {x1 - x0:g} m by {y1 - y0:g} m")
-    if max(x1 - x0, y1 - y0) > LARGEST:
+    if max(x1 - x0, y1 - y0) > MAX_WIDTH:
         raise InputError(
-            f"{what}: expected an area of at most {LARGEST / 1000:g} km, found {(x1 - x0) / 1000:.0f} km by "
+            f"{what}: expected an area of at most {MAX_WIDTH / 1000:g} km, found {(x1 - x0) / 1000:.0f} km by "
             f"{(y1 - y0) / 1000:.0f} km"
         )
     return region
 
 
 def around(points: Floats, margin: float) -> Rectangle:
-    """Return the rectangle that keeps a margin around local points, whole metres."""
+    """Return the rectangle of whole metres that keeps a margin, metres, around local points (n, 2 or 3)."""
     low, high = np.floor(points[:, :2].min(axis=0) - margin), np.ceil(points[:, :2].max(axis=0) + margin)
-    return checked((float(low[0]), float(low[1]), float(high[0]), float(high[1])), "the UAVs and targets")
-
-
-def common(one: Rectangle, other: Rectangle) -> Rectangle:
-    """Return what two rectangles share; it may be empty."""
-    return max(one[0], other[0]), max(one[1], other[1]), min(one[2], other[2]), min(one[3], other[3])
-
-
-def within(point: Floats, region: Rectangle) -> bool:
-    """Tell whether a local point is over a rectangle."""
-    return bool(region[0] <= point[0] <= region[2] and region[1] <= point[1] <= region[3])
+    return require_size((float(low[0]), float(low[1]), float(high[0]), float(high[1])), "the UAVs and targets")

@@ -1,1 +1,1 @@
-"""What files say about places on Earth: datums, longitudes, altitude limits, and the choices that files leave open."""
+"""What files say about places on Earth: datums, longitudes, altitude limits, and what they leave to the user."""

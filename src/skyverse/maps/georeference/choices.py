@@ -1,39 +1,68 @@
-"""What the user decides where a file leaves it open."""
+"""What the user says of a file that the file does not say itself."""
 
 import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy, Sentence
 
-WIDEST = 100_000.0
-"""Metres that lines and points may be widened by."""
+MAX_BUFFER = 100_000.0
+"""The widest band, metres, that may be put around a point or a line."""
 
 
-def _silent(_: str) -> None:
+def _ignore(_: str) -> None:
     pass
 
 
 @dataclass(frozen=True)
+class Raster:
+    """A file of ground heights that rasterio can read, and what the file does not say itself.
+
+    Attributes
+    ----------
+    path
+        A GeoTIFF, ASCII grid, .hgt file or another format of rasterio's.
+    crs
+        The file's coordinate system, such as ``"EPSG:2056"``, where the file does not say it.
+    band
+        The number of the band that holds the heights, counted from 1; needed where the file has several bands.
+    unit
+        The unit of the heights, ``"m"``, ``"ft"`` or ``"us-ft"``, in place of the file's own. When left out, heights of
+        a file that names no unit are metres.
+    nodata
+        The number that stands for no data, in addition to the file's own; ``nan`` says that there is none, and that
+        every number is a height.
+    """
+
+    path: str | Path
+    crs: str | None = None
+    band: int | None = None
+    unit: str | None = None
+    nodata: float | None = None
+
+
+@dataclass(frozen=True)
 class Reading:
-    """How files of buildings, zones and points are to be read where they leave it open.
+    """How files of buildings, zones and points are read where they leave it open.
 
     Attributes
     ----------
     altitudes
-        What bare altitudes are counted from: ``"agl"``, the ground, or ``"amsl"``, mean sea level.
+        What altitudes without a reference are counted from: ``"agl"``, the ground, or ``"amsl"``, mean sea level.
     unit
-        Of limits of zones, and of points' altitudes, without one, ``"m"`` or ``"ft"``; metres, and told, when left out.
+        The unit, ``"m"`` or ``"ft"``, of zones' limits and points' altitudes that have none. When left out they are
+        metres, and a note says so.
     building_height
-        Of buildings that no usable height is given of, metres.
+        The height, metres, of buildings whose file gives no usable height.
     height_field
-        The field that holds the height above ground, where it is none of the usual ones.
+        The name of the field that holds the height above ground, where it is none of the usual names.
     buffer
-        How far around lines and points is forbidden, metres.
+        How far around lines and points must not be entered, metres.
     crs
-        The coordinates of a file that does not say, such as ``"EPSG:2056"``.
+        The coordinate system of a file that does not say it, such as ``"EPSG:2056"``.
     lod
         The level of detail taken from CityJSON, such as ``"1.2"``; each building's highest when left out.
     """
@@ -48,41 +77,54 @@ class Reading:
 
     def __post_init__(self) -> None:
         if self.altitudes not in (None, "agl", "amsl"):
-            raise InputError(f"--altitudes: expected agl (ground) or amsl (mean sea level), found {self.altitudes!r}")
+            raise InputError(
+                f"expected agl (ground) or amsl (mean sea level), found {self.altitudes!r}", field="Reading.altitudes"
+            )
         if self.unit not in (None, "m", "ft"):
-            raise InputError(f"--unit: expected m or ft, found {self.unit!r}")
-        for name, value in (("--building-height", self.building_height), ("--buffer", self.buffer)):
+            raise InputError(f"expected m or ft, found {self.unit!r}", field="Reading.unit")
+        for name in ("building_height", "buffer"):
+            value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0):
-                raise InputError(f"{name}: expected metres above zero, found {value}")
-        if self.buffer is not None and self.buffer > WIDEST:
-            raise InputError(f"--buffer: expected at most {WIDEST:g} metres, found {self.buffer:g}")
+                raise InputError(f"expected metres above zero, found {value}", field=f"Reading.{name}")
+        if self.buffer is not None and self.buffer > MAX_BUFFER:
+            raise InputError(f"expected at most {MAX_BUFFER:g} metres, found {self.buffer:g}", field="Reading.buffer")
         try:
             level = math.isfinite(float(self.lod or 0))
         except ValueError:
             level = False
         if not level:
-            raise InputError(f"--lod: expected a level of detail such as 2.2, found {self.lod!r:.40}")
+            raise InputError(f"expected a level of detail such as 2.2, found {self.lod!r:.40}", field="Reading.lod")
+
+
+GIVE_CRS = Remedy("Reading.crs", "EPSG:4326")
+"""What helps where a file of buildings, zones or points does not say its coordinate system, with an example."""
+GIVE_AMSL = Remedy("Reading.altitudes", "amsl", "to take them as above mean sea level")
+"""What helps where a coordinate system does not say what altitudes are counted from."""
 
 
 @dataclass(frozen=True)
 class Choices(Reading):
-    """How one file is to be read, what it is, and who is told of it.
+    """How one file is read, what is in it, and who is told of what was done with it.
 
     Attributes
     ----------
     kind
-        What all its features are; ``"building"`` ones stand on the ground and need a height. ``None`` for what the
-        file says.
+        What all features of the file are, such as ``"building"``: buildings stand on the ground and need a height.
+        ``None`` where the file says what they are.
     risk
-        Of a metre inside, where a feature's field ``risk`` does not say it; ``None`` for what must not be entered,
-        whatever such a field says.
+        The risk of a metre flown inside, where a feature's field ``risk`` does not say it. ``None`` for features that
+        must not be entered, whatever such a field says.
     tell
-        Is called with a sentence for all that was repaired or left out.
+        Called with a sentence for each feature that was repaired or left out.
     tally
-        What is told once for all of a file, and of how many features it is true.
+        How many features each sentence is true of that is told once for the whole file.
     """
 
     kind: str | None = None
     risk: float | None = None
-    tell: Callable[[str], object] = _silent
-    tally: Counter[str] = field(default_factory=Counter)
+    tell: Callable[[str], object] = _ignore
+    tally: Counter[Sentence] = field(default_factory=Counter)
+
+    def count(self, text: str, *give: Remedy) -> None:
+        """Count one more feature of which a sentence is true; see `tally`."""
+        self.tally[Sentence(text, give=give)] += 1

@@ -1,4 +1,4 @@
-"""Which of PROJ's operations brings coordinates to WGS84 where they are used, and how well."""
+"""Which of PROJ's operations brings coordinates to WGS84 near the place where they are used, and how exact it is."""
 
 import math
 from typing import Any
@@ -8,24 +8,28 @@ from pyproj.aoi import AreaOfInterest
 
 from skyverse.errors import InputError
 
-NEAR = 0.1
-"""Degrees around a place that an operation is chosen for."""
-EXACT = 1.0
-"""Metres; what is known worse is told."""
+AREA_OF_INTEREST = 0.1
+"""Half the side, degrees, of the area around a place for which PROJ chooses its best operation."""
+EXACT_ENOUGH = 1.0
+"""Metres; an operation that is less exact is told."""
 
 
 def to_globe(crs: pyproj.CRS, x: float, y: float, where: str) -> tuple[pyproj.Transformer, str]:
-    """Return what brings coordinates near x, y to longitude and latitude, and a doubt about it, if there is one.
+    """Return the transformer of coordinates near x, y to longitude and latitude, and a doubt about it or ``""``.
 
     Parameters
     ----------
     crs
-        Of two dimensions.
+        A coordinate system of two dimensions.
+    x, y
+        A place in that system.
+    where
+        The beginning of messages.
 
     Raises
     ------
     InputError
-        If there is nothing that does; the message begins with `where`.
+        If PROJ has no such operation.
     """
     try:
         return _to_globe(crs, x, y)
@@ -40,31 +44,31 @@ def _to_globe(crs: pyproj.CRS, x: float, y: float) -> tuple[pyproj.Transformer, 
     if not (math.isfinite(longitude) and abs(latitude) <= 90):
         return transformer, ""
     longitude = (longitude + 180) % 360 - 180
-    south, north = max(-90.0, latitude - NEAR), min(90.0, latitude + NEAR)
-    if abs(longitude) + NEAR <= 180:
-        area: Any = AreaOfInterest(longitude - NEAR, south, longitude + NEAR, north)
+    south, north = max(-90.0, latitude - AREA_OF_INTEREST), min(90.0, latitude + AREA_OF_INTEREST)
+    if abs(longitude) + AREA_OF_INTEREST <= 180:
+        area: Any = AreaOfInterest(longitude - AREA_OF_INTEREST, south, longitude + AREA_OF_INTEREST, north)
         transformer = pyproj.Transformer.from_crs(crs, "OGC:CRS84", always_xy=True, area_of_interest=area)
         transformer.transform(x, y)
     try:
         used = transformer.get_last_used_operation()
-    except pyproj.exceptions.ProjError:  # nothing had to be done
+    except pyproj.exceptions.ProjError:  # no operation was needed
         return transformer, ""
     if "ballpark" in used.description.lower():
-        return transformer, f"coordinates in {crs.name} are taken as if their datum were WGS84's, as none else is known"
-    if used.accuracy > EXACT:
+        return transformer, f"coordinates in {crs.name} are read as if their datum were WGS84's, as no other is known"
+    if used.accuracy > EXACT_ENOUGH:
         return transformer, f"coordinates in {crs.name} are known to {used.accuracy:g} m on the globe"
     return transformer, ""
 
 
 def vertical(crs: pyproj.CRS, where: str) -> tuple[float, bool] | None:
-    """Return the metres to each unit of a system's heights, and whether they are above the ellipsoid.
+    """Return how many metres a unit of a system's heights has, and whether heights are above the ellipsoid.
 
-    ``None`` where it says nothing of heights.
+    ``None`` where the system says nothing of heights.
 
     Raises
     ------
     InputError
-        If it counts downwards.
+        If the system counts depths downwards.
     """
     axis = next((axis for axis in crs.axis_info if axis.direction in ("up", "down")), None)
     if axis is None:

@@ -1,37 +1,35 @@
-"""What readers of buildings and zones hand on: outlines on the globe, with altitudes that know their frame."""
+"""What the readers of buildings and zones return: outlines on the globe, with altitudes that know their reference."""
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from skyverse._typing import Floats
 from skyverse.model.altitude import Altitude
 
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """One building or zone as its file has it; a multipolygon is several.
+    """One building or zone as its file has it; a multipolygon becomes several features.
 
     Attributes
     ----------
     outline
-        (n, 2) WGS84 longitude, latitude, degrees; the first corner not repeated.
+        (n, 2) WGS84 longitude and latitude, degrees; the first corner is not repeated at the end.
     holes
-        (k, 2) each.
+        The holes' outlines, each (k, 2).
     low, high
-        Where it begins and ends; ``None`` for from the ground on, and for without an upper end.
+        The altitudes at which it begins and ends. ``None`` for `low` means from the ground on, for `high` without end.
     kind
-        ``"building"`` or what its file calls the zone.
+        ``"building"``, or what the file calls the zone.
     name
-        If it has one.
+        Its name, if it has one.
     where
         File and feature, for messages: ``zones.geojson: feature 3``.
     risk
-        Of what may be flown through, per metre; ``None`` for what must not be entered.
+        The risk of a metre flown inside, for a zone that may be entered; ``None`` for what must not be entered.
     """
 
-    outline: NDArray[np.float64]
-    holes: tuple[NDArray[np.float64], ...]
+    outline: Floats
+    holes: tuple[Floats, ...]
     low: Altitude | None
     high: Altitude | None
     kind: str

@@ -1,4 +1,4 @@
-"""Outlines that cross the antimeridian in one piece, their longitudes going on beyond 180 degrees."""
+"""Outlines that cross the antimeridian in one piece, with longitudes that continue beyond 180 degrees."""
 
 import math
 from collections.abc import Sequence
@@ -13,16 +13,16 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.maps.georeference.feature import Feature
 
-PLAIN = 179.0
-"""Degrees of longitude up to which an edge is read as it stands."""
-ACROSS = 90.0
-"""Degrees up to which an edge that jumps is taken to cross the antimeridian; longer ones could be either."""
-HERE = 10.0
+UNAMBIGUOUS_EDGE = 179.0
+"""Degrees of longitude; an edge up to this long is read as it stands."""
+CROSSING_EDGE = 90.0
+"""Degrees; a longer edge crosses the antimeridian if the way across is at most this long, else it could be either."""
+REACH = 10.0
 """Degrees of latitude, and about as far east and west, that no scenario reaches away from its frame's origin."""
 
 
 def unwrapped(places: Floats, where: str) -> Floats:
-    """Return corners (n, 2) of longitude and latitude, each of which lies the shorter way from the one before.
+    """Return corners (n, 2), longitude and latitude, each of which lies the shorter way from the one before it.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def unwrapped(places: Floats, where: str) -> Floats:
     steps = np.diff(places, axis=0)
     turns = -np.round(steps[:, 0] / 360)
     short = steps[:, 0] + 360 * turns
-    either = (np.abs(steps[:, 0]) > PLAIN) & (np.abs(short) > ACROSS)
+    either = (np.abs(steps[:, 0]) > UNAMBIGUOUS_EDGE) & (np.abs(short) > CROSSING_EDGE)
     either |= (turns != 0) & (short == 0) & (steps[:, 1] == 0)
     if either.any():
         wide = abs(steps[np.flatnonzero(either)[0], 0])
@@ -46,12 +46,21 @@ def unwrapped(places: Floats, where: str) -> Floats:
 
 
 def in_one_piece(polygon: Polygon, where: str, beside: float | None = None) -> Polygon:
-    """Return a polygon with all its edges unwrapped; `beside` a longitude, if one is given, else from its first corner.
+    """Return a polygon with all its edges unwrapped.
+
+    Parameters
+    ----------
+    polygon
+        Longitude and latitude, degrees.
+    where
+        The beginning of messages.
+    beside
+        The longitude that its middle is to be nearest to; its own when left out, counted from its first corner on.
 
     Raises
     ------
     InputError
-        If it goes around a pole, or an edge could run either way.
+        If the polygon goes around a pole, or an edge could run either way.
     """
     rings = [unwrapped(shapely.get_coordinates(ring), where) for ring in (polygon.exterior, *polygon.interiors)]
     if any(ring[0, 0] != ring[-1, 0] for ring in rings):
@@ -79,6 +88,7 @@ def joined(parts: list[Polygon]) -> list[Polygon]:
 
 
 def _turned(polygon: Polygon, turns: int) -> Polygon:
+    """Return a polygon with full turns of 360 degrees added to its longitudes."""
     moved: Polygon = shapely.transform(polygon, lambda places: places + np.array([360.0 * turns, 0.0]))
     return moved if turns else polygon
 
@@ -90,16 +100,24 @@ def pieces(geometry: BaseGeometry) -> list[Polygon]:
     return [geometry] if isinstance(geometry, Polygon) and geometry.area > 0 else []
 
 
-def here(features: Sequence[Feature], longitude: float, latitude: float) -> list[Feature]:
-    """Return what of features lies around a place: what is far away would be mapped upon what is near."""
+def features_around(features: Sequence[Feature], longitude: float, latitude: float) -> list[Feature]:
+    """Return the parts of features within `REACH` of a place; in a plane, what is far away would fall on what is near.
+
+    Parameters
+    ----------
+    features
+        Features whose longitudes may continue beyond 180 degrees.
+    longitude, latitude
+        The place, degrees.
+    """
     if not features:
         return []
     sizes = np.array([len(feature.outline) for feature in features])
     corners, starts = np.concatenate([feature.outline for feature in features]), np.cumsum(sizes) - sizes
     low, high = np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
-    farthest = abs(latitude) + HERE
-    wide = 180.0 if farthest >= 85 else HERE / math.cos(math.radians(farthest))
-    frame = shapely.box(longitude - wide, latitude - HERE, longitude + wide, latitude + HERE)
+    farthest = abs(latitude) + REACH
+    wide = 180.0 if farthest >= 85 else REACH / math.cos(math.radians(farthest))
+    frame = shapely.box(longitude - wide, latitude - REACH, longitude + wide, latitude + REACH)
     west, south, east, north = frame.bounds
     level = (low[:, 1] <= north) & (high[:, 1] >= south)
     inside = (low[:, 1] >= south) & (high[:, 1] <= north)
@@ -112,7 +130,7 @@ def here(features: Sequence[Feature], longitude: float, latitude: float) -> list
 
 
 def _cut(feature: Feature, frame: Polygon) -> list[Feature]:
-    """Return what of a feature lies in a frame of longitudes and latitudes, however often it must be turned to."""
+    """Return the parts of a feature in a frame of longitudes and latitudes, at every full turn that reaches it."""
     west, _, east, _ = frame.bounds
     low, high = feature.outline[:, 0].min(), feature.outline[:, 0].max()
     polygon = Polygon(feature.outline, feature.holes)

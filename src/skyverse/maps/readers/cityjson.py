@@ -1,6 +1,6 @@
-"""CityJSON 1.0 to 2.0: what stands in the way as the ground that all its surfaces lie over, from its lowest corner up.
+"""CityJSON 1.0 to 2.0: each object becomes the ground below its surfaces, from its lowest to its highest corner.
 
-https://www.cityjson.org/specs/
+Source: https://www.cityjson.org/specs/
 """
 
 import math
@@ -17,20 +17,21 @@ from shapely import GeometryCollection, LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.georeference import datum
-from skyverse.maps.georeference.choices import Choices
+from skyverse.maps.georeference.choices import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.limits import Properties, printable
-from skyverse.maps.readers.heights import building
-from skyverse.maps.readers.outlines import filled, named_crs, polygons, to_globe
+from skyverse.maps.georeference.fields import Fields, printable, shown
+from skyverse.maps.readers.building_heights import building_limits
+from skyverse.maps.readers.coordinate_systems import named_crs, to_globe
+from skyverse.maps.readers.polygons import filled, polygons
 from skyverse.model.altitude import AboveSea, Altitude
 
-_DEPTH = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
-"""How many lists there are around a geometry's surfaces."""
-_LINES = ("MultiPoint", "MultiLineString")
-INSTANCE = "GeometryInstance"
-KINDS = {
+_LIST_DEPTH = {"MultiSurface": 0, "CompositeSurface": 0, "Solid": 1, "MultiSolid": 2, "CompositeSolid": 2}
+"""How many lists there are around the surfaces of each type of geometry."""
+_POINTS_AND_LINES = ("MultiPoint", "MultiLineString")
+_TEMPLATE_INSTANCE = "GeometryInstance"
+KIND_OF_TYPE = {
     **dict.fromkeys(("Building", "BuildingPart", "BuildingInstallation", "BuildingConstructiveElement"), "building"),
     **dict.fromkeys(("Bridge", "BridgePart", "BridgeInstallation"), "bridge"),
     **dict.fromkeys(("BridgeConstructionElement", "BridgeConstructiveElement"), "bridge"),
@@ -39,26 +40,26 @@ KINDS = {
     "SolitaryVegetationObject": "tree",
     "PlantCover": "vegetation",
 }
-"""What stands in the way, by its type; the others lie on the ground, below it or inside."""
-_THIN = 0.02
-"""Half the thickness, metres, of a wall that stands outside of what roofs and floors cover."""
+"""The kind of each type of object that is an obstacle; others lie on the ground, below it or inside."""
+_HALF_WALL = 0.02
+"""Half the thickness, metres, of a wall that stands outside of all roofs and floors."""
 
 
 def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Feature]:
-    """Return each object of `KINDS` that has a geometry, in its most detailed one or that of `choices.lod`.
+    """Return each object of `KIND_OF_TYPE` that has a geometry: the most detailed one, or that of `choices.lod`.
 
     Raises
     ------
     InputError
-        If the document is not as CityJSON should be, or does not say in which coordinates it is.
+        If the document is not valid CityJSON, or does not say its coordinate system.
     """
     if str(document.get("version")) not in ("1.0", "1.1", "2.0"):
-        raise InputError(f"{path}: expected CityJSON 1.0, 1.1 or 2.0, found version {_shown(document.get('version'))}")
+        raise InputError(f"{path}: expected CityJSON 1.0, 1.1 or 2.0, found version {shown(document.get('version'))}")
     vertices, templates = _vertices(document, path), _templates(document, path)
     crs, unit = _system(document, path, choices)
     objects = document.get("CityObjects")
     if not isinstance(objects, dict):
-        raise InputError(f"{path}: 'CityObjects': expected objects by name, found {_shown(objects)}")
+        raise InputError(f"{path}: 'CityObjects': expected objects by name, found {shown(objects)}")
     outlines: list[BaseGeometry] = []
     spans: list[tuple[float, float]] = []
     said: list[tuple[str, str, str, dict[str, Any]]] = []
@@ -66,8 +67,8 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
     for name, one in objects.items():
         where = f"{path}: {printable(name)}"
         if not isinstance(one, dict):
-            raise InputError(f"{where}: expected an object, found {_shown(one)}")
-        if _type(one) not in KINDS:
+            raise InputError(f"{where}: expected an object, found {shown(one)}")
+        if _type(one) not in KIND_OF_TYPE:
             if one.get("geometry"):
                 others[f"{printable(_type(one)):.40}"] += 1
             continue
@@ -77,14 +78,14 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         footprint, low, high = solid
         attributes = one.get("attributes") or {}
         if not isinstance(attributes, dict):
-            raise InputError(f"{where}: 'attributes': expected fields, found {_shown(attributes)}")
+            raise InputError(f"{where}: 'attributes': expected fields, found {shown(attributes)}")
         outlines.append(footprint)
         spans.append((low * unit, high * unit))
-        kind = KINDS[_type(one)]
+        kind = KIND_OF_TYPE[_type(one)]
         said.append((where, printable(name), choices.kind or kind if kind == "building" else kind, attributes))
     if others:
         named = ", ".join(f"{number:,} {kind}" for kind, number in others.most_common())
-        choices.tally[f"left out, which do not stand in the way or are of unknown type: {named}"] += others.total()
+        choices.tally[Sentence(f"left out, which are no obstacles or of unknown type: {named}")] += others.total()
     if not outlines:
         raise InputError(f"{path}: expected buildings with surfaces, found none")
     array = np.empty(len(outlines), dtype=object)
@@ -110,22 +111,18 @@ def _features(
     high: Altitude
     if span[0] < span[1]:
         low, high = AboveSea(span[0]), AboveSea(span[1])
-    else:  # LoD0: flat
+    else:  # a flat footprint, level of detail 0
         try:
-            low, high = building(Properties(attributes), where, choices)
+            low, high = building_limits(Fields(attributes), where, choices)
         except InputError:
-            if KINDS["Building"] == kind or kind == choices.kind:
+            if KIND_OF_TYPE["Building"] == kind or kind == choices.kind:
                 raise
-            choices.tally[f"of kind {kind!r} left out, flat and without a height"] += 1
+            choices.count(f"of kind {kind!r} left out, flat and without a height")
             return
     for part in polygons(footprint, where, choices.tell, buffer=choices.buffer, lenient=True):
         holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
         outline = np.array(part.exterior.coords)[:-1]
         yield Feature(outline, holes, low, high, kind, name, where, choices.risk)
-
-
-def _shown(value: object) -> str:
-    return f"{printable(repr(value)[:60]):.40}"
 
 
 def _vertices(document: dict[str, Any], path: Path) -> Floats:
@@ -155,25 +152,25 @@ def _three(transform: Any, name: str, path: Path) -> Floats:
         or len(three) != 3
         or not all(type(c) in (int, float) and abs(c) < 1e12 for c in three)
     ):
-        raise InputError(f"{path}: 'transform.{name}': expected three numbers, found {_shown(three)}")
+        raise InputError(f"{path}: 'transform.{name}': expected three numbers, found {shown(three)}")
     return np.array(three, dtype=np.float64)
 
 
 def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyproj.CRS, float]:
-    """Return the coordinates it is in, and how many metres its z counts in."""
+    """Return a document's coordinate system, and how many metres a unit of z has."""
     metadata = document.get("metadata") or {}
     if not isinstance(metadata, dict):
-        raise InputError(f"{path}: 'metadata': expected fields, found {_shown(metadata)}")
+        raise InputError(f"{path}: 'metadata': expected fields, found {shown(metadata)}")
     said = metadata.get("referenceSystem") or metadata.get("crs") or document.get("crs")
-    if isinstance(said, dict):  # before 1.0: {"epsg": 7415}
+    if isinstance(said, dict):  # CityJSON before 1.0: {"epsg": 7415}
         said = f"EPSG:{said.get('epsg')}"
     where = f"{path}: 'metadata.referenceSystem'"
     if said is None:
         if choices.crs is None:
-            raise InputError(f"{where}: expected a coordinate system, found none; --crs EPSG:... gives it")
+            raise InputError(f"{where}: expected a coordinate system, found none", give=[GIVE_CRS])
         said, where = choices.crs, str(path)
     if not isinstance(said, str):
-        raise InputError(f"{where}: expected a coordinate system, found {_shown(said)}")
+        raise InputError(f"{where}: expected a coordinate system, found {shown(said)}")
     crs = named_crs(said.replace("https://", "http://", 1) if "/def/crs/" in said else said, where)
     vertical = datum.vertical(crs, where)
     if vertical is not None and not vertical[1]:
@@ -181,58 +178,59 @@ def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyp
     if vertical is not None:
         raise InputError(f"{where}: expected altitudes above mean sea level, but those of {crs.name} are not")
     if choices.altitudes != "amsl":
-        raise InputError(
-            f"{where}: {crs.name} says nothing of altitudes; --altitudes amsl takes them as above mean sea level"
-        )
+        raise InputError(f"{where}: {crs.name} says nothing of altitudes", give=[GIVE_AMSL])
     return crs, 1.0
 
 
 def _solid(
     one: dict[str, Any], vertices: Floats, templates: list[tuple[dict[str, Any], Floats]], where: str, choices: Choices
 ) -> tuple[BaseGeometry, float, float] | None:
-    """Return what lies under all surfaces, or, without any, points and lines; and the least and the greatest z."""
+    """Return what lies under all surfaces, or, where there are none, points and lines; and the least and greatest z."""
     geometries = one.get("geometry") or []
     if not isinstance(geometries, list) or not all(isinstance(geometry, dict) for geometry in geometries):
-        raise InputError(f"{where}: 'geometry': expected a list of geometries, found {_shown(geometries)}")
+        raise InputError(f"{where}: 'geometry': expected a list of geometries, found {shown(geometries)}")
     placed = [
-        _placed(geometry, vertices, templates, where) if _type(geometry) == INSTANCE else (geometry, vertices)
+        _placed(geometry, vertices, templates, where) if _type(geometry) == _TEMPLATE_INSTANCE else (geometry, vertices)
         for geometry in geometries
     ]
     if choices.lod is not None:
-        known, asked = (*_DEPTH, *_LINES), float(choices.lod)
+        known, asked = (*_LIST_DEPTH, *_POINTS_AND_LINES), float(choices.lod)
         placed = [pair for pair in placed if _type(pair[0]) in known and _lod(pair[0], where) == asked]
     level = f" of level {choices.lod}" if choices.lod is not None else ""
-    usable = [pair for pair in placed if _type(pair[0]) in _DEPTH]
+    usable = [pair for pair in placed if _type(pair[0]) in _LIST_DEPTH]
     if not usable:
-        thin = [pair for pair in placed if _type(pair[0]) in _LINES]
+        thin = [pair for pair in placed if _type(pair[0]) in _POINTS_AND_LINES]
         if thin and choices.buffer is not None:
-            return _thin(thin, choices.buffer, where)
+            return _points_and_lines(thin, choices.buffer, where)
         if thin:
-            choices.tally[f"of type {_type(one)!r} left out, points or lines{level}; --buffer gives them a width"] += 1
+            choices.count(
+                f"of type {_type(one)!r} left out, points or lines{level}",
+                Remedy("Reading.buffer", None, "to give them a width"),
+            )
         elif geometries or not one.get("children"):
             if _type(one).startswith("Building"):
                 choices.tell(f"{where}: left out, it has no surfaces{level}")
             else:
-                choices.tally[f"of type {_type(one)!r} left out, without surfaces{level}"] += 1
+                choices.count(f"of type {_type(one)!r} left out, without surfaces{level}")
         return None
     best = max(_lod(geometry, where) for geometry, _ in usable)
     surfaces = [
         [places[ring] for ring in rings]
         for geometry, places in usable
         if _lod(geometry, where) == best
-        for rings in _rings(geometry.get("boundaries"), _DEPTH[_type(geometry)], len(places), where)
+        for rings in _rings(geometry.get("boundaries"), _LIST_DEPTH[_type(geometry)], len(places), where)
     ]
     if not surfaces:
         choices.tell(f"{where}: left out, it has no surfaces")
         return None
     z = np.concatenate([ring[:, 2] for rings in surfaces for ring in rings])
-    return _shadow([[ring[:, :2] for ring in rings] for rings in surfaces]), float(z.min()), float(z.max())
+    return _ground_below([[ring[:, :2] for ring in rings] for rings in surfaces]), float(z.min()), float(z.max())
 
 
-def _thin(
+def _points_and_lines(
     usable: list[tuple[dict[str, Any], Floats]], buffer: float, where: str
 ) -> tuple[BaseGeometry, float, float] | None:
-    """Return points and lines, and z from as far below as above them as they are to be wide."""
+    """Return points and lines, and the z that their buffer, metres, reaches down and up to."""
     parts: list[BaseGeometry] = []
     z: list[float] = []
     for geometry, places in usable:
@@ -248,14 +246,14 @@ def _thin(
 
 
 def _templates(document: dict[str, Any], path: Path) -> list[tuple[dict[str, Any], Floats]]:
-    """Return each geometry that objects may share, and its vertices around zero."""
+    """Return the geometries that objects may share, each with its vertices around zero."""
     held = document.get("geometry-templates")
     if held is None:
         return []
     where = f"{path}: 'geometry-templates'"
     listed = held.get("templates") if isinstance(held, dict) else None
     if not isinstance(listed, list) or not all(isinstance(geometry, dict) for geometry in listed):
-        raise InputError(f"{where}: expected 'templates', found {_shown(held)}")
+        raise InputError(f"{where}: expected 'templates', found {shown(held)}")
     places = _threes(held.get("vertices-templates"), f"{where}: 'vertices-templates'")
     return [(geometry, places) for geometry in listed]
 
@@ -263,17 +261,17 @@ def _templates(document: dict[str, Any], path: Path) -> list[tuple[dict[str, Any
 def _placed(
     instance: dict[str, Any], vertices: Floats, templates: list[tuple[dict[str, Any], Floats]], where: str
 ) -> tuple[dict[str, Any], Floats]:
-    """Return the geometry of a template, and its vertices turned, scaled and moved to where an object has it."""
+    """Return the geometry of a template, and its vertices turned, scaled and moved to where the object stands."""
     number, at = instance.get("template"), instance.get("boundaries")
     if type(number) is not int or not 0 <= number < len(templates):
-        raise InputError(f"{where}: 'template': expected one of {len(templates)} templates, found {_shown(number)}")
+        raise InputError(f"{where}: 'template': expected one of {len(templates)} templates, found {shown(number)}")
     if not isinstance(at, list) or len(at) != 1 or type(at[0]) is not int or not 0 <= at[0] < len(vertices):
-        raise InputError(f"{where}: 'boundaries': expected the vertex of a template, found {_shown(at)}")
+        raise InputError(f"{where}: 'boundaries': expected the vertex of a template, found {shown(at)}")
     matrix = instance.get("transformationMatrix")
     listed: list[Any] = matrix if isinstance(matrix, list) and len(matrix) == 16 else [None]
     if not all(type(c) in (int, float) and abs(c) < 1e12 for c in listed) or listed[12:] != [0, 0, 0, 1]:
         what = f"{where}: 'transformationMatrix'"
-        raise InputError(f"{what}: expected 16 numbers, 0, 0, 0, 1 last, found {_shown(matrix)}")
+        raise InputError(f"{what}: expected 16 numbers, 0, 0, 0, 1 last, found {shown(matrix)}")
     geometry, places = templates[number]
     turned = np.array(listed, dtype=np.float64).reshape(4, 4)[:3]
     return geometry, places @ turned[:, :3].T + turned[:, 3] + vertices[at[0]]
@@ -290,13 +288,13 @@ def _lod(geometry: dict[str, Any], where: str) -> float:
             return float(said)
     except (ValueError, OverflowError):
         pass
-    raise InputError(f"{where}: 'lod': expected a level of detail such as 2.2, found {_shown(said)}")
+    raise InputError(f"{where}: 'lod': expected a level of detail such as 2.2, found {shown(said)}")
 
 
 def _rings(boundaries: Any, depth: int, count: int, where: str) -> Iterator[list[NDArray[np.int64]]]:
-    """Return each surface as its rings of numbers of vertices."""
+    """Yield each surface as its rings, which are numbers of vertices."""
     if not isinstance(boundaries, list):
-        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {_shown(boundaries)}")
+        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {shown(boundaries)}")
     if depth:
         for inner in boundaries:
             yield from _rings(inner, depth - 1, count, where)
@@ -309,12 +307,12 @@ def _rings(boundaries: Any, depth: int, count: int, where: str) -> Iterator[list
 def _ring(ring: Any, least: int, count: int, where: str) -> NDArray[np.int64]:
     good = isinstance(ring, list) and len(ring) >= least and all(type(n) is int and 0 <= n < count for n in ring)
     if not good:
-        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {_shown(ring)}")
+        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {shown(ring)}")
     return np.array(ring, dtype=np.int64)
 
 
-def _shadow(surfaces: list[list[Floats]]) -> BaseGeometry:
-    """Return what lies under surfaces, each an outline and its holes (n, 2)."""
+def _ground_below(surfaces: list[list[Floats]]) -> BaseGeometry:
+    """Return the ground that lies below surfaces, each an outline and its holes (n, 2)."""
     flat = np.array([Polygon(rings[0], rings[1:]) for rings in surfaces], dtype=object)
     upright = shapely.area(shapely.convex_hull(flat)) < 1e-6
     level = shapely.is_valid(flat) & ~upright
@@ -325,6 +323,6 @@ def _shadow(surfaces: list[list[Floats]]) -> BaseGeometry:
     shapely.prepare(near)
     beside = [LineString(wall.coords).difference(near) for wall in walls[~shapely.covers(near, walls)]]
     if beside:
-        thick = shapely.buffer(beside, _THIN, cap_style="square", join_style="mitre")
+        thick = shapely.buffer(beside, _HALF_WALL, cap_style="square", join_style="mitre")
         whole = shapely.union_all([whole, *thick])
     return whole

@@ -1,4 +1,4 @@
-"""Tables of geometries through GDAL: Shapefile, GeoPackage, FlatGeobuf, OpenStreetMap's binary files."""
+"""Tables of geometries that GDAL reads: Shapefile, GeoPackage, FlatGeobuf, OpenStreetMap's binary files."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -11,25 +11,25 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.georeference.limits import printable
-from skyverse.maps.readers.outlines import named_crs
-from skyverse.maps.readers.record import Record
+from skyverse.maps.georeference.choices import GIVE_CRS, Choices
+from skyverse.maps.georeference.fields import printable
+from skyverse.maps.readers.coordinate_systems import named_crs
+from skyverse.maps.readers.record_to_feature import GeometryRecord
 
-BEGINNINGS = {".shp": b"\x00\x00\x27\x0a", ".gpkg": b"SQLite format 3\x00", ".fgb": b"fgb\x03fgb"}
-"""How files begin, so that GDAL, which looks inside, takes them for nothing else."""
+_FIRST_BYTES = {".shp": b"\x00\x00\x27\x0a", ".gpkg": b"SQLite format 3\x00", ".fgb": b"fgb\x03fgb"}
+"""How files begin; GDAL goes by the content, and would read another format under the same suffix."""
 
 
-def layers(path: Path, choices: Choices) -> Iterator[tuple[list[Record], pyproj.CRS]]:
-    """Return the records of each layer of a file, and its coordinate system."""
-    _check(path)
+def layers(path: Path, choices: Choices) -> Iterator[tuple[list[GeometryRecord], pyproj.CRS]]:
+    """Yield the records of each layer of a file, and the layer's coordinate system."""
+    _require_format(path)
     names = [str(name) for name, kind in _tried(path, lambda: pyogrio.list_layers(path)) if kind is not None]
     if not names:
         raise InputError(f"{path}: expected a layer of polygons, found none; it may be cut off")
     for name in names:
         meta, rows = table(path, name, choices)
         where = f"{path}: layer {name!r}, feature" if len(names) > 1 else f"{path}: feature"
-        records = [Record(shape, fields, f"{where} {n}") for n, (shape, fields) in enumerate(rows, 1)]
+        records = [GeometryRecord(shape, fields, f"{where} {n}") for n, (shape, fields) in enumerate(rows, 1)]
         if records:
             yield records, _system(meta["crs"], path, choices)
 
@@ -52,7 +52,7 @@ def table(
     for doubt in doubts:
         said = printable(str(doubt.message))
         if said.startswith("Non closed ring"):
-            choices.tally["outlines that do not close, closed from end to beginning"] += 1
+            choices.count("outlines that do not close, closed from end to beginning")
         else:
             choices.tell(f"{path}: {said}")
     if shapes is None:
@@ -67,12 +67,12 @@ def table(
     return meta, [(shape, dict(zip(names, row, strict=True))) for shape, row in zip(geometries, fields, strict=True)]
 
 
-def _check(path: Path) -> None:
-    """Refuse a file that is of another kind, and a Shapefile without its end, of which GDAL gives the beginning."""
+def _require_format(path: Path) -> None:
+    """Refuse a file of another format, and a Shapefile that is cut off, of which GDAL reads the beginning."""
     suffix = path.suffix.lower()
     with path.open("rb") as stream:
         head = stream.read(100)
-    if not head.startswith(BEGINNINGS[suffix]):
+    if not head.startswith(_FIRST_BYTES[suffix]):
         raise InputError(f"{path}: expected a {suffix} file, found something else")
     size = path.stat().st_size
     if suffix == ".shp" and size < 2 * int.from_bytes(head[24:28], "big"):
@@ -84,7 +84,7 @@ def _check(path: Path) -> None:
 def _tried(path: Path, read: Callable[[], Any]) -> Any:
     try:
         return read()
-    except Exception as error:  # what a broken file makes pyogrio raise is not documented: its own errors and others
+    except Exception as error:  # pyogrio does not document which errors a broken file raises
         reason = printable(str(error)).removeprefix(f"{path}: ")
         raise InputError(f"{path}: cannot be read, it is cut off or damaged: {reason:.120}") from None
 
@@ -93,5 +93,5 @@ def _system(said: str | None, path: Path, choices: Choices) -> pyproj.CRS:
     name = said or choices.crs
     if name is None:
         beside = " (a .prj file beside it)" if path.suffix.lower() == ".shp" else ""
-        raise InputError(f"{path}: expected its coordinate system{beside}, found none; --crs EPSG:... gives it")
+        raise InputError(f"{path}: expected its coordinate system{beside}, found none", give=[GIVE_CRS])
     return named_crs(name, str(path))

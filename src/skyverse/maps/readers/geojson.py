@@ -1,4 +1,4 @@
-"""GeoJSON, and the zones of ED-269 and ED-318 that are much like it, checked at every place."""
+"""GeoJSON, and the zones of ED-269 and ED-318, which are much like it; every part of a document is checked."""
 
 import json
 from collections import Counter
@@ -12,20 +12,21 @@ import shapely
 from shapely import GeometryCollection, LineString, MultiPolygon, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.maps.georeference.limits import printable
-from skyverse.maps.readers.outlines import WGS84, named_crs
-from skyverse.maps.readers.radius import of_circle
-from skyverse.maps.readers.record import Record
+from skyverse.maps.georeference.fields import printable, shown
+from skyverse.maps.readers.circle_radius import fields_of_circle
+from skyverse.maps.readers.coordinate_systems import WGS84, named_crs
+from skyverse.maps.readers.record_to_feature import GeometryRecord
 
 
 def load(path: Path) -> Any:
-    """Return what a JSON file holds.
+    """Return the data of a JSON file.
 
     Raises
     ------
     InputError
-        If it is no JSON, holds numbers that are none, or says a field twice.
+        If it is not JSON, holds NaN or infinity, or an object has a field twice.
     """
 
     def no_number(text: str) -> NoReturn:
@@ -38,7 +39,7 @@ def load(path: Path) -> Any:
             said = [value for name, value in pairs if name == twice]
             raise InputError(
                 f"{path}: field {printable(twice)!r}: expected it once in an object, found it {len(said)} times: "
-                f"{_shown(said[0])} and {_shown(said[1])}{_within(found)}"
+                f"{shown(said[0])} and {shown(said[1])}{_within(found)}"
             )
         return found
 
@@ -57,15 +58,15 @@ def load(path: Path) -> Any:
 
 
 def _within(fields: dict[str, Any]) -> str:
-    """Return which object it is, by what names it."""
+    """Return the words that tell which object is meant, by the field that names it."""
     known = next((name for name in ("name", "identifier", "id") if isinstance(fields.get(name), str | int)), None)
-    return "" if known is None else f", where {known!r} is {_shown(fields[known])}"
+    return "" if known is None else f", where {known!r} is {shown(fields[known])}"
 
 
-def records(document: Any, path: Path) -> tuple[list[Record], pyproj.CRS]:
+def records(document: Any, path: Path) -> tuple[list[GeometryRecord], pyproj.CRS]:
     """Return the features of a GeoJSON or ED-269 document, and their coordinate system."""
     if not isinstance(document, dict):
-        raise InputError(f"{path}: expected GeoJSON, found {_shown(document)}")
+        raise InputError(f"{path}: expected GeoJSON, found {shown(document)}")
     crs = _crs(document.get("crs"), path)
     if document.get("type") in (*_SHAPES, "GeometryCollection"):
         return list(_feature({"geometry": document}, f"{path}: geometry")), crs
@@ -77,10 +78,6 @@ def records(document: Any, path: Path) -> tuple[list[Record], pyproj.CRS]:
     return [record for n, one in enumerate(listed, 1) for record in _feature(one, f"{path}: feature {n}")], crs
 
 
-def _shown(value: object) -> str:
-    return f"{printable(repr(value)[:60]):.40}"
-
-
 def _crs(said: Any, path: Path) -> pyproj.CRS:
     if said is None:
         return WGS84
@@ -89,42 +86,42 @@ def _crs(said: Any, path: Path) -> pyproj.CRS:
     except (TypeError, KeyError, IndexError):
         name = None
     if not isinstance(name, str):
-        raise InputError(f"{path}: 'crs': expected the name of a coordinate system, found {_shown(said)}")
+        raise InputError(f"{path}: 'crs': expected the name of a coordinate system, found {shown(said)}")
     return named_crs(name, f"{path}: 'crs'")
 
 
-def _feature(feature: Any, where: str) -> Iterator[Record]:
+def _feature(feature: Any, where: str) -> Iterator[GeometryRecord]:
     if not isinstance(feature, dict):
-        raise InputError(f"{where}: expected a feature, found {_shown(feature)}")
+        raise InputError(f"{where}: expected a feature, found {shown(feature)}")
     fields = feature.get("properties") or {}
     if not isinstance(fields, dict):
-        raise InputError(f"{where}: 'properties': expected fields, found {_shown(fields)}")
+        raise InputError(f"{where}: 'properties': expected fields, found {shown(fields)}")
     if "geometry" not in feature:
         raise InputError(f"{where}: expected a 'geometry', found none")
     geometry = feature["geometry"]
-    if isinstance(geometry, list):  # ED-269: volumes, each with its limits
+    if isinstance(geometry, list):  # ED-269: a list of volumes, each with its limits
         own = {name: value for name, value in feature.items() if name != "geometry"}
         for k, volume in enumerate(geometry):
             yield _volume(volume, {**own, **fields}, f"{where}: geometry[{k}]")
         return
     if geometry is None:
-        yield Record(None, fields, where)
+        yield GeometryRecord(None, fields, where)
         return
     if "id" in feature and "id" not in fields and isinstance(feature["id"], str):
         fields = {**fields, "id": feature["id"]}
     yield from _layers(geometry, fields, where)
 
 
-def _volume(volume: Any, fields: dict[str, Any], where: str) -> Record:
+def _volume(volume: Any, fields: dict[str, Any], where: str) -> GeometryRecord:
     flat = volume.get("horizontalProjection") if isinstance(volume, dict) else None
     if not isinstance(flat, dict):
-        raise InputError(f"{where}: expected a 'horizontalProjection', found {_shown(volume)}")
+        raise InputError(f"{where}: expected a 'horizontalProjection', found {shown(volume)}")
     own = {name: value for name, value in volume.items() if name != "horizontalProjection"}
     if flat.get("type") == "Circle":
         point = Point(_position(flat.get("center"), f"{where}: 'center'"))
         _needed(flat, "radius", where)
-        return Record(point, {**fields, **own, **of_circle(flat, "type", "center")}, where)
-    return Record(_geometry(flat, where), {**fields, **own}, where)
+        return GeometryRecord(point, {**fields, **own, **fields_of_circle(flat, "type", "center")}, where)
+    return GeometryRecord(_geometry(flat, where), {**fields, **own}, where)
 
 
 def _needed(holder: dict[str, Any], field: str, where: str) -> Any:
@@ -133,8 +130,8 @@ def _needed(holder: dict[str, Any], field: str, where: str) -> Any:
     return holder[field]
 
 
-def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[Record]:
-    """Return a geometry as one record, or where its parts have limits of their own (ED-318), one for each."""
+def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[GeometryRecord]:
+    """Yield a geometry as one record, or, where its parts have limits of their own (ED-318), each part as one."""
     parts = geometry.get("geometries") if isinstance(geometry, dict) else None
     if isinstance(parts, list) and any(
         isinstance(part, dict) and ("layer" in part or "extent" in part) for part in parts
@@ -146,21 +143,21 @@ def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[Recor
     for name in ("layer", "extent"):
         said = geometry.get(name) if isinstance(geometry, dict) else None
         if isinstance(said, dict):
-            own.update(said if name == "layer" else of_circle(said, "subType"))
+            own.update(said if name == "layer" else fields_of_circle(said, "subType"))
         elif said is not None:
-            raise InputError(f"{where}: {name!r}: expected fields, found {_shown(said)}")
-    yield Record(_geometry(geometry, where), {**fields, **own}, where)
+            raise InputError(f"{where}: {name!r}: expected fields, found {shown(said)}")
+    yield GeometryRecord(_geometry(geometry, where), {**fields, **own}, where)
 
 
 def _geometry(geometry: Any, where: str) -> BaseGeometry:
     if not isinstance(geometry, dict):
-        raise InputError(f"{where}: expected a geometry, found {_shown(geometry)}")
+        raise InputError(f"{where}: expected a geometry, found {shown(geometry)}")
     kind = geometry.get("type")
     if kind == "GeometryCollection":
         parts = _listed(geometry.get("geometries"), f"{where}: 'geometries'")
         return GeometryCollection([_geometry(part, where) for part in parts])
     if not isinstance(kind, str) or kind not in _SHAPES:
-        raise InputError(f"{where}: expected a polygon, found a geometry of type {_shown(kind)}")
+        raise InputError(f"{where}: expected a polygon, found a geometry of type {shown(kind)}")
     coordinates = _listed(geometry.get("coordinates"), f"{where}: 'coordinates'")
     if not coordinates:
         return Polygon()
@@ -169,25 +166,26 @@ def _geometry(geometry: Any, where: str) -> BaseGeometry:
 
 def _listed(value: Any, place: str) -> list[Any]:
     if not isinstance(value, list):
-        raise InputError(f"{place}: expected a list, found {_shown(value)}")
+        raise InputError(f"{place}: expected a list, found {shown(value)}")
     return value
 
 
 def _position(value: Any, where: str) -> list[float]:
+    """Return longitude and latitude, and the altitude where there is one."""
     good = isinstance(value, list) and 2 <= len(value) <= 4 and all(type(v) in (int, float) for v in value)
     if not good or not all(abs(v) < 1e12 for v in value):
-        raise InputError(f"{where}: expected longitude and latitude, found {_shown(value)}")
+        raise InputError(f"{where}: expected longitude and latitude, found {shown(value)}")
     return [float(v) for v in value[:3]]
 
 
-def _line(value: Any, where: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _line(value: Any, where: str) -> Floats:
     places = [_position(one, where) for one in _listed(value, where)]
     size = min((len(place) for place in places), default=2)
     return np.array([place[:size] for place in places]).reshape(-1, size)
 
 
 def polygon(rings: Any, where: str) -> Polygon:
-    """Return a polygon of rings, closed or not."""
+    """Return the polygon of an outline and holes; they need not be closed."""
     lines = [_line(ring, where) for ring in _listed(rings, where)]
     if not any(len(line) for line in lines):
         return Polygon()

@@ -12,24 +12,24 @@ from shapely import GeometryCollection, LineString, Point
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.limits import printable
+from skyverse.maps.georeference.fields import printable
 from skyverse.maps.readers.geojson import polygon
-from skyverse.maps.readers.record import Record
+from skyverse.maps.readers.record_to_feature import GeometryRecord
 from skyverse.maps.readers.xml import parse
 
-LARGEST = 200_000_000
-"""Bytes that a KMZ may unpack to."""
-_SHAPES = ("Polygon", "Point", "LineString", "LinearRing")
-_REFUSED = ("Track", "MultiTrack", "Model")
-_MODES = ("clampToGround", "relativeToGround", "absolute")
+MAX_UNPACKED = 200_000_000
+"""Bytes that a KMZ may unpack to at most."""
+_GEOMETRIES = ("Polygon", "Point", "LineString", "LinearRing")
+_REFUSED_GEOMETRIES = ("Track", "MultiTrack", "Model")
+_ALTITUDE_MODES = ("clampToGround", "relativeToGround", "absolute")
 
 
-def records(path: Path) -> list[Record]:
-    """Return the placemarks of a KML or KMZ file; one whose parts count altitudes differently is several."""
-    reading = _Reading(path)
+def records(path: Path) -> list[GeometryRecord]:
+    """Return the placemarks of a KML or KMZ file, several records for one whose parts count altitudes differently."""
+    parser = _Parser(path)
     with _opened(path) as stream:
-        parse(stream, path, reading.start, reading.end, reading.text)
-    return reading.records
+        parse(stream, path, parser.start, parser.end, parser.text)
+    return parser.records
 
 
 def _opened(path: Path) -> IO[bytes]:
@@ -42,7 +42,7 @@ def _opened(path: Path) -> IO[bytes]:
                 raise InputError(f"{path}: expected a .kml file inside, found none")
             first = "doc.kml" if "doc.kml" in names else names[0]
             with archive.open(first) as packed:
-                content = packed.read(LARGEST + 1)
+                content = packed.read(MAX_UNPACKED + 1)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, ValueError) as error:
@@ -52,13 +52,13 @@ def _opened(path: Path) -> IO[bytes]:
             begun = stream.read(2) == b"PK"
         found = "it cut off or damaged" if begun else "something else"
         raise InputError(f"{path}: expected a KMZ archive, found {found}: {printable(str(error))}") from None
-    if len(content) > LARGEST:
-        raise InputError(f"{path}: expected less than {LARGEST / 1e6:g} MB when unpacked, found more")
+    if len(content) > MAX_UNPACKED:
+        raise InputError(f"{path}: expected less than {MAX_UNPACKED / 1e6:g} MB when unpacked, found more")
     return io.BytesIO(content)
 
 
-class _Shape:
-    """A polygon, point or line as it is read."""
+class _PartialGeometry:
+    """A polygon, point or line while it is read."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
@@ -79,14 +79,14 @@ class _Shape:
         return LineString([place[: min(len(one) for one in rings[0])] for place in rings[0]])
 
 
-class _Reading:
-    """Where in a KML file the parser is."""
+class _Parser:
+    """The state of the parser within a KML file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self.records: list[Record] = []
+        self.records: list[GeometryRecord] = []
         self._fields: dict[str, Any] | None = None
-        self._shapes: list[_Shape] = []
+        self._shapes: list[_PartialGeometry] = []
         self._inside: list[str] = []
         self._key: str | None = None
         self._text: list[str] = []
@@ -108,10 +108,10 @@ class _Reading:
             self._fields, self._shapes = {}, []
         elif self._fields is None:
             return
-        elif tag in _REFUSED:
+        elif tag in _REFUSED_GEOMETRIES:
             raise InputError(f"{self._where}: expected a polygon, found a {tag}")
-        elif tag in _SHAPES and not (tag == "LinearRing" and "Polygon" in self._inside[:-1]):
-            self._shapes.append(_Shape(tag))
+        elif tag in _GEOMETRIES and not (tag == "LinearRing" and "Polygon" in self._inside[:-1]):
+            self._shapes.append(_PartialGeometry(tag))
         elif tag in ("Data", "SimpleData"):
             self._key = attributes.get("name")
 
@@ -131,7 +131,7 @@ class _Reading:
             self._fields["name"] = text
         elif tag in ("value", "SimpleData") and self._key is not None:
             before = self._fields.get(self._key, text)
-            if before != text and self._key != "name":  # which placemarks have beside their data
+            if before != text and self._key != "name":  # a placemark has a name beside that in its data
                 raise InputError(
                     f"{self._where}: field {self._key!r:.40}: expected it once, found {before!r:.40} and {text!r:.40}"
                 )
@@ -142,8 +142,10 @@ class _Reading:
     def _shaped(self, tag: str, text: str) -> None:
         shape = self._shapes[-1]
         if tag == "altitudeMode":
-            if text not in _MODES:
-                raise InputError(f"{self._where}: 'altitudeMode': expected {', '.join(_MODES)}, found {text!r:.40}")
+            if text not in _ALTITUDE_MODES:
+                raise InputError(
+                    f"{self._where}: 'altitudeMode': expected {', '.join(_ALTITUDE_MODES)}, found {text!r:.40}"
+                )
             shape.mode = text
         elif tag == "extrude":
             shape.extruded = text in ("1", "true")
@@ -153,18 +155,20 @@ class _Reading:
                 raise InputError(f"{self._where}: expected an outline before its holes, found a hole")
             shape.rings.append(ring)
 
-    def _placemark(self) -> Iterator[Record]:
+    def _placemark(self) -> Iterator[GeometryRecord]:
         assert self._fields is not None
         groups: dict[tuple[str, bool], list[BaseGeometry]] = {}
         for shape in self._shapes:
             groups.setdefault((shape.mode, shape.extruded), []).append(shape.geometry(self._where))
         if not groups:
-            yield Record(None, self._fields, self._where)
+            yield GeometryRecord(None, self._fields, self._where)
         for (mode, extruded), parts in groups.items():
             whole: BaseGeometry = parts[0] if len(parts) == 1 else GeometryCollection(parts)
             if mode == "clampToGround":
                 whole = shapely.force_2d(whole)
-            yield Record(whole, self._fields, self._where, "amsl" if mode == "absolute" else "agl", not extruded)
+            yield GeometryRecord(
+                whole, self._fields, self._where, "amsl" if mode == "absolute" else "agl", not extruded
+            )
 
 
 def _place(text: str, where: str) -> list[float]:

@@ -1,4 +1,4 @@
-"""LAS and LAZ files as laspy opens them; whatever a broken one makes it raise is one sentence."""
+"""LAS and LAZ files opened by laspy; whatever a damaged file makes laspy raise becomes one sentence."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from skyverse.errors import InputError
-from skyverse.maps.readers.las_header import require_sound
+from skyverse.maps.readers.las_header import require_sound_header
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """Open a point cloud, or raise `InputError`; so does reading on, until it is closed."""
+def open_las(path: Path) -> Iterator[Any]:
+    """Open a point cloud; a damaged file raises `InputError`, here or while it is read."""
     import laspy  # type: ignore[import-untyped, unused-ignore]
 
-    require_sound(path)
+    require_sound_header(path)
     try:
         with laspy.open(path) as file:
             yield file
@@ -22,6 +22,6 @@ def opened(path: Path) -> Iterator[Any]:
         raise
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except BaseException as error:  # the unpacker, which is written in Rust, gives up with no `Exception`
+    except BaseException as error:  # a panic of the unpacker, which is written in Rust, is no `Exception`
         said = (str(error).strip().splitlines() or [type(error).__name__])[0]
         raise InputError(f"{path}: cannot be read as LAS: {said[:200]}") from None

@@ -1,8 +1,8 @@
-"""What a LAS or LAZ file must say of itself before a library is trusted to read it.
+"""Whether the counts in the header of a LAS or LAZ file fit its size.
 
-Libraries believe the counts in the header, and loop or allocate for as many records as it claims.
+Libraries believe these counts, and loop or allocate for as many records as the header claims.
 
-Source: ASPRS LAS 1.4 R15, the public header block; the LASzip record 22204 as laszip.org documents it.
+Source: ASPRS LAS 1.4 R15, the public header block; laszip.org for the LASzip record 22204.
 """
 
 import struct
@@ -11,50 +11,50 @@ from typing import BinaryIO
 
 from skyverse.errors import InputError
 
-_LASZIP = 22204
-_MOST_POINTS = 2**31
-_MOST_BYTES = 2**26
-_PACKED = 1000
-"""Points a byte that a compressed file may claim: many times what compression achieves."""
-_LARGEST_CHUNK = 10_000_000
+_LASZIP_RECORD = 22204
+_MAX_POINTS = 2**31
+_MAX_RECORD_BYTES = 2**26
+_MAX_POINTS_PER_BYTE = 1000
+"""Points that a compressed file may claim for each byte: many times what compression achieves."""
+_MAX_CHUNK_POINTS = 10_000_000
 
 
-def require_sound(path: Path) -> None:
-    """Refuse a file whose counts do not fit into it, by `InputError`."""
+def require_sound_header(path: Path) -> None:
+    """Raise `InputError` for a file whose counts do not fit its size."""
     try:
         with path.open("rb") as file:
-            problem = _found(file, path.stat().st_size)
+            problem = _first_problem(file, path.stat().st_size)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     if problem is not None:
         raise InputError(f"{path}: cannot be read as LAS, it is cut off or damaged: {problem}")
 
 
-def _found(file: BinaryIO, size: int) -> str | None:
-    """Return what is wrong, if anything."""
+def _first_problem(file: BinaryIO, size: int) -> str | None:
+    """Return what is wrong with the counts, if anything."""
     head = file.read(375)
-    problem = _header(head, size)
+    problem = _header_problem(head, size)
     if problem is not None:
         return problem
     offset, _, compressed, width = _points(head)
     begins, count = struct.unpack_from("<H", head, 94)[0], struct.unpack_from("<I", head, 100)[0]
     file.seek(begins)
-    records = file.read(min(offset - begins, _MOST_BYTES))
-    problem = _records(records, count)
+    records = file.read(min(offset - begins, _MAX_RECORD_BYTES))
+    problem = _record_problem(records, count)
     if problem is not None or not compressed:
         return problem
     if size < offset + 8:
         return "its points are missing"
     file.seek(offset)
     table = struct.unpack("<q", file.read(8))[0]
-    if table == -1:  # its place stands at the very end
+    if table == -1:  # the table's place stands at the end of the file
         file.seek(size - 8)
         table = struct.unpack("<q", file.read(8))[0]
     if not offset <= table <= size - 8:
         return "its table of chunks is missing"
     file.seek(table)
     chunks = struct.unpack("<II", file.read(8))[1]
-    return f"it claims {chunks} chunks" if chunks > size else _packed(records, count, width)
+    return f"it claims {chunks} chunks" if chunks > size else _compression_problem(records, count, width)
 
 
 def _points(head: bytes) -> tuple[int, int, bool, int]:
@@ -65,7 +65,8 @@ def _points(head: bytes) -> tuple[int, int, bool, int]:
     return offset, count, form & 0x80 != 0, width
 
 
-def _header(head: bytes, size: int) -> str | None:
+def _header_problem(head: bytes, size: int) -> str | None:
+    """Return what is wrong with the header of a file of that many bytes."""
     if len(head) < 227 or head[:4] != b"LASF":
         return "expected a header that begins with 'LASF'"
     offset, count, compressed, width = _points(head)
@@ -80,12 +81,13 @@ def _header(head: bytes, size: int) -> str | None:
             return f"it claims {more} records after its points"
     if not width:
         return "its points have no bytes"
-    if count > min(_MOST_POINTS, (size - offset) * _PACKED if compressed else (size - offset) // width):
+    if count > min(_MAX_POINTS, (size - offset) * _MAX_POINTS_PER_BYTE if compressed else (size - offset) // width):
         return f"it claims {count} points in {size - offset} bytes"
     return None
 
 
-def _records(records: bytes, count: int) -> str | None:
+def _record_problem(records: bytes, count: int) -> str | None:
+    """Return what is wrong with the variable length records."""
     at = 0
     for number in range(count):
         if at + 54 > len(records):
@@ -94,13 +96,14 @@ def _records(records: bytes, count: int) -> str | None:
     return None if at <= len(records) else f"its record {count} is cut off"
 
 
-def _packed(records: bytes, count: int, width: int) -> str | None:
+def _compression_problem(records: bytes, count: int, width: int) -> str | None:
+    """Return what is wrong with the record that says how points of `width` bytes are compressed."""
     at = 0
     for _ in range(count):
         number, length = struct.unpack_from("<HH", records, at + 18)
-        if number == _LASZIP and length >= 34:
+        if number == _LASZIP_RECORD and length >= 34:
             chunk, items = struct.unpack_from("<I", records, at + 66)[0], struct.unpack_from("<H", records, at + 86)[0]
-            if chunk != 0xFFFFFFFF and not 0 < chunk <= _LARGEST_CHUNK:
+            if chunk != 0xFFFFFFFF and not 0 < chunk <= _MAX_CHUNK_POINTS:
                 return f"it claims {chunk} points a chunk"
             if length < 34 + 6 * items:
                 return f"it claims {items} parts of a point"

@@ -1,4 +1,4 @@
-"""Meshes as voxels, STL, OBJ and PLY, read by trimesh: the surface, and the inside where there is one."""
+"""Meshes as voxels: STL, OBJ and PLY files, read by trimesh; the surface, and the inside of closed meshes."""
 
 import io
 import logging
@@ -11,36 +11,36 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.extra import needs
-from skyverse.maps.readers.cloud import voxels_of_points
-from skyverse.maps.readers.grid import grid_around, voxels
+from skyverse.maps.georeference.libraries import require_libraries
+from skyverse.maps.readers.point_cloud import voxels_of_points
+from skyverse.maps.readers.voxel_grid import grid_around, voxels_of_grid
 from skyverse.maps.readers.voxelise import touched
 from skyverse.model.shapes import Voxels
 
-MAX_BYTES = 2**29
-MAX_COLUMNS = 2e9
-"""Columns of voxels at most below all triangles, some tens of seconds of work."""
+MAX_MESH_BYTES = 2**29
+MAX_VOXEL_COLUMNS = 2e9
+"""Columns of voxels below all triangles at most; they take some tens of seconds."""
 
 
 def read_mesh(path: Path, size: float | None = None, at_least: int = 1) -> Voxels:
-    """Read a mesh, or a PLY of points, in metres.
+    """Read a mesh, or a PLY file of points, in metres.
 
     Parameters
     ----------
     path
         An .stl, .obj or .ply file.
     size
-        How long a voxel is, metres; see `skyverse.maps.readers.grid.SIZE`. A voxel is occupied if a triangle touches
-        it, or if it is inside a mesh without gaps.
+        How long a voxel is, metres; see `skyverse.maps.readers.voxel_grid.DEFAULT_VOXEL_SIZE`. A voxel is occupied if
+        a triangle touches it, or if it is inside a closed mesh.
     at_least
-        Of points without triangles: a voxel with fewer is free.
+        In a file of points, a voxel with fewer points is free.
 
     Raises
     ------
     InputError
         If the file cannot be read, holds nothing, or takes too many voxels.
     """
-    needs(path.name, "trimesh")
+    require_libraries(path.name, "trimesh")
     vertices, faces = _loaded(path)
     if not len(faces):
 
@@ -52,9 +52,9 @@ def read_mesh(path: Path, size: float | None = None, at_least: int = 1) -> Voxel
     if not np.isfinite(corners).all():
         raise InputError(f"{path}: expected coordinates, found NaN or infinity")
     occupied, first, length = voxels_of_triangles(path, corners, size)
-    if _closed(corners):
+    if _is_closed(corners):
         occupied = ndimage.binary_fill_holes(occupied)
-    return voxels(first, length, occupied)
+    return voxels_of_grid(first, length, occupied)
 
 
 def voxels_of_triangles(
@@ -63,15 +63,15 @@ def voxels_of_triangles(
     """Return the voxels that triangles (n, 3, 3) touch, the first one's number on each axis, and their size."""
     length, first, counts = grid_around(where, corners.min(axis=(0, 1)), corners.max(axis=(0, 1)), size)
     spans = (corners.max(axis=1) - corners.min(axis=1)) / length + 2
-    if float(np.sum(np.prod(spans, axis=1) / spans.min(axis=1))) > MAX_COLUMNS:
+    if float(np.sum(np.prod(spans, axis=1) / spans.min(axis=1))) > MAX_VOXEL_COLUMNS:
         raise InputError(f"{where}: expected fewer or smaller triangles, found {len(corners)}; take larger voxels")
     occupied = np.zeros(counts, dtype=bool)
     touched(np.ascontiguousarray(corners / length - first), occupied)
     return occupied, first, length
 
 
-def _closed(corners: NDArray[np.float64]) -> bool:
-    """Tell whether triangles leave no gap: each edge belongs to two of them."""
+def _is_closed(corners: NDArray[np.float64]) -> bool:
+    """Tell whether a mesh is closed: each edge belongs to two triangles."""
     _, numbers = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     a, b, c = numbers.reshape(-1, 3).T
     some = (a != b) & (b != c) & (c != a)
@@ -84,11 +84,11 @@ def _loaded(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the vertices (n, 3), and the triangles (m, 3) as numbers of vertices."""
     import trimesh
 
-    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # what it would print is said once, below
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # trimesh would print what is raised below
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: expected at most {MAX_BYTES >> 20} MB, found {path.stat().st_size >> 20}")
-        # a stream has no folder, so that nothing beside the file is opened
+        if path.stat().st_size > MAX_MESH_BYTES:
+            raise InputError(f"{path}: expected at most {MAX_MESH_BYTES >> 20} MB, found {path.stat().st_size >> 20}")
+        # from a stream trimesh opens no other files of the folder
         with io.BytesIO(path.read_bytes()) as file, np.errstate(all="ignore"):
             kind = path.suffix.lower()[1:]
             options: dict[str, Any] = {"skip_materials": True} if kind == "obj" else {}

@@ -1,4 +1,4 @@
-"""Voxel maps of the MovingAI benchmark, .3dmap: a line ``voxel X Y Z``, then x y z of one blocked voxel a line.
+"""Voxel maps of the MovingAI benchmark, .3dmap: a line ``voxel X Y Z``, then a line ``x y z`` for each blocked voxel.
 
 Source: T. Nobes, D. Harabor, M. Wybrow, S. Walsh, "Voxel Benchmarks for 3D Pathfinding", 2023; https://movingai.com
 """
@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.maps.readers.grid import require_few, require_size, voxels
+from skyverse.maps.readers.voxel_grid import require_voxel_count, require_voxel_size, voxels_of_grid
 from skyverse.model.shapes import Voxels
 
-SIZE = 1.0
-"""How long a voxel is unless said otherwise; the benchmark has no unit."""
+DEFAULT_3DMAP_VOXEL_SIZE = 1.0
+"""Metres; the benchmark has no unit."""
 
 
 def read_3dmap(path: Path, size: float | None = None) -> Voxels:
@@ -25,14 +25,14 @@ def read_3dmap(path: Path, size: float | None = None) -> Voxels:
     path
         The file.
     size
-        How long one of its voxels is, metres; 1 unless said otherwise.
+        How long a voxel is, metres; 1 when left out.
 
     Raises
     ------
     InputError
-        If the file cannot be read as one; the message names the line.
+        If the file is not such a map; the message names the line.
     """
-    require_size(size)
+    require_voxel_size(size)
     try:
         with path.open("rb") as file:
             head, body = file.readline(200), file.read()
@@ -42,7 +42,7 @@ def read_3dmap(path: Path, size: float | None = None) -> Voxels:
     if found is None:
         raise InputError(f"{path}: line 1: expected 'voxel' and three whole numbers, found {head[:40]!r}")
     counts = (int(found[1]), int(found[2]), int(found[3]))
-    require_few(path, counts)
+    require_voxel_count(path, counts)
     if not min(counts):
         raise InputError(f"{path}: line 1: expected voxels along every axis, found {counts}")
     occupied = np.zeros(counts, dtype=bool)
@@ -57,4 +57,4 @@ def read_3dmap(path: Path, size: float | None = None) -> Voxels:
         if len(outside):
             raise InputError(f"{path}: voxel {cells[outside[0]].tolist()} is outside of the {list(counts)} there are")
         occupied[cells[:, 0], cells[:, 1], cells[:, 2]] = True
-    return voxels(np.zeros(3, dtype=np.int64), size or SIZE, occupied)
+    return voxels_of_grid(np.zeros(3, dtype=np.int64), size or DEFAULT_3DMAP_VOXEL_SIZE, occupied)

@@ -1,9 +1,12 @@
-"""OctoMap's trees, .bt (occupied, free, unknown) and .ot (log-odds), as voxels.
+"""OctoMap's octrees as voxels: .bt files (occupied, free or unknown) and .ot files (log-odds).
 
-Source: the formats that octomap/src and include/octomap/OccupancyOcTreeBase.hxx of https://octomap.github.io write. A
-few lines of text end in ``data``. Nodes follow, depth first, children by number, whose bits say above the middle along
-x, y, z. In a .bt a node is two bytes, two bits a child: 0 unknown, 1 free, 2 occupied, 3 an inner node, which follows.
-In a .ot it is its log-odds, 4 bytes, and one byte, a bit for each child that follows; occupied is 0 and above.
+A file begins with a few lines of text, the last of which is ``data``. The nodes follow depth first, the children of a
+node in the order of their numbers; the three bits of a child's number say whether it lies above the middle along x, y
+and z. In a .bt file a node takes two bytes, two bits for each child: 0 is unknown, 1 free, 2 occupied, and 3 an inner
+node, which follows. In a .ot file a node takes 4 bytes for its log-odds, occupied from 0 on, and one byte with a bit
+for each child that follows.
+
+Source: octomap/src and include/octomap/OccupancyOcTreeBase.hxx of https://octomap.github.io, which write these formats.
 """
 
 import math
@@ -14,80 +17,91 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.errors import InputError
-from skyverse.maps.readers.grid import MAX_VOXELS, UNKNOWN, Unknown, require_few, require_size, trimmed, voxels
+from skyverse.maps.readers.voxel_grid import (
+    KIND_OF_UNKNOWN,
+    MAX_VOXELS,
+    Unknown,
+    require_voxel_count,
+    require_voxel_size,
+    trimmed,
+    voxels_of_grid,
+)
 from skyverse.model.shapes import Voxels
 from skyverse.numerics.kernel import kernel
 
-_DEPTH = 16
-_FREE, _OCCUPIED = 1, 2
+_TREE_DEPTH = 16
+_FREE_LEAF, _OCCUPIED_LEAF = 1, 2
 _BYTES_OF_COLOUR = {"OcTree": 0, "ColorOcTree": 3}
 
 
 def read_octomap(path: Path, size: float | None = None, unknown: Unknown | None = None) -> Voxels:
-    """Read an OctoMap tree.
+    """Read an octree of OctoMap.
 
     Parameters
     ----------
     path
         A .bt or .ot file.
     size
-        How long a voxel is, metres: the tree's resolution, or that times a power of two. It is the smallest of these
-        with which there are at most `skyverse.maps.readers.grid.MAX_VOXELS`, unless said otherwise. A voxel is occupied
-        if any part of it is.
+        How long a voxel is, metres: the octree's resolution, or that times a power of two. When left out, it is the
+        smallest of these with which there are at most `skyverse.maps.readers.voxel_grid.MAX_VOXELS`. A voxel is
+        occupied if any part of it is.
     unknown
-        What to take space for that nobody has seen, between what has been seen. When left out it is occupied, but free
-        where the tree has no free leaf: then nobody has noted what was seen.
+        What space that nobody has seen is taken for, within the box of what has been seen. When left out it is
+        occupied, but free where the octree has no free leaf, as then it does not record what was seen.
 
     Returns
     -------
     Voxels
-        Of one of the kinds in `UNKNOWN`. Where unknown space is occupied, the grid is the box of all that has been
-        seen, else of what is occupied.
+        Their kind is one of `KIND_OF_UNKNOWN`. Where unknown space is occupied, the grid is the box of all that has
+        been seen, otherwise that of what is occupied.
 
     Raises
     ------
     InputError
-        If the file cannot be read as one, nothing is occupied, or there are too many voxels.
+        If the file is not an octree, nothing is occupied, or there are too many voxels.
     """
     leaves, resolution = _leaves(path)
     if unknown is None:
-        unknown = "occupied" if (leaves[:, 4] == _FREE).any() else "free"
-    kept = leaves if unknown == "occupied" else leaves[leaves[:, 4] == _OCCUPIED]
+        unknown = "occupied" if (leaves[:, 4] == _FREE_LEAF).any() else "free"
+    kept = leaves if unknown == "occupied" else leaves[leaves[:, 4] == _OCCUPIED_LEAF]
     if not len(kept):
         raise InputError(f"{path}: expected something occupied, found all of it free")
     low, high = kept[:, :3].min(axis=0), (kept[:, :3] + kept[:, 3:4]).max(axis=0)
     coarser = _coarser(path, low, high, resolution, size)
     first = low >> coarser
     counts = tuple(int(n) for n in ((high - 1) >> coarser) - first + 1)
-    require_few(path, counts)
+    require_voxel_count(path, counts)
     filled = np.zeros(counts, dtype=np.int64)
-    wanted = leaves[leaves[:, 4] == (_FREE if unknown == "occupied" else _OCCUPIED)]
+    wanted = leaves[leaves[:, 4] == (_FREE_LEAF if unknown == "occupied" else _OCCUPIED_LEAF)]
     _fill(filled, np.ascontiguousarray(wanted), first, coarser)
     occupied = filled < 8**coarser if unknown == "occupied" else filled > 0
     if not occupied.any():
         raise InputError(f"{path}: expected something occupied, found all of it free")
     if unknown == "free":
         first, occupied = trimmed(first, occupied)
-    made = voxels(first - (1 << (_DEPTH - 1 - coarser)), resolution * 2**coarser, occupied)
-    return made.model_copy(update={"kind": UNKNOWN[unknown]})
+    made = voxels_of_grid(first - (1 << (_TREE_DEPTH - 1 - coarser)), resolution * 2**coarser, occupied)
+    return made.model_copy(update={"kind": KIND_OF_UNKNOWN[unknown]})
 
 
 def _coarser(path: Path, low: NDArray[np.int64], high: NDArray[np.int64], resolution: float, size: float | None) -> int:
-    """Return how many times the tree's voxels are doubled."""
-    require_size(size)
+    """Return how many times the size of the octree's voxels is doubled."""
+    require_voxel_size(size)
     if size is None:
         coarser = 0
         while math.prod(int(n) for n in ((high - 1) >> coarser) - (low >> coarser) + 1) > MAX_VOXELS:
             coarser += 1
         return coarser
     coarser = round(math.log2(size / resolution))
-    if not (0 <= coarser < _DEPTH and math.isclose(resolution * 2**coarser, size, rel_tol=1e-6)):
+    if not (0 <= coarser < _TREE_DEPTH and math.isclose(resolution * 2**coarser, size, rel_tol=1e-6)):
         raise InputError(f"{path}: size: expected the tree's {resolution:g} m times a power of two, found {size:g}")
     return coarser
 
 
 def _leaves(path: Path) -> tuple[NDArray[np.int64], float]:
-    """Return the leaves (n, 5): the number of the first small voxel on each axis, how many, free or occupied."""
+    """Return the leaves (n, 5), and the resolution, metres.
+
+    A leaf is the number of its first voxel on each axis, how many voxels wide it is, and whether free or occupied.
+    """
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -118,13 +132,13 @@ def _leaves(path: Path) -> tuple[NDArray[np.int64], float]:
         odds = np.ascontiguousarray(tree.reshape(-1, width)[:, :4]).view("<f4")[:, 0]
         if np.isnan(odds).any():
             raise InputError(f"{path}: expected log-odds, found NaN")
-        children, states, there = table[:, -1], np.where(odds >= 0, _OCCUPIED, _FREE), len(table)
+        children, states, there = table[:, -1], np.where(odds >= 0, _OCCUPIED_LEAF, _FREE_LEAF), len(table)
     if there != nodes:
         raise InputError(f"{path}: size: expected {nodes:.0f} nodes as the header says, found {there}")
     leaves = np.empty((there, 5), dtype=np.int64)
     found, used = _walk(children, states, binary, leaves)
     if used < 0:
-        raise InputError(f"{path}: expected a tree {_DEPTH} deep at most, found a deeper one")
+        raise InputError(f"{path}: expected a tree {_TREE_DEPTH} deep at most, found a deeper one")
     if used != len(table):
         raise InputError(
             f"{path}: expected one tree of {len(table)} nodes, found that {used} belong to it or are missing"
@@ -147,14 +161,17 @@ def _number(path: Path, head: dict[str, str], key: str) -> float:
 def _walk(
     children: NDArray[np.int64], states: NDArray[np.int64], binary: bool, leaves: NDArray[np.int64]
 ) -> tuple[int, int]:
-    """Fill in `leaves`; return how many there are, and nodes used: one too many if some miss, -1 if it is too deep."""
-    corner = np.zeros((_DEPTH + 1, 3), dtype=np.int64)
-    node = np.zeros(_DEPTH + 1, dtype=np.int64)
-    following = np.zeros(_DEPTH + 1, dtype=np.int64)
+    """Fill in `leaves`; return how many there are, and how many nodes were used.
+
+    Nodes used are one more than there are where some are missing, and -1 where the octree is too deep.
+    """
+    corner = np.zeros((_TREE_DEPTH + 1, 3), dtype=np.int64)
+    node = np.zeros(_TREE_DEPTH + 1, dtype=np.int64)
+    following = np.zeros(_TREE_DEPTH + 1, dtype=np.int64)
     found, used, depth = 0, 1, 0
     if not binary and children[0] == 0:
         leaves[0, 0] = leaves[0, 1] = leaves[0, 2] = 0
-        leaves[0, 3] = 1 << _DEPTH
+        leaves[0, 3] = 1 << _TREE_DEPTH
         leaves[0, 4] = states[0]
         return 1, 1
     while depth >= 0:
@@ -163,7 +180,7 @@ def _walk(
             depth -= 1
             continue
         following[depth] = k + 1
-        width = 1 << (_DEPTH - 1 - depth)
+        width = 1 << (_TREE_DEPTH - 1 - depth)
         here = children[node[depth]]
         state = here >> 2 * k & 3 if binary else here >> k & 1
         if state == 0:
@@ -179,7 +196,7 @@ def _walk(
                 inner = children[child] != 0
                 state = states[child]
         if inner:
-            if depth + 1 == _DEPTH:
+            if depth + 1 == _TREE_DEPTH:
                 return found, -1
             for axis in range(3):
                 corner[depth + 1, axis] = corner[depth, axis] + (k >> axis & 1) * width
@@ -197,7 +214,7 @@ def _walk(
 
 @kernel
 def _fill(filled: NDArray[np.int64], leaves: NDArray[np.int64], first: NDArray[np.int64], coarser: int) -> None:
-    """Add to each coarse voxel how many small ones of it the leaves fill."""
+    """Add to each coarse voxel the number of its small voxels that the leaves fill."""
     for row in range(len(leaves)):
         width = leaves[row, 3]
         cells = max(1, width >> coarser)

@@ -1,4 +1,4 @@
-"""OpenStreetMap: buildings and their parts from ways and multipolygon relations, and how high their tags make them.
+"""OpenStreetMap: buildings and their parts, which are ways and multipolygon relations; their tags give the heights.
 
 https://wiki.openstreetmap.org/wiki/Simple_3D_Buildings
 """
@@ -16,15 +16,17 @@ import shapely
 from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.limits import printable
-from skyverse.maps.readers.outlines import WGS84, filled
-from skyverse.maps.readers.record import Record, features
+from skyverse.maps.georeference.fields import printable
+from skyverse.maps.readers.coordinate_systems import WGS84
+from skyverse.maps.readers.polygons import filled
+from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
 from skyverse.maps.readers.xml import parse
 
-_PBF = """closed_ways_are_polygons=building,building:part
+_GDAL_RULES = """closed_ways_are_polygons=building,building:part
 [points]
 osm_id=no
 [lines]
@@ -38,40 +40,40 @@ osm_id=yes
 all_tags=yes
 tags_format=json
 """
-"""What GDAL is to take for polygons, with all their tags."""
-_BLANK = b"\xef\xbb\xbf \t\r\n"
+"""Which objects GDAL reads as polygons from the binary format, with all their tags."""
+_LEADING_BLANKS = b"\xef\xbb\xbf \t\r\n"
 
 
 def buildings(path: Path, choices: Choices) -> list[Feature]:
-    """Return the buildings of an extract, XML or binary, whatever its suffix says.
+    """Return the buildings of an extract; whether it is XML or binary, its content tells, not its suffix.
 
-    A building that is cut by the extract's edge, so that corners are missing, is left out, and told.
+    A building whose corners are missing, as the extract's edge cuts it, is left out and told.
 
     Raises
     ------
     InputError
-        If it is no OpenStreetMap, or a building has no height and `choices` have none for such.
+        If it is not OpenStreetMap, or a building has no height and `choices` have none for such buildings.
     """
     try:
         with path.open("rb") as stream:
             head = stream.read(64)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
-    if path.suffix.lower() == ".pbf" and b"OSMHeader" not in head and not head.lstrip(_BLANK).startswith(b"<"):
+    if path.suffix.lower() == ".pbf" and b"OSMHeader" not in head and not head.lstrip(_LEADING_BLANKS).startswith(b"<"):
         raise InputError(f"{path}: expected OpenStreetMap's binary format, found something else")
-    records = list(_binary(path, choices) if b"OSMHeader" in head else _extract(path, choices))
+    records = list(_binary(path, choices) if b"OSMHeader" in head else _xml(path, choices))
     if not records:
         raise InputError(f"{path}: expected buildings, found none")
-    return features(records, WGS84, str(path), choices)
+    return features_of(records, WGS84, str(path), choices)
 
 
-def _built(tags: Mapping[str, Any]) -> bool:
+def _is_building(tags: Mapping[str, Any]) -> bool:
     return any(tags.get(key, "no") != "no" for key in ("building", "building:part"))
 
 
 @dataclass
-class _Thing:
-    """A way or relation as it is read."""
+class _Element:
+    """A way or relation while it is read."""
 
     kind: str
     number: int
@@ -80,16 +82,16 @@ class _Thing:
     ways: list[tuple[int, str]] = field(default_factory=list)
 
 
-class _Reading:
+class _Parser:
     """What an extract holds, as far as buildings may need it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._thing: _Thing | None = None
+        self._element: _Element | None = None
         self._root = False
         self.numbers, self.longitudes, self.latitudes = array("q"), array("d"), array("d")
-        self.ways: dict[int, _Thing] = {}
-        self.relations: list[_Thing] = []
+        self.ways: dict[int, _Element] = {}
+        self.relations: list[_Element] = []
 
     def start(self, tag: str, said: Mapping[str, str]) -> None:
         if not self._root:
@@ -103,25 +105,25 @@ class _Reading:
             self.longitudes.append(self._number(said, "lon", tag))
             self.latitudes.append(self._number(said, "lat", tag))
         elif tag in ("way", "relation"):
-            self._thing = _Thing(tag, self._whole(said, "id", tag))
-        elif self._thing is None:
+            self._element = _Element(tag, self._whole(said, "id", tag))
+        elif self._element is None:
             return
         elif tag == "nd":
-            self._thing.nodes.append(self._whole(said, "ref", tag))
+            self._element.nodes.append(self._whole(said, "ref", tag))
         elif tag == "member" and said.get("type") == "way":
-            self._thing.ways.append((self._whole(said, "ref", tag), said.get("role", "")))
+            self._element.ways.append((self._whole(said, "ref", tag), said.get("role", "")))
         elif tag == "tag":
-            self._thing.tags[said.get("k", "")] = said.get("v", "")
+            self._element.tags[said.get("k", "")] = said.get("v", "")
 
     def end(self, tag: str) -> None:
-        thing = self._thing
-        if thing is None or tag != thing.kind:
+        element = self._element
+        if element is None or tag != element.kind:
             return
-        self._thing = None
+        self._element = None
         if tag == "way":
-            self.ways[thing.number] = thing
-        elif thing.tags.get("type") == "multipolygon" and _built(thing.tags):
-            self.relations.append(thing)
+            self.ways[element.number] = element
+        elif element.tags.get("type") == "multipolygon" and _is_building(element.tags):
+            self.relations.append(element)
 
     def _number(self, said: Mapping[str, str], name: str, tag: str) -> float:
         try:
@@ -139,38 +141,39 @@ class _Reading:
         return int(text)
 
 
-def _extract(path: Path, choices: Choices) -> Iterator[Record]:
-    reading = _Reading(path)
+def _xml(path: Path, choices: Choices) -> Iterator[GeometryRecord]:
+    parser = _Parser(path)
     try:
         with path.open("rb") as stream:
-            parse(stream, path, reading.start, reading.end)
+            parse(stream, path, parser.start, parser.end)
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
-    order = np.argsort(np.array(reading.numbers), kind="stable")
-    numbers = np.array(reading.numbers)[order]
-    places = np.column_stack([np.array(reading.longitudes), np.array(reading.latitudes)])[order]
+    order = np.argsort(np.array(parser.numbers), kind="stable")
+    numbers = np.array(parser.numbers)[order]
+    places = np.column_stack([np.array(parser.longitudes), np.array(parser.latitudes)])[order]
 
-    def corners(way: _Thing) -> np.ndarray[Any, np.dtype[np.float64]] | None:
+    def corners(way: _Element) -> Floats | None:
         """Return where a way's nodes are, or ``None`` if any is missing."""
         at = np.searchsorted(numbers, way.nodes)
         if not len(way.nodes) or not len(numbers) or (numbers[np.minimum(at, len(numbers) - 1)] != way.nodes).any():
             return None
-        found: np.ndarray[Any, np.dtype[np.float64]] = places[at]
+        found: Floats = places[at]
         return found
 
-    for thing in [*(way for way in reading.ways.values() if _built(way.tags)), *reading.relations]:
-        where = f"{path}: {thing.kind} {thing.number}"
-        if thing.kind == "way":
-            shape = _way(thing, corners(thing), where, choices)
+    for element in [*(way for way in parser.ways.values() if _is_building(way.tags)), *parser.relations]:
+        where = f"{path}: {element.kind} {element.number}"
+        if element.kind == "way":
+            shape = _way(element, corners(element), where, choices)
         else:
-            shape = _relation(thing, reading.ways, corners)
+            shape = _relation(element, parser.ways, corners)
         if isinstance(shape, str):
             choices.tell(f"{where}: left out, {shape}")
         else:
-            yield Record(shape, thing.tags, where)
+            yield GeometryRecord(shape, element.tags, where)
 
 
-def _way(way: _Thing, corners: Any, where: str, choices: Choices) -> BaseGeometry | str:
+def _way(way: _Element, corners: Floats | None, where: str, choices: Choices) -> BaseGeometry | str:
+    """Return the polygon of a way, or why there is none."""
     if corners is None:
         return "nodes of it are missing"
     if len(corners) < 4 and (len(corners) < 3 or way.nodes[0] == way.nodes[-1]):
@@ -180,8 +183,8 @@ def _way(way: _Thing, corners: Any, where: str, choices: Choices) -> BaseGeometr
     return Polygon(corners)
 
 
-def _relation(relation: _Thing, ways: dict[int, _Thing], corners: Any) -> BaseGeometry | str:
-    """Return the outer rings without the inner ones, or why there are none."""
+def _relation(relation: _Element, ways: dict[int, _Element], corners: Any) -> BaseGeometry | str:
+    """Return the area between the outer and the inner ways, or why there is none."""
     lines: dict[bool, list[LineString]] = {True: [], False: []}
     first: float | None = None
     for number, role in relation.ways:
@@ -190,7 +193,7 @@ def _relation(relation: _Thing, ways: dict[int, _Thing], corners: Any) -> BaseGe
         places = corners(ways[number]) if number in ways else None
         if places is None or len(places) < 2:
             if role == "inner":
-                continue  # its hole is filled
+                continue  # without the inner way its hole is filled
             return "ways or nodes of it are missing"
         first = places[0, 0] if first is None else first
         places = places + 360 * np.round((first - places) / 360) * (1, 0)  # ways meet on the antimeridian too
@@ -204,7 +207,7 @@ def _relation(relation: _Thing, ways: dict[int, _Thing], corners: Any) -> BaseGe
 
 
 def _closed(lines: list[LineString]) -> BaseGeometry | None:
-    """Return what lines that meet at their ends enclose; ``None`` if one is left over."""
+    """Return what lines enclose that meet at their ends; ``None`` if one does not."""
     if not lines:
         return None
     merged = shapely.line_merge(shapely.multilinestrings(lines))
@@ -214,15 +217,15 @@ def _closed(lines: list[LineString]) -> BaseGeometry | None:
     return shapely.union_all([filled(np.array(ring.coords)) for ring in rings])
 
 
-def _binary(path: Path, choices: Choices) -> Iterator[Record]:
+def _binary(path: Path, choices: Choices) -> Iterator[GeometryRecord]:
     from skyverse.maps.readers import gdal
 
     with tempfile.TemporaryDirectory() as folder:
         rules = Path(folder) / "osm.ini"
-        rules.write_text(_PBF)
+        rules.write_text(_GDAL_RULES)
         _, rows = gdal.table(path, "multipolygons", choices, CONFIG_FILE=str(rules))
     for shape, said in rows:
         tags = json.loads(said.get("all_tags") or "{}")
-        if _built(tags):
+        if _is_building(tags):
             kind, number = ("way", said["osm_way_id"]) if said.get("osm_way_id") else ("relation", said.get("osm_id"))
-            yield Record(shape, tags, f"{path}: {kind} {number}")
+            yield GeometryRecord(shape, tags, f"{path}: {kind} {number}")

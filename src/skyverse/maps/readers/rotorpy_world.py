@@ -1,4 +1,4 @@
-"""Worlds of the simulator rotorpy: JSON with ``bounds`` and ``blocks``, each with ``extents``.
+"""Worlds of the simulator rotorpy: JSON with ``bounds`` and ``blocks``, each of which has ``extents``.
 
 Source: rotorpy.world.World, https://github.com/spencerfolk/rotorpy
 """
@@ -9,23 +9,23 @@ from typing import Any
 from pydantic import ValidationError
 
 from skyverse.errors import InputError
-from skyverse.maps.readers.lattice import CLEARANCE, lattice_of
+from skyverse.maps.readers.scenario_defaults import DEFAULT_CLEARANCE, default_lattice
 from skyverse.model.scenario import Bounds, Scenario, Source
 from skyverse.model.shapes import Box
 
 
 def is_rotorpy_world(data: object) -> bool:
-    """Tell whether JSON data are a world of rotorpy's."""
+    """Tell whether the data of a JSON file are a world of rotorpy."""
     return isinstance(data, dict) and isinstance(data.get("bounds"), dict) and "extents" in data["bounds"]
 
 
 def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
-    """Return the space of a rotorpy world: its bounds, and its blocks as boxes. Colours and features are passed over.
+    """Return a rotorpy world as a scenario without UAVs: its bounds, and its blocks as boxes; the rest is not read.
 
     Raises
     ------
     InputError
-        If it is not sound; the message names the field.
+        If a field is not as it should be; the message names it.
     """
     low, high = _corners(f"{path}: bounds.extents", data["bounds"]["extents"])
     blocks = data.get("blocks", [])
@@ -43,8 +43,8 @@ def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
             name=path.stem,
             bounds=bounds,
             obstacles=tuple(boxes),
-            clearance=CLEARANCE,
-            lattice=lattice_of(bounds, CLEARANCE),
+            clearance=DEFAULT_CLEARANCE,
+            lattice=default_lattice(bounds, DEFAULT_CLEARANCE),
             sources=(Source(file=path.name, gives="bounds and boxes"),),
         )
     except ValidationError as error:

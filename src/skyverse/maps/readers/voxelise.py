@@ -1,4 +1,4 @@
-"""Triangles to voxels: each that a triangle touches, by exact tests on separating axes.
+"""The voxels that triangles touch, by exact tests of separating axes.
 
 Source: T. Akenine-Möller, "Fast 3D triangle-box overlap testing", Journal of Graphics Tools 6 (2001), 29-33.
 """
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from skyverse.numerics.kernel import inner, kernel
 
-_TOUCH = 1e-9
-"""What counts as touching: this share of a voxel's size, so that rounding leaves no voxel out."""
+_VOXEL_TOUCH = 1e-9
+"""Voxels; a triangle this near to a voxel touches it, so that rounding leaves no voxel out."""
 
 
 @kernel
@@ -19,9 +19,9 @@ def touched(corners: NDArray[np.float64], occupied: NDArray[np.bool_]) -> None:
     Parameters
     ----------
     corners
-        (n, 3, 3) in voxels: voxel i, j, k reaches from (i, j, k) to (i + 1, j + 1, k + 1).
+        (n, 3, 3) corners of triangles in voxels: voxel i, j, k reaches from (i, j, k) to (i + 1, j + 1, k + 1).
     occupied
-        (nx, ny, nz); what is touched becomes true.
+        (nx, ny, nz); voxels that are touched become true.
     """
     low = np.empty(3, dtype=np.int64)
     high = np.empty(3, dtype=np.int64)
@@ -30,12 +30,12 @@ def touched(corners: NDArray[np.float64], occupied: NDArray[np.bool_]) -> None:
         for axis in range(3):
             least = min(a[axis], b[axis], c[axis])
             most = max(a[axis], b[axis], c[axis])
-            low[axis] = max(0, int(np.ceil(least - _TOUCH)) - 1)
-            high[axis] = min(occupied.shape[axis] - 1, int(np.floor(most + _TOUCH)))
+            low[axis] = max(0, int(np.ceil(least - _VOXEL_TOUCH)) - 1)
+            high[axis] = min(occupied.shape[axis] - 1, int(np.floor(most + _VOXEL_TOUCH)))
         nx = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
         ny = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
         nz = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        # a column of voxels along the axis that the triangle faces most meets its plane in few of them
+        # along the axis that is nearest to the normal, a column of voxels meets the plane in few voxels
         size = abs(nx) + abs(ny) + abs(nz)
         face = 0 if abs(nx) >= max(abs(ny), abs(nz)) else (1 if abs(ny) >= abs(nz) else 2)
         normal = nx if face == 0 else (ny if face == 1 else nz)
@@ -62,36 +62,36 @@ def touched(corners: NDArray[np.float64], occupied: NDArray[np.bool_]) -> None:
 def _overlap(
     a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], x: float, y: float, z: float
 ) -> bool:
-    """Tell whether a triangle touches the unit cube about x, y, z: no axis separates them."""
+    """Tell whether a triangle touches the unit cube around x, y, z: no axis separates them."""
     ax, ay, az = a[0] - x, a[1] - y, a[2] - z
     bx, by, bz = b[0] - x, b[1] - y, b[2] - z
     cx, cy, cz = c[0] - x, c[1] - y, c[2] - z
     if (
-        _apart(1.0, 0.0, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
-        or _apart(0.0, 1.0, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
-        or _apart(0.0, 0.0, 1.0, ax, ay, az, bx, by, bz, cx, cy, cz)
+        _separates(1.0, 0.0, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
+        or _separates(0.0, 1.0, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
+        or _separates(0.0, 0.0, 1.0, ax, ay, az, bx, by, bz, cx, cy, cz)
     ):
         return False
     dx, dy, dz = bx - ax, by - ay, bz - az
     ex, ey, ez = cx - bx, cy - by, cz - bz
     fx, fy, fz = ax - cx, ay - cy, az - cz
-    if _apart(dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex, ax, ay, az, bx, by, bz, cx, cy, cz):
+    if _separates(dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex, ax, ay, az, bx, by, bz, cx, cy, cz):
         return False
     for edge in range(3):
         ox = dx if edge == 0 else (ex if edge == 1 else fx)
         oy = dy if edge == 0 else (ey if edge == 1 else fy)
         oz = dz if edge == 0 else (ez if edge == 1 else fz)
         if (
-            _apart(0.0, -oz, oy, ax, ay, az, bx, by, bz, cx, cy, cz)
-            or _apart(oz, 0.0, -ox, ax, ay, az, bx, by, bz, cx, cy, cz)
-            or _apart(-oy, ox, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
+            _separates(0.0, -oz, oy, ax, ay, az, bx, by, bz, cx, cy, cz)
+            or _separates(oz, 0.0, -ox, ax, ay, az, bx, by, bz, cx, cy, cz)
+            or _separates(-oy, ox, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
         ):
             return False
     return True
 
 
 @inner
-def _apart(
+def _separates(
     nx: float,
     ny: float,
     nz: float,
@@ -105,7 +105,7 @@ def _apart(
     cy: float,
     cz: float,
 ) -> bool:
-    """Tell whether an axis separates a triangle from the unit cube about zero by more than touching."""
+    """Tell whether an axis separates a triangle from the unit cube around zero by more than `_VOXEL_TOUCH`."""
     p, q, r = nx * ax + ny * ay + nz * az, nx * bx + ny * by + nz * bz, nx * cx + ny * cy + nz * cz
-    reach = (abs(nx) + abs(ny) + abs(nz)) * (0.5 + _TOUCH)
+    reach = (abs(nx) + abs(ny) + abs(nz)) * (0.5 + _VOXEL_TOUCH)
     return min(p, q, r) > reach or max(p, q, r) < -reach

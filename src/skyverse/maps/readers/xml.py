@@ -1,4 +1,4 @@
-"""XML that is read without a document type, so that it can neither grow nor fetch."""
+"""XML without a document type, so that it can neither expand its entities nor fetch other files."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -7,7 +7,7 @@ from xml.parsers import expat
 
 from skyverse.errors import InputError
 
-_CUT_OFF = [expat.errors.codes[said] for said in (
+_CUT_OFF_CODES = [expat.errors.codes[said] for said in (
     expat.errors.XML_ERROR_NO_ELEMENTS, expat.errors.XML_ERROR_UNCLOSED_TOKEN, expat.errors.XML_ERROR_PARTIAL_CHAR,
     expat.errors.XML_ERROR_UNCLOSED_CDATA_SECTION,
 )]  # fmt: skip
@@ -20,12 +20,12 @@ def parse(
     end: Callable[[str], None],
     text: Callable[[str], None] | None = None,
 ) -> None:
-    """Call `start`, `end` and `text` as a file's elements come; names are without their namespace's prefix.
+    """Call `start`, `end` and `text` for each element and text of a file; names are without their namespace's prefix.
 
     Raises
     ------
     InputError
-        If it is no XML, ends too early, or declares a document type.
+        If it is not XML, ends too early, or declares a document type.
     """
 
     def refuse(*_: object) -> None:
@@ -43,6 +43,6 @@ def parse(
     except (expat.ExpatError, UnicodeError, LookupError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        cut = isinstance(error, expat.ExpatError) and error.code in _CUT_OFF
+        cut = isinstance(error, expat.ExpatError) and error.code in _CUT_OFF_CODES
         found = "it cut off" if cut else "something else"
         raise InputError(f"{path}: expected XML, found {found}: {error}") from None

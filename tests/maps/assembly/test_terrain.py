@@ -16,13 +16,15 @@ pyproj = pytest.importorskip("pyproj", reason="reading rasters needs pyproj")
 from rasterio.transform import Affine  # noqa: E402
 
 from skyverse.errors import InputError  # noqa: E402
+from skyverse.maps.assembly.ground import ground_range, level_ground  # noqa: E402
 from skyverse.maps.assembly.region import covered  # noqa: E402
-from skyverse.maps.assembly.terrain import flat_ground, ground_between, read_terrain  # noqa: E402
-from skyverse.maps.readers import raster as raster_module  # noqa: E402
-from skyverse.maps.readers.raster import Raster, opened  # noqa: E402
+from skyverse.maps.assembly.terrain import read_terrain  # noqa: E402
+from skyverse.maps.georeference.choices import Raster  # noqa: E402
+from skyverse.maps.readers import raster_tiles  # noqa: E402
+from skyverse.maps.readers.raster import open_raster  # noqa: E402
 from skyverse.model.scenario import Origin  # noqa: E402
 
-DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
+DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 DAVOS = Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
 
 
@@ -142,13 +144,13 @@ def test_however_it_is_turned_and_read_no_pixel_stands_out(tmp_path, seed, crs, 
     origin = Origin(latitude=latitude, longitude=9.0, altitude=500.0, geoid=48.0)
     pixel = 1 / 3600 if crs == "EPSG:4326" else 20.0
     path = written(tmp_path / "a.tif", hills(150, seed), crs, around(origin, crs, pixel, 150, turn))
-    limits = raster_module.DIRECT, raster_module.POOLED
+    limits = raster_tiles.MAX_PIXELS, raster_tiles.POOLED_PIXELS
     if pooled:
-        raster_module.DIRECT, raster_module.POOLED = 100.0, 200.0
+        raster_tiles.MAX_PIXELS, raster_tiles.POOLED_PIXELS = 100.0, 200.0
     try:
         terrain, _ = read_terrain([Raster(path)], origin, (-850, -700, 640, 730), step=step)
     finally:
-        raster_module.DIRECT, raster_module.POOLED = limits
+        raster_tiles.MAX_PIXELS, raster_tiles.POOLED_PIXELS = limits
     assert above(terrain, pixels(path, origin, crs)).min() >= 0
 
 
@@ -172,8 +174,8 @@ def test_a_crop_of_a_raster_of_20000_by_20000_reads_its_window_only(tmp_path):
 
 
 def test_an_area_of_many_pixels_at_a_long_step_is_pooled_and_still_covers_them(tmp_path, monkeypatch):
-    monkeypatch.setattr(raster_module, "DIRECT", 1e4)
-    monkeypatch.setattr(raster_module, "POOLED", 1e4)
+    monkeypatch.setattr(raster_tiles, "MAX_PIXELS", 1e4)
+    monkeypatch.setattr(raster_tiles, "POOLED_PIXELS", 1e4)
     heights = np.full((600, 600), 1500, dtype="float32")
     heights[301, 287] = 1800  # one mast
     path = written(tmp_path / "a.tif", heights, "EPSG:32632", around(DAVOS, "EPSG:32632", 5.0, 600))
@@ -258,7 +260,7 @@ def test_ellipsoidal_heights_without_a_geoid_are_refused(tmp_path):
     transform = around(DAVOS, "EPSG:4326", 1 / 3600, 60)
     path = written(tmp_path / "a.tif", np.full((60, 60), 1600.0), "EPSG:4979", transform)
     unknown = DAVOS.model_copy(update={"geoid": None})
-    with pytest.raises(InputError, match=r"a\.tif: its heights are counted from the ellipsoid; --geoid METRES"):
+    with pytest.raises(InputError, match=r"a\.tif: its heights are counted from the ellipsoid; give geoid"):
         read_terrain([Raster(path)], unknown, REGION)
     level = DAVOS.model_copy(update={"geoid": 0.0})
     assert read_terrain([Raster(path)], level, REGION)[0].heights.max() < 101
@@ -283,7 +285,7 @@ def test_depths_are_no_heights(tmp_path):
 def test_how_well_coordinates_are_known_is_said(tmp_path, crs, doubt):
     england = Origin(latitude=52.0, longitude=-1.0, altitude=0.0)
     path = written(tmp_path / "a.tif", np.full((60, 60), 100.0), crs, around(england, crs, 20.0, 60))
-    with opened(Raster(path)) as file:
+    with open_raster(Raster(path)) as file:
         assert doubt in file.doubt
         assert bool(doubt) == bool(file.doubt)
 
@@ -291,7 +293,7 @@ def test_how_well_coordinates_are_known_is_said(tmp_path, crs, doubt):
 def test_of_several_bands_one_must_be_chosen(tmp_path):
     both = np.stack([np.full((60, 60), 1500.0), np.full((60, 60), 1700.0)])
     path = written(tmp_path / "a.tif", both, "EPSG:32632", around(DAVOS, "EPSG:32632", 20.0, 60))
-    with pytest.raises(InputError, match=r"a\.tif: it has 2 bands; say which .* --terrain-band 1"):
+    with pytest.raises(InputError, match=r"a\.tif: it has 2 bands; give Raster\(band=1\)"):
         read_terrain([Raster(path)], DAVOS, REGION)
     with pytest.raises(InputError, match=r"expected a band from 1 to 2, found 3"):
         read_terrain([Raster(path, band=3)], DAVOS, REGION)
@@ -334,7 +336,7 @@ def test_a_pixel_without_data_raises_no_ground_below_the_sea(tmp_path):
 def test_what_looks_like_no_data_or_a_wrong_unit_is_refused(tmp_path):
     heights = np.full((60, 60), 1600.0)
     heights[30, 30] = -9999
-    with pytest.raises(InputError, match=r"it holds -9999, which is hardly a height, .* --nodata -9999,"):
+    with pytest.raises(InputError, match=r"it holds -9999, which is hardly a height, .* give Raster\(nodata=-9999\)"):
         read_terrain([Raster(square(tmp_path / "a.tif", heights))], DAVOS, REGION)
     with pytest.raises(InputError, match=r"it holds 16000, which is nowhere on Earth, in 100%"):
         read_terrain([Raster(square(tmp_path / "b.tif", np.full((60, 60), 16000.0)))], DAVOS, REGION)
@@ -354,7 +356,7 @@ def test_a_block_of_one_number_with_cliffs_all_round_is_no_ground(tmp_path, valu
     path = square(tmp_path / "a.tif", heights)
     said = f"{value:g}"
     with pytest.raises(
-        InputError, match=rf"a\.tif: it holds {said}, .* at latitude 46\.\d+, .*--nodata {said},"
+        InputError, match=rf"a\.tif: it holds {said}, .* at latitude 46\.\d+, .*Raster\(nodata={said}\) if"
     ) as error:
         read_terrain([Raster(path)], DAVOS, REGION)
     assert "\n" not in str(error.value)
@@ -373,8 +375,8 @@ def test_an_area_that_lies_in_a_block_of_no_data_is_judged_by_what_is_around(tmp
 
 
 def test_a_block_of_no_data_is_found_where_pixels_are_pooled(tmp_path, monkeypatch):
-    monkeypatch.setattr(raster_module, "DIRECT", 100.0)
-    monkeypatch.setattr(raster_module, "POOLED", 200.0)
+    monkeypatch.setattr(raster_tiles, "MAX_PIXELS", 100.0)
+    monkeypatch.setattr(raster_tiles, "POOLED_PIXELS", 200.0)
     heights = slopes(200)
     heights[80:120, 80:120] = 0
     with pytest.raises(InputError, match=r"it holds 0, with a cliff all round it"):
@@ -438,7 +440,7 @@ def test_an_ascii_grid_has_no_coordinates_until_they_are_said(tmp_path):
     )
     path = tmp_path / "a.asc"
     path.write_text(text)
-    with pytest.raises(InputError, match=r"a\.asc: it has no coordinate system; say it, as in --terrain-crs EPSG:4326"):
+    with pytest.raises(InputError, match=r"a\.asc: it has no coordinate system; give Raster\(crs='EPSG:4326'\)"):
         read_terrain([Raster(path)], DAVOS, REGION)
     with pytest.raises(InputError, match=r"expected a coordinate system, found 'EPSG:nonsense'"):
         read_terrain([Raster(path, crs="EPSG:nonsense")], DAVOS, REGION)
@@ -536,7 +538,7 @@ def test_too_many_heights_are_refused_before_they_are_read(tmp_path):
 
 def test_what_a_raster_covers_lies_in_it(tmp_path):
     path = square(tmp_path / "a.tif", hills(60))
-    with opened(Raster(path)) as file:
+    with open_raster(Raster(path)) as file:
         x0, y0, x1, y1 = covered(file, DAVOS)
     points = pixels(path, DAVOS, "EPSG:32632")
     assert points[:, 0].min() - 25 < x0 < x1 < points[:, 0].max() + 25
@@ -547,7 +549,7 @@ def test_what_a_raster_covers_lies_in_it(tmp_path):
 
 def test_flat_ground_is_level_and_bends_with_the_earth():
     origin = Origin(latitude=52, longitude=4, altitude=10)
-    terrain = flat_ground(origin, (-5000, -100, 5000, 100), 12.0)
+    terrain = level_ground(origin, (-5000, -100, 5000, 100), 12.0)
     there = np.array([0.0, 5000.0]), np.zeros(2)
     assert terrain.height(np.column_stack(there)) == pytest.approx([2.0, 2.0 - 1.96], abs=0.01)
 
@@ -561,7 +563,7 @@ def test_the_ground_between_ends_holds_all_ground_under_a_polygon():
     outlines = np.array(
         [shapely.Point(*rng.uniform(-40, 100, 2)).buffer(rng.uniform(0.5, 60)) for _ in range(60)], dtype=object
     )
-    low, high = ground_between(terrain, outlines)
+    low, high = ground_range(terrain, outlines)
     (x0, y0), (x1, y1) = terrain.extent
     for outline, least, most in zip(outlines, low, high, strict=True):
         west, south, east, north = outline.bounds
@@ -573,7 +575,7 @@ def test_the_ground_between_ends_holds_all_ground_under_a_polygon():
     # a long thin one counts what is under it, not all of the box around it
     line = shapely.LineString([(-40, -20), (100, 90)]).buffer(0.5)
     ramp = Terrain(origin=(-50, -30), step=(3, 2), heights=np.add.outer(np.arange(60) * 3.0, -np.arange(70) * 2.0))
-    least, most = ground_between(ramp, np.array([line], dtype=object))
+    least, most = ground_range(ramp, np.array([line], dtype=object))
     assert most[0] - least[0] < 50
 
 
@@ -585,7 +587,7 @@ def test_a_block_in_davos_is_refused_and_found_where_it_is(tmp_path, value):
     heights[200:280, 200:280] = value
     with rasterio.open(tmp_path / "davos.tif", "w", **profile) as file:
         file.write(heights, 1)
-    with opened(Raster(tmp_path / "davos.tif")) as file:
+    with open_raster(Raster(tmp_path / "davos.tif")) as file:
         origin = Origin(latitude=46.8155, longitude=9.8238, altitude=1500)
         with pytest.raises(InputError) as error:
             read_terrain([Raster(tmp_path / "davos.tif")], origin, (-1500, -1500, 1500, 1500))
@@ -600,7 +602,7 @@ def test_a_block_in_davos_is_refused_and_found_where_it_is(tmp_path, value):
 def test_davos_is_nowhere_below_its_heights():
     path = DATA / "davosdorf.tif"
     origin = Origin(latitude=46.81, longitude=9.85, altitude=1560)
-    with opened(Raster(path)) as file:
+    with open_raster(Raster(path)) as file:
         region = covered(file, origin)
         assert file.name == "EPSG:21781"
     terrain, raised = read_terrain([Raster(path)], origin, region)

@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.extra import needs
+from skyverse.maps.georeference.libraries import require_libraries
 from skyverse.maps.readers import las
-from skyverse.maps.readers.grid import grid_around, trimmed, voxels
+from skyverse.maps.readers.voxel_grid import grid_around, trimmed, voxels_of_grid
 from skyverse.model.shapes import Voxels
 
-CHUNK = 1_000_000
-Points = Callable[[], Iterator[NDArray[np.float64]]]
-"""Gives the points (n, 3) in parts, anew each time that it is called."""
+POINTS_AT_A_TIME = 1_000_000
+PointParts = Callable[[], Iterator[NDArray[np.float64]]]
+"""Yields all points in parts (n, 3), from the beginning at each call."""
 
 
 def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels:
@@ -25,7 +25,7 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
     path
         The file.
     size
-        How long a voxel is, metres; see `skyverse.maps.readers.grid.SIZE`.
+        How long a voxel is, metres; see `skyverse.maps.readers.voxel_grid.DEFAULT_VOXEL_SIZE`.
     at_least
         A voxel with fewer points is free.
 
@@ -34,29 +34,29 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
     InputError
         If the file cannot be read, is not in metres, has no points, or takes too many voxels.
     """
-    needs(path.name, "laspy", "lazrs")
+    require_libraries(path.name, "laspy", "lazrs")
     _require_metres(path)
 
     def parts() -> Iterator[NDArray[np.float64]]:
-        with las.opened(path) as file:
-            for chunk in file.chunk_iterator(CHUNK):
+        with las.open_las(path) as file:
+            for chunk in file.chunk_iterator(POINTS_AT_A_TIME):
                 yield np.column_stack([chunk.x, chunk.y, chunk.z]).astype(np.float64)
 
     return voxels_of_points(path, parts, size, at_least)
 
 
 def _require_metres(path: Path) -> None:
-    with las.opened(path) as file:
+    with las.open_las(path) as file:
         crs = file.header.parse_crs()
     for axis in [] if crs is None else crs.axis_info:
         if axis.unit_conversion_factor != 1 or axis.unit_name not in ("metre", "meter"):
             raise InputError(f"{path}: expected coordinates in metres, found {axis.name} in {axis.unit_name}")
 
 
-def voxels_of_points(where: object, parts: Points, size: float | None = None, at_least: int = 1) -> Voxels:
-    """Return as voxels what holds points. See `read_las`."""
+def voxels_of_points(where: object, parts: PointParts, size: float | None = None, at_least: int = 1) -> Voxels:
+    """Return the voxels that hold at least so many points; see `read_las`."""
     if at_least < 1:
-        raise InputError(f"at_least: expected one point or more, found {at_least}")
+        raise InputError(f"expected one point or more, found {at_least}", field="at_least")
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for points in parts():
         if not np.isfinite(points).all():
@@ -74,4 +74,4 @@ def voxels_of_points(where: object, parts: Points, size: float | None = None, at
     if not occupied.any():
         raise InputError(f"{where}: expected {at_least} points in some voxel, found {found.max()} at most")
     first, occupied = trimmed(first, occupied)
-    return voxels(first, length, occupied)
+    return voxels_of_grid(first, length, occupied)

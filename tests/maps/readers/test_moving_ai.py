@@ -9,7 +9,7 @@ import pytest
 import skyverse as sky
 from skyverse.maps.readers.voxels import read_voxels
 
-DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "voxels"
+DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data")) / "voxels"
 
 
 def written(tmp_path, text):

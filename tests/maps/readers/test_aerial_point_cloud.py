@@ -129,7 +129,7 @@ def test_feet_are_feet_and_the_ellipsoid_needs_a_geoid(tmp_path):
     (voxels,) = build_scenario("a", voxels=[path], origin=ORIGIN, area=WIDE).obstacles
     assert columns(voxels) == wanted(places, 2.0)
     high = las(tmp_path / "e.las", points + np.array([0, 0, 47.0]), crs=pyproj.CRS(UTM).to_3d())
-    with pytest.raises(InputError, match=r"e\.las: its altitudes are counted from the ellipsoid; --geoid METRES"):
+    with pytest.raises(InputError, match=r"e\.las: its altitudes are counted from the ellipsoid; give geoid"):
         build_scenario("a", voxels=[high], origin=ORIGIN, area=WIDE)
     (voxels,) = build_scenario("a", voxels=[high], origin=ORIGIN, area=WIDE, geoid=47.0).obstacles
     assert columns(voxels) == wanted(local(points.round(3)), 2.0)
@@ -138,18 +138,18 @@ def test_feet_are_feet_and_the_ellipsoid_needs_a_geoid(tmp_path):
 def test_coordinates_that_a_file_does_not_say_are_asked_for(tmp_path):
     points, places = some(9)
     bare = las(tmp_path / "bare.las", points, crs=None)
-    with pytest.raises(InputError, match=r"bare\.las: expected its coordinate system, found none; --crs EPSG:\.\.\."):
+    with pytest.raises(InputError, match=r"bare\.las: .* found none; give Reading\(crs='EPSG:4326'\)"):
         build_scenario("a", voxels=[bare])
     (voxels,) = build_scenario(
         "a", voxels=[bare], origin=ORIGIN, area=WIDE, reading=sky.Reading(crs="EPSG:5555")
     ).obstacles
     assert columns(voxels) == wanted(places, 2.0)
     flat = las(tmp_path / "flat.las", points, crs=UTM)
-    with pytest.raises(InputError, match=r"flat\.las: .* says nothing of altitudes; --altitudes amsl"):
+    with pytest.raises(InputError, match=r"flat\.las: .* says nothing of altitudes; give Reading\(altitudes='amsl'\)"):
         build_scenario("a", voxels=[flat])
     assert build_scenario("a", voxels=[flat], reading=sky.Reading(altitudes="amsl")).obstacles
     feet = las(tmp_path / "feet.las", [(1.5e6, 6e5, 100), (1.5001e6, 6.001e5, 120)], crs=2230)
-    with pytest.raises(InputError, match=r"feet\.las: .* is not in metres; --unit m or --unit ft"):
+    with pytest.raises(InputError, match=r"feet\.las: .* not in metres; give Reading\(unit='m'\) or Read"):
         build_scenario("a", voxels=[feet], reading=sky.Reading(altitudes="amsl"))
     with pytest.raises(InputError, match=r"a\.ply: expected a point cloud \(\.las, \.laz\), found '\.ply'"):
         build_scenario("a", voxels=[tmp_path / "a.ply"])

@@ -22,12 +22,12 @@ import skyverse as sky  # noqa: E402
 from skyverse.cli import main  # noqa: E402
 from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps.assembly.build import build_scenario  # noqa: E402
-from skyverse.maps.assembly.obstacles import GRAIN, Placed, prisms  # noqa: E402
+from skyverse.maps.assembly.obstacles import ROUNDING, LocalFeatures, prisms  # noqa: E402
+from skyverse.maps.georeference.choices import Raster  # noqa: E402
 from skyverse.maps.georeference.feature import Feature  # noqa: E402
-from skyverse.maps.readers.raster import Raster  # noqa: E402
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea  # noqa: E402
 
-DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
+DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 LAT, LON = 46.8, 9.85
 DEGREE = 111_200.0
 
@@ -306,11 +306,11 @@ def test_what_is_thinner_than_a_grain_becomes_a_thin_prism(width):
     sliver = shapely.box(0, 0, 10, width)
     court = shapely.Polygon(shapely.box(20, 0, 40, 20).exterior, [shapely.box(25, 5, 25 + width, 15).exterior])
     features = [Feature(np.zeros((3, 2)), (), None, None, "zone", None, "z") for _ in range(2)]
-    made, _ = prisms(Placed([sliver, court], features, np.zeros(2), np.ones(2)))
+    made, _ = prisms(LocalFeatures([sliver, court], features, np.zeros(2), np.ones(2)))
     for prism, outline in zip(made, (sliver, court), strict=True):
         polygon = shapely.Polygon(prism.vertices, prism.holes)
-        assert polygon.buffer(GRAIN / 2 + 1e-9, join_style="mitre").covers(outline)
-        assert polygon.bounds == pytest.approx(outline.bounds, abs=3 * GRAIN)
+        assert polygon.buffer(ROUNDING / 2 + 1e-9, join_style="mitre").covers(outline)
+        assert polygon.bounds == pytest.approx(outline.bounds, abs=3 * ROUNDING)
 
 
 def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_they_are(valley, tmp_path):
@@ -344,33 +344,33 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
         ({"uavs": {"odd": (146.8, 9.85, AboveGround(60))}}, r"odd: expected a latitude .*found 146\.8; .*swapped\?"),
         ({"uavs": {"bare": (46.8, 9.85, 60)}}, r"bare: expected latitude, longitude and an altitude such as"),
         ({"uavs": [START, START], "targets": [place(0, 0, AboveHome(60))]}, r"target-1: .*above home, but .* 2 UAVs"),
-        ({"uavs": [START], "ceiling": AboveSea(1000)}, r"--ceiling: expected an altitude above the lowest ground"),
-        ({"uavs": [START], "ceiling": AboveGround(1)}, r"uav-1: expected a point below the ceiling|--ceiling"),
-        ({"uavs": [START], "ceiling": AboveHome(100)}, r"--ceiling: expected agl .* found home"),
+        ({"uavs": [START], "ceiling": AboveSea(1000)}, r"ceiling: expected an altitude above the lowest ground"),
+        ({"uavs": [START], "ceiling": AboveGround(1)}, r"uav-1: expected a point below the ceiling|ceiling: "),
+        ({"uavs": [START], "ceiling": AboveHome(100)}, r"ceiling: expected agl .* found home"),
         ({"uavs": [START], "margin": 5000}, r"valley\.tif: expected terrain over all of the area"),
-        ({"uavs": [START], "margin": 100, "area": (9.84, 46.79, 9.86, 46.81)}, r"--margin: .* found both"),
+        ({"uavs": [START], "margin": 100, "area": (9.84, 46.79, 9.86, 46.81)}, r"margin: .* found both"),
         (
             {"area": (46.79, 9.84, 46.81, 9.86)},
-            r"the middle of --area: .*valley\.tif, .* latitude and longitude swapped\?",
+            r"the middle of the area: .*valley\.tif, .* latitude and longitude swapped\?",
         ),
         ({"area": (9.835, 46.79, 9.88, 46.81)}, r"valley\.tif: expected terrain over all of the area"),
-        ({"area": (9.86, 46.79, 9.84, 46.81)}, r"--area .*: expected west,.* found 359\.98 degrees from west to east"),
+        ({"area": (9.86, 46.79, 9.84, 46.81)}, r"area: .*: expected west,.* found 359\.98 degrees from west to east"),
         (
             {"uavs": [START], "origin": sky.Origin(latitude=9.85, longitude=46.8, altitude=1500)},
-            r"--origin: expected one within 200 km of latitude 46\.8, .* 5221 km away; are latitude",
+            r"origin: expected one within 200 km of latitude 46\.8, .* 5221 km away; are latitude",
         ),
         (
             {"area": (9.86, 46.81, 9.84, 46.79)},
             r"expected west,south,east,north, found 46\.81 for south, 46\.79 for north",
         ),
         ({"area": (9.84, 146.79, 9.86, 146.81)}, r"expected south from -90 to 90 degrees, found 146\.79; the order"),
-        ({"uavs": [START], "ground": AboveSea(0)}, r"--ground: expected it without a terrain"),
-        ({"uavs": [START], "clearance": -1.0}, r"--clearance: expected a number from 0 on, found -1"),
-        ({"uavs": [START], "lattice_step": 0.0}, r"--lattice-step: expected a number from 0\.001 on, found 0"),
-        ({"uavs": [START], "terrain_step": float("nan")}, r"--terrain-step: expected a number .* found nan"),
+        ({"uavs": [START], "ground": AboveSea(0)}, r"ground: expected it without a terrain"),
+        ({"uavs": [START], "clearance": -1.0}, r"clearance: expected a number from 0 on, found -1"),
+        ({"uavs": [START], "lattice_step": 0.0}, r"lattice_step: expected a number from 0\.001 on, found 0"),
+        ({"uavs": [START], "terrain_step": float("nan")}, r"terrain_step: expected a number .* found nan"),
         ({"uavs": [START], "lattice_step": 0.01}, r"valley: lattice\.step"),
-        ({"uavs": [START], "band": (80, 40)}, r"--band: expected low,high"),
-        ({"uavs": [START], "licences": {"no.tif": "x"}}, r"--licence: no\.tif: expected one of the files given"),
+        ({"uavs": [START], "band": (80, 40)}, r"band: expected low,high"),
+        ({"uavs": [START], "licences": {"no.tif": "x"}}, r"licences: no\.tif: expected one of the files given"),
         ({"uavs": [START], "zones": ["none.geojson"]}, r"none\.geojson"),
         ({"uavs": [START], "zones": ["zones.xyz"]}, r"zones\.xyz: expected a file of buildings or zones"),
     ],
@@ -432,7 +432,7 @@ def test_a_geoid_goes_with_an_origin_that_has_none_and_not_with_another(valley):
     origin = sky.Origin(latitude=46.79, longitude=9.84, altitude=1234.5)
     options = {"terrain": [valley], "uavs": [START], "geoid": 50.0}
     assert build_scenario("v", origin=origin, **options).frame.origin.geoid == 50.0
-    with pytest.raises(InputError, match=r"--geoid: expected that of the origin, 48, found 50"):
+    with pytest.raises(InputError, match=r"geoid: expected that of the origin, 48, found 50"):
         build_scenario("v", origin=origin.model_copy(update={"geoid": 48.0}), **options)
 
 
@@ -446,7 +446,7 @@ def test_files_of_one_name_have_their_own_licences(valley, tmp_path):
     assert [(s.file, s.licence) for s in made.sources] == [
         ("valley.tif", "mine"), ("z.geojson", ""), ("z.geojson", "CC0")
     ]  # fmt: skip
-    with pytest.raises(InputError, match=r"--licence: z\.geojson: .* found several of that name"):
+    with pytest.raises(InputError, match=r"licences: z\.geojson: .* found several of that name"):
         build_scenario("v", **options, licences={"z.geojson": "CC0"})
 
 
@@ -554,7 +554,7 @@ def test_a_raster_that_says_no_unit_is_told_unless_the_user_says_one(valley):
         build_scenario("v", terrain=[raster], uavs=[START], on_note=notes.append)
         return [note.text for note in notes if note.file == str(valley) and "unit" in note.text]
 
-    assert told(valley) == ["heights without a unit taken as metres; --terrain-unit ft takes them as feet"]
+    assert told(valley) == ["heights without a unit taken as metres; give Raster(unit='ft') to take them as feet"]
     assert told(Raster(valley, unit="m")) == []
 
 

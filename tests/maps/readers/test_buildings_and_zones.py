@@ -21,7 +21,7 @@ shapely = pytest.importorskip("shapely")
 pytest.importorskip("pyogrio")
 
 from skyverse.maps.georeference.choices import Choices  # noqa: E402
-from skyverse.maps.readers.vector import read_features  # noqa: E402
+from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
 
 SQUARE = [[7.0, 47.0], [7.001, 47.0], [7.001, 47.001], [7.0, 47.001], [7.0, 47.0]]
 COURT = [[7.0004, 47.0004], [7.0006, 47.0004], [7.0006, 47.0006], [7.0004, 47.0006], [7.0004, 47.0004]]
@@ -110,9 +110,9 @@ def test_limits_are_read_as_their_schema_means_them(read, fields, low, high):
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"upper": 120}, ("'upper'", "--altitudes")),
-        ({"upper": "120"}, ("'upper'", "--altitudes")),
-        ({"upper": "120 ft"}, ("'upper'", "--altitudes")),
+        ({"upper": 120}, ("'upper'", "Reading(altitudes=")),
+        ({"upper": "120"}, ("'upper'", "Reading(altitudes=")),
+        ({"upper": "120 ft"}, ("'upper'", "Reading(altitudes=")),
         ({"upper": "FL95"}, ("flight levels",)),
         ({"upper": 95, "reference": "STD"}, ("'reference'", "AGL or AMSL")),
         ({"upper": 95, "reference": "WGS84"}, ("'reference'", "AGL or AMSL")),
@@ -146,7 +146,7 @@ def test_a_field_of_risk_opens_no_zone_unless_the_user_does(read):
 
 def test_buildings_stand_on_the_ground_and_need_a_height(read):
     plain = collection(feature(use="house"))
-    refused(read, plain, "feature 1", "--building-height", kind="building")
+    refused(read, plain, "feature 1", "Reading.building_height", kind="building")
     (house,) = read(plain, kind="building", building_height=8.0)
     assert (house.kind, house.low, house.high) == ("building", None, AboveGround(8.0))
     (tower,) = read(collection(feature(h_max=31.5)), kind="building", height_field="h_max")
@@ -166,7 +166,7 @@ def test_limits_without_a_unit_are_told_once_a_file_unless_the_user_says(read):
     document, told = collection(*[feature(lower=0, upper=100, reference="AGL")] * 3), []
     assert read(document, tell=told.append)[0].high == AboveGround(100.0)
     assert len(told) == 1
-    assert "3 limits without a unit taken as metres; --unit ft" in told[0]
+    assert "3 limits without a unit taken as metres; give Reading(unit='ft') to" in told[0]
     assert read(document, unit="ft", tell=told.append)[0].high.metres == pytest.approx(30.48)
     assert len(told) == 1
 
@@ -323,7 +323,7 @@ def test_a_shapefile_without_coordinate_system_is_refused_unless_the_user_says(t
     path = tmp_path / "zones.shp"
     written(path)
     path.with_suffix(".prj").unlink()
-    with pytest.raises(InputError, match=r"\.prj.*--crs"):
+    with pytest.raises(InputError, match=r"\.prj.*Reading\(crs="):
         read_features(path)
     assert len(read_features(path, Choices(crs="EPSG:4326"))) == 1
     with pytest.raises(InputError, match="coordinate system"):
@@ -388,7 +388,7 @@ SPACED = "<outerBoundaryIs><LinearRing><coordinates>7, 47 8, 47</coordinates></L
     [
         (kml(kml_polygon(60, RELATIVE)), ("placemark 1", "sheet")),
         (kml(kml_polygon(60, "<altitudeMode>relativeToSeaFloor</altitudeMode>")), ("altitudeMode",)),
-        (kml("<LineString><coordinates>7,47 7.1,47</coordinates></LineString>"), ("line", "--buffer")),
+        (kml("<LineString><coordinates>7,47 7.1,47</coordinates></LineString>"), ("line", "Reading.buffer")),
         (kml(f"<Polygon>{SPACED}</Polygon>"), ("longitude,latitude",)),
         (kml("<name>nothing</name>"), ("found none",)),
         (kml(kml_polygon()).replace("<Placemark>", "<NetworkLink/><Placemark>", 1), ("NetworkLink",)),
@@ -418,7 +418,7 @@ def test_a_kmz_is_read_and_one_that_unpacks_to_too_much_or_is_cut_off_is_refused
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("doc.kml", kml(kml_polygon()))
     assert len(read_features(path)) == 1
-    monkeypatch.setattr(reader, "LARGEST", 100)
+    monkeypatch.setattr(reader, "MAX_UNPACKED", 100)
     with pytest.raises(InputError, match="unpacked"):
         read_features(path)
     monkeypatch.undo()
@@ -510,14 +510,14 @@ def test_unclosed_rings_repeated_corners_and_altitudes_of_zero_change_nothing(re
 
 def test_corners_with_altitudes_need_to_say_what_they_are_counted_from(read):
     document = collection(feature([[[*place, 30.0] for place in SQUARE]], use="none"))
-    refused(read, document, "feature 1", "30", "--altitudes")
+    refused(read, document, "feature 1", "30", "Reading(altitudes=")
     assert read(document, altitudes="amsl")[0].high == AboveSea(30.0)
 
 
 def test_lines_and_points_get_a_width_or_are_refused(read):
     line = feature([[7.0, 47.0], [7.01, 47.0]], "LineString")
-    refused(read, collection(line), "line", "--buffer")
-    refused(read, collection(feature([7.0, 47.0], "Point")), "point", "--buffer")
+    refused(read, collection(line), "line", "Reading.buffer")
+    refused(read, collection(feature([7.0, 47.0], "Point")), "point", "Reading.buffer")
     (disc,) = read(collection(feature([7.0, 47.0], "Point", radius=50, **ZONE)))
     assert abs(GEOD.geometry_area_perimeter(polygon(disc))[0]) == pytest.approx(math.pi * 50**2, rel=0.01)
     (strip,) = read(collection(line), buffer=20.0)
@@ -654,17 +654,17 @@ def test_a_file_of_another_kind_or_none_at_all_is_refused(tmp_path, suffix):
 
 
 @pytest.mark.parametrize(
-    ("choices", "option"),
+    ("choices", "field"),
     [
-        ({"building_height": -1.0}, "--building-height"),
-        ({"buffer": 0.0}, "--buffer"),
-        ({"unit": "km"}, "--unit"),
-        ({"altitudes": "fl"}, "--altitudes"),
-        ({"lod": "nan"}, "--lod"),
+        ({"building_height": -1.0}, "building_height"),
+        ({"buffer": 0.0}, "buffer"),
+        ({"unit": "km"}, "unit"),
+        ({"altitudes": "fl"}, "altitudes"),
+        ({"lod": "nan"}, "lod"),
     ],
 )
-def test_a_choice_that_cannot_be_is_refused_by_the_name_of_its_option(read, choices, option):
-    refused(read, collection(feature()), f"{option}: expected", **choices)
+def test_a_choice_that_cannot_be_is_refused_by_the_name_of_its_field(read, choices, field):
+    refused(read, collection(feature()), f"Reading.{field}: expected", **choices)
 
 
 def test_a_missing_library_is_named_with_the_line_that_installs_it(read, monkeypatch):

@@ -15,9 +15,9 @@ pyproj = pytest.importorskip("pyproj")
 shapely = pytest.importorskip("shapely")
 
 from skyverse.maps.georeference.choices import Choices  # noqa: E402
-from skyverse.maps.readers.vector import read_features  # noqa: E402
+from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
 
-DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
+DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "delft.city.json").exists(), reason="needs ../shared/data/*.city.json")
 BACK = pyproj.Transformer.from_crs("OGC:CRS84", "EPSG:28992", always_xy=True)
 
@@ -162,7 +162,7 @@ def test_points_and_lines_get_the_width_that_is_asked_for(read):
     )
     told = []
     assert len(read(document, tell=told.append)) == 1
-    assert sum("points or lines; --buffer gives them a width" in sentence for sentence in told) == 2
+    assert sum("points or lines; give Reading.buffer to give them a width" in sentence for sentence in told) == 2
     _, *masts, wire, last = read(document, buffer=2.0)
     assert [one.name for one in masts] == ["masts", "masts"]
     for one, at in zip(masts, ((0, 0), (10, 8)), strict=True):
@@ -198,7 +198,7 @@ def test_parts_are_features_of_their_own_and_roads_are_left_out_and_told(read):
     told = []
     assert [one.name for one in read(city(objects), tell=told.append)] == ["part", "many"]
     assert len(told) == 1
-    assert told[0].endswith("city.json: 1 left out, which do not stand in the way or are of unknown type: 1 Road")
+    assert told[0].endswith("city.json: 1 left out, which are no obstacles or of unknown type: 1 Road")
 
 
 def test_what_else_stands_in_the_way_is_read_with_its_kind(read):
@@ -214,7 +214,7 @@ def test_what_else_stands_in_the_way_is_read_with_its_kind(read):
 
 
 def test_a_level_of_detail_is_a_number(read):
-    with pytest.raises(InputError, match=r"--lod: expected a level of detail such as 2\.2, found 'high'"):
+    with pytest.raises(InputError, match=r"Reading\.lod: expected a level of detail such as 2\.2, found 'high'"):
         read(city(), lod="high")
 
 
@@ -222,7 +222,7 @@ def test_a_flat_footprint_gets_its_height_from_its_attributes_or_the_user(read):
     flat_one = {"type": "Building", "geometry": [surfaces(FACES[:1], "0")]}
     assert read(city({"a": {**flat_one, "attributes": {"measuredHeight": 9.5}}}))[0].high == AboveGround(9.5)
     assert read(city({"a": flat_one}), building_height=4.0)[0].high == AboveGround(4.0)
-    with pytest.raises(InputError, match=r"a: .*--building-height"):
+    with pytest.raises(InputError, match=r"a: .*Reading\.building_height"):
         read(city({"a": flat_one}))
 
 
@@ -244,8 +244,8 @@ def test_altitudes_in_feet_become_metres(read):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"metadata": {}}, ("referenceSystem", "--crs")),
-        ({"metadata": {"referenceSystem": "EPSG:28992"}}, ("altitudes", "--altitudes amsl")),
+        ({"metadata": {}}, ("referenceSystem", "Reading(crs=")),
+        ({"metadata": {"referenceSystem": "EPSG:28992"}}, ("altitudes", "Reading(altitudes='amsl')")),
         ({"metadata": {"referenceSystem": "EPSG:4979"}}, ("mean sea level",)),
         ({"metadata": {"referenceSystem": "EPSG:no"}}, ("coordinate system",)),
         ({"version": "0.9"}, ("version", "0.9")),

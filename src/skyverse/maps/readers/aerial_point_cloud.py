@@ -1,8 +1,8 @@
-"""Point clouds that say where on Earth they lie, as voxels of the local frame.
+"""Point clouds taken from the air that say where on Earth they lie, as voxels of the local frame.
 
-They are taken from the air: nobody has seen what is below a point, so that it counts as occupied.
+From the air nobody has seen what is below a point, so that it counts as occupied.
 
-Source: classes of points by ASPRS LAS 1.4 R15, table 17.
+Source: ASPRS LAS 1.4 R15, table 17, for the classes of points.
 """
 
 from collections import Counter
@@ -12,15 +12,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skyverse._typing import Floats
-from skyverse.errors import InputError
-from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.georeference.extra import needs
-from skyverse.maps.readers import grid, las
-from skyverse.maps.readers.cloud import CHUNK
-from skyverse.maps.readers.raster import Rectangle
+from skyverse._typing import Floats, Ints
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.georeference.choices import GIVE_AMSL, GIVE_CRS, Choices
+from skyverse.maps.georeference.libraries import require_libraries
+from skyverse.maps.georeference.rectangle import Rectangle
+from skyverse.maps.readers import las, voxel_grid
+from skyverse.maps.readers.point_cloud import POINTS_AT_A_TIME
+from skyverse.maps.readers.raster_tiles import GIVE_GEOID
+from skyverse.model.altitude import FOOT
 from skyverse.model.geodesy import to_local
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain, Voxels
@@ -29,34 +30,34 @@ if TYPE_CHECKING:
     from pyproj import CRS
 
 
-SIZE = 2.0
-"""How long a voxel is unless said otherwise, metres; doubled until there are no more than `grid.MAX_VOXELS`."""
-GROUND, NOISE = 2, (7, 18)
-LEFT_OUT = ("of the ground", "of noise", "outside")
+DEFAULT_AERIAL_VOXEL_SIZE = 2.0
+"""Metres; doubled until there are no more than `voxel_grid.MAX_VOXELS`."""
+_GROUND_CLASS, _NOISE_CLASSES = 2, (7, 18)
+WHY_LEFT_OUT = ("of the ground", "of noise", "outside")
 
 
 @dataclass(frozen=True, eq=False)
-class Cloud:
-    """A file of points that is known to lie on Earth.
+class AerialCloud:
+    """A file of points that says where on Earth they lie.
 
     Attributes
     ----------
     path
         The file.
     name
-        Its coordinate system.
+        The coordinate system's name.
     globe
-        Brings its x and y to longitude and latitude.
+        The transformer of x and y to longitude and latitude.
     metres
-        To each unit of its z.
+        The metres in a unit of z.
     ellipsoidal
-        Whether its z are counted from the ellipsoid.
+        Whether z is counted from the WGS84 ellipsoid.
     count
-        Of its points.
+        How many points there are.
     low, high
-        The least and the greatest x, y and z that its header says.
+        The least and the greatest x, y and z (3,) by the file's header.
     outline
-        (n, 2) longitude and latitude around all of it.
+        (n, 2) longitude and latitude of a line around all points.
     """
 
     path: Path
@@ -70,8 +71,8 @@ class Cloud:
     outline: Floats
 
 
-def opened(path: Path, choices: Choices) -> Cloud:
-    """Return what a .las or .laz file says of where it lies.
+def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
+    """Return what a .las or .laz file says of where on Earth its points lie.
 
     Raises
     ------
@@ -82,13 +83,13 @@ def opened(path: Path, choices: Choices) -> Cloud:
         raise InputError(f"{path}: expected a point cloud (.las, .laz), found {path.suffix!r}")
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    needs(path.name, "laspy", "lazrs", "pyproj", "shapely")
+    require_libraries(path.name, "laspy", "lazrs", "pyproj", "shapely")
     import shapely
 
     from skyverse.maps.georeference import datum
-    from skyverse.maps.readers.outlines import to_globe
+    from skyverse.maps.readers.coordinate_systems import to_globe
 
-    with las.opened(path) as file:
+    with las.open_las(path) as file:
         header = file.header
         said, keys = header.parse_crs(), _keys(header)
         low, high = np.array(header.mins, dtype=np.float64), np.array(header.maxs, dtype=np.float64)
@@ -103,11 +104,11 @@ def opened(path: Path, choices: Choices) -> Cloud:
     transformer, _ = datum.to_globe(crs, float(middle[0]), float(middle[1]), str(path))
     around = shapely.get_coordinates(outline)
     name = ":".join(crs.to_authority() or [crs.name])
-    return Cloud(path, name, transformer, metres, ellipsoidal, header.point_count, low, high, around)
+    return AerialCloud(path, name, transformer, metres, ellipsoidal, header.point_count, low, high, around)
 
 
 def _keys(header: Any) -> dict[int, int]:
-    """Return the GeoTIFF keys of a header, of which laspy reads only the horizontal ones."""
+    """Return the GeoTIFF keys of a header; laspy itself reads only the horizontal ones."""
     records = [*header.vlrs, *(header.evlrs or [])]
     return {
         key.id: key.value_offset
@@ -119,14 +120,14 @@ def _keys(header: Any) -> dict[int, int]:
 
 
 def _system(path: Path, said: "CRS | None", keys: dict[int, int], choices: Choices) -> tuple["CRS", float, bool]:
-    """Return a cloud's horizontal coordinates, the metres to each unit of z, and whether z are above the ellipsoid."""
+    """Return the horizontal coordinate system, the metres in a unit of z, and whether z is above the ellipsoid."""
     import pyproj
 
     from skyverse.maps.georeference import datum
-    from skyverse.maps.readers.outlines import named_crs
+    from skyverse.maps.readers.coordinate_systems import named_crs
 
     if said is None and choices.crs is None:
-        raise InputError(f"{path}: expected its coordinate system, found none; --crs EPSG:... gives it")
+        raise InputError(f"{path}: expected its coordinate system, found none", give=[GIVE_CRS])
     crs = named_crs(str(choices.crs), str(path)) if said is None else said
     vertical = datum.vertical(crs, str(path))
     if vertical is None and 1024 <= keys.get(4096, 0) <= 32766:
@@ -140,51 +141,60 @@ def _system(path: Path, said: "CRS | None", keys: dict[int, int], choices: Choic
     if vertical is not None:
         return flat, *vertical
     if choices.altitudes != "amsl":
-        raise InputError(
-            f"{path}: {crs.name} says nothing of altitudes; --altitudes amsl takes them as above mean sea level"
-        )
+        raise InputError(f"{path}: {crs.name} says nothing of altitudes", give=[GIVE_AMSL])
     if choices.unit is None and flat.is_projected and flat.axis_info[0].unit_conversion_factor != 1:
-        raise InputError(f"{path}: {crs.name} is not in metres; --unit m or --unit ft says what its altitudes are in")
-    return flat, 0.3048 if choices.unit == "ft" else 1.0, False
+        units = [Remedy("Reading.unit", "m"), Remedy("Reading.unit", "ft", "for its altitudes")]
+        raise InputError(f"{path}: {crs.name} is not in metres", give=units)
+    return flat, FOOT if choices.unit == "ft" else 1.0, False
 
 
-def voxels(
-    cloud: Cloud, origin: Origin, region: Rectangle, reach: float, terrain: Terrain | None, size: float | None = None
+def aerial_voxels(
+    cloud: AerialCloud,
+    origin: Origin,
+    region: Rectangle,
+    reach: float,
+    terrain: Terrain | None,
+    size: float | None = None,
 ) -> tuple[Voxels | None, Counter[str]]:
-    """Return what points within `reach` metres of a region stand for: all that is below, down to the lowest ground.
+    """Return the voxels that hold a point or are below one, down to the lowest ground.
 
-    Points of noise count for nothing; those of the ground only where there is no terrain.
+    Points of noise are left out, and those of the ground where there is a terrain.
 
     Parameters
     ----------
+    cloud
+        The points.
+    origin
+        The local frame's origin.
+    region, reach
+        Points are kept within `reach` metres of this region, local metres.
+    terrain
+        The ground, if it is known.
     size
-        How long a voxel is, metres; `SIZE` or longer when left out.
+        How long a voxel is, metres; `DEFAULT_AERIAL_VOXEL_SIZE` or longer when left out.
 
     Returns
     -------
     tuple
-        Voxels, ``None`` where none is occupied; and what became of how many points.
+        The voxels, ``None`` where none is occupied, and how many points were kept or left out, and why.
     """
-    grid.require_size(size)
+    voxel_grid.require_voxel_size(size)
     if cloud.ellipsoidal and origin.geoid is None:
-        raise InputError(
-            f"{cloud.path}: its altitudes are counted from the ellipsoid; --geoid METRES says how far mean sea level "
-            "lies above it there"
-        )
+        raise InputError(f"{cloud.path}: its altitudes are counted from the ellipsoid", give=[GIVE_GEOID])
     low, high = _extent(cloud, origin, region, reach, terrain)
-    length = SIZE if size is None else size
+    length = DEFAULT_AERIAL_VOXEL_SIZE if size is None else size
     if not (low <= high).all():
         return None, Counter({"outside": cloud.count})
-    while size is None and np.prod((high - low) // length + 2) > grid.MAX_VOXELS:
+    while size is None and np.prod((high - low) // length + 2) > voxel_grid.MAX_VOXELS:
         length *= 2
     first = np.floor(low / length).astype(np.int64)
     nx, ny, nz = (int(n) for n in np.floor(high / length).astype(np.int64) - first + 1)
-    grid.require_few(cloud.path, (nx, ny, nz))
+    voxel_grid.require_voxel_count(cloud.path, (nx, ny, nz))
     top = np.full((nx, ny), -1)
     counts: Counter[str] = Counter()
     for points, code in _points(cloud, origin):
-        noise = np.isin(code, NOISE)
-        ground = (code == GROUND) & (terrain is not None)
+        noise = np.isin(code, _NOISE_CLASSES)
+        ground = (code == _GROUND_CLASS) & (terrain is not None)
         inside = ((points >= low) & (points <= high))[:, :2].all(axis=1)
         kept = inside & ~noise & ~ground
         for what, these in (
@@ -197,16 +207,16 @@ def voxels(
     if not occupied.any():
         return None, counts
     counts["columns"] = int((top >= 0).sum())
-    start, occupied = grid.trimmed(first, occupied)
-    made = grid.voxels(start, length, occupied)
+    start, occupied = voxel_grid.trimmed(first, occupied)
+    made = voxel_grid.voxels_of_grid(start, length, occupied)
     return made.model_copy(update={"name": cloud.path.stem, "kind": "point cloud"}), counts
 
 
 def _extent(
-    cloud: Cloud, origin: Origin, region: Rectangle, reach: float, terrain: Terrain | None
+    cloud: AerialCloud, origin: Origin, region: Rectangle, reach: float, terrain: Terrain | None
 ) -> tuple[Floats, Floats]:
-    """Return the box of the local frame that voxels may fill: where the region and the cloud are."""
-    least, most = (_sea(cloud, origin, end[2:3])[0] for end in (cloud.low, cloud.high))
+    """Return the corners of the box in the local frame that the cloud and the region with its surroundings share."""
+    least, most = (_altitudes(cloud, origin, end[2:3])[0] for end in (cloud.low, cloud.high))
     corners = [
         to_local(origin, np.column_stack([cloud.outline[:, ::-1], np.full(len(cloud.outline), altitude)]))
         for altitude in (least, most)
@@ -221,21 +231,21 @@ def _extent(
     return low, high
 
 
-def _sea(cloud: Cloud, origin: Origin, z: Floats) -> Floats:
-    """Return altitudes above mean sea level."""
+def _altitudes(cloud: AerialCloud, origin: Origin, z: Floats) -> Floats:
+    """Return altitudes above mean sea level (n,), metres, of z as the file has it."""
     return z * cloud.metres - (origin.geoid or 0.0) * cloud.ellipsoidal
 
 
-def _points(cloud: Cloud, origin: Origin) -> Iterator[tuple[Floats, NDArray[np.int64]]]:
-    """Yield points (n, 3) of the local frame, and their classes (n,), some at a time."""
-    with las.opened(cloud.path) as file:
-        for chunk in file.chunk_iterator(CHUNK):
+def _points(cloud: AerialCloud, origin: Origin) -> Iterator[tuple[Floats, Ints]]:
+    """Yield points (n, 3) of the local frame and their classes (n,), some at a time."""
+    with las.open_las(cloud.path) as file:
+        for chunk in file.chunk_iterator(POINTS_AT_A_TIME):
             x, y, z = (np.asarray(axis, dtype=np.float64) for axis in (chunk.x, chunk.y, chunk.z))
             at = np.column_stack([x, y, z])
             grain = 1e-6 + np.array(file.header.scales)
             if not ((at >= cloud.low - grain) & (at <= cloud.high + grain)).all():
                 raise InputError(f"{cloud.path}: expected points in the range that its header says, found others")
             code = np.asarray(chunk.classification).astype(np.int64)
-            code[np.asarray(chunk.withheld, dtype=bool)] = NOISE[0]
+            code[np.asarray(chunk.withheld, dtype=bool)] = _NOISE_CLASSES[0]
             longitude, latitude = cloud.globe.transform(x, y)
-            yield to_local(origin, np.column_stack([latitude, longitude, _sea(cloud, origin, z)])), code
+            yield to_local(origin, np.column_stack([latitude, longitude, _altitudes(cloud, origin, z)])), code

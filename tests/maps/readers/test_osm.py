@@ -18,10 +18,10 @@ pytest.importorskip("pyproj")
 pyogrio = pytest.importorskip("pyogrio")
 
 from skyverse.maps.georeference.choices import Choices  # noqa: E402
-from skyverse.maps.readers.heights import levels, metres  # noqa: E402
-from skyverse.maps.readers.vector import read_features  # noqa: E402
+from skyverse.maps.readers.building_heights import length_in_metres, number_of_levels  # noqa: E402
+from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
 
-DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data"))
+DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[4] / "shared" / "data"))
 NODES = {1: (7.0, 47.0), 2: (7.001, 47.0), 3: (7.001, 47.001), 4: (7.0, 47.001)}
 NODES |= {5: (7.0004, 47.0004), 6: (7.0006, 47.0004), 7: (7.0006, 47.0006), 8: (7.0004, 47.0006)}
 OUTER, INNER = [1, 2, 3, 4, 1], [5, 6, 7, 8, 5]
@@ -164,20 +164,20 @@ def test_heights_follow_the_tags(read, tags, low, high):
 
 @given(st.floats(0.01, 900).map(lambda v: round(v, 2)), st.sampled_from(["", " m", "m", " metres"]))
 def test_metres_are_read_back_as_they_were_written(value, unit):
-    assert metres(f"{value}{unit}") == value
-    assert metres(f"{value} ft") == pytest.approx(value * FOOT)
+    assert length_in_metres(f"{value}{unit}") == value
+    assert length_in_metres(f"{value} ft") == pytest.approx(value * FOOT)
 
 
 @given(st.text())
 def test_any_text_is_a_height_or_none(text):
-    for number in (metres(text), levels(text)):
+    for number in (length_in_metres(text), number_of_levels(text)):
         assert number is None or 0 <= number < 1e5
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (osm(way(1, OUTER, building="yes")), ("way 1", "--building-height")),
+        (osm(way(1, OUTER, building="yes")), ("way 1", "Reading.building_height")),
         (osm(way(1, OUTER, building="yes", height="tall")), ("way 1", "'height'", "tall")),
         (osm(), ("found none",)),
         ("<osm>", ("expected XML",)),

@@ -12,9 +12,9 @@ shapely = pytest.importorskip("shapely")
 
 from skyverse.errors import InputError  # noqa: E402
 from skyverse.maps.assembly.build import build_scenario  # noqa: E402
-from skyverse.maps.assembly.obstacles import bounded, placed, prisms, slimmed  # noqa: E402
+from skyverse.maps.assembly.obstacles import local_features, prisms, simplified, within_bounds  # noqa: E402
 from skyverse.maps.georeference.choices import Choices, Reading  # noqa: E402
-from skyverse.maps.readers.vector import read_features  # noqa: E402
+from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
 from skyverse.model.altitude import AboveSea  # noqa: E402
 from skyverse.model.geodesy import to_local  # noqa: E402
 from skyverse.model.scenario import Origin  # noqa: E402
@@ -54,8 +54,8 @@ def shut(path, latitude, longitude, *, buffer=None, wide=5000.0, tolerance=0.0, 
     """Return a frame's origin, and what is shut in it, so many metres around, as one polygon."""
     origin = Origin(latitude=latitude, longitude=wrapped(longitude), altitude=0.0)
     found = read_features(path, Choices(buffer=buffer, tell=([] if told is None else told).append))
-    cut = placed(found, origin, (-wide, -wide, wide, wide), None, 10.0)
-    made, _ = prisms(slimmed(bounded(cut, 0.0, 150.0, 10.0), tolerance))
+    cut = local_features(found, origin, (-wide, -wide, wide, wide), None, 10.0)
+    made, _ = prisms(simplified(within_bounds(cut, 0.0, 150.0, 10.0), tolerance))
     return origin, shapely.union_all([shapely.Polygon(one.vertices, one.holes) for one in made])
 
 
@@ -242,6 +242,6 @@ def test_what_could_run_either_way_or_goes_around_a_pole_is_refused(zones, geome
 
 
 def test_a_buffer_wider_than_a_hundred_kilometres_is_refused():
-    with pytest.raises(InputError, match=r"--buffer: expected at most 100000 metres, found 1e\+07"):
+    with pytest.raises(InputError, match=r"Reading\.buffer: expected at most 100000 metres, found 1e\+07"):
         Reading(buffer=1e7)
     assert Reading(buffer=1e5).buffer == 1e5

@@ -1,0 +1,90 @@
+"""Points, places, altitudes and other numbers that a user writes as text."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from skyverse.errors import InputError
+from skyverse.model.altitude import AboveSea, Altitude, parse_altitude
+
+if TYPE_CHECKING:
+    from skyverse.maps.assembly.options import Place
+    from skyverse.model.scenario import Origin
+
+
+def numbers_of(option: str, expected: str, text: str, count: int | None = None) -> Any:
+    """Read numbers between commas, as many as `count` says if it says anything."""
+    try:
+        numbers = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        numbers = ()
+    if not numbers or len(numbers) != (count or len(numbers)):
+        raise InputError(f"{option}: expected {expected}, found {text!r}")
+    return numbers
+
+
+def point_of(option: str, text: str) -> tuple[float, float, float]:
+    """Read a point of the local frame, as in ``0,-4,1``."""
+    x, y, z = numbers_of(option, "x,y,z in metres, as in 0,-4,1", text, 3)
+    return x, y, z
+
+
+def altitude_of(option: str, text: str) -> Altitude:
+    """Read an altitude, as in ``60 m agl``."""
+    try:
+        return parse_altitude(text)
+    except ValueError as error:
+        raise InputError(f"{option}: {error}") from None
+
+
+def altitude_above_sea(option: str, text: str) -> AboveSea:
+    """Read an altitude above mean sea level, as in ``12 m amsl``."""
+    altitude = altitude_of(option, text)
+    if not isinstance(altitude, AboveSea):
+        raise InputError(f"{option}: expected an altitude above mean sea level, as in '12 m amsl', found {text!r}")
+    return altitude
+
+
+def places_of(option: str, kind: str, texts: Sequence[str]) -> "dict[str, Place]":
+    """Read places by name, as in ``alpha=46.81,9.85,60 m agl``; those without a name are numbered."""
+    places: dict[str, Place] = {}
+    for number, text in enumerate(texts, 1):
+        name, equals, rest = text.partition("=")
+        key = name.strip() if equals else f"{kind}-{number}"
+        if key in places:
+            raise InputError(f"{option}: expected names that differ, found {key!r} twice")
+        places[key] = _place_of(option, rest if equals else text)
+    return places
+
+
+def _place_of(option: str, text: str) -> "Place":
+    words = text.split(",", 2)
+    try:
+        latitude, longitude = float(words[0]), float(words[1])
+    except (ValueError, IndexError):
+        words = []
+    if len(words) != 3:
+        raise InputError(f"{option}: expected latitude,longitude,altitude, as in '46.81,9.85,60 m agl', found {text!r}")
+    return latitude, longitude, altitude_of(f"{option} {text}", words[2])
+
+
+def origin_of(text: str) -> "Origin":
+    """Read where a frame's zero lies, as in ``46.81,9.85,1560 m amsl``."""
+    from skyverse.model.scenario import Origin
+
+    words = text.split(",", 2)
+    try:
+        latitude, longitude = float(words[0]), float(words[1])
+        altitude: Altitude | None = parse_altitude(words[2])
+    except (ValueError, IndexError):
+        altitude = None
+    if not isinstance(altitude, AboveSea):
+        raise InputError(
+            "--origin: expected latitude,longitude,altitude above mean sea level, as in '46.81,9.85,1560 m amsl', "
+            f"found {text!r}"
+        )
+    if not abs(latitude) <= 90:
+        hint = "; are latitude and longitude swapped?" if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
+        raise InputError(f"--origin: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
+    if not abs(longitude) <= 180:
+        raise InputError(f"--origin: expected a longitude from -180 to 180 degrees, found {longitude:g}")
+    return Origin(latitude=latitude, longitude=longitude, altitude=altitude.metres)

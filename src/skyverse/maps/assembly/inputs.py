@@ -1,0 +1,92 @@
+"""The files of buildings, zones and point clouds that a scenario is built of, read, and what is told of them."""
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from skyverse.errors import InputError
+from skyverse.maps.assembly.options import BuildOptions, Note
+from skyverse.maps.georeference.choices import Choices, Reading
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.rectangle import Rectangle
+from skyverse.maps.readers.aerial_point_cloud import (
+    WHY_LEFT_OUT,
+    AerialCloud,
+    aerial_cloud,
+    aerial_voxels,
+)
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain, Voxels
+
+MAX_SENTENCES = 5
+"""Sentences told of one file at most."""
+OnNote = Callable[[Note], object]
+
+
+class FeatureFile(NamedTuple):
+    """A file of buildings or zones."""
+
+    path: str
+    features: list[Feature]
+    is_buildings: bool
+
+
+def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
+    """Read the files of buildings, zones and soft zones, in this order."""
+    from skyverse.maps.readers.buildings_and_zones import read_features
+
+    reading = options.reading or Reading()
+    asked: list[tuple[str, str | None, float | None]] = [(str(path), "building", None) for path in options.buildings]
+    asked += [(str(path), None, None) for path in options.zones]
+    asked += [(str(path), None, risk) for path, risk in options.soft_zones]
+    read = []
+    for path, kind, risk in asked:
+        if risk is not None and not (math.isfinite(risk) and risk > 0):
+            raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
+        told: list[str] = []
+        found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=told.append))
+        _tell(path, told, options.on_note)
+        read.append(FeatureFile(path, found, kind is not None))
+    return read
+
+
+def open_clouds(options: BuildOptions) -> list[AerialCloud]:
+    """Read what the files of points say of where they lie."""
+    clouds = []
+    for path in options.voxels:
+        told: list[str] = []
+        clouds.append(aerial_cloud(Path(path), Choices(**vars(options.reading or Reading()), tell=told.append)))
+        _tell(str(path), told, options.on_note)
+    return clouds
+
+
+def _tell(path: str, told: Sequence[str], on_note: OnNote) -> None:
+    for sentence in told[:MAX_SENTENCES]:
+        on_note(Note(path, sentence.removeprefix(f"{path}: ")))
+    if len(told) > MAX_SENTENCES:
+        on_note(Note(path, f"and {len(told) - MAX_SENTENCES} more like these"))
+
+
+def voxels_of(
+    cloud: AerialCloud,
+    zero: Origin,
+    region: Rectangle,
+    reach: float,
+    relief: Terrain | None,
+    options: BuildOptions,
+) -> list[Voxels]:
+    """Return the voxels of a point cloud, at most one grid, and tell how many points were left out, and why."""
+    solid, counts = aerial_voxels(cloud, zero, region, reach, relief, options.voxel_size)
+    if solid is None:
+        options.on_note(Note(str(cloud.path), "nothing of it stands in the area"))
+        return []
+    left = "".join(f", {counts[what]:,} {what} left out" for what in WHY_LEFT_OUT if counts[what])
+    options.on_note(
+        Note(
+            str(cloud.path),
+            f"{counts['kept']:,} points{left}; {counts['columns']:,} columns of voxels of {solid.step[0]:g} m, "
+            "occupied from the highest point down, as what is below was not seen",
+        )
+    )
+    return [solid]

@@ -1,0 +1,227 @@
+"""What `build_scenario` is given, documented once: for callers in Python and for the options of the command line."""
+
+import functools
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
+
+from skyverse.errors import InputError
+from skyverse.maps.georeference.choices import Raster, Reading
+from skyverse.model.altitude import AboveSea, Altitude
+
+if TYPE_CHECKING:
+    from skyverse.model.scenario import Origin
+
+Place = tuple[float, float, Altitude]
+"""Latitude, longitude, degrees; altitude."""
+Places = Mapping[str, Place] | Sequence[Place]
+"""Places with names, or without."""
+MAX_NUMBER = 1e6
+"""The largest length or weight, metres, that is taken for one."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """What was done with a file, in words.
+
+    Attributes
+    ----------
+    file
+        Its path, or ``""`` for what is of no single file.
+    text
+        What was done.
+    """
+
+    file: str
+    text: str
+
+
+def _ignore(_: Note) -> None:
+    pass
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapFiles:
+    """The files and places that a scenario is built of.
+
+    Attributes
+    ----------
+    terrain
+        Rasters of ground heights: GeoTIFF, ASCII grid, .hgt and others that rasterio reads.
+    buildings
+        Files of buildings, which must not be entered: CityJSON, OpenStreetMap, GeoJSON, KML, Shapefile, GeoPackage.
+    zones
+        Files, of the same formats, of zones that must not be entered.
+    soft_zones
+        Files of zones that may be flown through, each with the risk of a metre flown inside, where no field ``risk``
+        says it.
+    voxels
+        Point clouds, .las or .laz, that say where on Earth they lie and were taken from the air: what is below a point
+        counts as occupied. Points of noise are left out, and those of the ground where there is a terrain.
+    uavs
+        Where each UAV starts: latitude and longitude (WGS84 degrees) and altitude, in order or by name. A UAV's home
+        is the ground below its start as the terrain's files have it, before it is raised.
+    targets
+        The places that must be reached, given as those of UAVs.
+    licences
+        The licence of a file that does not say it itself, by the file as given, or by its name where only one file has
+        it. It is kept in the scenario.
+    """
+
+    terrain: Sequence[Raster | str | Path] = ()
+    buildings: Sequence[str | Path] = ()
+    zones: Sequence[str | Path] = ()
+    soft_zones: Sequence[tuple[str | Path, float]] = ()
+    voxels: Sequence[str | Path] = ()
+    uavs: Places = ()
+    targets: Places = ()
+    licences: Mapping[str, str] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapRegion:
+    """The part of the world that a scenario holds, and the frame in which it holds it.
+
+    Attributes
+    ----------
+    area
+        West, south, east and north, degrees; what lies outside is dropped. When left out, the area is what lies within
+        `margin` of UAVs and targets, or, where there are none, all that the terrain or the buildings cover.
+    margin
+        Without an area, how much is kept around UAVs and targets, metres; 250 when left out.
+    origin
+        The zero of the local frame; the middle of the area, at its lowest ground, when left out.
+    geoid
+        How far mean sea level lies above the WGS84 ellipsoid there, metres; ellipsoidal heights and some exports need
+        it.
+    ground
+        Without a terrain, the altitude of level ground.
+    ceiling
+        How high the bounds reach, above the sea or above the highest ground; when left out, 30 m above the highest of
+        ground, buildings, UAVs and targets.
+    """
+
+    area: tuple[float, float, float, float] | None = None
+    margin: float | None = None
+    origin: "Origin | None" = None
+    geoid: float | None = None
+    ground: AboveSea | None = None
+    ceiling: Altitude | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapDetail:
+    """The clearances, steps and tolerances of a scenario.
+
+    Attributes
+    ----------
+    clearance
+        How far UAVs stay away from obstacles, metres.
+    ground_clearance
+        How far UAVs stay above ground, metres; as `clearance` when left out.
+    band
+        The lowest and the highest height above ground, metres, between which paths keep where it pays.
+    band_weight
+        The price of a metre flown a metre outside the band.
+    lattice_step
+        The step of the lattice, metres; when left out, the shortest of 1, 2, 5, 10 ... that makes at most two million
+        nodes.
+    terrain_step
+        How far apart the ground's heights are, metres; about as far as in the finest raster when left out.
+    voxel_size
+        How long the voxels of point clouds are, metres; when left out, 2, or more for at most eight million voxels.
+        It should exceed the gaps between points.
+    tolerance
+        By how much outlines may grow to lose corners, metres; with 0 they stay as they are.
+    fill_nodata
+        What stands for the ground where rasters have no data: metres above mean sea level, or the nearest height. Such
+        holes are refused when left out.
+    """
+
+    clearance: float = 2.0
+    ground_clearance: float | None = None
+    band: tuple[float, float] | None = None
+    band_weight: float = 0.1
+    lattice_step: float | None = None
+    terrain_step: float | None = None
+    voxel_size: float | None = None
+    tolerance: float = 0.5
+    fill_nodata: float | Literal["nearest"] | None = None
+
+    def __post_init__(self) -> None:
+        _require(0.0, clearance=self.clearance, ground_clearance=self.ground_clearance, tolerance=self.tolerance)
+        _require(1e-3, lattice_step=self.lattice_step, terrain_step=self.terrain_step, band_weight=self.band_weight)
+        _require(-1000.0, fill_nodata=None if self.fill_nodata == "nearest" else self.fill_nodata)
+
+
+@dataclass(frozen=True)
+class BuildOptions(MapDetail, MapRegion, MapFiles):
+    """All that `build_scenario` is given.
+
+    Attributes
+    ----------
+    name
+        The scenario's name.
+    reading
+        How files of buildings, zones and points are read where they leave it open.
+    on_note
+        Called with a `Note` on each thing that is done, as it is done.
+    """
+
+    name: str
+    _: KW_ONLY
+    reading: Reading | None = None
+    on_note: Callable[[Note], object] = _ignore
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _require(0.0, margin=self.margin)
+
+
+def _require(least: float, **numbers: float | None) -> None:
+    """Raise `InputError` for a number that is too small or too large."""
+    for name, value in numbers.items():
+        if value is not None and not least <= value <= MAX_NUMBER:
+            raise InputError(f"expected a number from {least:g} on, found {value:g}", field=name)
+
+
+def documentation(options: type) -> dict[str, str]:
+    """Return the documentation of each attribute of an options class, those of its bases first."""
+    found: dict[str, str] = {}
+    for base in reversed(options.__mro__[:-1]):
+        _, _, entries = inspect.cleandoc(base.__doc__ or "").partition("Attributes\n----------\n")
+        found |= dict(re.findall(r"^(\w+)\n((?: .*\n?)+)", entries, re.MULTILINE))
+    return {name: inspect.cleandoc(text) for name, text in found.items()}
+
+
+P = ParamSpec("P")
+Options = TypeVar("Options")
+Result = TypeVar("Result")
+
+
+def keywords_of(options: Callable[P, Options]) -> Callable[[Callable[[Options], Result]], Callable[P, Result]]:
+    """Make a function of one options object callable with the attributes of that object as keywords.
+
+    Its docstring gets the section ``Parameters`` from the documentation of the options class.
+    """
+
+    def decorated(function: Callable[[Options], Result]) -> Callable[P, Result]:
+        @functools.wraps(function)
+        def called(*args: P.args, **kwargs: P.kwargs) -> Result:
+            return function(options(*args, **kwargs))
+
+        assert isinstance(options, type)
+        returned: Any = inspect.signature(function).return_annotation
+        signature = inspect.signature(options).replace(return_annotation=returned)
+        called.__signature__ = signature  # type: ignore[attr-defined]
+        parameters = documentation(options)
+        section = "".join(f"{name}\n{textwrap.indent(parameters[name], '    ')}\n" for name in signature.parameters)
+        before, returns, after = inspect.cleandoc(function.__doc__ or "").partition("Returns\n-------\n")
+        called.__doc__ = f"{before}Parameters\n----------\n{section}\n{returns}{after}"
+        return called
+
+    return decorated

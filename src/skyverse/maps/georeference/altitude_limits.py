@@ -1,0 +1,120 @@
+"""At which altitudes zones begin and end, from the many ways in which files say so."""
+
+import re
+from collections.abc import Mapping
+
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.georeference.choices import Choices
+from skyverse.maps.georeference.fields import Fields, number_of, plain, shown
+from skyverse.model.altitude import FOOT, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
+
+LOWER_FIELDS = ("lowerlimit", "lower", "minaltitude", "minalt", "altitudelower", "loweraltitude", "floor")
+UPPER_FIELDS = ("upperlimit", "upper", "maxaltitude", "maxalt", "altitudeupper", "upperaltitude", "ceiling")
+UNIT_FIELDS = ("uomdimensions", "uomdimensi", "uom", "unit", "units", "altitudeunit", "altitudeunits")
+"""Plain names of the fields that hold a lower limit, an upper limit, and the unit of both."""
+_REFERENCE_FIELDS = ("verticalreference", "reference", "referencedatum", "altitudereference", "datum")
+_SIDE_REFERENCE_FIELDS = (
+    "verticalreference", "verti", "reference", "limitreference", "referencedatum", "altitudereference",
+)  # fmt: skip
+_SIDE_UNIT_FIELDS = ("uom", "unit", "limituom", "limitunit")
+"""What follows ``lower`` or ``upper`` in the names of fields that hold the reference and the unit of one limit."""
+_REFERENCES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
+    **dict.fromkeys(("agl", "gnd", "ground", "sfc", "surface", "aboveground", "abovegroundlevel", "hei"), AboveGround),
+    **dict.fromkeys(("amsl", "msl", "sea", "abovesealevel", "abovemeansealevel", "alt"), AboveSea),
+    **dict.fromkeys(("home", "takeoff", "abovehome"), AboveHome),
+}
+_METRES_PER_UNIT = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
+    **dict.fromkeys(("ft", "foot", "feet"), FOOT),
+}
+_WRITTEN_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)\s*", re.IGNORECASE)
+GIVE_ALTITUDES = (Remedy("Reading.altitudes", "agl"), Remedy("Reading.altitudes", "amsl"))
+"""What helps where a file does not say what its altitudes are counted from."""
+
+
+def altitude_limits(fields: Fields, where: str, choices: Choices) -> tuple[Altitude | None, Altitude | None, bool]:
+    """Return the altitudes at which a zone begins and ends, and whether its file says so at all.
+
+    The lower one is ``None`` for from the ground on, the upper one ``None`` for without end.
+
+    Raises
+    ------
+    InputError
+        If a number could be above the sea or above ground, or fields contradict one another.
+    """
+    low, has_low = _limit(fields, "lower", LOWER_FIELDS, where, choices)
+    high, has_high = _limit(fields, "upper", UPPER_FIELDS, where, choices)
+    if low is not None and high is not None and type(low) is type(high) and low.metres >= high.metres:
+        raise InputError(
+            f"{where}: expected a lower end below the upper end, found {low.metres:g} m and {high.metres:g} m"
+        )
+    return low, high, has_low or has_high
+
+
+def _limit(
+    fields: Fields, side: str, names: tuple[str, ...], where: str, choices: Choices
+) -> tuple[Altitude | None, bool]:
+    found = [(name, _altitude(value, name, side, fields, where, choices)) for name, value in fields.of(*names)]
+    if any(other != found[0][1] for _, other in found):
+        raise InputError(f"{where}: fields {found[0][0]!r} and {found[1][0]!r} say different things; keep one")
+    return (found[0][1], True) if found else (None, False)
+
+
+def _altitude(value: object, field: str, side: str, fields: Fields, where: str, choices: Choices) -> Altitude | None:
+    """Return the altitude in one field; ``None`` for the ground below, or for unlimited above."""
+    place = f"{where}: {field!r}"
+    if isinstance(value, Mapping):  # such as {"value": 400, "unit": "FT", "referenceDatum": "AGL"}
+        fields = Fields({str(name): held for name, held in value.items()})
+        value = fields.get("value")
+    unit: str | None = None
+    if isinstance(value, str):
+        if plain(value) in ("gnd", "sfc", "ground", "surface") and side == "lower":
+            return None
+        if plain(value) in ("unl", "unlimited", "unltd") and side == "upper":
+            return None
+        written = _WRITTEN_NUMBER.fullmatch(value)
+        if written is None or (written[2] and written[2].lower() not in _METRES_PER_UNIT):
+            return _parsed(value, place)
+        value, unit = float(written[1]), written[2].lower() or None
+    number = number_of(value, place)
+    scale = _METRES_PER_UNIT[unit] if unit else _scale(fields, side, where, choices, number)
+    return _reference(fields, side, place, choices)(number * scale)
+
+
+def _parsed(text: str, place: str) -> Altitude:
+    try:
+        return parse_altitude(text)
+    except ValueError as error:
+        if re.match(r"\s*FL\s*\d", text, re.IGNORECASE):
+            raise InputError(f"{place}: flight levels follow the pressure; give metres or feet amsl") from None
+        raise InputError(f"{place}: {error}") from None
+
+
+def _scale(fields: Fields, side: str, where: str, choices: Choices, number: float) -> float:
+    """Return the metres in a unit of one limit."""
+    for field, value in fields.of(*(side + name for name in _SIDE_UNIT_FIELDS), *UNIT_FIELDS):
+        scale = _METRES_PER_UNIT.get(plain(value)) if isinstance(value, str) else None
+        if scale is None:
+            raise InputError(f"{where}: {field!r}: expected M or FT, found {shown(value)}")
+        return scale
+    if choices.unit is not None:
+        return _METRES_PER_UNIT[choices.unit]
+    if number != 0:
+        choices.count("limits without a unit taken as metres", Remedy("Reading.unit", "ft", "to take them as feet"))
+    return 1.0
+
+
+def _reference(
+    fields: Fields, side: str, place: str, choices: Choices
+) -> type[AboveSea] | type[AboveHome] | type[AboveGround]:
+    """Return what one limit is counted from."""
+    for field, value in fields.of(*(side + name for name in _SIDE_REFERENCE_FIELDS), *_REFERENCE_FIELDS):
+        reference = _REFERENCES.get(plain(value)) if isinstance(value, str) else None
+        if reference is None:
+            raise InputError(f"{place}: {field!r}: expected AGL or AMSL, found {shown(value)}")
+        return reference
+    if choices.altitudes is None:
+        raise InputError(
+            f"{place}: could be above ground or above mean sea level, as the file does not say", give=GIVE_ALTITUDES
+        )
+    return AboveGround if choices.altitudes == "agl" else AboveSea

@@ -1,0 +1,79 @@
+"""The fields of a feature, found whatever the case and punctuation of their names, and their values."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from typing import Any
+
+from skyverse.errors import InputError
+
+
+class Fields:
+    """The fields of a feature that hold something; names are compared as `plain` gives them."""
+
+    def __init__(self, fields: Mapping[str, Any]) -> None:
+        self._fields: dict[str, list[tuple[str, Any]]] = {}
+        for name, value in fields.items():
+            if not is_empty(value):
+                self._fields.setdefault(plain(name), []).append((name, value))
+
+    def get(self, name: str) -> Any:
+        """Return a field's value, or ``None``; where several fields have that plain name, the last one's."""
+        return self._fields.get(plain(name), [(name, None)])[-1][1]
+
+    def of(self, *names: str) -> Iterator[tuple[str, Any]]:
+        """Return the name, as the file writes it, and the value of each field that has one of these plain names."""
+        return (field for name in names for field in self._fields.get(name, ()))
+
+    def first_number(self, *words: str) -> str | None:
+        """Return the name of the first field that holds a number and has any of these words in its plain name."""
+        named = ((name, *one) for name, found in self._fields.items() for one in found)
+        return next(
+            (
+                written
+                for name, written, value in named
+                if any(word in name for word in words)
+                and not isinstance(value, bool)
+                and (isinstance(value, int | float) or (isinstance(value, str) and value.strip()[0].isdigit()))
+            ),
+            None,
+        )
+
+    def text(self, *names: str) -> str | None:
+        """Return the first of these fields that holds a text, in printable characters."""
+        for _, value in self.of(*names):
+            if isinstance(value, str) and value.strip():
+                return printable(value)
+        return None
+
+
+@lru_cache(maxsize=4096)
+def plain(name: str) -> str:
+    """Return a field's name in lower case, letters and digits only."""
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def is_empty(value: object) -> bool:
+    """Tell whether a value is null, a blank text, or the NaN of an empty cell."""
+    if isinstance(value, float):
+        return math.isnan(value)
+    return value is None or (isinstance(value, str) and not value.strip())
+
+
+def printable(text: str) -> str:
+    """Return at most 200 characters of a text on one line, without what cannot be printed."""
+    shown = "".join(c if c.isprintable() else " " for c in text.encode("utf-8", "replace").decode())
+    return " ".join(shown.split())[:200]
+
+
+def shown(value: object) -> str:
+    """Return at most 40 printable characters of a value as Python writes it, for messages."""
+    return f"{printable(repr(value)[:60]):.40}"
+
+
+def number_of(value: object, place: str) -> float:
+    """Return the number that a field must hold, or raise `InputError`."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise InputError(f"{place}: expected metres or feet, found {shown(value)}")
+    return float(value)

@@ -1,0 +1,107 @@
+"""How high buildings are, from tags such as OpenStreetMap's: height, levels, and where a part begins."""
+
+import math
+import re
+
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.georeference.choices import Choices
+from skyverse.maps.georeference.fields import Fields, shown
+from skyverse.model.altitude import FOOT, AboveGround
+
+LEVEL_HEIGHT = 3.0
+"""Metres that a level counts for, and a roof whose height and shape are not said."""
+HEIGHT_FIELDS = ("height", "buildingheight", "measuredheight", "renderheight", "estheight")
+MIN_HEIGHT_FIELDS = ("minheight", "buildingminheight", "renderminheight")
+"""Plain names of the fields that hold where a building ends and begins above ground."""
+_LENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+)\s*(m|metres?|meters?|ft|feet|foot|')?", re.IGNORECASE)
+_FEET_AND_INCHES = re.compile(r"(\d+)'\s*(?:(\d+(?:\.\d*)?)(?:\"|''))?")
+_MAX_LENGTH = 1e5
+
+
+def length_in_metres(value: object) -> float | None:
+    """Return a length such as ``10``, ``10.5 m``, ``33 ft``, ``33'`` or ``7'4"`` in metres, or ``None``."""
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int | float):
+        return float(value) if abs(value) < _MAX_LENGTH else None
+    if not isinstance(value, str):
+        return None
+    feet = _FEET_AND_INCHES.fullmatch(value.strip())
+    if feet:
+        return _sensible((float(feet[1]) + float(feet[2] or 0) / 12) * FOOT)
+    length = _LENGTH.fullmatch(value.strip())
+    if length is None:
+        return None
+    return _sensible(float(length[1]) * (FOOT if (length[2] or "m").lower()[0] in "f'" else 1.0))
+
+
+def _sensible(number: float) -> float | None:
+    return number if number < _MAX_LENGTH else None
+
+
+def number_of_levels(value: object) -> float | None:
+    """Return a number of levels, or ``None``; of several, such as ``2;3``, the greatest."""
+    if isinstance(value, str):
+        numbers = [length_in_metres(part) for part in value.split(";")]
+        known = [number for number in numbers if number is not None]
+        return max(known) if known and len(known) == len(numbers) and not re.search(r"[a-z']", value) else None
+    return length_in_metres(value)
+
+
+def building_limits(tags: Fields, where: str, choices: Choices) -> tuple[AboveGround | None, AboveGround]:
+    """Return where a building begins, ``None`` for the ground, and where it ends.
+
+    Raises
+    ------
+    InputError
+        If nothing usable is said of its height, and `choices` have no height for such buildings.
+    """
+    high = _height(tags, where, choices)
+    low = next((m for _, value in tags.of(*MIN_HEIGHT_FIELDS) if (m := length_in_metres(value)) is not None), None)
+    if low is None:
+        steps = number_of_levels(tags.get("building:min_level"))
+        low = None if steps is None else LEVEL_HEIGHT * steps
+    if low is not None and low >= high:
+        choices.tell(f"{where}: said to begin at {low:g} m and to end at {high:g} m; taken from the ground on")
+        low = None
+    return (AboveGround(low) if low and low > 0 else None), AboveGround(high)
+
+
+def _height(tags: Fields, where: str, choices: Choices) -> float:
+    """Return the height above ground at which a building ends, metres."""
+    own = choices.height_field
+    unread = None
+    found: set[float] = set()
+    chosen = [(own, tags.get(own))] if own and tags.get(own) is not None else []
+    for field, value in [*chosen, *tags.of(*HEIGHT_FIELDS)]:
+        height = length_in_metres(value)
+        if height is not None and math.isfinite(height) and height > 0:
+            if field == own:
+                return height
+            found.add(height)
+        else:
+            unread = unread or f"{field!r}: expected a height in metres, found {shown(value)}"
+    if len(found) > 1:
+        choices.count("with several heights in their fields, of which the greatest is taken")
+    if found:
+        return max(found)
+    number = number_of_levels(tags.get("building:levels"))
+    if number is not None and number > 0:
+        choices.count("with a height guessed from levels")
+        return LEVEL_HEIGHT * number + _roof_height(tags)
+    if choices.building_height is not None:
+        if unread:
+            choices.tell(f"{where}: {unread}; taken as {choices.building_height:g} m")
+        return choices.building_height
+    reason = unread or "expected a height or levels, found neither"
+    raise InputError(f"{where}: {reason}", give=[Remedy("Reading.building_height", None, "for buildings without one")])
+
+
+def _roof_height(tags: Fields) -> float:
+    height = length_in_metres(tags.get("roof:height"))
+    if height is not None and height >= 0:
+        return height
+    number = number_of_levels(tags.get("roof:levels"))
+    if number is not None and number >= 0:
+        return LEVEL_HEIGHT * number
+    return 0.0 if tags.get("roof:shape") == "flat" else LEVEL_HEIGHT

@@ -1,0 +1,156 @@
+"""Geometries from the coordinate system of their file to longitude and latitude on the globe."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pyproj
+import shapely
+from numpy.typing import NDArray
+from shapely import LineString, Point, Polygon
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.maps.georeference import datum
+from skyverse.maps.georeference.fields import printable
+
+WGS84 = pyproj.CRS("OGC:CRS84")
+MAX_EDGE = 500.0
+"""Metres; longer edges in projected coordinates get corners between, as a straight edge is not one on the globe."""
+MAX_CORNERS = 1e5
+"""Corners at most along the whole width of a file that get between: edges are longer where a file is wider."""
+OUTSIDE_AREA_OF_USE = 10.0
+"""Degrees that coordinates may lie outside of the area in which their system is used."""
+
+
+def named_crs(text: str, where: str) -> pyproj.CRS:
+    """Return the coordinate system of a name such as ``EPSG:7415`` or ``urn:ogc:def:crs:EPSG::7415``."""
+    try:
+        return pyproj.CRS.from_user_input(text)
+    except (pyproj.exceptions.CRSError, UnicodeError, ValueError):
+        found = printable(text)
+        raise InputError(f"{where}: expected a coordinate system such as EPSG:4326, found {found!r:.60}") from None
+
+
+def to_globe(
+    geometries: NDArray[Any],
+    crs: pyproj.CRS,
+    file: str,
+    names: Callable[[int], str],
+    tell: Callable[[str], object],
+) -> NDArray[Any]:
+    """Return geometries in WGS84 longitude and latitude, degrees; their z stays as it was.
+
+    Parameters
+    ----------
+    geometries
+        (n,) geometries of shapely.
+    crs
+        Their coordinate system.
+    file
+        The file, for messages.
+    names
+        Returns a geometry's name for messages, by its number.
+    tell
+        Called with a sentence where the way to WGS84 is doubtful.
+
+    Raises
+    ------
+    InputError
+        If a geometry does not lie on the globe, or far from where its coordinate system is used.
+    """
+    if len(geometries) == 0:
+        return geometries
+    flat = crs.to_2d() if len(crs.axis_info) == 3 else crs
+    same = flat.is_geographic and flat.equals(WGS84, ignore_axis_order=True)
+    if not same and flat.is_geographic:
+        same = flat.equals(pyproj.CRS("EPSG:4326"), ignore_axis_order=True)
+    if same:
+        _require_degrees(geometries, names)
+        return geometries
+    x0, y0, x1, y1 = shapely.total_bounds(geometries).tolist()
+    across = flat.is_geographic and x1 - x0 > 180
+    transformer, doubt = datum.to_globe(flat, x1 if across else (x0 + x1) / 2, (y0 + y1) / 2, file)
+    if doubt:
+        tell(f"{file}: {doubt}")
+    if flat.is_projected:
+        unit = flat.axis_info[0].unit_conversion_factor or 1.0
+        _require_finite(geometries, names)
+        step = max(MAX_EDGE / unit, _width(geometries) / MAX_CORNERS)
+        geometries = np.array([*(densified(geometry, step) for geometry in geometries), None], dtype=object)[:-1]
+
+    def moved(places: Floats) -> Floats:
+        x, y = transformer.transform(places[:, 0], places[:, 1])
+        return np.column_stack([x, y, *places.T[2:]])
+
+    geometries = shapely.transform(geometries, moved, include_z=bool(np.any(shapely.has_z(geometries))))
+    _require_finite(geometries, names, f" in {crs.name}")
+    _require_area_of_use(geometries, crs, names)
+    return geometries
+
+
+def _require_area_of_use(geometries: NDArray[Any], crs: pyproj.CRS, names: Callable[[int], str]) -> None:
+    """Refuse what lies far from where a coordinate system is used: it is in another system, or its axes are swapped."""
+    area = crs.area_of_use
+    if area is None or area.west > area.east:
+        return
+    bounds, more = shapely.bounds(geometries), OUTSIDE_AREA_OF_USE
+    low, high = (area.west - more, area.south - more), (area.east + more, area.north + more)
+    bad = np.flatnonzero((bounds[:, :2] < low).any(axis=1) | (bounds[:, 2:] > high).any(axis=1))
+    if len(bad):
+        x, y = bounds[bad[0], :2]
+        raise InputError(
+            f"{names(int(bad[0]))}: expected coordinates in {crs.name}, used in {area.name:.60}, "
+            f"but that would put it at {y:.4f}, {x:.4f}"
+        )
+
+
+def densified(geometry: Any, step: float) -> Any:
+    """Return a geometry with corners added to edges that are longer than a step; it does not change otherwise."""
+    x0, y0, x1, y1 = geometry.bounds
+    if geometry.is_empty or max(x1 - x0, y1 - y0) <= step or isinstance(geometry, Point):
+        return geometry
+    if isinstance(geometry, Polygon):
+        return Polygon(stepped(geometry.exterior, step), [stepped(ring, step) for ring in geometry.interiors])
+    if isinstance(geometry, LineString):
+        return LineString(stepped(geometry, step))
+    return type(geometry)([densified(part, step) for part in geometry.geoms])
+
+
+def stepped(line: LineString, step: float) -> Floats:
+    """Return the corners (n, 2) or (n, 3) of a line, and corners between them so that no edge is longer than a step."""
+    places = shapely.get_coordinates(line, include_z=line.has_z)
+    counts = np.maximum(1, np.ceil(np.hypot(*np.diff(places[:, :2], axis=0).T) / step)).astype(np.int64)
+    edge = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[edge]
+    between = places[edge] + share[:, None] * (places[edge + 1] - places[edge])
+    return np.vstack([between, places[-1:]])
+
+
+def _width(geometries: NDArray[Any]) -> float:
+    """Return the longer side of the box around all geometries, 0 where it is not finite."""
+    bounds = shapely.total_bounds(geometries)
+    return float(np.max(bounds[2:] - bounds[:2])) if np.all(np.isfinite(bounds)) else 0.0
+
+
+def _require_finite(geometries: NDArray[Any], names: Callable[[int], str], system: str = "") -> None:
+    places, owner = shapely.get_coordinates(geometries, return_index=True)
+    bad = np.flatnonzero(~np.isfinite(places).all(axis=1))
+    if len(bad):
+        raise InputError(f"{names(int(owner[bad[0]]))}: expected coordinates on the globe{system}, found others")
+
+
+def _require_degrees(geometries: NDArray[Any], names: Callable[[int], str]) -> None:
+    _require_finite(geometries, names)
+    places, owner = shapely.get_coordinates(geometries, return_index=True)
+    bad = np.flatnonzero((np.abs(places[:, 1]) > 90) | (np.abs(places[:, 0]) > 360))
+    if not len(bad):
+        return
+    x, y = places[bad[0]]
+    if abs(x) > 360 or abs(y) > 360:
+        hint = "these look like metres: the file needs to say its coordinate system"
+    else:
+        hint = "longitude stands first: are the two swapped?"
+    raise InputError(
+        f"{names(int(owner[bad[0]]))}: expected longitude and latitude in degrees, found {x:.10g}, {y:.10g}; {hint}"
+    )

@@ -1,0 +1,156 @@
+"""What rasters have over a region of the local frame: windows of heights, and where their pixels lie in the frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.georeference.rectangle import Rectangle
+from skyverse.maps.readers.chebyshev import ChebyshevMap
+from skyverse.maps.readers.raster import OpenRaster
+from skyverse.maps.readers.undeclared_nodata import highest_of_blocks, refuse_undeclared_nodata
+from skyverse.model.geodesy import to_local, to_wgs84
+from skyverse.model.scenario import Origin
+
+LEVELS = (0.0, 4000.0)
+"""Two altitudes, metres; a vertical line is straight enough between and beyond them for a line through both."""
+MAX_PIXELS, POOLED_PIXELS = 8e6, 2e6
+"""A window of more pixels than the first is read as blocks, about as many as the second where the step allows it."""
+GIVE_GEOID = Remedy("geoid", None, "for how far mean sea level lies above it there")
+"""What helps where heights are counted from the ellipsoid."""
+_PROBES = np.array([0.13, 0.37, 0.61, 0.89])
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A window of a raster, and how it lies in the local frame whose origin is at altitude 0.
+
+    Attributes
+    ----------
+    heights
+        (rows, columns) metres above sea level, ``nan`` where there is no data. Where `block` is above 1, each is the
+        greatest of `block` by `block` pixels.
+    corner
+        Column and row of the window's first pixel.
+    block
+        How many pixels wide and high the block is that a height stands for.
+    local
+        Maps column and row to local metres at sea level, and to how far these move for each metre of height: 6 numbers.
+    pixel
+        Maps x and y to column, row and altitude, at both `LEVELS` of z: 6 numbers.
+    """
+
+    heights: Floats
+    corner: tuple[int, int]
+    block: int
+    local: ChebyshevMap
+    pixel: ChebyshevMap
+
+
+def tiles(raster: OpenRaster, origin: Origin, region: Rectangle, step: float) -> list[Tile]:
+    """Return what a raster has over a region of the local frame; a raster around the globe may reach it twice.
+
+    Parameters
+    ----------
+    raster
+        The raster.
+    origin
+        The local frame's origin, at altitude 0.
+    region
+        The region, local metres.
+    step
+        How far apart heights are wanted, metres; blocks of pixels are not longer.
+
+    Raises
+    ------
+    InputError
+        If the raster's coordinates are not known over the region, or it has no usable heights there.
+    """
+    x0, y0, x1, y1 = region
+    found = []
+    for turns in (0,) if raster.turn is None else (-1, 0, 1):
+
+        def pixel(x: Floats, y: Floats, turns: int = turns) -> Floats:
+            rows: list[Floats] = []
+            for z in LEVELS:
+                latitude, longitude, altitude = to_wgs84(origin, np.column_stack([x, y, np.full_like(x, z)])).T
+                rows += [*raster.pixels(longitude, latitude, origin.longitude, turns), altitude]
+            return np.array(rows)
+
+        to_pixel = ChebyshevMap(pixel, (x0, x1), (y0, y1))
+        reach = to_pixel.grid(np.linspace(x0, x1, 33), np.linspace(y0, y1, 33))
+        if not np.isfinite(reach).all():
+            raise InputError(f"{raster.path}: its coordinate system, {raster.name}, does not reach the area")
+        across, down = reach[[0, 3]], reach[[1, 4]]
+        width, height = raster.data.width, raster.data.height
+        left, right = max(0, int(across.min()) - 3), min(width, int(across.max()) + 4)
+        top, bottom = max(0, int(down.min()) - 3), min(height, int(down.max()) + 4)
+        if left >= right or top >= bottom:
+            continue
+
+        def local(columns: Floats, rows: Floats) -> Floats:
+            longitude, latitude = raster.places(columns, rows)
+            if not (np.isfinite(longitude).all() and np.isfinite(latitude).all()):
+                raise InputError(f"{raster.path}: its coordinate system, {raster.name}, does not reach its pixels")
+            low, high = (
+                to_local(origin, np.column_stack([latitude, longitude, np.full_like(latitude, level)]))
+                for level in LEVELS
+            )
+            return np.concatenate([low.T, (high - low).T / (LEVELS[1] - LEVELS[0])])
+
+        to_metres = ChebyshevMap(local, (left, right), (top, bottom))
+        _refuse_discontinuity(raster, to_pixel, to_metres, region)
+        side = _longest_side(to_metres, (left, right), (top, bottom))
+        block = _block((right - left) * (bottom - top), side, step)
+        window = left, top, right - left, bottom - top
+        heights = highest_of_blocks(raster, window, block)
+        refuse_undeclared_nodata(raster, window, heights, block, side * block)
+        if raster.ellipsoidal:
+            if origin.geoid is None:
+                raise InputError(f"{raster.path}: its heights are counted from the ellipsoid", give=[GIVE_GEOID])
+            heights -= origin.geoid
+        found.append(Tile(heights, (left, top), block, to_metres, to_pixel))
+    return found
+
+
+def _block(pixels: int, side: float, step: float) -> int:
+    """Return how many pixels wide a block is, for a window of so many pixels, the longest side of one in metres."""
+    wanted = 1 if pixels <= MAX_PIXELS else int(np.ceil(np.sqrt(pixels / POOLED_PIXELS)))
+    return max(1, min(wanted, int(step / (1.5 * side))))
+
+
+def pixel_size(raster: OpenRaster, origin: Origin) -> float:
+    """Return the longest side of a pixel near the origin, metres."""
+    at = np.array([origin.longitude]), np.array([origin.latitude])
+    column, row = raster.pixels(*at, origin.longitude, 0)
+    longitude, latitude = raster.places(column + np.eye(3)[1], row + np.eye(3)[2])
+    places = to_local(origin, np.column_stack([latitude, longitude, np.zeros(3)]))
+    found = float(np.hypot(*(places[1:] - places[0])[:, :2].T).max())
+    if not 0 < found < np.inf:
+        raise InputError(f"{raster.path}: its coordinate system, {raster.name}, does not reach the area")
+    return found
+
+
+def _longest_side(to_metres: ChebyshevMap, columns: tuple[int, int], rows: tuple[int, int]) -> float:
+    """Return the longest side of a pixel in a window, metres."""
+    at = [np.linspace(low, high, 5) for low, high in (columns, rows)]
+    places = to_metres.grid(*at)[:2]
+    sides = [np.hypot(*np.diff(places, axis=1 + axis)).max() / (at[axis][1] - at[axis][0]) for axis in range(2)]
+    return float(max(sides))
+
+
+def _refuse_discontinuity(
+    raster: OpenRaster, to_pixel: ChebyshevMap, to_metres: ChebyshevMap, region: Rectangle
+) -> None:
+    """Refuse a raster whose maps from metres to pixels and back do not agree, as where a pole lies in the region."""
+    x0, y0, x1, y1 = region
+    x, y = x0 + (x1 - x0) * _PROBES, y0 + (y1 - y0) * _PROBES
+    column, row, altitude = to_pixel.grid(x, y)[:3].reshape(3, -1)
+    each, other = (at.ravel() for at in np.meshgrid(x, y, indexing="ij"))
+    inside = (column > 0) & (column < raster.data.width) & (row > 0) & (row < raster.data.height)
+    for k in np.flatnonzero(inside):
+        base, lean = np.split(to_metres.grid(column[k : k + 1], row[k : k + 1])[:, 0, 0], 2)
+        back = base + altitude[k] * lean
+        if not np.hypot(back[0] - each[k], back[1] - other[k]) < 0.01:
+            raise InputError(f"{raster.path}: its coordinate system, {raster.name}, is not smooth over the area")

@@ -1,0 +1,183 @@
+"""What a file says of a zone or building, and how that becomes features: outlines on the globe with altitudes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pyproj
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from skyverse.errors import InputError, Remedy
+from skyverse.maps.georeference.altitude_limits import GIVE_ALTITUDES, altitude_limits
+from skyverse.maps.georeference.choices import Choices
+from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.fields import Fields, number_of, printable, shown
+from skyverse.maps.readers.building_heights import HEIGHT_FIELDS, building_limits
+from skyverse.maps.readers.circle_radius import circle_radius
+from skyverse.maps.readers.coordinate_systems import densified, to_globe
+from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
+from skyverse.model.altitude import AboveGround, AboveSea, Altitude
+
+DEFAULT_KIND = "no-fly zone"
+NO_RESTRICTION = "NO_RESTRICTION"
+"""What ED-269 calls a zone that restricts nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class GeometryRecord:
+    """A geometry and its fields, as a file has them.
+
+    Attributes
+    ----------
+    geometry
+        In the file's coordinates; ``None`` where there is none.
+    fields
+        The fields' values by name.
+    where
+        File and feature, for messages.
+    z
+        What the third coordinate is counted from, if the file says so.
+    sheet
+        Whether it is a sheet at that height, rather than a body from the ground up to it.
+    """
+
+    geometry: BaseGeometry | None
+    fields: dict[str, Any]
+    where: str
+    z: Literal["agl", "amsl"] | None = None
+    sheet: bool = False
+
+
+def features_of(records: list[GeometryRecord], crs: pyproj.CRS, file: str, choices: Choices) -> list[Feature]:
+    """Return the features that records describe.
+
+    Raises
+    ------
+    InputError
+        If one cannot be used, or none is left.
+    """
+    present = []
+    for record in records:
+        if record.geometry is None or record.geometry.is_empty:
+            choices.tell(f"{record.where}: left out, it has no geometry")
+        else:
+            present.append(record)
+    geometries = np.empty(len(present), dtype=object)
+    geometries[:] = [record.geometry for record in present]
+    moved = to_globe(geometries, crs, file, lambda k: present[k].where, choices.tell)
+    found = [
+        feature for record, place in zip(present, moved, strict=True) for feature in _features(record, place, choices)
+    ]
+    if not found:
+        raise InputError(f"{file}: expected polygons of zones or buildings, found none")
+    return found
+
+
+def _features(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) -> Iterator[Feature]:
+    fields, where = Fields(record.fields), record.where
+    if fields.get("restriction") == NO_RESTRICTION and choices.kind is None:
+        choices.tell(f"{where}: left out, it restricts nothing")
+        return
+    kind = choices.kind or _kind(fields)
+    parts = polygons(
+        geometry,
+        where,
+        choices.tell,
+        radius=circle_radius(fields, where, choices),
+        buffer=choices.buffer,
+        lenient=kind == "building",
+    )
+    low, high = _limits(record, geometry, fields, kind, choices)
+    name = _name(fields)
+    risk = _risk(fields, where, choices)
+    for part in (densified(part, MAX_EDGE_DEGREES) for part in parts):
+        outline = np.array(part.exterior.coords)[:-1, :2]
+        holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
+        yield Feature(outline, holes, low, high, kind, name, where, risk)
+
+
+def _kind(fields: Fields) -> str:
+    for _, said in fields.of("building", "buildingpart"):
+        if said not in ("no", "0", 0, False):
+            return "building"
+    return fields.text("kind", "restriction", "zonetype", "category", "type") or DEFAULT_KIND
+
+
+def _name(fields: Fields) -> str | None:
+    name = fields.get("name")
+    if isinstance(name, list) and name and isinstance(name[0], dict):  # ED-318: one name a language
+        name = name[0].get("text")
+    if isinstance(name, str) and name.strip():
+        return printable(name)
+    return fields.text("title", "identifier", "ident", "id")
+
+
+def _risk(fields: Fields, where: str, choices: Choices) -> float | None:
+    value = fields.get("risk")
+    if value is None:
+        return choices.risk
+    if choices.risk is None:
+        choices.count(
+            "with a field 'risk' must not be entered all the same", Remedy("soft_zones", None, "to let them be entered")
+        )
+        return None
+    try:
+        risk = float(value) if isinstance(value, str) else value
+    except ValueError:
+        risk = value
+    if isinstance(risk, bool) or not isinstance(risk, int | float) or not (0 < risk < 1e12):
+        raise InputError(f"{where}: 'risk': expected a number above zero, found {shown(value)}")
+    return float(risk)
+
+
+def _limits(
+    record: GeometryRecord, geometry: BaseGeometry, fields: Fields, kind: str, choices: Choices
+) -> tuple[Altitude | None, Altitude | None]:
+    """Return the altitudes at which a record begins and ends, from its limits, its height or its corners."""
+    has_height = any(True for _ in fields.of(*HEIGHT_FIELDS)) or (
+        choices.height_field is not None and fields.get(choices.height_field) is not None
+    )
+    if kind == "building" and (has_height or fields.get("building:levels") is not None):
+        return building_limits(fields, record.where, choices)
+    low, high, has_limits = altitude_limits(fields, record.where, choices)
+    if has_limits:
+        if high is None and has_height:
+            raise InputError(f"{record.where}: expected an upper limit beside the lower one, found a height")
+        return low, high
+    if has_height:
+        return building_limits(fields, record.where, choices)
+    top = _highest_corner(record, geometry, choices)
+    if top is None and kind == "building":
+        return building_limits(fields, record.where, choices)
+    if top is None:
+        what = "shut" if choices.risk is None else "risky"
+        choices.count(f"zones name no limits: {what} from the ground up")
+        unread = fields.first_number("alt", "height", "limit", "upper", "lower", "ceiling", "floor")
+        if unread is not None:
+            choices.count(f"of them have a field {printable(unread)!r}, which is not read as a limit")
+    return None, top
+
+
+def _highest_corner(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) -> Altitude | None:
+    """Return the altitude of the highest corner, if the corners have altitudes."""
+    if not geometry.has_z:
+        return None
+    z = shapely.get_coordinates(geometry, include_z=True)[:, 2]
+    z = z[~np.isnan(z)]
+    if not z.any():
+        return None
+    reference = record.z or choices.altitudes
+    if record.sheet:
+        raise InputError(
+            f"{record.where}: expected a body, found a sheet at {z.max():g} m; extrude it, or give it limits"
+        )
+    if reference is None:
+        raise InputError(
+            f"{record.where}: its corners' altitude {z.max():g} could be above ground or above mean sea level, as the "
+            "file does not say",
+            give=GIVE_ALTITUDES,
+        )
+    highest = number_of(float(z.max()), f"{record.where}: altitude")
+    return (AboveGround if reference == "agl" else AboveSea)(highest)
