@@ -10,7 +10,7 @@ from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import SEAM_MARGIN
-from skyverse.search.lattice_astar import Route, shortest_route
+from skyverse.search.lattice_astar import LatticePath, shortest_route
 from skyverse.space.cells import Cells, make_cells
 from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, make_grid, positions, snap
@@ -96,23 +96,23 @@ class Problem:
         self.end = np.array(self.scenario.targets[target].position)
 
     @cached_property
-    def _stands(self) -> tuple[tuple[int, Status | None], tuple[int, Status | None]]:
-        return stand(self.airspace, self.start, start=True), stand(self.airspace, self.end, start=False)
+    def _endpoints(self) -> tuple[tuple[int, Status | None], tuple[int, Status | None]]:
+        return snap_endpoint(self.airspace, self.start, start=True), snap_endpoint(self.airspace, self.end, start=False)
 
     @property
     def source(self) -> int:
         """The lattice node that stands for the start, -1 where none can."""
-        return self._stands[0][0]
+        return self._endpoints[0][0]
 
     @property
     def goal(self) -> int:
         """The lattice node that stands for the target, -1 where none can."""
-        return self._stands[1][0]
+        return self._endpoints[1][0]
 
     @property
     def refusal(self) -> Status | None:
         """The status that says why there is nothing to plan on the lattice, or ``None``."""
-        return self._stands[0][1] or self._stands[1][1]
+        return self._endpoints[0][1] or self._endpoints[1][1]
 
     @property
     def any_angle_refusal(self) -> Status | None:
@@ -129,7 +129,7 @@ class Problem:
         return None
 
     @cached_property
-    def route(self) -> Route | None:
+    def route(self) -> LatticePath | None:
         """The exact answer: a cheapest path on this lattice, or ``None`` where none joins start and goal."""
         if self.refusal is not None:
             return None
@@ -140,7 +140,7 @@ class Problem:
         return positions(self.airspace.grid, nodes)
 
 
-def stand(airspace: Airspace, point: ArrayLike, start: bool) -> tuple[int, Status | None]:
+def snap_endpoint(airspace: Airspace, point: ArrayLike, start: bool) -> tuple[int, Status | None]:
     """Find the node that stands for a UAV's start or a target, -1 for none, and the status that refuses it."""
     p = np.array(point, dtype=np.float64)
     space, grid = airspace.world.space, airspace.grid

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 import skyverse
-from skyverse.numerics.arrays import order_of, put, put_all, put_box, towards, twice, twice_line
+from skyverse.numerics.arrays import doubled, order_of, put, put_all, put_box, towards
 
 SOURCE = Path(skyverse.__file__).parent
 MODULES = {
@@ -66,8 +66,8 @@ def test_rows_are_written_as_by_slices():
     put_box(rows, 4, row[:3], row[3:])
     np.testing.assert_array_equal(rows, expected)
     np.testing.assert_array_equal(towards(row[:3], row[3:], 0.25), row[:3] + 0.25 * (row[3:] - row[:3]))
-    for grow, numbers in ((twice, rows), (twice, np.arange(6).reshape(3, 2)), (twice_line, row)):
-        longer = grow(numbers)
+    for numbers in (rows, np.arange(6).reshape(3, 2), row):
+        longer = doubled(numbers)
         assert longer.shape == (2 * len(numbers), *numbers.shape[1:])
         assert longer.dtype == numbers.dtype
         np.testing.assert_array_equal(longer[: len(numbers)], numbers)

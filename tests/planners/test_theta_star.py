@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 
 import skyverse as sky
-from skyverse.planners.sight import pull_tight, without_seams
-from skyverse.search.taut.lazy import lazy_theta_star
+from skyverse.search.lazy_theta_star import lazy_theta_star
+from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
 from skyverse.space.lattice import positions
-from skyverse.space.world import segment_free
+from skyverse.space.world import segment_free, without_seams
 from worlds import scenarios
 
 either = pytest.mark.parametrize("connectivity", [6, 26])
@@ -165,7 +165,7 @@ def test_corners_see_each_other_and_a_path_pulled_tight_keeps_its_ends(scenario)
     assert nodes[0] == problem.source
     assert nodes[-1] == problem.goal
     corners = positions(grid, nodes)
-    tight = pull_tight(space, float(grid.step.max()), corners)
+    tight = shorten_by_steps(space, float(grid.step.max()), corners)
     assert length(tight) <= length(corners) * (1 + 1e-12)
     np.testing.assert_array_equal(tight[[0, -1]], corners[[0, -1]])
     for path in (corners, tight):

@@ -17,7 +17,7 @@ from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
-from skyverse.problem import Airspace, Problem, stand
+from skyverse.problem import Airspace, Problem, snap_endpoint
 from skyverse.referee import judge
 from skyverse.search.lattice_astar import prices_to
 from skyverse.stop import Progress, Stop
@@ -147,8 +147,8 @@ def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
     if assignment == "identity":
         np.fill_diagonal(matrix, 1.0)
         return matrix
-    sources = [stand(airspace, u.start, start=True) for u in scenario.uavs]
-    goals = [stand(airspace, t.position, start=False) for t in scenario.targets]
+    sources = [snap_endpoint(airspace, u.start, start=True) for u in scenario.uavs]
+    goals = [snap_endpoint(airspace, t.position, start=False) for t in scenario.targets]
     open_goals = [j for j, (_, refusal) in enumerate(goals) if refusal is None]
     nodes = np.array([goals[j][0] for j in open_goals], dtype=np.int64)
     for i, (source, refusal) in enumerate(sources):

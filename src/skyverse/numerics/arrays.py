@@ -41,21 +41,12 @@ def towards(a: Floats, b: Floats, share: float) -> Floats:
 
 
 @inner
-def twice(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return rows in an array twice as long."""
-    longer = np.empty((2 * len(rows), rows.shape[1]), rows.dtype)
-    for i in range(len(rows)):
-        for column in range(rows.shape[1]):
-            longer[i, column] = rows[i, column]
-    return longer
-
-
-@inner
-def twice_line(numbers: NDArray[Any]) -> NDArray[Any]:
-    """Return numbers in an array twice as long."""
-    longer = np.empty(2 * len(numbers), numbers.dtype)
-    for i in range(len(numbers)):
-        longer[i] = numbers[i]
+def doubled(rows: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers (n,), or rows (n, k), in an array twice as long; the second half is not set."""
+    longer = np.empty((2 * len(rows), *rows.shape[1:]), rows.dtype)
+    old, new = rows.reshape(-1), longer.reshape(-1)
+    for i in range(len(old)):
+        new[i] = old[i]
     return longer
 
 

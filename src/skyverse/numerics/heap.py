@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.numerics.arrays import twice_line
+from skyverse.numerics.arrays import doubled
 from skyverse.numerics.kernel import inner
 
 
@@ -28,7 +28,7 @@ def push(heap: Heap, key: float, entry: int) -> Heap:
     """Add an entry; return the heap, in larger arrays if it was full."""
     n = heap.size[0]
     if n == len(heap.key):
-        heap = Heap(twice_line(heap.key), twice_line(heap.entry), heap.size)
+        heap = Heap(doubled(heap.key), doubled(heap.entry), heap.size)
     i = n
     while i > 0:
         parent = (i - 1) >> 1

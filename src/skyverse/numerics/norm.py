@@ -1,8 +1,9 @@
-"""The Euclidean norm, also where the squares of its terms underflow."""
+"""The Euclidean norm, also where the squares of its terms underflow, and the distances and lengths made of it."""
 
 import math
 
-from skyverse.numerics.kernel import inner_query
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner_query, kernel
 from skyverse.numerics.tolerances import UNDERFLOWING_SQUARES
 
 _SCALE = 2.0**600
@@ -22,3 +23,18 @@ def norm(x: float, y: float, z: float) -> float:
     if squares < UNDERFLOWING_SQUARES:
         return math.sqrt((x * _SCALE) ** 2 + (y * _SCALE) ** 2 + (z * _SCALE) ** 2) / _SCALE
     return math.sqrt(squares)
+
+
+@kernel
+def distance(a: Floats, b: Floats) -> float:
+    """Return the Euclidean distance between two points (3,)."""
+    return norm(a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@kernel
+def length_of(path: Floats) -> float:
+    """Return the length of a path (k, 3) of straight legs, metres."""
+    total = 0.0
+    for i in range(1, len(path)):
+        total += distance(path[i - 1], path[i])
+    return total

@@ -67,6 +67,9 @@ SHORTER = 1e-9
 DETOUR_GAIN = 1e-9
 """Metres, or units of a price, that a change must gain at least, so that rounding alone is no gain."""
 
+MIN_JUMP = 1e-9
+"""The share of a path's length below which jumps between its legs are too short to give a direction."""
+
 WINDOW_CONVERGED = 1e-9
 """Relative: a window of a path is as short as it gets when a search shortens it by less."""
 

@@ -14,12 +14,12 @@ from skyverse.planners.base import Metaheuristic, Run, require, require_between
 from skyverse.planners.joints import beside, hold, in_band, small_move
 from skyverse.planners.moves import Desk, exhausted, rank_wheel, ranked
 from skyverse.planners.multiverse import Multiverse, charge
-from skyverse.planners.sight import pull_tight, without_seams
 from skyverse.planners.straight import Course, Polylines, judge_legs
 from skyverse.planners.survey import explore, open_survey
 from skyverse.problem import Problem
+from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
 from skyverse.space.lattice import Grid
-from skyverse.space.world import segment_free
+from skyverse.space.world import segment_free, without_seams
 from skyverse.stop import Stop
 
 _ATTEMPTS = 20
@@ -112,7 +112,7 @@ def _as_legs(problem: Problem, result: Result) -> Floats:
         return result.path
     path = np.vstack([problem.start, result.path, problem.end])
     path = path[np.r_[True, np.any(np.diff(path, axis=0) != 0.0, axis=1)]]
-    return pull_tight(without_seams(problem.airspace.world.space), float(problem.airspace.grid.step.max()), path)
+    return shorten_by_steps(without_seams(problem.airspace.world.space), float(problem.airspace.grid.step.max()), path)
 
 
 @kernel

@@ -12,10 +12,9 @@ from skyverse.model.result import Effort, History, Provenance, Result, no_histor
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.planners.base import Run, make_desk, planned_any_angle, unplanned
 from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Desk
-from skyverse.planners.sight import without_seams
 from skyverse.problem import Problem
 from skyverse.space import ground, solids
-from skyverse.space.world import Space, point_free, segment_free
+from skyverse.space.world import Space, point_free, segment_free, without_seams
 from skyverse.stop import Stop
 
 _SAMPLES = 32

@@ -14,9 +14,10 @@ from skyverse.numerics.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, require, unplanned
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
-from skyverse.search.taut.among import beyond_boxes, way_among
-from skyverse.search.taut.route import least_length, taut_way
+from skyverse.search.taut.among_shapes import path_among_shapes
+from skyverse.search.taut.taut_path import least_length, taut_path
 from skyverse.space.lattice import Grid
+from skyverse.space.world import only_boxes
 from skyverse.stop import OnIteration, Stop
 
 
@@ -74,34 +75,36 @@ class Taut(Planner):
         refusal = problem.any_angle_refusal
         if refusal is not None:
             return unplanned(problem, refusal, origin)
-        if beyond_boxes(problem.airspace.world.space):
+        if not only_boxes(problem.airspace.world.space):
             return self._among_shapes(problem, origin)
         space, cells, edges = problem.airspace.world.space, problem.airspace.cells, problem.airspace.edges
         clock = Stopwatch()
-        found = taut_way(space, cells, edges, problem.start, problem.end)
-        least = least_length(space, edges, problem.start, problem.end, found.way, self.proof)
+        found = taut_path(space, cells, edges, problem.start, problem.end)
+        least = least_length(space, edges, problem.start, problem.end, found.path, self.proof)
         seconds = clock.seconds
-        if len(found.way) == 0:
-            return unplanned(problem, Status.START_SHUT_IN if found.shut == 1 else Status.NO_PATH, origin)
+        if len(found.path) == 0:
+            return unplanned(problem, Status.START_SHUT_IN if found.shut_in == 1 else Status.NO_PATH, origin)
         searches, expanded = (int(n) for n in found.spent)
         effort = Effort(generated_paths=searches, generated_nodes=expanded, evaluations=1)
-        price = sum(terms_of_legs(problem.scenario, problem.airspace.rates, found.way, problem.end).values())
+        price = sum(terms_of_legs(problem.scenario, problem.airspace.rates, found.path, problem.end).values())
         history = History(np.array([price]), *(np.array([n]) for n in (searches, expanded, 1)))
         bound = least * problem.scenario.objective.fuel
-        return planned_any_angle(problem, found.way, bound, effort, seconds, history, "finished", origin)
+        return planned_any_angle(problem, found.path, bound, effort, seconds, history, "finished", origin)
 
     def _among_shapes(self, problem: Problem, origin: Provenance) -> Result:
         """Find a way that nothing near it shortens, where there is more than boxes."""
         space, grid = problem.airspace.world.space, problem.airspace.grid
         nodes = problem.source, problem.goal
         clock = Stopwatch()
-        way, expanded = way_among(space, grid, (problem.start, problem.end), nodes, lambda: _route(grid, *nodes))
+        path, expanded = path_among_shapes(
+            space, grid, (problem.start, problem.end), nodes, lambda: _route(grid, *nodes)
+        )
         seconds = clock.seconds
-        if len(way) == 0:
+        if len(path) == 0:
             return unplanned(problem, problem.refusal or Status.NO_PATH, origin)
         effort = Effort(generated_paths=3, generated_nodes=expanded, evaluations=1)
         straight = problem.scenario.objective.fuel * math.dist(problem.start, problem.end)
-        result = planned_any_angle(problem, way, straight, effort, seconds, no_history(), "finished", origin)
+        result = planned_any_angle(problem, path, straight, effort, seconds, no_history(), "finished", origin)
         history = History(np.array([result.cost]), *(np.array([n]) for n in dataclasses.astuple(effort)))
         return dataclasses.replace(result, history=history)
 

@@ -11,12 +11,13 @@ from skyverse.cost import make_pricing
 from skyverse.model.result import Effort, History, Result, Status, no_history
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.numerics.kernel import Stopwatch
+from skyverse.numerics.norm import length_of
 from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, unplanned
-from skyverse.planners.sight import length_of, pull_tight, without_seams
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
-from skyverse.search.taut.lazy import lazy_theta_star
-from skyverse.space.world import segment_free
+from skyverse.search.lazy_theta_star import lazy_theta_star
+from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
+from skyverse.space.world import segment_free, without_seams
 from skyverse.stop import OnIteration, Stop
 
 
@@ -67,8 +68,8 @@ class ThetaStar(Planner):
         space = without_seams(world.space)
         corners, expanded = lazy_theta_star(grid, space, problem.source, problem.goal, math.inf)
         reach = float(grid.step.max())
-        ways = [pull_tight(space, reach, self._joined(problem, nodes)) for nodes in (corners, route.nodes)]
-        path = min(ways, key=lambda way: length_of(way, len(way)))
+        paths = [shorten_by_steps(space, reach, self._joined(problem, nodes)) for nodes in (corners, route.nodes)]
+        path = min(paths, key=length_of)
         seconds = clock.seconds
         effort = Effort(generated_paths=2, generated_nodes=expanded + route.expanded, evaluations=2)
         objective = problem.scenario.objective

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, add_soft
+from skyverse.numerics.arrays import doubled
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import PRICE_ROUNDING
-from skyverse.space.lattice import Grid
+from skyverse.space.lattice import Grid, write_position
 
 BYTES_PER_STATE = 9
 """g (float64) and one byte of flags and parent; of the waiting list, 16 bytes for each state on the frontier."""
@@ -27,15 +28,15 @@ _ORIGIN = 31
 _SOFT_BUCKETS = 4096
 
 
-class Route(NamedTuple):
-    """A cheapest path: its nodes (n,) from source to goal, its price without the end term, states expanded."""
+class LatticePath(NamedTuple):
+    """A cheapest path: its nodes (n,) from source to goal, its price without the end term, and the states expanded."""
 
     nodes: Ints
     price: float
     expanded: int
 
 
-def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> Route | None:
+def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> LatticePath | None:
     """Find a cheapest path between two nodes under fuel, turns and soft terms, or ``None`` where there is no path.
 
     Soft terms are paid move by move; the bounds on what is left do without, since none is below 0.
@@ -56,7 +57,7 @@ def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> Rout
         expanded = back.expanded + found.expanded
     if len(found.nodes) == 0:
         return None
-    return Route(found.nodes, float(pricing.first + found.prices[0]), int(expanded))
+    return LatticePath(found.nodes, float(pricing.first + found.prices[0]), int(expanded))
 
 
 def prices_to(grid: Grid, pricing: Pricing, source: int, goals: Ints) -> Floats:
@@ -66,7 +67,7 @@ def prices_to(grid: Grid, pricing: Pricing, source: int, goals: Ints) -> Floats:
     return np.asarray(pricing.first + found.prices[order])
 
 
-class _Found(NamedTuple):
+class _Settled(NamedTuple):
     """The path to the last goal settled (nodes,), empty without; the goals' prices; lengths (nodes,) of the settled."""
 
     nodes: Ints
@@ -108,15 +109,6 @@ def _turns_left(grid: Grid, axis: int, x: int, y: int, z: int) -> int:
         mx, my, mz = grid.moves[2 * axis, 0], grid.moves[2 * axis, 1], grid.moves[2 * axis, 2]
         straight = y * mz == z * my and z * mx == x * mz and x * my == y * mx
     return 0 if straight else 1
-
-
-@inner
-def _place(grid: Grid, node: int, p: Floats) -> None:
-    """Write a node's place, (3,) metres, into `p`."""
-    rest = node
-    for axis in range(2, -1, -1):
-        p[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
-        rest //= grid.shape[axis]
 
 
 @inner
@@ -174,14 +166,6 @@ def _index(goals: Ints, node: int) -> int:
     return low
 
 
-@inner
-def _twice_as_long(entries: Ints) -> Ints:
-    longer = np.empty(2 * len(entries), np.int64)
-    for i in range(len(entries)):  # a slice would take numba three seconds to compile
-        longer[i] = entries[i]
-    return longer
-
-
 @kernel
 def _search(
     grid: Grid,
@@ -192,7 +176,7 @@ def _search(
     towards: int,
     guide: Floats,
     ceiling: float,
-) -> _Found:
+) -> _Settled:
     """Search from one node until every goal is settled, and every state whose f is at most the ceiling.
 
     Parameters
@@ -305,7 +289,7 @@ def _search(
         fresh = info[state] & _ORIGIN == _ORIGIN
         x, y, z = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
         if soft:
-            _place(grid, node, a)
+            write_position(grid, node, a)
         for m in range(len(grid.offsets)):
             if not (exits >> m) & 1:
                 continue
@@ -317,7 +301,7 @@ def _search(
                 if m >> 1 != axis and not fresh:
                     price += pricing.turn
             if soft and not (info[after] & _SEEN and price >= g[after] - PRICE_ROUNDING * price):
-                _place(grid, beyond, b)
+                write_position(grid, beyond, b)
                 shares[0] = shares[1] = shares[2] = 0.0
                 add_soft(pricing.rates, a, b, shares)
                 price += shares[0] + shares[1] + shares[2]
@@ -339,8 +323,8 @@ def _search(
                 spare = waiting_next[entry]
             else:
                 if entries == len(waiting_state):
-                    waiting_state = _twice_as_long(waiting_state)
-                    waiting_next = _twice_as_long(waiting_next)
+                    waiting_state = doubled(waiting_state)
+                    waiting_next = doubled(waiting_next)
                 entry = entries
                 entries += 1
             waiting_state[entry] = after
@@ -354,4 +338,4 @@ def _search(
             if info[node] & _CLOSED:
                 lengths[node] = g[node]
     nodes = _walk_back(grid, info, reached, axes) if reached >= 0 else np.empty(0, np.int64)
-    return _Found(nodes, prices, lengths, ceiling, expanded)
+    return _Settled(nodes, prices, lengths, ceiling, expanded)

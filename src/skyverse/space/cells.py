@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.numerics.arrays import put, twice, twice_line
+from skyverse.numerics.arrays import doubled, put
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.space.world import Space
 
@@ -80,8 +80,8 @@ def make_cells(space: Space, growth: float) -> Cells:
             continue
         axis, cut = _best_cut(lows, highs, lists[first:stop], low[node], high[node], faces)
         if count + 2 > size:
-            low, high = twice(low), twice(high)
-            axes, cuts, below = twice_line(axes), twice_line(cuts), twice_line(below)
+            low, high = doubled(low), doubled(high)
+            axes, cuts, below = doubled(axes), doubled(cuts), doubled(below)
             size *= 2
         axes[node], cuts[node], below[node] = axis, cut, count
         for child in (count, count + 1):
@@ -90,9 +90,9 @@ def make_cells(space: Space, growth: float) -> Cells:
         high[count, axis] = cut
         low[count + 1, axis] = cut
         if stop + 2 * (stop - first) > len(lists):
-            lists = twice_line(lists)
+            lists = doubled(lists)
         if depth + 2 > len(waiting):
-            waiting = twice(waiting)
+            waiting = doubled(waiting)
         top = stop
         for child in (count + 1, count):  # the last one waits on top, so that its list may be overwritten when done
             begin = top

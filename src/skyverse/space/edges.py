@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.numerics.arrays import order_of, put, put_box, twice
+from skyverse.numerics.arrays import doubled, order_of, put, put_box
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.space import tree
@@ -74,7 +74,7 @@ def make_edges(space: Space, growth: float) -> Edges:
                 for j in tree.touching(space.tree, space.boxes, others + hair, low, high):
                     if j != i and _shuts(space.boxes, j, others, b, at_b, up_b * hair, c, at_c, up_c * hair):
                         if found == len(cuts):
-                            cuts = twice(cuts)
+                            cuts = doubled(cuts)
                         cuts[found, 0] = space.boxes[j, axis] - growth
                         cuts[found, 1] = space.boxes[j, axis + 3] + growth
                         found += 1
@@ -84,7 +84,7 @@ def make_edges(space: Space, growth: float) -> Edges:
                     stop = min(cuts[order[cut], 0], high[axis]) if cut < found else high[axis]
                     if stop > begin:
                         if count == len(ends):
-                            ends, kind = twice(ends), twice(kind)
+                            ends, kind = doubled(ends), doubled(kind)
                         put_box(ends, count, low, high)
                         ends[count, axis], ends[count, axis + 3] = begin, stop
                         kind[count, 0], kind[count, 1], kind[count, 2], kind[count, 3] = axis, up_b, up_c, i

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
-from skyverse.numerics.kernel import kernel
+from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import GRID_INDEX
 from skyverse.space import blocks, box
 from skyverse.space.world import Space, World, segment_free
@@ -100,11 +100,17 @@ def _safe_moves(touched: NDArray[np.uint8], moves: Ints) -> NDArray[np.int32]:
 def position(grid: Grid, node: int) -> Floats:
     """Return a node's place, (3,) metres."""
     p = np.empty(3)
+    write_position(grid, node, p)
+    return p
+
+
+@inner
+def write_position(grid: Grid, node: int, p: Floats) -> None:
+    """Write a node's place, (3,) metres, into `p`."""
     rest = node
     for axis in range(2, -1, -1):
         p[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
         rest //= grid.shape[axis]
-    return p
 
 
 def positions(grid: Grid, nodes: ArrayLike) -> Floats:

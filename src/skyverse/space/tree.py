@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.numerics.arrays import order_of, put_box, twice_line
+from skyverse.numerics.arrays import doubled, order_of, put_box
 from skyverse.numerics.kernel import inner, kernel, query
 from skyverse.space import box
 
@@ -128,7 +128,7 @@ def touching(tree: Tree, boxes: Floats, growth: float, low: Floats, high: Floats
         for i in range(tree.links[node, FIRST], tree.links[node, STOP]):
             if box.touches(boxes, i, growth, low, high):
                 if count == len(found):
-                    found = twice_line(found)
+                    found = doubled(found)
                 found[count] = i
                 count += 1
         node += 1

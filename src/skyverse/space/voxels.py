@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.shapes import Box, Voxels
+from skyverse.numerics.arrays import doubled
 from skyverse.numerics.kernel import inner, kernel
 
 
@@ -64,7 +65,7 @@ def _merged(left: NDArray[np.uint8]) -> Ints:
                 while i1 < nx and _full(left, i1, i1 + 1, j, j1, k, k1):
                     i1 += 1
                 if count == len(found):
-                    found = _longer(found)
+                    found = doubled(found)
                 found[count, 0], found[count, 1], found[count, 2] = i, j, k
                 found[count, 3], found[count, 4], found[count, 5] = i1, j1, k1
                 _take_out(left, found[count : count + 1])
@@ -90,12 +91,3 @@ def _full(left: NDArray[np.uint8], i: int, i1: int, j: int, j1: int, k: int, k1:
                 if not left[x, y, z]:
                     return False
     return True
-
-
-@inner
-def _longer(rows: Ints) -> Ints:
-    longer = np.empty((2 * len(rows), 6), np.int64)
-    for i in range(len(rows)):
-        for c in range(6):
-            longer[i, c] = rows[i, c]
-    return longer

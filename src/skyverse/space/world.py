@@ -105,6 +105,35 @@ def segment_free(space: Space, a: Floats, b: Floats) -> bool:
     return in_bounds(space, a) and in_bounds(space, b) and not crosses(space, space.clearance, a, b)
 
 
+@query
+def path_free(space: Space, path: Floats) -> bool:
+    """Tell whether all legs of a path (k, 3) are free."""
+    i = 1
+    while i < len(path) and segment_free(space, path[i - 1], path[i]):
+        i += 1
+    return i >= len(path)
+
+
+def only_boxes(space: Space) -> bool:
+    """Tell whether all obstacles are boxes, with voxels among them: no other shape, and no ground."""
+    return len(space.solids.kind) == 0 and space.ground.heights.size == 0
+
+
+@kernel
+def with_margin(space: Space, margin: float) -> Space:
+    """Return the space with so many metres added to its clearance."""
+    return Space(space.low, space.high, space.boxes, space.clearance + margin, space.tree, space.solids, space.ground)
+
+
+def without_seams(space: Space) -> Space:
+    """Return the space with closed obstacles: `segment_free` then refuses a segment that only touches one.
+
+    The world's obstacles are open, so that what touches them is safe, and a segment could slip between two that touch
+    each other. The lattice's obstacles are closed: each of its moves is a line of sight here.
+    """
+    return with_margin(space, 2.0 * SURFACE_DEPTH)
+
+
 @kernel
 def _points_free(space: Space, points: Floats) -> NDArray[np.bool_]:
     free = np.empty(len(points), np.bool_)

@@ -2,6 +2,5 @@
 
 from skyverse.trajectory.along import Shape, fly_along
 from skyverse.trajectory.quintic import rest_to_rest
-from skyverse.trajectory.shortcut import drop_collinear, shortcut
 
-__all__ = ["Shape", "drop_collinear", "fly_along", "rest_to_rest", "shortcut"]
+__all__ = ["Shape", "fly_along", "rest_to_rest"]

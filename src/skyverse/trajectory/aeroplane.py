@@ -15,10 +15,10 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.heap import Heap, make_heap, pop, push
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.search.path_shortening.shortcut import drop_collinear
 from skyverse.space.world import Space, World, segment_free
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.leg import CLEAR, SHUT, Leg, climb_along, climb_length, leg_clear, leg_pieces, place
-from skyverse.trajectory.shortcut import drop_collinear
 
 _MARGIN = 1e-4
 """The share of a limit that is left: polynomials are not quite arcs."""

@@ -13,12 +13,13 @@ from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
+from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.problem import Problem
-from skyverse.space.world import World
+from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
+from skyverse.space.world import World, with_margin
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
-from skyverse.trajectory.shortcut import drop_collinear, shortcut
 from skyverse.trajectory.smooth import STANDSTILL, smooth
 
 Shape = Literal["minimum-snap", "minimum-jerk", "stop-and-go"]
@@ -62,7 +63,7 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -
     waypoints = drop_collinear(np.vstack([uav.start, result.path, scenario.targets[problem.target].position]))
     priced = bool(soft_terms(scenario))
     if not priced:
-        waypoints = shortcut(world, waypoints)
+        waypoints = shortcut(with_margin(world.space, SEAM_MARGIN), waypoints)
     for trajectory in _ladder(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
             return trajectory

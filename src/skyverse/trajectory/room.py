@@ -9,7 +9,7 @@ import itertools
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.search.taut.over import UP, past
+from skyverse.search.taut.half_plane import UP, half_plane_path
 from skyverse.space.world import Space, World, point_free, segment_free
 
 _TRIES = 6
@@ -54,7 +54,9 @@ def with_room(world: World, path: Floats, room: float) -> Floats | None:
     rows = [whole[:1]]
     for k, (a, b) in enumerate(itertools.pairwise(whole)):
         if near[k]:
-            over = past(roomy, a, b, UP, np.inf) if point_free(roomy, a) and point_free(roomy, b) else whole[:0]
+            over = (
+                half_plane_path(roomy, a, b, UP, np.inf) if point_free(roomy, a) and point_free(roomy, b) else whole[:0]
+            )
             if not len(over):
                 return None
             rows.append(over[1:-1])

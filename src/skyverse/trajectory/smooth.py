@@ -18,8 +18,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import inner, kernel, writable
-from skyverse.search.taut.among import beyond_boxes
-from skyverse.space.world import World
+from skyverse.space.world import World, only_boxes
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.equations import FIXED, Task, assemble
 from skyverse.trajectory.limits import GRAVITY, Limits, limits_of
@@ -95,7 +94,7 @@ def smooth(world: World, waypoints: Floats, uav: UAV, order: int, *, close: bool
 
 def _corridor(world: World, path: Floats, close: bool) -> Floats:
     """Return free boxes (m, 6) along a path; along one that is drawn off what it touches, where they would be many."""
-    if not beyond_boxes(world.space):
+    if only_boxes(world.space):
         return grow_corridor(world.space, path, *((CLOSE, CLOSE) if close else (REACH, math.inf)))
     near = max(CLOSE, NEAR * float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()))
     size = (near, near) if close else (REACH, math.inf)

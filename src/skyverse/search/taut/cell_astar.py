@@ -1,4 +1,4 @@
-"""A first way: A* over the cells of free space, from passage to passage. There is none only if it finds none."""
+"""A first path: A* over the cells of free space. It finds none only where none exists."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from skyverse._typing import Floats
 from skyverse.numerics.arrays import put
 from skyverse.numerics.heap import make_heap, pop, push
 from skyverse.numerics.kernel import inner
-from skyverse.search.taut.bends import distance
+from skyverse.numerics.norm import distance
 from skyverse.space.cells import Cells, cell_of, neighbours
 
 
 @inner
-def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
-    """Return a way from start to goal, (k, 3) metres, empty where none exists, and how many cells were expanded.
+def cell_astar(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
+    """Return a path from start to goal, (k, 3) metres, empty where none exists, and how many cells were expanded.
 
-    From one point of the way to the next it stays in one cell, which is convex and free.
+    Each leg stays in one cell, which is convex and free.
     """
     source, target = cell_of(cells, start), cell_of(cells, goal)
     nothing = np.empty((0, 3))
@@ -45,7 +45,7 @@ def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
             beyond = found[k]
             if done[beyond]:
                 continue
-            _enter(cells, cell, beyond, p, goal, q)
+            _write_crossing(cells, cell, beyond, p, goal, q)
             along = price[cell] + distance(p, q)
             if along < price[beyond]:
                 price[beyond] = along
@@ -59,17 +59,17 @@ def passage(cells: Cells, start: Floats, goal: Floats) -> tuple[Floats, int]:
     while came[cell] >= 0:
         cell = came[cell]
         length += 1
-    way = np.empty((length, 3))
-    put(way, length - 1, goal)
+    path = np.empty((length, 3))
+    put(path, length - 1, goal)
     cell = target
     for i in range(length - 2, -1, -1):
-        put(way, i, entry[cell])
+        put(path, i, entry[cell])
         cell = came[cell]
-    return way, expanded
+    return path, expanded
 
 
 @inner
-def _enter(cells: Cells, cell: int, beyond: int, p: Floats, goal: Floats, q: Floats) -> None:
+def _write_crossing(cells: Cells, cell: int, beyond: int, p: Floats, goal: Floats, q: Floats) -> None:
     """Write into `q` where to pass from one cell into the next: near the straight line from `p` to the goal."""
     share = 0.0
     for axis in range(3):

@@ -1,4 +1,4 @@
-"""Fewer waypoints, the same safety."""
+"""Shorter paths and fewer waypoints, the same safety."""
 
 import itertools
 
@@ -8,13 +8,39 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.numerics.tolerances import SEAM_MARGIN
+from skyverse.search.path_shortening.merge_bends import merge_bends
+from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.search.path_shortening.shortcut import shortcut as shortcut_through
+from skyverse.search.path_shortening.shorten import shorten
+from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
 from skyverse.space import lattice
-from skyverse.trajectory import drop_collinear, shortcut
+from skyverse.space.world import path_free, with_margin
 from worlds import ROOM, scenarios
 
 
 def rows(*points):
     return np.array(points, float)
+
+
+def shortcut(world, path):
+    return shortcut_through(with_margin(world.space, SEAM_MARGIN), path)
+
+
+def random_walk(grid, rng, moves):
+    """A safe path over the lattice, (moves + 1, 3) metres; None where every node is blocked."""
+    free = np.flatnonzero(grid.exits)
+    if not len(free):
+        return None
+    nodes = [int(rng.choice(free))]
+    for _ in range(moves):
+        choices = [m for m in range(len(grid.moves)) if grid.exits[nodes[-1]] >> m & 1]
+        nodes.append(nodes[-1] + int(grid.offsets[rng.choice(choices)]))
+    return lattice.positions(grid, nodes)
+
+
+def length(path):
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
 @pytest.mark.parametrize(
@@ -29,7 +55,7 @@ def rows(*points):
         (rows((0, 0, 0), (1, 0, 0), (2, 1e-3, 0)), rows((0, 0, 0), (1, 0, 0), (2, 1e-3, 0))),
     ],
 )
-def test_points_on_a_straight_way_ahead_go(path, kept):
+def test_points_on_a_straight_line_are_dropped(path, kept):
     np.testing.assert_array_equal(drop_collinear(path), kept)
 
 
@@ -58,18 +84,13 @@ def test_what_is_dropped_lies_between_what_is_kept(points):
 def test_a_shortcut_leaves_a_subsequence_whose_every_segment_is_free_and_greedily_long(scenario, seed):
     compiled, rng = sky.World(scenario), np.random.default_rng(seed)
     grid = lattice.make_grid(compiled, scenario.lattice)
-    free = np.flatnonzero(grid.exits)
-    if not len(free):
+    path = random_walk(grid, rng, 25)
+    if path is None:
         return
-    nodes = [int(rng.choice(free))]
-    for _ in range(25):
-        choices = [m for m in range(len(grid.moves)) if grid.exits[nodes[-1]] >> m & 1]
-        nodes.append(nodes[-1] + int(grid.offsets[rng.choice(choices)]))
-    path = lattice.positions(grid, nodes)
     kept = shortcut(compiled, path)
     np.testing.assert_array_equal(kept[[0, -1]], path[[0, -1]])
     assert compiled.segments_free(kept[:-1], kept[1:]).all()
-    # the greedy rule, spelt out, with a hair of room
+    # the greedy rule, spelt out, with the margin that keeps lines of sight out of seams
     roomy = sky.World(scenario.model_copy(update={"clearance": scenario.clearance + 1e-7}))
     at, wanted = 0, [0]
     while at < len(path) - 1:
@@ -110,3 +131,34 @@ def test_a_shortcut_does_not_slip_between_obstacles_that_touch():
     around = rows((1, 2, 2), (1, 4.5, 2), (4, 4.5, 2), (4, 2, 2))
     assert sky.World(wall).segments_free(around[0], around[-1])[0]  # along the faces of both, entering neither
     np.testing.assert_array_equal(shortcut(sky.World(wall), around), around)
+
+
+@given(scenarios(most_nodes=6), st.integers(0, 2**32))
+def test_a_shortened_path_is_free_keeps_its_ends_and_is_never_longer(scenario, seed):
+    compiled = sky.World(scenario)
+    path = random_walk(lattice.make_grid(compiled, scenario.lattice), np.random.default_rng(seed), 12)
+    if path is None:
+        return
+    path = drop_collinear(path)
+    step = float(max(scenario.lattice.step))
+    for shorter in (
+        shortcut_through(compiled.space, path),
+        shorten(compiled.space, path.copy()),
+        shorten_by_steps(compiled.space, step, path.copy()),
+    ):
+        np.testing.assert_array_equal(shorter[[0, -1]], path[[0, -1]])
+        assert path_free(compiled.space, shorter)
+        assert length(shorter) <= length(path) * (1 + 1e-12)
+
+
+@given(scenarios(most_nodes=6), st.integers(0, 2**32))
+def test_merging_bends_leaves_a_free_path_with_no_more_bends(scenario, seed):
+    compiled = sky.World(scenario)
+    path = random_walk(lattice.make_grid(compiled, scenario.lattice), np.random.default_rng(seed), 12)
+    if path is None:
+        return
+    path = drop_collinear(path)
+    merged = merge_bends(compiled.space, path)
+    assert len(merged) <= len(path)
+    assert path_free(compiled.space, merged)
+    np.testing.assert_array_equal(merged[[0, -1]], path[[0, -1]])

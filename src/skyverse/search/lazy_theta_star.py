@@ -1,14 +1,14 @@
-"""Lazy Theta*: a way of straight legs over a lattice, not bound to its moves."""
+"""Lazy Theta*: a path of straight legs between nodes of a lattice, not bound to the lattice's moves."""
 
 import math
 
 import numpy as np
 
-from skyverse._typing import Floats, Ints
+from skyverse._typing import Ints
 from skyverse.numerics.heap import make_heap, pop, push
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.search.taut.bends import distance
-from skyverse.space.lattice import Grid, position
+from skyverse.numerics.norm import distance
+from skyverse.space.lattice import Grid, position, write_position
 from skyverse.space.world import Space, segment_free
 
 _SEEN = 1
@@ -17,17 +17,21 @@ _CLOSED = 2
 
 @kernel
 def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int, most: float) -> tuple[Ints, int]:
-    """Search from one node to another for a way shorter than `most` metres.
+    """Search from one node to another for a path shorter than `most` metres.
 
-    A node takes over the parent of the node from which it is reached, and only when it is expanded itself its parent
-    has to see it: if not, the best of its expanded neighbours becomes its parent.
+    A node takes over the parent of the node from which it is reached. Whether that parent sees it is checked only when
+    the node itself is expanded: if not, the best of its expanded neighbours becomes its parent.
 
     Returns
     -------
     corners
-        (n,) nodes, each seen from the one before; none if no such way was found.
+        (n,) nodes, each seen from the one before; none if no such path was found.
     expanded
-        How many nodes were.
+        How many nodes were expanded.
+
+    References
+    ----------
+    A. Nash, S. Koenig, C. Tovey, "Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in 3D" (AAAI 2010).
     """
     flags = np.zeros(len(grid.exits), np.uint8)
     parent = np.empty(len(grid.exits), np.int64)
@@ -43,8 +47,8 @@ def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int, most: floa
             continue
         expanded += 1
         exits = grid.exits[node]
-        _place(grid, node, here)
-        _place(grid, parent[node], above)
+        write_position(grid, node, here)
+        write_position(grid, parent[node], above)
         if node != source and not segment_free(space, above, here):
             g[node] = math.inf
             for m in range(len(grid.offsets)):
@@ -53,7 +57,7 @@ def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int, most: floa
                     length = g[beyond] + math.sqrt(steps[m, 0] ** 2 + steps[m, 1] ** 2 + steps[m, 2] ** 2)
                     if length < g[node]:
                         parent[node], g[node] = beyond, length
-            _place(grid, parent[node], above)
+            write_position(grid, parent[node], above)
         flags[node] = _CLOSED
         if node == goal:
             break
@@ -89,12 +93,3 @@ def _corners(parent: Ints, source: int, goal: int) -> Ints:
         corners[i] = goal
         goal = parent[goal]
     return corners
-
-
-@inner
-def _place(grid: Grid, node: int, place: Floats) -> None:
-    """Write a node's place, metres, into (3,)."""
-    rest = node
-    for axis in range(2, -1, -1):
-        place[axis] = grid.origin[axis] + (rest % grid.shape[axis]) * grid.step[axis]
-        rest //= grid.shape[axis]
