@@ -1,6 +1,5 @@
-"""The optimisers of vectors as planners: each is a `WaypointSearch` that says which."""
+"""The nine optimisers of vectors as planners: each class names its optimiser and the package that it needs, if any."""
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,8 +9,17 @@ from skyverse.planners.optimisers import Evaluate, Iterations, by_niapy, by_pymo
 from skyverse.planners.waypoints import WaypointSearch
 
 
-@dataclass(frozen=True, kw_only=True)
-class CMAES(WaypointSearch):
+class _Method(WaypointSearch):
+    """A `WaypointSearch` by an optimiser that is the same for all of its planners."""
+
+    optimiser: ClassVar["staticmethod[[Evaluate, Floats, np.random.Generator], Iterations]"]
+
+    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
+        """Run the optimiser."""
+        return self.optimiser(evaluate, first, rng)
+
+
+class CMAES(_Method):
     """The covariance matrix adaptation evolution strategy, by the package ``cma``.
 
     Its settings are those of `WaypointSearch`.
@@ -22,15 +30,11 @@ class CMAES(WaypointSearch):
     Computation 9 (2001), 159-195.
     """
 
-    library: ClassVar[str] = "cma"
-
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `cma_es`."""
-        return cma_es.cma_es(evaluate, first, rng)
+    library = "cma"
+    optimiser = staticmethod(cma_es.cma_es)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PSO(WaypointSearch):
+class PSO(_Method):
     """Particle swarm optimisation with adaptive weights, by the package ``pymoo``.
 
     Its settings are those of `WaypointSearch`.
@@ -40,15 +44,11 @@ class PSO(WaypointSearch):
     J. Kennedy, R. Eberhart, "Particle Swarm Optimization", Proc. ICNN (1995), 1942-1948.
     """
 
-    library: ClassVar[str] = "pymoo"
-
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `pso`."""
-        return by_pymoo.pso(evaluate, first, rng)
+    library = "pymoo"
+    optimiser = staticmethod(by_pymoo.pso)
 
 
-@dataclass(frozen=True, kw_only=True)
-class GA(WaypointSearch):
+class GA(_Method):
     """A real-coded genetic algorithm (simulated binary crossover, polynomial mutation), by the package ``pymoo``.
 
     Its settings are those of `WaypointSearch`.
@@ -58,15 +58,11 @@ class GA(WaypointSearch):
     K. Deb, R. B. Agrawal, "Simulated Binary Crossover for Continuous Search Space", Complex Systems 9 (1995), 115-148.
     """
 
-    library: ClassVar[str] = "pymoo"
-
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `ga`."""
-        return by_pymoo.ga(evaluate, first, rng)
+    library = "pymoo"
+    optimiser = staticmethod(by_pymoo.ga)
 
 
-@dataclass(frozen=True, kw_only=True)
-class DE(WaypointSearch):
+class DE(_Method):
     """Differential evolution, DE/rand/1/bin with F = 0.5 and CR = 0.9, by the package ``pymoo``.
 
     Its settings are those of `WaypointSearch`.
@@ -76,15 +72,11 @@ class DE(WaypointSearch):
     R. Storn, K. Price, "Differential Evolution", Journal of Global Optimization 11 (1997), 341-359.
     """
 
-    library: ClassVar[str] = "pymoo"
-
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `de`."""
-        return by_pymoo.de(evaluate, first, rng)
+    library = "pymoo"
+    optimiser = staticmethod(by_pymoo.de)
 
 
-@dataclass(frozen=True, kw_only=True)
-class LSHADE(WaypointSearch):
+class LSHADE(_Method):
     """Success-history based adaptive differential evolution, its population shrinking to 4, by the package ``NiaPy``.
 
     Its settings are those of `WaypointSearch`.
@@ -95,15 +87,11 @@ class LSHADE(WaypointSearch):
     Proc. IEEE CEC (2014), 1658-1665.
     """
 
-    library: ClassVar[str] = "niapy"
-
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `l_shade`."""
-        return by_niapy.l_shade(evaluate, first, rng)
+    library = "niapy"
+    optimiser = staticmethod(by_niapy.l_shade)
 
 
-@dataclass(frozen=True, kw_only=True)
-class WOA(WaypointSearch):
+class WOA(_Method):
     """The whale optimization algorithm.
 
     Its settings are those of `WaypointSearch`.
@@ -113,13 +101,10 @@ class WOA(WaypointSearch):
     S. Mirjalili, A. Lewis, "The Whale Optimization Algorithm", Advances in Engineering Software 95 (2016), 51-67.
     """
 
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `woa`."""
-        return woa.woa(evaluate, first, rng)
+    optimiser = staticmethod(woa.woa)
 
 
-@dataclass(frozen=True, kw_only=True)
-class MFO(WaypointSearch):
+class MFO(_Method):
     """The moth-flame optimization algorithm.
 
     Its settings are those of `WaypointSearch`.
@@ -129,13 +114,10 @@ class MFO(WaypointSearch):
     S. Mirjalili, "Moth-flame optimization algorithm", Knowledge-Based Systems 89 (2015), 228-249.
     """
 
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `mfo`."""
-        return mfo.mfo(evaluate, first, rng)
+    optimiser = staticmethod(mfo.mfo)
 
 
-@dataclass(frozen=True, kw_only=True)
-class GWO(WaypointSearch):
+class GWO(_Method):
     """The grey wolf optimiser, by the package ``NiaPy``.
 
     Its settings are those of `WaypointSearch`.
@@ -145,15 +127,11 @@ class GWO(WaypointSearch):
     S. Mirjalili, S. M. Mirjalili, A. Lewis, "Grey Wolf Optimizer", Advances in Engineering Software 69 (2014), 46-61.
     """
 
-    library: ClassVar[str] = "niapy"
-
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `gwo`."""
-        return by_niapy.gwo(evaluate, first, rng)
+    library = "niapy"
+    optimiser = staticmethod(by_niapy.gwo)
 
 
-@dataclass(frozen=True, kw_only=True)
-class DA(WaypointSearch):
+class DA(_Method):
     """The dragonfly algorithm.
 
     Its settings are those of `WaypointSearch`.
@@ -163,6 +141,4 @@ class DA(WaypointSearch):
     S. Mirjalili, "Dragonfly algorithm", Neural Computing and Applications 27 (2016), 1053-1073.
     """
 
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run `da`."""
-        return da.da(evaluate, first, rng)
+    optimiser = staticmethod(da.da)

@@ -1,48 +1,44 @@
 """Particle swarm, genetic algorithm and differential evolution by the package ``pymoo`` (Blank, Deb 2020)."""
 
-from typing import Any
+import importlib
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.planners.optimisers import Evaluate, Iterations
+from skyverse.planners.optimisers import Evaluate, Iterations, Optimiser
 
 
-def pso(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Fly a particle swarm, its weights adapted as pymoo does by default."""
-    from pymoo.algorithms.soo.nonconvex.pso import PSO
+def _by_pymoo(name: str, **settings: object) -> Optimiser:
+    """Return pymoo's single-objective algorithm of this name, with these settings, as an optimiser."""
 
-    return _ask_and_tell(PSO(pop_size=len(first), sampling=first), evaluate, first, rng)
+    def optimise(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
+        from pymoo.core.evaluator import Evaluator
+        from pymoo.core.problem import Problem
+        from pymoo.core.termination import NoTermination
+        from pymoo.problems.static import StaticProblem
+
+        kind = getattr(importlib.import_module(f"pymoo.algorithms.soo.nonconvex.{name.lower()}"), name)
+        algorithm = kind(pop_size=len(first), sampling=first, **settings)
+        problem = Problem(n_var=first.shape[1], n_obj=1, xl=0.0, xu=1.0)
+        algorithm.setup(problem, termination=NoTermination(), seed=rng)
+        while True:
+            asked = algorithm.ask()
+            fitness = evaluate(asked.get("X"))
+            Evaluator().eval(StaticProblem(problem, F=fitness[:, None]), asked)
+            algorithm.tell(infills=asked)
+            yield
+
+    return optimise
 
 
-def ga(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Breed real vectors: tournaments, simulated binary crossover, polynomial mutation."""
-    from pymoo.algorithms.soo.nonconvex.ga import GA
+pso = _by_pymoo("PSO")
+"""Particle swarm; its weights adapt as pymoo makes them do by default."""
 
-    # a population without duplicates can run out of children, and then spends nothing for ever
-    return _ask_and_tell(GA(pop_size=len(first), sampling=first, eliminate_duplicates=False), evaluate, first, rng)
+ga = _by_pymoo("GA", eliminate_duplicates=False)
+"""Real vectors: tournaments, simulated binary crossover, polynomial mutation.
 
+Duplicates stay, because a population without them can run out of children, and then never spends its budget.
+"""
 
-def de(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Evolve by DE/rand/1/bin with F = 0.5 and CR = 0.9."""
-    from pymoo.algorithms.soo.nonconvex.de import DE
-
-    return _ask_and_tell(
-        DE(pop_size=len(first), sampling=first, variant="DE/rand/1/bin", F=0.5, CR=0.9), evaluate, first, rng
-    )
-
-
-def _ask_and_tell(algorithm: Any, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    from pymoo.core.evaluator import Evaluator
-    from pymoo.core.problem import Problem
-    from pymoo.core.termination import NoTermination
-    from pymoo.problems.static import StaticProblem
-
-    problem = Problem(n_var=first.shape[1], n_obj=1, xl=0.0, xu=1.0)
-    algorithm.setup(problem, termination=NoTermination(), seed=rng)
-    while True:
-        asked = algorithm.ask()
-        fitness = evaluate(asked.get("X"))
-        Evaluator().eval(StaticProblem(problem, F=fitness[:, None]), asked)
-        algorithm.tell(infills=asked)
-        yield
+de = _by_pymoo("DE", variant="DE/rand/1/bin", F=0.5, CR=0.9)
+"""DE/rand/1/bin with F = 0.5 and CR = 0.9."""

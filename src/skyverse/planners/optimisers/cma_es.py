@@ -7,7 +7,7 @@ from skyverse.planners.optimisers import Evaluate, Iterations
 
 
 def cma_es(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Start from the mean of the first population, with a standard deviation of 0.2 on every axis."""
+    """Run CMA-ES from the mean of the first population, with a standard deviation of 0.2 on every axis."""
     import cma
 
     candidates = len(first)
@@ -16,7 +16,7 @@ def cma_es(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Itera
         "bounds": [0.0, 1.0],
         "popsize": candidates,
         "randn": lambda *shape: rng.standard_normal(shape),
-        "seed": np.nan,  # any other seeds numpy's global generator
+        "seed": np.nan,  # any other value would seed numpy's global generator
         "verbose": -9,
     }
     strategy = cma.CMAEvolutionStrategy(first.mean(axis=0), 0.2, settings)

@@ -16,9 +16,9 @@ _SIGMA = (
 
 
 def da(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Dragonflies swarm with their neighbours towards the food, the best so far, and away from the enemy, the worst.
+    """Let dragonflies swarm with their neighbours towards the food, the best vector so far, and away from the worst.
 
-    Where the paper is silent (weights, radius, the largest step, who flies at random), this follows its author's code.
+    Where the paper is silent (weights, radius, largest step, random flight), this follows the author's code.
 
     References
     ----------
@@ -44,7 +44,7 @@ def da(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iteration
         for i in range(n):
             apart = np.abs(X - X[i])
             near = np.all(apart <= radius, axis=1) & np.any(apart > 0.0, axis=1)
-            S = -(X[near] - X[i]).sum(axis=0)  # (3.1), as coded: away from them
+            S = -(X[near] - X[i]).sum(axis=0)  # (3.1) as in the author's code: away from them
             A = step[near].mean(axis=0) if near.any() else step[i]  # (3.2)
             C = X[near].mean(axis=0) - X[i] if near.any() else np.zeros(d)  # (3.3)
             F = food - X[i]  # (3.4)

@@ -7,7 +7,7 @@ from skyverse.planners.optimisers import Evaluate, Iterations
 
 
 def mfo(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Each moth spirals round a flame of its own; flames are the best places so far, and become fewer.
+    """Let each moth spiral around a flame of its own; the flames are the best vectors so far, and become fewer.
 
     References
     ----------

@@ -7,7 +7,7 @@ from skyverse.planners.optimisers import Evaluate, Iterations
 
 
 def woa(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-    """Whales encircle the best or a random whale, or spiral round the best; A and C are one number a whale.
+    """Let whales encircle the best or a random whale, or spiral around the best; A and C are one number for each whale.
 
     References
     ----------
