@@ -27,21 +27,21 @@ class HillClimb(LatticeSearch):
 
     def step(self, run, spent):
         """Do one iteration."""
-        climb(run.task, run.desk, run.best, run.rng, self.tries, self.repair_threshold, self.retries)
+        climb(run.task, run.workspace, run.best, run.rng, self.tries, self.repair_threshold, self.retries)
 
 
 @kernel
-def climb(task, desk, best, rng, tries, threshold, retries):
+def climb(task, workspace, best, rng, tries, threshold, retries):
     """Try to better the best path."""
     for _ in range(tries):
-        if exhausted(desk):
+        if exhausted(workspace):
             return
-        length = copy_in(desk, 0, best, 0, 0, 1 + int(rng.random() * best.length[0]))
-        length = detour(task, desk, rng, length, threshold, retries)
-        length = cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
-        price = judge(task, desk, length)
+        length = copy_in(workspace, 0, best, 0, 0, 1 + int(rng.random() * best.length[0]))
+        length = detour(task, workspace, rng, length, threshold, retries)
+        length = cut_loops(workspace, 0, generate(task, workspace, rng, length, task.goal, threshold))
+        price = judge(task, workspace, length)
         if price < best.cost[0]:
-            put(best, 0, desk, length, price)
+            put(best, 0, workspace, length, price)
 
 
 # [end]

@@ -14,8 +14,8 @@ from scipy.sparse.csgraph import dijkstra
 
 import skyverse as sky
 from skyverse import cost
-from skyverse.model.result import Effort, no_history
-from skyverse.planners.base import planned_any_angle, provenance
+from skyverse.planners.base import provenance
+from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.referee import soft
 from skyverse.search.lattice_astar import prices_to, shortest_route
 from skyverse.space.lattice import positions
@@ -189,8 +189,8 @@ def test_terms_that_are_not_priced_are_not_there():
 def test_the_referee_names_a_term_that_is_not_what_the_path_costs(name):
     scenario = field(*ZONES, **ALL)
     path = np.array([(0, 0, 0), (4, 6, 5), (10, 10, 10)], float)
-    origin = provenance("by hand", None, None)
-    right = planned_any_angle(sky.Problem(scenario), path, None, Effort(), 0.0, no_history(), "finished", origin)
+    record = SearchRecord(provenance("by hand", None, None))
+    right = any_angle_result(sky.Problem(scenario), path, None, record)
     assert sky.check_result(scenario, 0, 0, right) == []
     told = right.terms | {name: right.terms[name] - 0.01}
     wrong = dataclasses.replace(right, terms=told, cost=sum(told.values()))

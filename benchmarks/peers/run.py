@@ -12,8 +12,8 @@ import numpy as np
 from problems import case
 
 import skyverse as sky
-from skyverse.model.result import Effort, no_history
-from skyverse.planners.base import planned_any_angle, provenance
+from skyverse.planners.base import provenance
+from skyverse.planners.results import SearchRecord, any_angle_result
 
 
 def say(**facts: object) -> None:
@@ -36,8 +36,8 @@ def faults(scenario: sky.Scenario, path: np.ndarray | None) -> list[str] | None:
     """Return what the referee finds wrong with a path, ``None`` where there is none."""
     if path is None:
         return None
-    origin = provenance("peer", None, None)
-    result = planned_any_angle(sky.Problem(scenario), path, None, Effort(), 0.0, no_history(), "finished", origin)
+    record = SearchRecord(provenance("peer", None, None))
+    result = any_angle_result(sky.Problem(scenario), path, None, record)
     return [violation.message for violation in sky.check_result(scenario, 0, 0, result)]
 
 

@@ -74,12 +74,12 @@ from .model.verdict import Fault as Fault
 from .model.verdict import Verdict as Verdict
 from .model.verdict import Violation as Violation
 from .planners.astar import AStar as AStar
-from .planners.base import Metaheuristic as Metaheuristic
 from .planners.base import Planner as Planner
 from .planners.bbo import BBO as BBO
 from .planners.gso import GSO as GSO
 from .planners.hybrid import HybridMVO as HybridMVO
 from .planners.lattice import LatticeSearch as LatticeSearch
+from .planners.metaheuristic import Metaheuristic as Metaheuristic
 from .planners.mvo import MVO as MVO
 from .planners.restart import RandomRestart as RandomRestart
 from .planners.taut import Taut as Taut

@@ -1,4 +1,4 @@
-"""When a run ends: stateless rules over counted progress; ``a | b`` ends at whichever comes first."""
+"""When a run ends: stateless rules over counted progress; ``a | b`` ends a run at whichever rule is met first."""
 
 import math
 import threading
@@ -12,16 +12,16 @@ from skyverse.model.result import CANCELLED
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a run stands.
+    """What a run has done so far.
 
     Attributes
     ----------
     iterations, generated_paths, generated_nodes, evaluations
-        Done so far.
+        How many there have been.
     seconds
         Wall-clock seconds since the run began.
     cost
-        The best so far.
+        The lowest cost so far.
     """
 
     iterations: int = 0
@@ -35,8 +35,8 @@ class Progress:
 class Stop(ABC):
     """A rule that ends a run.
 
-    Counted rules also tell how much of their budget is spent, which is what schedules (WEP, TDR) follow;
-    a clock or an event may end a run but never steers it, so that a seed gives one answer on every machine.
+    A counted rule also tells which share of its budget is spent, because schedules (WEP, TDR) follow that share. A
+    clock or an event may end a run but never steers it, so that a seed gives the same answer on every machine.
     """
 
     @abstractmethod
@@ -62,7 +62,7 @@ class Stop(ABC):
 
 @dataclass(frozen=True)
 class Either(Stop):
-    """Ends at whichever of two rules comes first."""
+    """Ends a run at whichever of two rules is met first."""
 
     first: Stop
     second: Stop
@@ -131,13 +131,13 @@ class MaxPaths(_Counted):
 
 
 class MaxNodes(_Counted):
-    """End once so many nodes were generated; the walk that crosses the line is finished."""
+    """End once so many nodes have been generated; the walk that reaches the limit is finished."""
 
     _counter: ClassVar[str] = "generated_nodes"
 
 
 class MaxEvaluations(_Counted):
-    """End after so many objective values."""
+    """End after so many evaluations of the objective."""
 
     _counter: ClassVar[str] = "evaluations"
 
@@ -206,7 +206,7 @@ class Cancelled(Stop):
 
 
 class OnIteration(Protocol):
-    """Called after every iteration, for progress bars and live pictures."""
+    """A function that is called after every iteration, for progress bars and live pictures."""
 
     def __call__(self, progress: Progress, /) -> None:
         """Take note of the progress."""

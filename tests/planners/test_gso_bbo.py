@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.planners import bbo, gso, moves
+from skyverse.planners.base import provenance
 
 RUNS = 50
 PUBLISHED = [  # Tables 4.2 to 4.4, 20 runs a cell: map, population, iterations, BBO, GSO: mean and deviation each
@@ -63,7 +64,8 @@ def test_random_points_alone_are_worse_than_bbo_on_the_map_of_many_walls():
 
 def opened(planner, name="map1", rng=3):
     """A run of the planner that has begun."""
-    run = planner._open(problem(name), sky.MaxIterations(10), np.random.default_rng(rng))
+    stop = sky.MaxIterations(10)
+    run = planner.open_run(problem(name), stop, np.random.default_rng(rng), provenance("", stop, rng))
     memory = planner.begin(run)
     return run, memory
 
@@ -129,8 +131,8 @@ def test_a_graft_is_a_path_without_loops_that_holds_parts_of_both(seed):
         planner.step(run, 0.5)
     i, j = 1, 2
     rng = np.random.default_rng(seed)
-    length = moves.graft(run.task, run.desk, rng, run.paths, i, j, 100)
-    path = run.desk.draft[:length].tolist()
+    length = moves.graft(run.task, run.workspace, rng, run.paths, i, j)
+    path = run.workspace.draft[:length].tolist()
     assert path[0] == run.task.source
     assert len(set(path)) == length
     grid = run.task.grid
@@ -152,13 +154,12 @@ def test_ranking_is_stable(costs):
 
 def test_compiled_and_plain_give_the_same_graft_and_reroute():
     run, _ = opened(sky.BBO(habitats=4))
-    for kernel, last in ((moves.graft, (100,)), (moves.reroute, (100, 100))):
+    for kernel, others in ((moves.graft, (1, 2)), (moves.reroute, (1,))):
         plain = getattr(kernel, "py_func", kernel)
         drafts = []
         for function in (kernel, plain):
-            between = (1, 2) if kernel is moves.graft else (1,)
-            length = function(run.task, run.desk, np.random.default_rng(5), run.paths, *between, *last)
-            drafts.append(run.desk.draft[:length].tolist())
+            length = function(run.task, run.workspace, np.random.default_rng(5), run.paths, *others)
+            drafts.append(run.workspace.draft[:length].tolist())
         assert drafts[0] == drafts[1]
 
 

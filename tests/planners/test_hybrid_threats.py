@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.planners import straight
 from skyverse.planners.base import provenance
-from skyverse.planners.joints import small_move
+from skyverse.planners.polyline_moves import small_move
+from skyverse.planners.straight_legs import open_straight_run
 from skyverse.trajectory import fly_along
 from worlds import ROOM, scenarios
 
@@ -111,7 +111,7 @@ def test_small_moves_keep_the_ends_the_bounds_and_the_room(seed, n, reach):
     scenario = sky.random_threats(9, seed=seed % 7)
     problem = sky.Problem(scenario)
     origin = provenance("by hand", None, None)
-    course = straight.open_run(problem, BUDGET, rng, origin, 1, 4, 100.0).task
+    course = open_straight_run(problem, BUDGET, rng, origin, population=1, joints=4, collision=100.0).task
     path = np.full((6, 3), np.nan)
     path[:n] = rng.uniform(0, 200, (n, 3))
     ends = path[[0, n - 1]].copy()

@@ -94,7 +94,7 @@ def test_wep_and_tdr_follow_equations_3_8_and_3_9(monkeypatch, form, settings):
     kernel, seen = getattr(mvo, form), []
 
     def watch(*args):
-        seen.append(args[5:7])
+        seen.append(args[5:])
         return kernel(*args)
 
     monkeypatch.setattr(mvo, form, watch)
@@ -103,7 +103,7 @@ def test_wep_and_tdr_follow_equations_3_8_and_3_9(monkeypatch, form, settings):
     planner.plan(sky.Problem(ROOM), stop=sky.MaxIterations(L), rng=0)
     t = np.arange(1, L + 1)
     least, most, p = (settings.get(k, d) for k, d in (("wep_min", 0.2), ("wep_max", 1.0), ("p", 6.0)))
-    np.testing.assert_allclose([wep for wep, _ in seen], least + t * (most - least) / L, rtol=1e-12)
+    np.testing.assert_allclose([wep for wep, *_ in seen], least + t * (most - least) / L, rtol=1e-12)
     if form == "_described":
         np.testing.assert_allclose([tdr for _, tdr in seen], 1 - t ** (1 / p) / L ** (1 / p), atol=1e-12)
 
@@ -123,7 +123,8 @@ def test_case_2_goes_no_farther_than_tdr_of_the_bounds(tdr):
     shape, rng = tuple(grid.shape), np.random.default_rng(0)
     at = (50, 100, 6)
     node = int(np.ravel_multi_index(at, shape))
-    drawn = np.array(np.unravel_index([mvo._node_near(grid, rng, node, tdr) for _ in range(2000)], shape)).T
+    nodes = [moves.random_node_near(grid.exits, *shape, rng, node, tdr, 0.0) for _ in range(2000)]
+    drawn = np.array(np.unravel_index(nodes, shape)).T
     away = np.abs(drawn - at).max(axis=0)
     limit = np.rint(tdr * (np.array(shape) - 1) + 1e-9)
     assert (away <= limit).all()

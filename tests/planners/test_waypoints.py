@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.planners import waypoints
 from skyverse.planners.base import provenance
-from skyverse.planners.optimisers import by_niapy, by_pymoo, cma_es, da, mfo, woa
+from skyverse.planners.optimisers import by_niapy, mfo, woa
+from skyverse.planners.run import lattice_run
 from skyverse.trajectory import fly_along
 from worlds import ROOM, exits_of, neighbours, price_of, scenarios, shape_of
 
@@ -31,19 +32,9 @@ PACKAGES = {
     sky.MFO: None,
     sky.DA: None,
 }
-OPTIMISERS = {
-    cma_es.cma_es: "cma",
-    by_pymoo.pso: "pymoo",
-    by_pymoo.ga: "pymoo",
-    by_pymoo.de: "pymoo",
-    by_niapy.l_shade: "niapy",
-    by_niapy.gwo: "niapy",
-    woa.woa: None,
-    mfo.mfo: None,
-    da.da: None,
-}
+OPTIMISERS = {kind.optimiser: package for kind, package in PACKAGES.items()}
 every_method = pytest.mark.parametrize("kind", PACKAGES, ids=lambda kind: kind.__name__)
-every_optimiser = pytest.mark.parametrize("optimiser", OPTIMISERS, ids=lambda optimiser: optimiser.__name__)
+every_optimiser = pytest.mark.parametrize("optimiser", OPTIMISERS, ids=[kind.__name__ for kind in PACKAGES])
 
 shares = st.integers(0, 64).map(lambda n: n / 64)  # exact numbers, so that halves between two nodes are met exactly
 vectors = st.lists(st.lists(shares, min_size=9, max_size=9), min_size=1, max_size=4).map(np.array)
@@ -59,7 +50,9 @@ def plain(kernel):
 
 
 def opened(problem, stop=STOP, k=3, **settings):
-    return sky.WOA(waypoints=k, **settings)._open(problem, stop, np.random.default_rng(0))
+    planner = sky.WOA(waypoints=k, **settings)
+    capacity = planner.longest(problem.airspace.grid)
+    return lattice_run(problem, planner.task(problem), 0, capacity, stop, np.random.default_rng(0))
 
 
 def digital_line(a, b, connectivity):
@@ -117,27 +110,27 @@ def test_candidates_decode_to_digital_lines_and_cost_what_brute_force_says(scena
     if problem.refusal is not None:
         return
     for kernel, decode in (
-        (waypoints.draw_up, waypoints.decode),
-        (plain(waypoints.draw_up), plain(waypoints.decode)),
+        (waypoints.draft_through, waypoints.decode),
+        (plain(waypoints.draft_through), plain(waypoints.decode)),
     ):
         run = opened(problem)
         cheapest = math.inf
         for x in X:
             nodes, free, metres = walked(problem, x)
-            length, drawn_free, drawn_metres = kernel(run.task, run.desk, x)
+            length, drawn_free, drawn_metres = kernel(run.task, run.workspace, x)
             shape = tuple(shape_of(scenario))
-            np.testing.assert_array_equal(np.transpose(np.unravel_index(run.desk.draft[:length], shape)), nodes)
+            np.testing.assert_array_equal(np.transpose(np.unravel_index(run.workspace.draft[:length], shape)), nodes)
             assert drawn_free == free
             assert drawn_metres == pytest.approx(metres)
             fuel, divergence, _ = price_of(scenario, places(scenario, nodes))
-            (fitness,) = decode(run.task, run.desk, run.best, x[None], collision)
+            (fitness,) = decode(run.task, run.workspace, run.best, x[None], collision)
             assert fitness == pytest.approx(fuel + divergence + collision * metres)
             best = places(scenario, without_loops(nodes[:free]))
             price = sum(price_of(scenario, best, problem.places([problem.goal])[0]))
             cheapest = min(cheapest, price)
             assert run.best.cost[0] == pytest.approx(cheapest)
-        np.testing.assert_array_equal(run.desk.spent[[0, 2]], len(X))
-        assert run.desk.spent[1] == sum(len(walked(problem, x)[0]) - 1 for x in X)
+        np.testing.assert_array_equal(run.workspace.spent[[0, 2]], len(X))
+        assert run.workspace.spent[1] == sum(len(walked(problem, x)[0]) - 1 for x in X)
 
 
 @given(scenarios(most_nodes=6), vectors)
@@ -148,7 +141,7 @@ def test_a_free_candidate_costs_its_fitness_if_it_has_no_loop_and_never_less_tha
     for x in X:
         nodes, free, metres = walked(problem, x)
         run = opened(problem)
-        (fitness,) = waypoints.decode(run.task, run.desk, run.best, x[None], 100.0)
+        (fitness,) = waypoints.decode(run.task, run.workspace, run.best, x[None], 100.0)
         last = run.best.nodes[0, run.best.length[0] - 1]
         if metres == 0.0:
             assert last == problem.goal
@@ -177,15 +170,15 @@ def test_a_draft_has_room_for_the_longest_path_and_no_more():
     corners = {"uavs": (sky.UAV(start=(0, 0, 0)),), "targets": (sky.Target(position=(6, 5, 4)),)}
     problem = sky.Problem(sky.Scenario.model_validate({**dict(ROOM), **corners}))
     run = opened(problem, k=6)
-    length, _, _ = waypoints.draw_up(run.task, run.desk, np.array([1.0, 1, 1, 0, 0, 0] * 3))
-    assert length == len(run.desk.draft)
+    length, _, _ = waypoints.draft_through(run.task, run.workspace, np.array([1.0, 1, 1, 0, 0, 0] * 3))
+    assert length == len(run.workspace.draft)
 
 
 def test_candidates_beyond_the_budget_are_not_looked_at():
     run = opened(sky.Problem(ROOM), stop=sky.MaxPaths(3))
-    fitness = waypoints.decode(run.task, run.desk, run.best, np.random.default_rng(0).random((5, 9)), 100.0)
+    fitness = waypoints.decode(run.task, run.workspace, run.best, np.random.default_rng(0).random((5, 9)), 100.0)
     np.testing.assert_array_equal(np.isfinite(fitness), [True, True, True, False, False])
-    assert run.desk.spent[0] == 3
+    assert run.workspace.spent[0] == 3
 
 
 @pytest.mark.parametrize("name", ["map1", "map3"])
@@ -196,7 +189,7 @@ def test_a_candidate_through_the_optimum_s_corners_costs_the_optimum(name):
     grid = problem.airspace.grid
     x = ((best[turns] - grid.origin) / grid.step / (grid.shape - 1)).reshape(1, -1)
     run = opened(problem, k=len(turns))
-    (fitness,) = waypoints.decode(run.task, run.desk, run.best, x, 100.0)
+    (fitness,) = waypoints.decode(run.task, run.workspace, run.best, x, 100.0)
     assert fitness == run.best.cost[0] == problem.route.price
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 import skyverse as sky
 from skyverse.lab.run_job import Case, Job
-from skyverse.planners.base import Planner, planned, provenance
+from skyverse.planners.base import Planner, provenance
+from skyverse.planners.results import SearchRecord, lattice_result
 
 ROOM = sky.Scenario(
     name="room",
@@ -42,7 +43,8 @@ class Instant(Planner):
         effort = np.arange(self.length) + 1
         history = sky.History(np.full(self.length, route.price), effort, effort, effort)
         counted = sky.Effort(self.length, self.length, self.length)
-        return planned(problem, route.nodes, counted, 0.0, history, "finished", provenance(repr(self), stop, None))
+        record = SearchRecord(provenance(repr(self), stop, None), counted, 0.0, history)
+        return lattice_result(problem, route.nodes, record)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from skyverse.model.result import Result
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
-from skyverse.planners.base import planned_any_angle
+from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 
@@ -131,14 +131,6 @@ def plan_detour(
     trajectory = make_trajectory(walled, planned)
     if trajectory is None:
         return None
-    result = planned_any_angle(
-        Problem(airspace, uav, target),
-        planned.path,
-        None,
-        planned.effort,
-        planned.seconds,
-        planned.history,
-        planned.stopped_by,
-        replace(planned.provenance, planner="Taut, led around others"),
-    )
-    return result, trajectory
+    origin = replace(planned.provenance, planner="Taut, led around others")
+    record = SearchRecord(origin, planned.effort, planned.seconds, planned.history, planned.stopped_by)
+    return any_angle_result(Problem(airspace, uav, target), planned.path, None, record), trajectory

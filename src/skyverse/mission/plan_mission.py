@@ -16,7 +16,8 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
-from skyverse.planners.base import Planner, Seed, provenance, seeded, unplanned
+from skyverse.planners.base import Planner, Seed, provenance, seeded
+from skyverse.planners.results import refused_result
 from skyverse.problem import Airspace, Problem, snap_endpoint
 from skyverse.referee import judge
 from skyverse.search.lattice_astar import prices_to
@@ -95,7 +96,7 @@ def plan_mission(
             if uav and stop is not None and stop.cancelled:  # a planner that ends by itself does not ask
                 interrupted = True
             if interrupted:
-                result = unplanned(problem, Status.NOT_PLANNED, origin)
+                result = refused_result(problem, Status.NOT_PLANNED, origin)
             else:
                 report = None if on_progress is None else partial(on_progress, uav)
                 result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)

@@ -22,6 +22,9 @@ MIN_SEGMENT = 1e-12
 PRICE_ROUNDING = 1e-12
 """Relative: two prices of one lattice state that differ by less are equal, as sums in another order may be."""
 
+GAIN_ROUNDING = 1e-12
+"""Units of a price: a change that loses less counts as equally cheap, because its gain is a difference of sums."""
+
 LENGTH_ROUNDING = 1e-12
 """Relative: a search for a path shorter than a known one also accepts that path itself, whose length is rounded."""
 
@@ -69,6 +72,9 @@ DETOUR_GAIN = 1e-9
 
 MIN_JUMP = 1e-9
 """The share of a path's length below which jumps between its legs are too short to give a direction."""
+
+NOT_DEARER = 1e-9
+"""Units of a price: a detour whose least price exceeds that of the present path by less may still be as cheap."""
 
 WINDOW_CONVERGED = 1e-9
 """Relative: a window of a path is as short as it gets when a search shortens it by less."""

@@ -31,7 +31,7 @@ _HOMES = {
 }
 
 NAMES = tuple(_HOMES)
-"""What planners are called on the command line and in files."""
+"""The names of the planners on the command line and in files."""
 
 
 def make_planner(name: str, **settings: object) -> "Planner":

@@ -1,48 +1,35 @@
-"""The exact answer as a planner."""
+"""The exact optimum on the lattice as a planner."""
 
-import time
 from dataclasses import dataclass
 
-import numpy as np
-
-from skyverse import cost
-from skyverse.model.result import Effort, History, Result, Status
-from skyverse.planners.base import Planner, Seed, planned, provenance, unplanned
+from skyverse.model.result import Effort, Provenance, Result, Status
+from skyverse.numerics.kernel import Stopwatch
+from skyverse.planners.base import DirectPlanner
+from skyverse.planners.results import SearchRecord, lattice_result
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
-from skyverse.stop import OnIteration, Stop
 
 
 @dataclass(frozen=True, kw_only=True)
-class AStar(Planner):
+class AStar(DirectPlanner):
     """A*: the cheapest path on the scenario's lattice under the whole objective, turns and soft terms included.
 
-    It ends by itself; `stop`, `rng` and `on_iteration` are taken for the sake of one call for all planners.
+    It ends by itself: `stop`, `rng` and `on_iteration` have no effect.
 
     References
     ----------
     P. Hart, N. Nilsson, B. Raphael, "A Formal Basis for the Heuristic Determination of Minimum Cost Paths" (1968).
     """
 
-    def plan(
-        self,
-        problem: Problem,
-        *,
-        stop: Stop | None = None,
-        rng: Seed = None,
-        on_iteration: OnIteration | None = None,
-    ) -> Result:
-        """Find a cheapest path; see `Planner.plan`."""
-        origin = provenance(repr(self), None, None)
+    def find(self, problem: Problem, origin: Provenance) -> Result | Status:
+        """Return a cheapest path, or the status that says why there is none."""
         if problem.refusal is not None:
-            return unplanned(problem, problem.refusal, origin)
-        if problem.route is None:  # asked for first, so that the kernel is compiled before the clock starts
-            return unplanned(problem, Status.NO_PATH, origin)
-        began = time.perf_counter()
+            return problem.refusal
+        if problem.route is None:  # asked for first, so that the kernel is loaded before the clock starts
+            return Status.NO_PATH
+        clock = Stopwatch()
         route = shortest_route(problem.airspace.grid, problem.airspace.pricing, problem.source, problem.goal)
-        seconds = time.perf_counter() - began
+        seconds = clock.seconds
         assert route is not None
         effort = Effort(generated_paths=1, generated_nodes=route.expanded, evaluations=1)
-        price = cost.total(problem.airspace.grid, problem.airspace.pricing, route.nodes, problem.goal)
-        history = History(np.array([price]), *(np.array([n]) for n in (1, route.expanded, 1)))
-        return planned(problem, route.nodes, effort, seconds, history, "finished", origin)
+        return lattice_result(problem, route.nodes, SearchRecord(origin, effort, seconds))

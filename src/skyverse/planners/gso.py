@@ -5,20 +5,32 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import kernel
-from skyverse.planners.base import Run, require, require_between
 from skyverse.planners.lattice import LatticeSearch
-from skyverse.planners.moves import Desk, Paths, Task, adopt, exhausted, graft, reroute
+from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, exhausted, graft, reroute
+from skyverse.planners.run import LatticeRun
+from skyverse.planners.settings import require_boolean, require_integer, require_number
 from skyverse.space.lattice import position
 
-SAMPLES = 16
-"""At so many shares of their nodes the distance between two paths is taken."""
+PATH_SAMPLES = 16
+"""The number of nodes of each path between which the distance of two paths is measured."""
 
 
 class Swarm(NamedTuple):
-    """What glowworms remember: luciferin (n,), decision range (n,) metres, and their paths' samples (n, SAMPLES, 3)."""
+    """What n glowworms remember from step to step.
+
+    Attributes
+    ----------
+    luciferin
+        (n,) the attraction of each.
+    reach
+        (n,) metres: the decision range of each.
+    places
+        (n, PATH_SAMPLES, 3) metres: the positions of each path after equal shares of its nodes.
+    """
 
     luciferin: Floats
     reach: Floats
@@ -27,40 +39,40 @@ class Swarm(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class GSO(LatticeSearch):
-    """Glowworm Swarm Optimization: glowworms are paths, which move towards brighter ones in their decision range.
+    """Glowworm Swarm Optimization: glowworms are paths that move towards brighter ones in their decision range.
 
-    The default is the algorithm *as described* in the original paper, on paths, which leave open what moving is:
+    The default is the algorithm *as described* in the original paper. On paths it has to be defined what moving is:
 
-    - **brightness** J is the cost, negated: cheaper is brighter;
-    - **distance** between two paths is the mean distance of the places that they reach after equal shares of their
-      nodes, in metres;
-    - **moving** towards a brighter glowworm takes over a stretch of its path, reached and left by the generator,
-      whether that makes the glowworm brighter or not; glowworms move one after another.
+    - **brightness** J is the negated cost, so that a cheaper path is brighter;
+    - the **distance** between two paths is the mean distance, in metres, between the nodes that they reach after equal
+      shares of their nodes;
+    - **moving** towards a brighter glowworm takes over a stretch of its path, which the generator joins to the rest of
+      the path, whether that makes the glowworm brighter or not. Glowworms move one after another.
 
-    It departs from the paper in what a glowworm does that sees no brighter one: only the brightest of all stays; the
-    others explore, by the thesis's Case 2 (from a random point of the path through a random free point to the goal),
-    and so do all while none has reached the goal.
+    It departs from the paper where a glowworm sees no brighter one. Only the brightest of all stays as it is. The
+    others explore by the thesis's Case 2: the generator continues from a random node of the path through a random free
+    node to the goal. As long as no path reaches the goal, all glowworms explore.
 
-    With ``as_run=True`` it is what was run in the published experiments: brightness was the cost itself, and the
-    distance that between the paths' ends, which is 0 between complete paths; so nobody had neighbours, and every
-    glowworm took Case 2 every time.
+    With ``as_run=True`` the planner does what was run in the published experiments: brightness is the cost itself, and
+    the distance is that between the paths' ends, which is 0 between complete paths. So no glowworm has neighbours, and
+    each one takes Case 2 every time.
 
     Attributes
     ----------
     glowworms
-        The population.
+        The number of glowworms.
     as_run
-        Whether to run what was run, not what is described.
+        Whether to do what was run, instead of what is described.
     luciferin
-        At first, for all.
+        The luciferin of every glowworm at the start.
     decay, gain
         rho and gamma of l = (1 - rho) l + gamma J.
     reach, reach_max
-        The decision range at first, and at most, metres.
+        The decision range at the start, and the largest, metres.
     neighbours
-        n_t: how many are wanted within the decision range.
+        n_t: how many brighter glowworms a decision range should contain.
     beta
-        How fast the range follows that wish, metres a neighbour.
+        How much the range changes for each neighbour too few or too many, metres.
 
     References
     ----------
@@ -80,38 +92,38 @@ class GSO(LatticeSearch):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require(self, "glowworms", 2)
-        require(self, "neighbours", 1)
-        if not isinstance(self.as_run, bool):
-            raise ValueError(f"GSO's as_run is True or False, not {self.as_run!r}")
-        require_between(self, "luciferin", -1e9, 1e9)
-        require_between(self, "decay", 0, 1)
-        require_between(self, "gain", 1e-9, 1e9)
-        require_between(self, "reach_max", 0, 1e9)
-        require_between(self, "reach", 0, self.reach_max)
-        require_between(self, "beta", 0, 1e9)
+        require_integer(self, "glowworms", 2)
+        require_integer(self, "neighbours", 1)
+        require_boolean(self, "as_run")
+        require_number(self, "luciferin", -1e9, 1e9)
+        require_number(self, "decay", 0, 1)
+        require_number(self, "gain", 1e-9, 1e9)
+        require_number(self, "reach_max", 0, 1e9)
+        require_number(self, "reach", 0, self.reach_max)
+        require_number(self, "beta", 0, 1e9)
 
     @property
     def population(self) -> int:
         """How many glowworms there are."""
         return self.glowworms
 
-    def begin(self, run: Run) -> object:
-        """Place the glowworms, equally bright."""
+    def begin(self, run: LatticeRun) -> Swarm:
+        """Generate the first population, and give all glowworms the same luciferin."""
         super().begin(run)
         n = self.glowworms
-        return Swarm(np.full(n, float(self.luciferin)), np.full(n, float(self.reach)), np.empty((n, SAMPLES, 3)))
+        return Swarm(np.full(n, float(self.luciferin)), np.full(n, float(self.reach)), np.empty((n, PATH_SAMPLES, 3)))
 
-    def step(self, run: Run, spent: float) -> None:
+    def step(self, run: LatticeRun, spent: float) -> None:
         """Do one iteration: luciferin, movement, decision range."""
         if self.as_run:
-            _as_run(run.task, run.desk, run.paths, run.best, run.rng, self.repair_threshold, self.retries)
+            _as_run(run.task, run.workspace, run.paths, run.best, run.rng)
         else:
-            swarm: Swarm = run.memory
+            swarm = run.memory
+            assert isinstance(swarm, Swarm)
             _glow(run.task, run.paths, swarm, self.decay, self.gain)
             _move(
                 run.task,
-                run.desk,
+                run.workspace,
                 run.paths,
                 run.best,
                 run.rng,
@@ -119,42 +131,38 @@ class GSO(LatticeSearch):
                 self.reach_max,
                 float(self.neighbours),
                 self.beta,
-                self.repair_threshold,
-                self.retries,
             )
 
 
 @kernel
-def _glow(task: Task, x: Paths, swarm: Swarm, rho: float, gamma: float) -> None:
-    """Update luciferin, l = (1 - rho) l + gamma J, and where the paths lead."""
+def _glow(task: LatticeTask, x: Paths, swarm: Swarm, rho: float, gamma: float) -> None:
+    """Update the luciferin, l = (1 - rho) l + gamma J, and the sampled positions of all paths."""
     for i in range(len(x.length)):
         swarm.luciferin[i] = (1.0 - rho) * swarm.luciferin[i] - gamma * x.cost[i]
-        for s in range(SAMPLES):
-            p = position(task.grid, x.nodes[i, (s + 1) * (x.length[i] - 1) // SAMPLES])
+        for s in range(PATH_SAMPLES):
+            p = position(task.grid, x.nodes[i, (s + 1) * (x.length[i] - 1) // PATH_SAMPLES])
             for axis in range(3):
                 swarm.places[i, s, axis] = p[axis]
 
 
 @kernel
 def _move(
-    task: Task,
-    desk: Desk,
+    task: LatticeTask,
+    workspace: Workspace,
     x: Paths,
     best: Paths,
-    rng: np.random.Generator,
+    rng: Generator,
     swarm: Swarm,
     r_s: float,
     n_t: float,
     beta: float,
-    threshold: int,
-    retries: int,
 ) -> None:
     n = len(x.length)
     luciferin = swarm.luciferin
     brighter = np.empty(n)
     leader = int(np.argmax(luciferin))
     for i in range(n):
-        if exhausted(desk):
+        if exhausted(workspace):
             return
         seen = 0
         total = 0.0
@@ -173,26 +181,25 @@ def _move(
                 if spin >= 0.0 and brighter[j] > 0.0:
                     chosen = j
                     spin -= brighter[j]
-            adopt(task, desk, x, i, best, graft(task, desk, rng, x, i, chosen, threshold))
+            adopt(task, workspace, x, i, best, graft(task, workspace, rng, x, i, chosen))
         elif i != leader:
-            adopt(task, desk, x, i, best, reroute(task, desk, rng, x, i, threshold, retries))
+            adopt(task, workspace, x, i, best, reroute(task, workspace, rng, x, i))
         swarm.reach[i] = min(r_s, max(0.0, swarm.reach[i] + beta * (n_t - seen)))
 
 
 @kernel
 def _distance(swarm: Swarm, i: int, j: int) -> float:
+    """Return the mean distance between the sampled positions of two paths, metres."""
     total = 0.0
-    for s in range(SAMPLES):
+    for s in range(PATH_SAMPLES):
         a, b = swarm.places[i, s], swarm.places[j, s]
         total += math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
-    return total / SAMPLES
+    return total / PATH_SAMPLES
 
 
 @kernel
-def _as_run(
-    task: Task, desk: Desk, x: Paths, best: Paths, rng: np.random.Generator, threshold: int, retries: int
-) -> None:
+def _as_run(task: LatticeTask, workspace: Workspace, x: Paths, best: Paths, rng: Generator) -> None:
     for i in range(len(x.length)):
-        if exhausted(desk):
+        if exhausted(workspace):
             return
-        adopt(task, desk, x, i, best, reroute(task, desk, rng, x, i, threshold, retries))
+        adopt(task, workspace, x, i, best, reroute(task, workspace, rng, x, i))

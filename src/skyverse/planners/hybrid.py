@@ -1,4 +1,4 @@
-"""Our own multiverse: the Multi-Verse Optimizer, repaired where lattice paths ask for it."""
+"""Our own planner: the Multi-Verse Optimizer with repairs for paths."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -6,10 +6,11 @@ from typing import Literal
 
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
-from skyverse.planners.base import Planner, Seed, require
+from skyverse.planners.base import Planner, Seed
 from skyverse.planners.hybrid_lattice import LatticeHybrid
 from skyverse.planners.hybrid_straight import StraightHybrid
 from skyverse.planners.multiverse import Multiverse
+from skyverse.planners.settings import require_integer
 from skyverse.problem import Problem
 from skyverse.stop import OnIteration, Stop
 
@@ -18,52 +19,55 @@ from skyverse.stop import OnIteration, Stop
 class HybridMVO(Multiverse, Planner):
     """The Multi-Verse Optimizer with repairs, each of which can be switched off.
 
-    As in `MVO`: universes are paths, their inflation rate NI is their cost; they are sorted in every iteration; white
-    holes work with probability NI and come from a rank drawn by a roulette wheel, wormholes lead to the best with
-    probability WEP (equation 3.8), TDR (3.9) bounds how far both cases travel, and a change is kept unless it costs
-    more. Unlike there, the best universe changes too. No exact search of the lattice helps, unless it is a seed.
+    As in `MVO`, universes are paths, and their inflation rate NI is their cost. They are sorted in every iteration. A
+    white hole works with probability NI and comes from a rank that a roulette wheel chooses; a wormhole leads to the
+    best universe with probability WEP (equation 3.8); TDR (3.9) bounds how far both cases travel; and a change is kept
+    unless it costs more. Unlike in `MVO`, the best universe changes too. No exact search of the lattice helps, unless
+    it is a seed.
 
-    Universes are lattice paths where the objective counts nodes, paths of straight legs where it is in metres. There,
-    changes are small moves of a path's joints; a universe other than the best may get a little dearer, by a share that
-    falls with TDR; and the last universes are left alone, ever more as the budget is spent.
+    Universes are lattice paths where the objective counts nodes, and paths of straight legs where it is in metres. With
+    straight legs, a change is a small move of a path's joints. A universe other than the best may then get a little
+    dearer, by a share that falls with TDR, and ever more of the dearest universes are left alone as the budget is
+    spent.
 
-    With straight legs, up to half the budget first surveys the field: of 40 places, most of them beside a threat, the
-    ways between are priced one by one, each time the one that is cheapest if legs that no path has shown yet cost only
-    their length. What a priced path shows of its legs is remembered; the cheapest paths become universes.
+    With straight legs, up to half of the budget is first spent on a roadmap of 40 points, most of them beside a threat.
+    Its paths are priced one by one: each time the cheapest, on the assumption that a leg that is in no priced path yet
+    costs no more than its length. The prices of a priced path's legs are recorded, and the cheapest paths become
+    universes.
 
     Attributes
     ----------
     universes
-        The population.
+        The number of universes.
     straighten
-        How often in an iteration each universe tries to fly straight between two of its points, by at most three runs
-        along moves of the lattice. Flights as cheap as what they replace are taken, so that paths drift.
+        How often in an iteration each universe tries to join two of its nodes by at most three straight runs along
+        moves of the lattice. A flight is also kept if it is as cheap as what it replaces, so that paths drift.
     tries
-        How many via-points each universe may draw in an iteration, until one is found that a path could go through
-        without costing more than now. 1 is MVO's.
+        How many via-points each universe may draw in an iteration, until a path through one of them could be as cheap
+        as the universe. `MVO` draws 1.
     rejoin
-        Whether a path goes from the via-point back to a later point of itself. MVO goes on to the goal.
+        Whether a path returns from the via-point to a later node of itself. In `MVO` it continues to the goal.
     segments
-        Whether a white hole takes over only those stretches between common nodes that are cheaper. MVO's takes over
-        the whole path.
+        Whether a white hole takes over only those stretches between common nodes that are cheaper. In `MVO` it takes
+        over the whole path.
     wormholes
-        Whether, with probability WEP, the via-point is drawn within TDR of the best's path instead of its own.
+        Whether, with probability WEP, the via-point is drawn within TDR of the best path instead of the universe's own.
     roam
-        The share of via-points drawn anywhere, however small TDR is; while a universe does not reach the goal, WEP
-        if that is more. 0 is MVO's.
+        The share of via-points that are drawn anywhere, however small TDR is. As long as a universe does not reach the
+        goal, the share is WEP if that is more. `MVO` has 0.
     wep_min, wep_max
         The wormhole existence probability at the start and at the end (equation 3.8).
     p
         The exploitation accuracy in TDR = 1 - (l/L)^(1/p) (equation 3.9).
     seeds
         Planners whose paths join the first population; on the lattice, only lattice paths do. Their effort and seconds
-        are part of the result's.
+        count as the result's.
     legs
         ``"lattice"`` or ``"straight"``; ``None`` follows the objective's unit. `straighten`, `rejoin`, `segments`,
-        `wormholes` and `roam` are about the lattice. With straight legs `tries` is how many small moves a universe
-        makes in an iteration, on average.
+        `wormholes` and `roam` have an effect on the lattice only. With straight legs, `tries` is the mean number of
+        small moves that a universe makes in an iteration.
     joints
-        The most joints of a path of straight legs; more only where a seed has more.
+        The largest number of joints of a path of straight legs, unless a seed has more.
     """
 
     legs: Literal["lattice", "straight"] | None = None
@@ -71,7 +75,7 @@ class HybridMVO(Multiverse, Planner):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require(self, "joints", 1)
+        require_integer(self, "joints", 1)
         if self.legs not in (None, "lattice", "straight"):
             raise ValueError(f"HybridMVO's legs is 'lattice', 'straight' or None, not {self.legs!r}")
 

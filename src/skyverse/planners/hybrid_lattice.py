@@ -5,35 +5,47 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 
 from skyverse import cost
 from skyverse._typing import Floats, Ints
-from skyverse.model.result import Effort, History, Provenance, Result
+from skyverse.model.result import Provenance, Result
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.planners.base import Run
+from skyverse.numerics.tolerances import DETOUR_GAIN, GAIN_ROUNDING, NOT_DEARER
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
     EVALUATIONS,
-    Desk,
+    LatticeTask,
     Paths,
-    Task,
+    Workspace,
     adopt,
     begin_with,
     copy_in,
     cut_loops,
     generate,
     judge,
+    limit_reached,
     put,
+    random_node_near,
     rank_wheel,
     ranked,
 )
-from skyverse.planners.multiverse import Multiverse, charge
-from skyverse.planners.stretches import Exits, cut_out, flight_price, fly, gain_of, plain, price_of, put_in
+from skyverse.planners.multiverse import Multiverse, charge_seeds
+from skyverse.planners.run import LatticeRun
+from skyverse.planners.subpaths import (
+    begin_stretch,
+    counts_nodes_only,
+    flight_price,
+    fly,
+    gain_of,
+    price_of,
+    replace_stretch,
+)
 from skyverse.problem import Problem
 from skyverse.stop import Stop
 
 
-class Rules(NamedTuple):
+class LatticeSettings(NamedTuple):
     """The settings of one iteration; see `HybridMVO`."""
 
     wep: float
@@ -44,15 +56,14 @@ class Rules(NamedTuple):
     segments: bool
     wormholes: bool
     roam: float
-    threshold: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class LatticeHybrid(Multiverse, LatticeSearch):
     """The engine of `HybridMVO` for lattice paths."""
 
-    def open_run(self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance) -> Run | Result:
-        """Lay out what a run needs, and let the seeds plan: their lattice paths wait in the population."""
+    def open_run(self, problem: Problem, stop: Stop, rng: Generator, origin: Provenance) -> LatticeRun | Result:
+        """Return a run that holds the seeds' lattice paths, or the result where nothing is to be searched."""
         run = super().open_run(problem, stop, rng, origin)
         if isinstance(run, Result):
             return run
@@ -64,33 +75,19 @@ class LatticeHybrid(Multiverse, LatticeSearch):
             indices = np.rint((way - grid.origin) / grid.step).astype(np.int64)
             U.nodes[i, : len(way)] = np.ravel_multi_index(tuple(indices.T), tuple(grid.shape))
             U.length[i] = len(way)
-        return charge(run, results)
+        return charge_seeds(run, results)
 
-    def close_run(
-        self,
-        problem: Problem,
-        run: Run,
-        effort: Effort,
-        seconds: float,
-        history: History,
-        stopped_by: str,
-        origin: Provenance,
-    ) -> Result:
-        """Return the result of the archived best; its seconds are also those of the seeds."""
-        return super().close_run(problem, run, effort, seconds + run.memory, history, stopped_by, origin)
-
-    def begin(self, run: Run) -> object:
+    def begin(self, run: LatticeRun) -> None:
         """Generate the first population, in which the seeds' paths take the first places."""
         ways = [run.paths.nodes[i, :n].copy() for i, n in enumerate(run.paths.length) if n]
         super().begin(run)
         for i, way in enumerate(ways):
-            run.desk.draft[: len(way)] = way
-            adopt(run.task, run.desk, run.paths, i, run.best, len(way))
-        return run.memory
+            run.workspace.draft[: len(way)] = way
+            adopt(run.task, run.workspace, run.paths, i, run.best, len(way))
 
-    def step(self, run: Run, spent: float) -> None:
+    def step(self, run: LatticeRun, spent: float) -> None:
         """Do one iteration."""
-        rules = Rules(
+        settings = LatticeSettings(
             self.wep(spent),
             self.tdr(spent),
             self.straighten,
@@ -99,13 +96,14 @@ class LatticeHybrid(Multiverse, LatticeSearch):
             self.segments,
             self.wormholes,
             float(self.roam),
-            self.repair_threshold,
         )
-        _iterate(run.task, run.desk, run.paths, run.best, run.rng, rules)
+        _iterate(run.task, run.workspace, run.paths, run.best, run.rng, settings)
 
 
 @kernel
-def _iterate(task: Task, desk: Desk, U: Paths, best: Paths, rng: np.random.Generator, rules: Rules) -> None:
+def _iterate(
+    task: LatticeTask, workspace: Workspace, U: Paths, best: Paths, rng: Generator, settings: LatticeSettings
+) -> None:
     n = len(U.length)
     order = ranked(U.cost)
     squares = 0.0
@@ -115,100 +113,114 @@ def _iterate(task: Task, desk: Desk, U: Paths, best: Paths, rng: np.random.Gener
     arrived = best.nodes[0, best.length[0] - 1] == task.goal
     for rank in range(n):
         i = order[rank]
-        if rank and rng.random() * norm < U.cost[i] and not _over(desk.spent, desk.limit):  # r1 < NI(U_i), (3.6)
-            _white_hole(task, desk, U, i, order[rank_wheel(n, rng)], rules.segments)
-        near_best = rules.wormholes and arrived and rng.random() < rules.wep  # r2 < WEP, (3.7)
-        _travel(task, desk, U, i, best, rng, rules, near_best)
-        _straighten(task, desk, U, i, rng, rules.straighten)
-        if U.cost[i] < best.cost[0] - 1e-9:
-            length = cut_loops(desk, 0, begin_with(desk, U, i, U.length[i]))
-            price = cost.total(task.grid, task.pricing, desk.draft[:length], task.goal)
-            put(U, i, desk, length, price)
-            put(best, 0, desk, length, price)
-        if _over(desk.spent, desk.limit):
+        # r1 < NI(U_i), (3.6)
+        if rank and rng.random() * norm < U.cost[i] and not limit_reached(workspace.spent, workspace.limit):
+            _white_hole(task, workspace, U, i, order[rank_wheel(n, rng)], settings.segments)
+        near_best = settings.wormholes and arrived and rng.random() < settings.wep  # r2 < WEP, (3.7)
+        _travel(task, workspace, U, i, best, rng, settings, near_best)
+        _straighten(task, workspace, U, i, rng, settings.straighten)
+        if U.cost[i] < best.cost[0] - DETOUR_GAIN:
+            length = cut_loops(workspace, 0, begin_with(workspace, U, i, U.length[i]))
+            price = cost.total(task.grid, task.pricing, workspace.draft[:length], task.goal)
+            put(U, i, workspace, length, price)
+            put(best, 0, workspace, length, price)
+        if limit_reached(workspace.spent, workspace.limit):
             return
 
 
 @inner
-def _white_hole(task: Task, desk: Desk, U: Paths, i: int, k: int, segments: bool) -> None:
-    """Let universe i take over the cheaper stretches of a better universe k between the nodes that they share."""
+def _white_hole(task: LatticeTask, workspace: Workspace, U: Paths, i: int, k: int, segments: bool) -> None:
+    """Let universe i take over stretches of a better universe k that are cheaper between nodes that both share.
+
+    Without `segments` it takes over the whole path.
+    """
     n, m = U.length[i], U.length[k]
-    if U.cost[k] >= U.cost[i] or n + m > len(desk.draft):
+    if U.cost[k] >= U.cost[i] or n + m > len(workspace.draft):
         return
-    p, q, place = U.nodes[i], U.nodes[k], desk.place
+    p, q, position = U.nodes[i], U.nodes[k], workspace.position
     grid, pricing = task.grid, task.pricing
-    by_nodes = plain(pricing)
+    by_nodes = counts_nodes_only(pricing)
     for j in range(n):
-        place[p[j]] = -1
+        position[p[j]] = -1
     for j in range(m):
-        place[q[j]] = j
-    a, b = 0, 0  # where both paths were at the node last shared
-    length = begin_with(desk, U, i, 1)
+        position[q[j]] = j
+    a, b = 0, 0  # the positions in p and q of the last node that both share
+    length = begin_with(workspace, U, i, 1)
     for j in range(1, n if segments else 0):
-        at = place[p[j]]
+        at = position[p[j]]
         if at <= b:
             continue
         if j == a + 1 and at == b + 1:
-            desk.draft[length] = p[j]
+            workspace.draft[length] = p[j]
             length += 1
         elif (
             at - b < j - a
             if by_nodes
             else price_of(grid, pricing, q[b : at + 1]) < price_of(grid, pricing, p[a : j + 1])
         ):
-            length = copy_in(desk, length, U, k, b + 1, at + 1)
+            length = copy_in(workspace, length, U, k, b + 1, at + 1)
         else:
-            length = copy_in(desk, length, U, i, a + 1, j + 1)
+            length = copy_in(workspace, length, U, i, a + 1, j + 1)
         a, b = j, at
     if cost.total(grid, pricing, q[b:m], task.goal) < cost.total(grid, pricing, p[a:n], task.goal):
-        length = copy_in(desk, length, U, k, b + 1, m)
+        length = copy_in(workspace, length, U, k, b + 1, m)
     else:
-        length = copy_in(desk, length, U, i, a + 1, n)
-    length = cut_loops(desk, 0, length)
-    price = judge(task, desk, length)
+        length = copy_in(workspace, length, U, i, a + 1, n)
+    length = cut_loops(workspace, 0, length)
+    price = judge(task, workspace, length)
     if price <= U.cost[i]:
-        put(U, i, desk, length, price)
+        put(U, i, workspace, length, price)
 
 
 @inner
 def _travel(
-    task: Task, desk: Desk, U: Paths, i: int, best: Paths, rng: np.random.Generator, rules: Rules, near_best: bool
+    task: LatticeTask,
+    workspace: Workspace,
+    U: Paths,
+    i: int,
+    best: Paths,
+    rng: Generator,
+    settings: LatticeSettings,
+    near_best: bool,
 ) -> None:
-    """Lead a stretch of universe i through a point near itself, or near the best, and back to a later point of it.
+    """Lead a stretch of universe i through a random node near itself or near the best, unless that makes it dearer.
 
-    A path that arrives is led straight, another by the generator.
+    A path that reaches the goal flies to the node and back to a later node of itself by straight runs. Any other path
+    walks to the node and on to the goal by the generator.
     """
-    grid, pricing, draft, spent, limit = task.grid, task.pricing, desk.draft, desk.spent, desk.limit
+    grid, pricing, draft, spent, limit = task.grid, task.pricing, workspace.draft, workspace.spent, workspace.limit
     exits, offsets, moves = grid.exits, grid.offsets, grid.moves
     nx, ny, nz = grid.shape[0], grid.shape[1], grid.shape[2]
-    diagonal, by_nodes = len(offsets) > 6, plain(pricing)
+    diagonal, by_nodes = len(offsets) > 6, counts_nodes_only(pricing)
     row, n = U.nodes[i], U.length[i]
     arrived = row[n - 1] == task.goal
-    roam = rules.roam if arrived or rules.roam == 0.0 else max(rules.roam, rules.wep)
-    for _ in range(rules.tries):
-        if _over(spent, limit):
+    roam = settings.roam if arrived or settings.roam == 0.0 else max(settings.roam, settings.wep)
+    for _ in range(settings.tries):
+        if limit_reached(spent, limit):
             return
         a, b = int(rng.random() * n), n - 1
-        if arrived and rules.rejoin:
+        if arrived and settings.rejoin:
             b = min(b, a + 1 + int(rng.random() * (b - a)))
         near = row[a]
         if near_best:
             near = best.nodes[0, min(best.length[0] - 1, int((a + rng.random() * (b - a)) * best.length[0] / n))]
-        via = _node_near(exits, nx, ny, nz, rng, near, 1.0 if rng.random() < roam else rules.tdr)
-        length = cut_out(draft, row, a)
+        via = random_node_near(exits, nx, ny, nz, rng, near, 1.0 if rng.random() < roam else settings.tdr, 1.0)
+        length = begin_stretch(draft, row, a)
         if arrived:
             price = pricing.first * (b - a) if by_nodes else price_of(grid, pricing, row[a : b + 1])
             least = flight_price(pricing.steps, ny, nz, diagonal, row[a], via)
-            if least + flight_price(pricing.steps, ny, nz, diagonal, via, row[b]) > price + 1e-9:
+            if least + flight_price(pricing.steps, ny, nz, diagonal, via, row[b]) > price + NOT_DEARER:
                 continue
             length = fly(exits, offsets, moves, ny, nz, draft, spent, int(rng.random() * 6), length, via)
             if length:
                 length = fly(exits, offsets, moves, ny, nz, draft, spent, int(rng.random() * 6), length, row[b])
         else:
-            length = generate(task, desk, rng, length, via, rules.threshold)
+            length = generate(task, workspace, rng, length, via, task.repair_threshold)
             if draft[length - 1] != via:
                 continue
-            length = cut_loops(desk, min(1, a), generate(task, desk, rng, length, task.goal, rules.threshold))
+            length = cut_loops(
+                workspace, min(1, a), generate(task, workspace, rng, length, task.goal, task.repair_threshold)
+            )
         if 0 < length < len(draft):
             spent[EVALUATIONS] += 1
             if by_nodes and draft[length - 1] == row[b]:
@@ -220,53 +232,36 @@ def _travel(
 
 
 @inner
-def _over(spent: Ints, limit: Ints) -> bool:
-    return bool(spent[0] >= limit[0] or spent[1] >= limit[1] or spent[2] >= limit[2])
-
-
-@inner
 def _accept(
     lengths: Ints, costs: Floats, i: int, row: Ints, a: int, b: int, draft: Ints, length: int, gain: float
 ) -> None:
-    """Let the draft take the place of nodes a to b of universe i, unless that is dearer."""
+    """Replace nodes a to b of universe i by the draft, unless that makes the universe dearer."""
     n = lengths[i]
-    if gain > -1e-12 and n + length - (b - a + 1) <= len(row):
-        lengths[i] = put_in(row, n, a, b, draft, length)
+    if gain > -GAIN_ROUNDING and n + length - (b - a + 1) <= len(row):
+        lengths[i] = replace_stretch(row, n, a, b, draft, length)
         costs[i] -= gain
 
 
 @inner
-def _node_near(exits: Exits, nx: int, ny: int, nz: int, rng: np.random.Generator, node: int, tdr: float) -> int:
-    """Draw a free node within TDR of the bounds' extent from a node, and at least a step, on every axis."""
-    i, j, k = node // (ny * nz), (node // nz) % ny, node % nz
-    for _ in range(100):
-        x = min(max(i + round((2.0 * rng.random() - 1.0) * max(1.0, tdr * (nx - 1))), 0), nx - 1)
-        y = min(max(j + round((2.0 * rng.random() - 1.0) * max(1.0, tdr * (ny - 1))), 0), ny - 1)
-        z = min(max(k + round((2.0 * rng.random() - 1.0) * max(1.0, tdr * (nz - 1))), 0), nz - 1)
-        near = (x * ny + y) * nz + z
-        if exits[near]:
-            return near
-    return node
-
-
-@inner
-def _straighten(task: Task, desk: Desk, U: Paths, i: int, rng: np.random.Generator, count: int) -> None:
-    """Fly straight between two points of universe i, so many times; equally cheap flights let a path drift."""
-    grid, pricing, draft, spent, limit = task.grid, task.pricing, desk.draft, desk.spent, desk.limit
+def _straighten(task: LatticeTask, workspace: Workspace, U: Paths, i: int, rng: Generator, count: int) -> None:
+    """Try `count` times to join two nodes of universe i by straight runs that make it no dearer."""
+    grid, pricing, draft, spent, limit = task.grid, task.pricing, workspace.draft, workspace.spent, workspace.limit
     exits, offsets, moves, ny, nz = grid.exits, grid.offsets, grid.moves, grid.shape[1], grid.shape[2]
-    diagonal, by_nodes = len(offsets) > 6, plain(pricing)
+    diagonal, by_nodes = len(offsets) > 6, counts_nodes_only(pricing)
     row = U.nodes[i]
-    order = int(rng.random() * 6)  # one for all: turns wander to one end, where they meet and vanish
+    order = int(
+        rng.random() * 6
+    )  # one order for all flights, so that turns move to one end of the path, where they merge
     for _ in range(count):
         n = U.length[i]
-        if n < 3 or _over(spent, limit):
+        if n < 3 or limit_reached(spent, limit):
             return
         a = int(rng.random() * (n - 2))
         b = min(n - 1, a + 2 + int(rng.random() * 0.3 * n))
         price = pricing.first * (b - a) if by_nodes else price_of(grid, pricing, row[a : b + 1])
-        if flight_price(pricing.steps, ny, nz, diagonal, row[a], row[b]) > price + 1e-9:
+        if flight_price(pricing.steps, ny, nz, diagonal, row[a], row[b]) > price + NOT_DEARER:
             continue
-        length = fly(exits, offsets, moves, ny, nz, draft, spent, order, cut_out(draft, row, a), row[b])
+        length = fly(exits, offsets, moves, ny, nz, draft, spent, order, begin_stretch(draft, row, a), row[b])
         if length:
             spent[EVALUATIONS] += 1
             if by_nodes:

@@ -1,34 +1,36 @@
-"""Metaheuristics on lattice paths: what they have in common besides their loop."""
+"""What metaheuristics on lattice paths have in common besides their loop."""
 
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
+from numpy.random import Generator
 
 from skyverse.numerics.kernel import kernel
-from skyverse.planners.base import Metaheuristic, Run, require
-from skyverse.planners.moves import Desk, Paths, Task, adopt, begin_at, exhausted, generate
+from skyverse.planners.metaheuristic import Metaheuristic
+from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, generate
+from skyverse.planners.run import LatticeRun
+from skyverse.planners.settings import require_integer
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid
 
 
 @dataclass(frozen=True, kw_only=True)
-class LatticeSearch(Metaheuristic):
+class LatticeSearch(Metaheuristic[LatticeRun]):
     """A population of lattice paths.
 
-    A method is a subclass with `population` and `step`, and `begin` if it remembers more than paths from step to
-    step, or does not start from generated ones.
+    A method is a subclass with `population` and `step`. It also has `begin` if it remembers more than paths from step
+    to step, or if it does not start from generated paths.
 
     Attributes
     ----------
     generator
         ``"goal-directed"`` (the thesis's Algorithm 2) or ``"uniform"`` (Algorithm 1).
     threshold
-        N: a walk gives up after so many non-viable steps; Algorithm 1 after so many nodes.
+        N: a walk of Algorithm 2 gives up after so many non-viable steps, one of Algorithm 1 after so many nodes.
     repair_threshold
-        The same for the walks that change a path.
+        The same for walks that change a path.
     retries
-        How often a walk to a drawn point is tried again, with another point, when it gives up.
+        How often a walk to a random node that gives up is replaced by a walk to another node.
     """
 
     generator: Literal["goal-directed", "uniform"] = "goal-directed"
@@ -40,27 +42,28 @@ class LatticeSearch(Metaheuristic):
         if self.generator not in ("goal-directed", "uniform"):
             raise ValueError(f"generator is 'goal-directed' or 'uniform', not {self.generator!r}")
         for name in ("threshold", "repair_threshold", "retries"):
-            require(self, name, 1)
+            require_integer(self, name, 1)
 
-    def begin(self, run: Run) -> object:
+    def begin(self, run: LatticeRun) -> object:
         """Generate the first population."""
-        _populate(run.task, run.desk, run.rng, run.paths, run.best)
+        _populate(run.task, run.workspace, run.rng, run.paths, run.best)
         return None
 
     def longest(self, grid: Grid) -> int:
-        """Return how many nodes a path under construction may have: those of four walks."""
+        """Return how many nodes a path under construction may have: as many as four walks."""
         walk = int(grid.shape.sum()) + 2 * max(self.threshold, self.repair_threshold) + 2
         return min(4 * walk, 2 * len(grid.exits) + 2)
 
-    def task(self, problem: Problem) -> Task:
+    def task(self, problem: Problem) -> LatticeTask:
         """Return what is sought, and how paths are generated."""
-        return super().task(problem)._replace(directed=self.generator == "goal-directed", threshold=self.threshold)
+        task = super().task(problem)._replace(directed=self.generator == "goal-directed", threshold=self.threshold)
+        return task._replace(repair_threshold=self.repair_threshold, retries=self.retries)
 
 
 @kernel
-def _populate(task: Task, desk: Desk, rng: np.random.Generator, paths: Paths, best: Paths) -> None:
+def _populate(task: LatticeTask, workspace: Workspace, rng: Generator, paths: Paths, best: Paths) -> None:
     for i in range(len(paths.length)):
-        if i and exhausted(desk):
-            return  # the run ends before anybody looks at the paths that are missing
-        length = generate(task, desk, rng, begin_at(desk, task.source), task.goal, task.threshold)
-        adopt(task, desk, paths, i, best, length)
+        if i and exhausted(workspace):
+            return  # the run ends before the missing paths are used
+        length = generate(task, workspace, rng, begin_at(workspace, task.source), task.goal, task.threshold)
+        adopt(task, workspace, paths, i, best, length)

@@ -1,11 +1,12 @@
-"""Lattice paths: generate, splice, cut loops, judge. The operators that all metaheuristics share.
+"""Operators on lattice paths that the metaheuristics share: generate, splice, cut loops, price.
 
-Paths are rows of node numbers in arrays made once a run; nothing is allocated while it lasts.
+A path is a row of node numbers. All arrays are made at the start of a run, so that an iteration allocates nothing.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from skyverse import cost
@@ -14,24 +15,35 @@ from skyverse.cost import Pricing
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.space.lattice import Grid
 
+Exits = NDArray[np.int32]
 Marks = NDArray[np.uint8]
-Places = NDArray[np.int32]
-PATHS, NODES, EVALUATIONS = 0, 1, 2
+Positions = NDArray[np.int32]
 
-# of six moves given as bits: how many they are, and which is the first, the second ...
+PATHS, NODES, EVALUATIONS = 0, 1, 2
+"""Where `Workspace.spent` and `Workspace.limit` hold each counter."""
+
+# for every set of the six moves, given as bits: how many moves it has, and its moves in order
 _CHOICES = np.array([bits.bit_count() for bits in range(64)], np.uint8)
 _CHOSEN = np.array([([m for m in range(6) if bits >> m & 1] + [0] * 8)[:8] for bits in range(64)], np.uint8)
 
 
-class Task(NamedTuple):
-    """What is sought, and how paths are generated.
+class LatticeTask(NamedTuple):
+    """What is sought on the lattice, and how paths are generated.
 
     Attributes
     ----------
+    grid, pricing
+        The lattice, and the prices of its paths.
+    source, goal
+        The nodes that a path is to join.
     directed
-        Algorithm 2 (goal-directed) if true, otherwise Algorithm 1 (uniform).
+        Whether walks follow Algorithm 2 (goal-directed) instead of Algorithm 1 (uniform).
     threshold
-        N: the non-viable steps (Algorithm 2) or nodes (Algorithm 1) after which a walk gives up.
+        N: a walk gives up after so many non-viable steps (Algorithm 2) or nodes (Algorithm 1).
+    repair_threshold
+        The same for walks that change a path.
+    retries
+        How often a walk to a random node that gives up is replaced by a walk to another node.
     """
 
     grid: Grid
@@ -40,81 +52,94 @@ class Task(NamedTuple):
     goal: int
     directed: bool = True
     threshold: int = 200
+    repair_threshold: int = 100
+    retries: int = 100
 
 
 class Paths(NamedTuple):
-    """Candidate paths: ``nodes[i, :length[i]]`` costs ``cost[i]``."""
+    """Candidate paths: path i consists of ``nodes[i, :length[i]]`` and costs ``cost[i]``."""
 
     nodes: Ints
     length: Ints
     cost: Floats
 
 
-class Desk(NamedTuple):
+class Workspace(NamedTuple):
     """Working memory of a run.
 
     Attributes
     ----------
     mark, stamp
-        (nodes,) a node belongs to the walk under way if its mark is the stamp, (1,).
-    place
-        (nodes,) where in a path a node is; true only of nodes that are there.
+        (nodes,) and (1,): the current walk has visited a node if the node's mark equals the stamp.
+    position
+        (nodes,) the position of a node in a path; meaningful only for the nodes of that path.
     draft
-        (capacity,) the path being drawn up.
+        (capacity,) the path under construction.
     spent, limit
-        (3,) generated paths, generated nodes, evaluations: so far, and at most.
+        (3,) the generated paths, generated nodes and evaluations so far, and the most that are allowed.
     """
 
     mark: Marks
     stamp: Ints
-    place: Places
+    position: Positions
     draft: Ints
     spent: Ints
     limit: Ints
 
 
 @kernel
-def exhausted(desk: Desk) -> bool:
+def exhausted(workspace: Workspace) -> bool:
     """Tell whether a counted budget is spent."""
-    return (
-        desk.spent[PATHS] >= desk.limit[PATHS]
-        or desk.spent[NODES] >= desk.limit[NODES]
-        or desk.spent[EVALUATIONS] >= desk.limit[EVALUATIONS]
+    return limit_reached(workspace.spent, workspace.limit)
+
+
+@inner
+def limit_reached(spent: Ints, limit: Ints) -> bool:
+    """Tell whether one of the three counters has reached its limit."""
+    return bool(
+        spent[PATHS] >= limit[PATHS] or spent[NODES] >= limit[NODES] or spent[EVALUATIONS] >= limit[EVALUATIONS]
     )
 
 
 @kernel
-def generate(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: int, threshold: int) -> int:
-    """Walk on from the draft's last node towards a goal (Algorithms 1 and 2); return the draft's new length.
+def generate(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, goal: int, threshold: int) -> int:
+    """Continue the draft by a random walk towards a goal (Algorithms 1 and 2), and cut out the walk's loops.
 
-    The goal was reached if the draft now ends there. Loops of the walk are cut out.
+    Returns
+    -------
+    int
+        The draft's new length. The walk reached the goal if the draft now ends there; otherwise it gave up.
     """
-    return _cut(desk, length, _walk(task, desk, rng, length, goal, threshold))
+    return _cut(workspace, length, _walk(task, workspace, rng, length, goal, threshold))
 
 
 @inner
-def _cut(desk: Desk, length: int, walked: int) -> int:
-    """Cut the loops of a walk that began at a length of the draft; a walk that never went back has none."""
-    return cut_loops(desk, length - 1, -walked) if walked < 0 else walked
+def _cut(workspace: Workspace, length: int, walked: int) -> int:
+    """Cut out the loops of a walk that began when the draft was `length` long.
+
+    `walked` is the draft's length after the walk, negative if the walk may have visited a node twice.
+    """
+    return cut_loops(workspace, length - 1, -walked) if walked < 0 else walked
 
 
 @kernel
-def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: int, threshold: int) -> int:
-    """Generate without cutting loops; return the draft's new length, negative if there may be any.
+def _walk(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, goal: int, threshold: int) -> int:
+    """Walk without cutting out loops; return the draft's new length, negative if the walk may have loops.
 
-    Algorithm 2 takes at random one of the unvisited viable neighbours (those nearer to the goal on the axes that the
-    move changes, but never the node just left); failing those any unvisited free neighbour, then a visited viable
-    one, then any. The second and the last count as non-viable.
+    A neighbour is viable if the move to it comes nearer to the goal on every axis that it changes, and if it is not the
+    node just left. Algorithm 2 moves to a random neighbour among the unvisited viable ones. If there are none, it
+    chooses among all unvisited free neighbours, else among the visited viable ones, else among all free ones. The
+    second and the fourth of these count as non-viable steps. Algorithm 1 chooses among all free neighbours.
     """
     offsets, moves, exits, toward = task.grid.offsets, task.grid.moves, task.grid.exits, task.grid.toward
     ny, nz = task.grid.shape[1], task.grid.shape[2]
-    draft, mark = desk.draft, desk.mark
-    desk.spent[PATHS] += 1
-    stamp = desk.stamp[0] + 1
+    draft, mark = workspace.draft, workspace.mark
+    workspace.spent[PATHS] += 1
+    stamp = workspace.stamp[0] + 1
     if stamp == 256:
         mark[:] = 0
         stamp = 1
-    desk.stamp[0] = stamp
+    workspace.stamp[0] = stamp
     node = int(draft[length - 1])
     mark[node] = stamp
     x, y, z = (
@@ -122,13 +147,13 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
         (goal // nz) % ny - (node // nz) % ny,
         goal % nz - node % nz,
     )
-    bits = np.uint64(rng.random() * 2**53) | np.uint64(1)  # a call at every step would cost a quarter of the walk
+    bits = np.uint64(rng.random() * 2**53) | np.uint64(1)  # faster than a call of rng at every step
     not_back = -1
     counted = 0
     looped = 0
     begin = length
     while node != goal and counted <= threshold and length < len(draft) and exits[node]:
-        free = int(np.int64(exits[node]))  # wider, or numba compiles what follows once more
+        free = int(np.int64(exits[node]))  # the wider type keeps numba from compiling what follows twice
         if task.directed:
             code = 13 + 9 * _sign(x) + 3 * _sign(y) + _sign(z)
             viable = free & int(toward[code]) & not_back
@@ -147,7 +172,7 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
             counted += 1
             looped = 1
             choice = free
-        bits ^= bits << np.uint64(13)  # Marsaglia's xorshift
+        bits ^= bits << np.uint64(13)  # Marsaglia's xorshift generator
         bits ^= bits >> np.uint64(7)
         bits ^= bits << np.uint64(17)
         move = _draw(offsets, choice, int(bits >> np.uint64(32)))
@@ -159,7 +184,7 @@ def _walk(task: Task, desk: Desk, rng: np.random.Generator, length: int, goal: i
         mark[node] = stamp
         draft[length] = node
         length += 1
-    desk.spent[NODES] += length - begin
+    workspace.spent[NODES] += length - begin
     return -length if looped else length
 
 
@@ -170,19 +195,19 @@ def _sign(v: int) -> int:
 
 @inner
 def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) -> int:
-    """Keep of some moves, given as bits, those that lead to a node that the walk has not visited."""
+    """Return those of some moves, given as bits, that lead to a node that the walk has not visited."""
     kept = 0
     seen = np.uint8(stamp)
     for m in range(len(offsets)):
         if moves & (1 << m):
-            place = np.uint64(node + offsets[m])  # unsigned, so that numba need not look for an index from the end
+            place = np.uint64(node + offsets[m])  # unsigned, so that numba does not test for a negative index
             kept |= int(np.int64(mark[place] != seen)) << m
     return kept
 
 
 @inner
 def _draw(offsets: Ints, moves: int, share: int) -> int:
-    """Draw one of some moves, given as bits, by a random number of 32 bits."""
+    """Return one of some moves, given as bits, chosen by a random number of 32 bits."""
     if len(offsets) == 6:
         row = np.uint64(moves)
         return int(_CHOSEN[row, np.uint64(share * int(_CHOICES[row]) >> 32)])
@@ -200,68 +225,68 @@ def _draw(offsets: Ints, moves: int, share: int) -> int:
 
 
 @kernel
-def cut_loops(desk: Desk, first: int, length: int) -> int:
-    """Remove from the draft, from a place on, what lies between two visits of a node; return its new length."""
-    draft, place = desk.draft, desk.place
+def cut_loops(workspace: Workspace, first: int, length: int) -> int:
+    """Remove what lies between two visits of a node from the draft, from position `first` on; return its new length."""
+    draft, position = workspace.draft, workspace.position
     kept = first
     for i in range(first, length):
         node = np.uint64(draft[i])
-        before = place[node]
+        before = position[node]
         if first <= before < kept and draft[before] == draft[i]:
             kept = before + 1
         else:
-            place[node] = kept
+            position[node] = kept
             draft[kept] = draft[i]
             kept += 1
     return kept
 
 
 @kernel
-def judge(task: Task, desk: Desk, length: int) -> float:
-    """Return the draft's cost, equation 3.4."""
-    desk.spent[EVALUATIONS] += 1
-    return cost.total(task.grid, task.pricing, desk.draft[:length], task.goal)
+def judge(task: LatticeTask, workspace: Workspace, length: int) -> float:
+    """Return the draft's cost (equation 3.4), and count an evaluation."""
+    workspace.spent[EVALUATIONS] += 1
+    return cost.total(task.grid, task.pricing, workspace.draft[:length], task.goal)
 
 
 @inner
-def begin_at(desk: Desk, node: int) -> int:
-    """Begin the draft with a node; return the draft's length."""
-    desk.draft[0] = node
-    return int(np.int64(1))  # of a literal, numba would make a type of its own, and compile all callers' callees for it
+def begin_at(workspace: Workspace, node: int) -> int:
+    """Let the draft consist of one node; return its length."""
+    workspace.draft[0] = node
+    return int(np.int64(1))  # a literal 1 has a type of its own, for which numba would compile again
 
 
 @inner
-def begin_with(desk: Desk, paths: Paths, i: int, end: int) -> int:
-    """Begin the draft with the nodes of path i up to an end; return the draft's length."""
+def begin_with(workspace: Workspace, paths: Paths, i: int, end: int) -> int:
+    """Let the draft consist of the first `end` nodes of path i; return its length."""
     for j in range(end):
-        desk.draft[j] = paths.nodes[i, j]
+        workspace.draft[j] = paths.nodes[i, j]
     return end
 
 
 @kernel
-def copy_in(desk: Desk, at: int, paths: Paths, i: int, first: int, end: int) -> int:
-    """Copy nodes first:end of path i into the draft at a place; return the draft's new length.
+def copy_in(workspace: Workspace, at: int, paths: Paths, i: int, first: int, end: int) -> int:
+    """Copy nodes first:end of path i into the draft, from position `at` on; return the draft's new length.
 
-    A draft that is full is cut short there: still a path, only one that does not arrive.
+    What exceeds the draft's capacity is left out: the draft is still a path, but one that does not reach the goal.
     """
-    for j in range(first, min(end, first + len(desk.draft) - at)):
-        desk.draft[at] = paths.nodes[i, j]
+    for j in range(first, min(end, first + len(workspace.draft) - at)):
+        workspace.draft[at] = paths.nodes[i, j]
         at += 1
     return at
 
 
 @kernel
-def put(paths: Paths, i: int, desk: Desk, length: int, price: float) -> None:
-    """Let the draft be path i."""
+def put(paths: Paths, i: int, workspace: Workspace, length: int, price: float) -> None:
+    """Replace path i by the draft, whose cost is `price`."""
     for j in range(length):
-        paths.nodes[i, j] = desk.draft[j]
+        paths.nodes[i, j] = workspace.draft[j]
     paths.length[i] = length
     paths.cost[i] = price
 
 
 @kernel
-def random_node(grid: Grid, rng: np.random.Generator) -> int:
-    """Draw a free node."""
+def random_node(grid: Grid, rng: Generator) -> int:
+    """Return a random node from which a move leads."""
     while True:
         node = int(rng.random() * len(grid.exits))
         if grid.exits[node]:
@@ -269,54 +294,76 @@ def random_node(grid: Grid, rng: np.random.Generator) -> int:
 
 
 @kernel
-def detour(task: Task, desk: Desk, rng: np.random.Generator, length: int, threshold: int, retries: int) -> int:
-    """Walk from the draft's end to a free point drawn anywhere; the last try stands even if it gives up."""
+def random_node_near(
+    exits: Exits, nx: int, ny: int, nz: int, rng: Generator, node: int, tdr: float, least: float
+) -> int:
+    """Return a random free node that lies near a node on every axis; the node itself if 100 tries find none.
+
+    Near is within the share TDR of the lattice's extent, or within `least` steps where that is more.
+    """
+    i, j, k = node // (ny * nz), (node // nz) % ny, node % nz
+    for _ in range(100):
+        x = min(max(i + round((2.0 * rng.random() - 1.0) * max(least, tdr * (nx - 1))), 0), nx - 1)
+        y = min(max(j + round((2.0 * rng.random() - 1.0) * max(least, tdr * (ny - 1))), 0), ny - 1)
+        z = min(max(k + round((2.0 * rng.random() - 1.0) * max(least, tdr * (nz - 1))), 0), nz - 1)
+        near = (x * ny + y) * nz + z
+        if exits[near]:
+            return near
+    return node
+
+
+@kernel
+def detour(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, threshold: int, retries: int) -> int:
+    """Continue the draft by a walk to a random free node; return the draft's new length.
+
+    A walk that gives up is replaced by one to another node, at most `retries` times; the last one stays in any case.
+    """
     walked = length
     for _ in range(retries + 1):
         node = random_node(task.grid, rng)
-        walked = _walk(task, desk, rng, length, node, threshold)
-        if desk.draft[abs(walked) - 1] == node:
+        walked = _walk(task, workspace, rng, length, node, threshold)
+        if workspace.draft[abs(walked) - 1] == node:
             break
-    return _cut(desk, length, walked)
+    return _cut(workspace, length, walked)
 
 
 @kernel
-def reroute(task: Task, desk: Desk, rng: np.random.Generator, U: Paths, i: int, threshold: int, retries: int) -> int:
-    """Case 2: follow path i to a random node of it, walk through a free point drawn anywhere, then to the goal."""
-    length = begin_with(desk, U, i, 1 + int(rng.random() * U.length[i]))
-    length = detour(task, desk, rng, length, threshold, retries)
-    return cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
+def reroute(task: LatticeTask, workspace: Workspace, rng: Generator, U: Paths, i: int) -> int:
+    """Draft Case 2: path i up to a random node of it, a walk to a random free node, and a walk to the goal."""
+    length = begin_with(workspace, U, i, 1 + int(rng.random() * U.length[i]))
+    length = detour(task, workspace, rng, length, task.repair_threshold, task.retries)
+    return cut_loops(workspace, 0, generate(task, workspace, rng, length, task.goal, task.repair_threshold))
 
 
 @kernel
-def graft(task: Task, desk: Desk, rng: np.random.Generator, U: Paths, i: int, j: int, threshold: int) -> int:
-    """Draw up path i with a stretch of path j in it; return the draft's length.
+def graft(task: LatticeTask, workspace: Workspace, rng: Generator, U: Paths, i: int, j: int) -> int:
+    """Draft path i with a stretch of path j in it; return the draft's length.
 
-    Path i is followed to a random node; a walk leads to path j, where as large a share of it lies behind; after the
-    stretch another walk leads back to path i. Where a walk gives up, a last one makes for the goal; where the
-    stretch ends with path j, so does the draft.
+    The draft follows path i to a random node. A walk leads to the node of path j before which the same share of path j
+    lies. A stretch of path j of random length follows, and a walk back to path i, unless the stretch reaches the end
+    of path j. Wherever a walk gives up, another one leads to the goal.
     """
     ni, nj = U.length[i], U.length[j]
     a = int(rng.random() * ni)
     p = min(nj - 1, a * nj // ni + 1)
     q = min(nj, p + 1 + int(rng.random() * nj))
-    length = begin_with(desk, U, i, a + 1)
-    length = generate(task, desk, rng, length, U.nodes[j, p], threshold)
-    if desk.draft[length - 1] == U.nodes[j, p]:
-        length = copy_in(desk, length, U, j, p + 1, q)
+    length = begin_with(workspace, U, i, a + 1)
+    length = generate(task, workspace, rng, length, U.nodes[j, p], task.repair_threshold)
+    if workspace.draft[length - 1] == U.nodes[j, p]:
+        length = copy_in(workspace, length, U, j, p + 1, q)
         b = max(a, q * ni // nj)
         if q < nj and b < ni:
-            length = generate(task, desk, rng, length, U.nodes[i, b], threshold)
-            if desk.draft[length - 1] == U.nodes[i, b]:
-                length = copy_in(desk, length, U, i, b + 1, ni)
-    if desk.draft[length - 1] != task.goal:
-        length = generate(task, desk, rng, length, task.goal, threshold)
-    return cut_loops(desk, 0, length)
+            length = generate(task, workspace, rng, length, U.nodes[i, b], task.repair_threshold)
+            if workspace.draft[length - 1] == U.nodes[i, b]:
+                length = copy_in(workspace, length, U, i, b + 1, ni)
+    if workspace.draft[length - 1] != task.goal:
+        length = generate(task, workspace, rng, length, task.goal, task.repair_threshold)
+    return cut_loops(workspace, 0, length)
 
 
 @kernel
 def ranked(costs: Floats) -> Ints:
-    """Return the candidates from the cheapest on; equal ones in their old order."""
+    """Return the indices of candidates in order of cost, (n,); those of equal cost keep their order."""
     order = np.empty(len(costs), np.int64)
     for i in range(len(costs)):
         j = i
@@ -328,8 +375,8 @@ def ranked(costs: Floats) -> Ints:
 
 
 @kernel
-def rank_wheel(n: int, rng: np.random.Generator) -> int:
-    """Draw a rank from 0 on, rank r with a weight of n - r."""
+def rank_wheel(n: int, rng: Generator) -> int:
+    """Return a random rank from 0 to n - 1 by a roulette wheel, on which rank r has the weight n - r."""
     spin = rng.random() * (n * (n + 1) // 2)
     rank = 0
     while rank < n - 1 and spin >= n - rank:
@@ -339,9 +386,9 @@ def rank_wheel(n: int, rng: np.random.Generator) -> int:
 
 
 @kernel
-def adopt(task: Task, desk: Desk, U: Paths, i: int, best: Paths, length: int) -> None:
-    """Judge the draft and let it be path i, and the archived best if it is better."""
-    price = judge(task, desk, length)
-    put(U, i, desk, length, price)
+def adopt(task: LatticeTask, workspace: Workspace, U: Paths, i: int, best: Paths, length: int) -> None:
+    """Price the draft, replace path i by it, and the best path too if the draft is cheaper."""
+    price = judge(task, workspace, length)
+    put(U, i, workspace, length, price)
     if price < best.cost[0]:
-        put(best, 0, desk, length, price)
+        put(best, 0, workspace, length, price)

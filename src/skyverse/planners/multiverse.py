@@ -1,18 +1,23 @@
-"""The settings of a hybrid multiverse, and its schedules: what HybridMVO and its engine share."""
+"""The settings and schedules that `HybridMVO` shares with its engines."""
 
 import dataclasses
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from skyverse.model.result import Result
-from skyverse.planners.base import Planner, Run, require, require_between
+from skyverse.planners.base import Planner
+from skyverse.planners.run import Run
+from skyverse.planners.settings import require_boolean, require_integer, require_number
 from skyverse.problem import Problem
+
+R = TypeVar("R", bound=Run)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Multiverse:
-    """Universes, MVO's two schedules, and the repairs; see `HybridMVO`, which says what each of them is."""
+    """Universes, MVO's two schedules and the repairs; `HybridMVO` describes each setting."""
 
     universes: int = 25
     straighten: int = 5
@@ -27,17 +32,15 @@ class Multiverse:
     seeds: tuple[Planner, ...] = ()
 
     def __post_init__(self) -> None:
-        require(self, "universes", 2)
-        require(self, "straighten", 0)
-        require(self, "tries", 1)
+        require_integer(self, "universes", 2)
+        require_integer(self, "straighten", 0)
+        require_integer(self, "tries", 1)
         for name in ("rejoin", "segments", "wormholes"):
-            value = getattr(self, name)
-            if not isinstance(value, bool):
-                raise ValueError(f"{type(self).__name__}'s {name} is True or False, not {value!r}")
-        require_between(self, "roam", 0, 1)
-        require_between(self, "wep_min", 0, 1)
-        require_between(self, "wep_max", self.wep_min, 1)
-        require_between(self, "p", 1e-3, 1e3)
+            require_boolean(self, name)
+        require_number(self, "roam", 0, 1)
+        require_number(self, "wep_min", 0, 1)
+        require_number(self, "wep_max", self.wep_min, 1)
+        require_number(self, "p", 1e-3, 1e3)
         if not isinstance(self.seeds, tuple) or not all(isinstance(seed, Planner) for seed in self.seeds):
             raise ValueError(f"{type(self).__name__}'s seeds is a tuple of planners, not {self.seeds!r}")
 
@@ -55,12 +58,12 @@ class Multiverse:
         return 1.0 - float(spent ** (1.0 / self.p))
 
     def plan_seeds(self, problem: Problem, rng: np.random.Generator) -> list[Result]:
-        """Let each seed plan, with random numbers of its own."""
+        """Return the results of the seed planners, each of which has random numbers of its own."""
         return [seed.plan(problem, rng=rng.spawn(1)[0]) for seed in self.seeds]
 
 
-def charge(run: Run, seeds: list[Result]) -> Run:
-    """Return the run with the seeds' effort spent; it remembers their seconds."""
+def charge_seeds(run: R, seeds: list[Result]) -> R:
+    """Return the run with the effort and the seconds of the seeds' results added to its own."""
     for result in seeds:
-        run.desk.spent[:] += dataclasses.astuple(result.effort)
-    return dataclasses.replace(run, memory=sum(result.seconds for result in seeds))
+        run.workspace.spent[:] += dataclasses.astuple(result.effort)
+    return dataclasses.replace(run, seeding_seconds=sum(result.seconds for result in seeds))

@@ -1,50 +1,60 @@
-"""Memoryless random restart: the baseline that every metaheuristic has to beat at equal effort."""
+"""Memoryless random restart: the baseline that a metaheuristic has to beat at equal effort."""
 
 from dataclasses import dataclass
 
-import numpy as np
+from numpy.random import Generator
 
 from skyverse.numerics.kernel import kernel
-from skyverse.planners.base import Run, require
 from skyverse.planners.lattice import LatticeSearch
-from skyverse.planners.moves import Desk, Paths, Task, begin_at, cut_loops, detour, exhausted, generate, judge, put
+from skyverse.planners.moves import (
+    LatticeTask,
+    Paths,
+    Workspace,
+    begin_at,
+    cut_loops,
+    detour,
+    exhausted,
+    generate,
+    judge,
+    put,
+)
+from skyverse.planners.run import LatticeRun
+from skyverse.planners.settings import require_integer
 
 
 @dataclass(frozen=True, kw_only=True)
 class RandomRestart(LatticeSearch):
-    """Walk from the start through one random free point to the goal, again and again; keep the best.
+    """Walk from the start through one random free node to the goal, again and again, and keep the best path.
 
     Attributes
     ----------
     samples
-        Paths drawn in an iteration, so that iterations compare with those of a population.
+        How many paths an iteration generates, so that iterations compare with those of a population.
     """
 
     samples: int = 25
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require(self, "samples", 1)
+        require_integer(self, "samples", 1)
 
     @property
     def population(self) -> int:
-        """One path is kept at a time."""
+        """One path is kept."""
         return 1
 
-    def step(self, run: Run, spent: float) -> None:
-        """Draw `samples` paths."""
-        _sample(run.task, run.desk, run.best, run.rng, self.samples, self.repair_threshold, self.retries)
+    def step(self, run: LatticeRun, spent: float) -> None:
+        """Generate `samples` paths."""
+        _sample(run.task, run.workspace, run.best, run.rng, self.samples)
 
 
 @kernel
-def _sample(
-    task: Task, desk: Desk, best: Paths, rng: np.random.Generator, samples: int, threshold: int, retries: int
-) -> None:
+def _sample(task: LatticeTask, workspace: Workspace, best: Paths, rng: Generator, samples: int) -> None:
     for _ in range(samples):
-        if exhausted(desk):
+        if exhausted(workspace):
             return
-        length = detour(task, desk, rng, begin_at(desk, task.source), threshold, retries)
-        length = cut_loops(desk, 0, generate(task, desk, rng, length, task.goal, threshold))
-        price = judge(task, desk, length)
+        length = detour(task, workspace, rng, begin_at(workspace, task.source), task.repair_threshold, task.retries)
+        length = cut_loops(workspace, 0, generate(task, workspace, rng, length, task.goal, task.repair_threshold))
+        price = judge(task, workspace, length)
         if price < best.cost[0]:
-            put(best, 0, desk, length, price)
+            put(best, 0, workspace, length, price)

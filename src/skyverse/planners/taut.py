@@ -1,80 +1,74 @@
-"""Shortest paths of any angle."""
+"""Shortest any-angle paths as a planner."""
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from skyverse._typing import Ints
-from skyverse.cost import make_pricing, terms_of_legs
-from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
+from skyverse.cost import make_pricing
+from skyverse.model.result import Effort, Provenance, Result, Status
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.numerics.kernel import Stopwatch
-from skyverse.planners.base import Planner, Seed, planned_any_angle, provenance, require, unplanned
+from skyverse.planners.base import DirectPlanner
+from skyverse.planners.results import SearchRecord, any_angle_result
+from skyverse.planners.settings import require_integer
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
 from skyverse.search.taut.among_shapes import path_among_shapes
 from skyverse.search.taut.taut_path import least_length, taut_path
 from skyverse.space.lattice import Grid
 from skyverse.space.world import only_boxes
-from skyverse.stop import OnIteration, Stop
 
 
 @dataclass(frozen=True, kw_only=True)
-class Taut(Planner):
-    """A shortest path of straight legs, free of the lattice, from the UAV's start to its target.
+class Taut(DirectPlanner):
+    """A shortest path of straight legs, independent of the lattice, from the UAV's start to its target.
 
-    Where a shortest path among boxes bends, it wraps around an edge of a grown one. A first way is found through the
-    cells of a partition of free space, which is exact: if there is none, no path exists. It is then shortened window
-    by window: A* over points sampled on the edges that a shorter path could touch, with lazy visibility; the bends
-    slide along their edges to where the path is shortest; what that runs into gives further points; until nothing
-    gets shorter. In a window that holds the whole problem that is, but for an unlucky sample, the shortest path.
+    Where a shortest path among boxes bends, it wraps around an edge of a grown box. A first path is found through the
+    cells of a partition of free space, which is exact: if there is no such path, no path exists. It is then shortened
+    window by window. In each window, A* searches over points that are sampled on the edges that a shorter path could
+    touch, with lazy visibility. The bends then slide along their edges to where the path is shortest. Obstacles that
+    block the new path add further points, and the search is repeated until the path gets no shorter. In a window that
+    holds the whole problem the result is the shortest path, unless the sample happens to miss it.
 
-    It prices length alone: turns and other terms are reckoned, but not sought. It ends by itself; `stop`, `rng` and
-    `on_iteration` are taken for the sake of one call for all planners.
+    It minimises length alone; turns and other terms are priced but not minimised. It ends by itself: `stop`, `rng` and
+    `on_iteration` have no effect.
 
-    Its `bound` is proven: the straight line's length, or, where few enough edges are near, the least cost of a way over
-    intervals of edges in which every doubt is settled in the path's favour, raised by Lagrangian relaxation. It is to
-    be read among paths that keep a ten-millionth of a metre of room: through the seam of touching obstacles goes none.
+    Its `bound` is proven. It is the length of the straight line or, where few enough edges are near, the least cost of
+    a path over intervals of edges. There every doubt is decided in favour of a shorter path, and Lagrangian relaxation
+    raises the result. The bound holds for paths that keep a ten-millionth of a metre more than the clearance, so that
+    none of them leads through the seam between obstacles that touch.
 
-    The partition and the edges are made once an `Airspace`; its problems share them.
+    The partition and the edges are computed once for each `Airspace`, and its problems share them.
 
-    Where there are other shapes than boxes and voxels, or a terrain, a few first ways are pulled tight along exact
-    lines of sight, and the shortest is taken: the straight line lifted over all that it crosses, or past it on a side,
-    and, unless that is within a thousandth of the straight line, Lazy Theta*'s and the shortest over the scenario's
-    lattice. Nothing near the answer is shorter by more than about a thousandth,
-    but another way around may be. `NO_PATH` then means that there is none over the lattice at this step, nor over the
-    top or past a side; the bound is the straight line's length.
+    Where there are other shapes than boxes and voxels, or a terrain, a few first paths are shortened along exact lines
+    of sight, and the shortest is the answer. They are the straight line lifted over all that it crosses or led past it
+    on a side and, unless the best of these is within a thousandth of the straight line, the path of Lazy Theta* and the
+    shortest path on the scenario's lattice. No path near the answer is shorter by more than about a thousandth, but a
+    path around the other side of an obstacle may be. `NO_PATH` then means that there is no path on the lattice at this
+    step, and none over the top or past a side. The bound is the length of the straight line.
 
     Attributes
     ----------
     proof
-        How many states the search for that bound may expand, about; 0 leaves it at the straight line.
+        About how many states the search for the bound may expand; with 0 the bound is that of the straight line.
     """
 
     proof: int = 300
 
     def __post_init__(self) -> None:
-        require(self, "proof", 0)
+        require_integer(self, "proof", 0)
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether paths leave the lattice: always."""
         return True
 
-    def plan(
-        self,
-        problem: Problem,
-        *,
-        stop: Stop | None = None,
-        rng: Seed = None,
-        on_iteration: OnIteration | None = None,
-    ) -> Result:
-        """Find a shortest path; see `Planner.plan`."""
-        origin = provenance(repr(self), None, None)
+    def find(self, problem: Problem, origin: Provenance) -> Result | Status:
+        """Return a shortest path, or the status that says why there is none."""
         refusal = problem.any_angle_refusal
         if refusal is not None:
-            return unplanned(problem, refusal, origin)
+            return refusal
         if not only_boxes(problem.airspace.world.space):
             return self._among_shapes(problem, origin)
         space, cells, edges = problem.airspace.world.space, problem.airspace.cells, problem.airspace.edges
@@ -83,16 +77,14 @@ class Taut(Planner):
         least = least_length(space, edges, problem.start, problem.end, found.path, self.proof)
         seconds = clock.seconds
         if len(found.path) == 0:
-            return unplanned(problem, Status.START_SHUT_IN if found.shut_in == 1 else Status.NO_PATH, origin)
+            return Status.START_SHUT_IN if found.shut_in == 1 else Status.NO_PATH
         searches, expanded = (int(n) for n in found.spent)
         effort = Effort(generated_paths=searches, generated_nodes=expanded, evaluations=1)
-        price = sum(terms_of_legs(problem.scenario, problem.airspace.rates, found.path, problem.end).values())
-        history = History(np.array([price]), *(np.array([n]) for n in (searches, expanded, 1)))
         bound = least * problem.scenario.objective.fuel
-        return planned_any_angle(problem, found.path, bound, effort, seconds, history, "finished", origin)
+        return any_angle_result(problem, found.path, bound, SearchRecord(origin, effort, seconds))
 
-    def _among_shapes(self, problem: Problem, origin: Provenance) -> Result:
-        """Find a way that nothing near it shortens, where there is more than boxes."""
+    def _among_shapes(self, problem: Problem, origin: Provenance) -> Result | Status:
+        """Return a path that no small change shortens, where there are other obstacles than boxes and voxels."""
         space, grid = problem.airspace.world.space, problem.airspace.grid
         nodes = problem.source, problem.goal
         clock = Stopwatch()
@@ -101,15 +93,13 @@ class Taut(Planner):
         )
         seconds = clock.seconds
         if len(path) == 0:
-            return unplanned(problem, problem.refusal or Status.NO_PATH, origin)
+            return problem.refusal or Status.NO_PATH
         effort = Effort(generated_paths=3, generated_nodes=expanded, evaluations=1)
         straight = problem.scenario.objective.fuel * math.dist(problem.start, problem.end)
-        result = planned_any_angle(problem, path, straight, effort, seconds, no_history(), "finished", origin)
-        history = History(np.array([result.cost]), *(np.array([n]) for n in dataclasses.astuple(effort)))
-        return dataclasses.replace(result, history=history)
+        return any_angle_result(problem, path, straight, SearchRecord(origin, effort, seconds))
 
 
 def _route(grid: Grid, source: int, goal: int) -> tuple[Ints, int]:
-    """Return the nodes of a shortest route on the lattice, none where there is none, and how many were expanded."""
+    """Return the nodes of a shortest path on the lattice, none where there is no path, and how many were expanded."""
     route = shortest_route(grid, make_pricing(Objective(unit="metres"), grid.step), source, goal)
     return (np.empty(0, np.int64), 0) if route is None else (route.nodes, route.expanded)

@@ -1,9 +1,10 @@
-"""Metaheuristics on waypoints: candidates are vectors of numbers, and any optimiser of such vectors plans."""
+"""Metaheuristics on waypoints: a candidate is a vector of numbers, so that any optimiser of vectors can plan."""
 
 import contextlib
 import importlib.util
 import math
 from abc import abstractmethod
+from collections.abc import Generator
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -12,54 +13,67 @@ import numpy as np
 from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.errors import InputError
-from skyverse.model.result import Effort, History, Provenance, Result
+from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.planners import straight
-from skyverse.planners.base import Metaheuristic, Run, require, require_between
-from skyverse.planners.moves import NODES, PATHS, Desk, Paths, Task, begin_at, cut_loops, exhausted, judge, put
+from skyverse.planners.metaheuristic import Metaheuristic
+from skyverse.planners.moves import (
+    NODES,
+    PATHS,
+    LatticeTask,
+    Paths,
+    Workspace,
+    begin_at,
+    cut_loops,
+    exhausted,
+    judge,
+    put,
+)
 from skyverse.planners.optimisers import Evaluate, Iterations
-from skyverse.planners.straight import Course, Polylines, judge_legs
+from skyverse.planners.run import LatticeRun
+from skyverse.planners.settings import require_integer, require_number
+from skyverse.planners.straight_legs import Polylines, StraightRun, StraightTask, judge_legs, open_straight_run
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid, positions
 from skyverse.stop import Stop
 
 
 class _BudgetSpentError(Exception):
-    """Ends an optimiser in the middle of an iteration; the run ends right after."""
+    """Interrupts an optimiser in the middle of an iteration, after which the run ends."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class WaypointSearch(Metaheuristic):
+class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
     """A population of waypoint vectors, for optimisers of continuous functions.
 
-    A candidate is a vector in [0, 1]^(3 k): k free waypoints, x, y, z each, as shares of the lattice's extent. Its
-    path goes from the start through the nodes nearest to them to the goal, on digital straight lines: one axis per
-    move on a 6-connected lattice, diagonals allowed on a 26-connected one. Obstacles do not bend it.
+    A candidate is a vector in [0, 1]^(3 k). It holds x, y and z of k free waypoints as shares of the lattice's extent.
+    Its path leads from the start through the nodes nearest to the waypoints to the goal, on digital straight lines: a
+    move changes one axis on a 6-connected lattice, and may be diagonal on a 26-connected one. Obstacles do not bend it.
 
-    With ``legs="straight"`` the path leaves the lattice: straight legs from the UAV's true start through the waypoints
-    as they are, shares of the bounds, to its true target. The lattice is not asked for, not even whether it has a path.
+    With ``legs="straight"`` the path leaves the lattice. Straight legs lead from the UAV's true start through the
+    waypoints themselves, which are shares of the bounds, to its true target. The lattice is not used, so that it does
+    not matter whether it has a path.
 
-    - What the optimiser minimises, the *fitness*, is the cost of the whole path, with `collision` added for every metre
-      of moves that the lattice forbids, or inside grown obstacles.
-    - What is archived as the best is the path up to its first forbidden move or leg, its loops cut out on the lattice,
-      at its cost (equation 3.4): a candidate that meets an obstacle is an incomplete path. Of a path without forbidden
-      move and loop, fitness and cost are equal.
+    - The optimiser minimises the *fitness*: the cost of the whole path, and `collision` for every metre of moves that
+      the lattice forbids, or inside grown obstacles.
+    - The best path that is kept is a candidate's path up to its first forbidden move or leg, on the lattice without
+      its loops, and its cost is that of equation 3.4. So a candidate that meets an obstacle is an incomplete path. For
+      a path without forbidden moves and without loops, fitness and cost are equal.
 
     One decoded candidate is one generated path and one evaluation. A method is a subclass with one generator function,
     `optimise`.
 
-    The first population is uniform, each candidate's waypoints then put in order along the line from start to goal. It
-    depends on the seed alone, so methods with equal settings begin with the same candidates.
+    The first population is uniform, but each candidate's waypoints are sorted along the line from start to goal. It
+    depends on the seed alone, so that methods with equal settings begin with the same candidates.
 
     Attributes
     ----------
     waypoints
-        k, the free waypoints of a path.
+        k, the number of a path's free waypoints.
     candidates
-        The population.
+        The number of candidates in the population.
     collision
-        The price of a metre of forbidden moves, or inside obstacles.
+        The price of a metre of forbidden moves, or of a metre inside obstacles.
     legs
         ``"lattice"`` or ``"straight"``.
     """
@@ -70,12 +84,12 @@ class WaypointSearch(Metaheuristic):
     legs: Literal["lattice", "straight"] = "lattice"
 
     library: ClassVar[str] = ""
-    """The package that the method needs and skyverse itself does not, if any."""
+    """The package that the method needs in addition to those of skyverse, if any."""
 
     def __post_init__(self) -> None:
-        require(self, "waypoints", 1)
-        require(self, "candidates", 6)
-        require_between(self, "collision", 0, 1e9)
+        require_integer(self, "waypoints", 1)
+        require_integer(self, "candidates", 6)
+        require_number(self, "collision", 0, 1e9)
         if self.legs not in ("lattice", "straight"):
             raise ValueError(f"{type(self).__name__}'s legs is 'lattice' or 'straight', not {self.legs!r}")
         if self.library and importlib.util.find_spec(self.library) is None:
@@ -86,17 +100,17 @@ class WaypointSearch(Metaheuristic):
 
     @abstractmethod
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Evaluate the first population, yield, and do an iteration each time that the share spent is sent.
+        """Evaluate the first population and yield; then do one iteration for each share of the budget that is sent.
 
         Parameters
         ----------
         evaluate
-            Takes (m, d) candidates, clipped to [0, 1], and returns their (m,) fitness. It does not return when the
-            budget is spent: the run is over then.
+            Takes (m, d) candidates, clips them to [0, 1], and returns their (m,) fitness. When the budget is spent it
+            raises an exception instead, which ends the run.
         first
             (candidates, d) the first population.
         rng
-            Where all random numbers come from.
+            The source of all random numbers.
         """
 
     @property
@@ -109,33 +123,23 @@ class WaypointSearch(Metaheuristic):
         return self.legs == "straight"
 
     def longest(self, grid: Grid) -> int:
-        """Return how many nodes a path may have: those of all legs, each across the whole lattice."""
+        """Return how many nodes a path may have: as many as if each leg crossed the whole lattice."""
         return 1 + (self.waypoints + 1) * int((grid.shape - 1).sum())
 
-    def open_run(self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance) -> Run | Result:
-        """Lay out what a run needs, or return the result where there is nothing to search."""
+    def open_run(
+        self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance
+    ) -> LatticeRun | StraightRun | Result:
+        """Return a run without candidates, or the result where nothing is to be searched."""
         if self.legs == "lattice":
             return super().open_run(problem, stop, rng, origin)
-        return straight.open_run(problem, stop, rng, origin, 0, self.waypoints, self.collision)
+        return open_straight_run(
+            problem, stop, rng, origin, population=0, joints=self.waypoints, collision=self.collision
+        )
 
-    def close_run(
-        self,
-        problem: Problem,
-        run: Run,
-        effort: Effort,
-        seconds: float,
-        history: History,
-        stopped_by: str,
-        origin: Provenance,
-    ) -> Result:
-        """Return the result of the archived best."""
-        close = super().close_run if self.legs == "lattice" else straight.close_run
-        return close(problem, run, effort, seconds, history, stopped_by, origin)
-
-    def begin(self, run: Run) -> object:
+    def begin(self, run: LatticeRun | StraightRun) -> Iterations:
         """Start the optimiser on the first population."""
         drawn = run.rng.random((self.candidates, self.waypoints, 3))
-        if self.legs == "lattice":
+        if isinstance(run, LatticeRun):
             extent = (run.task.grid.shape - 1) * run.task.grid.step
             start, goal = positions(run.task.grid, [run.task.source, run.task.goal])
         else:
@@ -145,10 +149,10 @@ class WaypointSearch(Metaheuristic):
 
         def evaluate(candidates: Floats) -> Floats:
             X = np.ascontiguousarray(candidates, dtype=np.float64)
-            if self.legs == "lattice":
-                fitness = decode(run.task, run.desk, run.best, X, float(self.collision))
+            if isinstance(run, LatticeRun):
+                fitness = decode(run.task, run.workspace, run.best, X, float(self.collision))
             else:
-                fitness = decode_straight(run.task, run.desk, run.best, X)
+                fitness = decode_straight(run.task, run.workspace, run.best, X)
             if len(fitness) and fitness[-1] == math.inf:
                 raise _BudgetSpentError
             return fitness
@@ -158,59 +162,60 @@ class WaypointSearch(Metaheuristic):
             next(iterations)
         return iterations
 
-    def step(self, run: Run, spent: float) -> None:
+    def step(self, run: LatticeRun | StraightRun, spent: float) -> None:
         """Let the optimiser do one iteration."""
+        assert isinstance(run.memory, Generator)
         with contextlib.suppress(_BudgetSpentError):
             run.memory.send(spent)
 
 
 def _in_order(X: Floats, line: Floats) -> Floats:
-    """Sort each candidate's waypoints, (m, k, 3), along a line, (3,)."""
+    """Return candidates (m, k, 3) with the waypoints of each sorted along a line of direction (3,)."""
     along = X @ line
     return np.take_along_axis(X, np.argsort(along, axis=1)[:, :, None], axis=1)
 
 
 @kernel
-def decode(task: Task, desk: Desk, best: Paths, X: Floats, collision: float) -> Floats:
-    """Decode (m, 3 k) candidates, archive the best, return their (m,) fitness: infinite where no budget was left."""
+def decode(task: LatticeTask, workspace: Workspace, best: Paths, X: Floats, collision: float) -> Floats:
+    """Decode (m, 3 k) candidates, keep the best path, and return their (m,) fitness: infinite without budget."""
     grid, pricing = task.grid, task.pricing
     fitness = np.full(len(X), math.inf)
     for i in range(len(X)):
-        if exhausted(desk):
+        if exhausted(workspace):
             break
-        length, free, metres = draw_up(task, desk, X[i])
-        desk.spent[PATHS] += 1
-        desk.spent[NODES] += length - 1
-        nodes = desk.draft[:length]
+        length, free, metres = draft_through(task, workspace, X[i])
+        workspace.spent[PATHS] += 1
+        workspace.spent[NODES] += length - 1
+        nodes = workspace.draft[:length]
         fitness[i] = cost.fuel(grid, pricing, nodes) + cost.divergence(grid, pricing, nodes) + collision * metres
-        length = cut_loops(desk, 0, free)
-        price = judge(task, desk, length)
+        length = cut_loops(workspace, 0, free)
+        price = judge(task, workspace, length)
         if price < best.cost[0]:
-            put(best, 0, desk, length, price)
+            put(best, 0, workspace, length, price)
     return fitness
 
 
 @kernel
-def decode_straight(course: Course, desk: Desk, best: Polylines, X: Floats) -> Floats:
-    """Price (m, 3 k) candidates with straight legs; see `decode`."""
-    low, high = course.space.low, course.space.high
+def decode_straight(task: StraightTask, workspace: Workspace, best: Polylines, X: Floats) -> Floats:
+    """Decode (m, 3 k) candidates to paths of straight legs; see `decode`."""
+    low, high = task.space.low, task.space.high
     fitness = np.full(len(X), math.inf)
     path = np.empty((X.shape[1] // 3 + 2, 3))
-    path[0], path[-1] = course.start, course.goal
+    path[0], path[-1] = task.start, task.goal
     for i in range(len(X)):
-        if exhausted(desk):
+        if exhausted(workspace):
             break
         for w in range(X.shape[1] // 3):
             for axis in range(3):
                 share = min(max(X[i, 3 * w + axis], 0.0), 1.0)
                 path[w + 1, axis] = low[axis] + share * (high[axis] - low[axis])
-        fitness[i] = judge_legs(course, desk, best, path)
+        fitness[i] = judge_legs(task, workspace, best, path)
     return fitness
 
 
 @kernel
-def draw_up(task: Task, desk: Desk, x: Floats) -> tuple[int, int, float]:
-    """Draw up the path through the waypoints `x`, (3 k,).
+def draft_through(task: LatticeTask, workspace: Workspace, x: Floats) -> tuple[int, int, float]:
+    """Draft the path on digital straight lines through the waypoints `x`, (3 k,).
 
     Returns
     -------
@@ -219,35 +224,35 @@ def draw_up(task: Task, desk: Desk, x: Floats) -> tuple[int, int, float]:
     free
         How many of them come before the first move that the lattice forbids.
     metres
-        The length of all forbidden moves.
+        The total length of the forbidden moves.
     """
     grid = task.grid
-    length = begin_at(desk, task.source)
+    length = begin_at(workspace, task.source)
     free, metres = length, 0.0
     for w in range(0, len(x), 3):
         node = 0
         for axis in range(3):
             last = grid.shape[axis] - 1
             node = node * grid.shape[axis] + int(min(max(x[w + axis], 0.0), 1.0) * last + 0.5)
-        length, free, metres = _straight(grid, desk.draft, length, free, metres, node)
-    return _straight(grid, desk.draft, length, free, metres, task.goal)
+        length, free, metres = _digital_line(grid, workspace.draft, length, free, metres, node)
+    return _digital_line(grid, workspace.draft, length, free, metres, task.goal)
 
 
 @inner
-def _straight(grid: Grid, draft: Ints, length: int, free: int, metres: float, goal: int) -> tuple[int, int, float]:
-    """Continue the draft to a node on a digital straight line; see `draw_up` for what is returned."""
+def _digital_line(grid: Grid, draft: Ints, length: int, free: int, metres: float, goal: int) -> tuple[int, int, float]:
+    """Continue the draft to a node on a digital straight line; see `draft_through` for the values returned."""
     ny, nz = grid.shape[1], grid.shape[2]
     node = int(draft[length - 1])
-    way = np.array(
+    offset = np.array(
         [goal // (ny * nz) - node // (ny * nz), (goal // nz) % ny - (node // nz) % ny, goal % nz - node % nz]
     )
-    size = np.abs(way)
+    size = np.abs(offset)
     one_axis = len(grid.offsets) == 6
     count = size.sum() if one_axis else size.max()
     done = np.zeros(3, np.int64)
     move = np.zeros(3, np.int64)
     for t in range(1, count + 1):
-        if one_axis:  # the axis whose next unit has its middle nearest
+        if one_axis:  # the axis whose next unit has the nearest middle
             axis = -1
             for a in range(3):
                 if done[a] < size[a] and (axis < 0 or (2 * done[a] + 1) * size[axis] < (2 * done[axis] + 1) * size[a]):
@@ -258,8 +263,8 @@ def _straight(grid: Grid, draft: Ints, length: int, free: int, metres: float, go
             for a in range(3):
                 move[a] = (2 * size[a] * t + count) // (2 * count) - done[a]
         done += move
-        allowed, far = _allowed(grid, node, move * np.sign(way))
-        node += (move[0] * np.sign(way[0]) * ny + move[1] * np.sign(way[1])) * nz + move[2] * np.sign(way[2])
+        allowed, far = _allowed(grid, node, move * np.sign(offset))
+        node += (move[0] * np.sign(offset[0]) * ny + move[1] * np.sign(offset[1])) * nz + move[2] * np.sign(offset[2])
         draft[length] = node
         length += 1
         if not allowed:
@@ -271,7 +276,7 @@ def _straight(grid: Grid, draft: Ints, length: int, free: int, metres: float, go
 
 @inner
 def _allowed(grid: Grid, node: int, move: Ints) -> tuple[bool, float]:
-    """Return whether the lattice allows a move, (3,), from a node, and the move's length, metres."""
+    """Return whether the lattice allows a move (3,) from a node, and the move's length in metres."""
     m = 0
     while grid.moves[m, 0] != move[0] or grid.moves[m, 1] != move[1] or grid.moves[m, 2] != move[2]:
         m += 1

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.planners import straight
 from skyverse.planners.base import provenance
+from skyverse.planners.straight_legs import judge_legs, open_straight_run
 from skyverse.space.world import segment_free
 from skyverse.trajectory import fly_along
 from worlds import ROOM, scenarios
@@ -21,7 +21,10 @@ STOP = sky.MaxIterations(4)
 
 def opened(problem, joints=8, collision=100.0):
     origin = provenance("by hand", None, None)
-    return straight.open_run(problem, sky.MaxPaths(10**6), np.random.default_rng(0), origin, 3, joints, collision)
+    rng = np.random.default_rng(0)
+    return open_straight_run(
+        problem, sky.MaxPaths(10**6), rng, origin, population=3, joints=joints, collision=collision
+    )
 
 
 def metres_inside(scenario, a, b):
@@ -43,7 +46,7 @@ def test_fitness_is_price_and_metres_inside_and_the_free_part_is_kept(scenario, 
         return
     low, high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
     path = np.vstack([problem.start, low + np.array(shares).reshape(-1, 3) * (high - low), problem.end])
-    fitness = straight.judge_legs(run.task, run.desk, run.best, path)
+    fitness = judge_legs(run.task, run.workspace, run.best, path)
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     space = run.task.space  # its obstacles are closed, unless an end touches one
     safe = np.array([segment_free(space, a, b) for a, b in itertools.pairwise(path)])
@@ -62,11 +65,11 @@ def test_fitness_is_price_and_metres_inside_and_the_free_part_is_kept(scenario, 
         assert fitness == pytest.approx(price)
     sampled = [metres_inside(scenario, a, b) for a, b in itertools.pairwise(path)]
     inside, doubt = (sum(part) for part in zip(*sampled, strict=True))
-    without = straight.judge_legs(run.task._replace(collision=0.0), run.desk, run.best, path)
+    without = judge_legs(run.task._replace(collision=0.0), run.workspace, run.best, path)
     closed = scenario.model_copy(update={"clearance": scenario.clearance + 1e-6})  # a leg along a face is inside
     most = sum(sum(metres_inside(closed, a, b)) for a, b in itertools.pairwise(path))
     assert inside - doubt - 1e-6 <= (fitness - without) / 100 <= max(inside + doubt, most) + 1e-6
-    np.testing.assert_array_equal(run.desk.spent, [2, 2 * (len(path) - 1), 2])
+    np.testing.assert_array_equal(run.workspace.spent, [2, 2 * (len(path) - 1), 2])
 
 
 @settings(max_examples=25)

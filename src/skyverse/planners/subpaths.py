@@ -1,26 +1,25 @@
-"""Stretches of lattice paths: straight flights between two nodes, and putting a stretch in another's place.
+"""Stretches of lattice paths: straight flights between two nodes, and the replacement of a stretch by a draft.
 
-These kernels take the arrays that they need, not a `Task` or a `Desk`: handing over one of those takes longer than
-most of what is done here.
+These kernels take single arrays, because handing over a `LatticeTask` or a `Workspace` would take longer than most of
+their work.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.planners.moves import NODES, PATHS, Task
+from skyverse.planners.moves import NODES, PATHS, Exits, LatticeTask
 from skyverse.space.lattice import Grid
 
-Exits = NDArray[np.int32]
 _ORDERS = np.array([(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
+"""All orders of three straight runs."""
 
 
 @inner
-def _leg(diagonal: bool, k: int, x: int, y: int, z: int) -> tuple[int, int, int, int]:
-    """Return the k-th straight run of the way x, y, z: how many moves, and the move's steps on each axis."""
+def _straight_run(diagonal: bool, k: int, x: int, y: int, z: int) -> tuple[int, int, int, int]:
+    """Return the k-th straight run over x, y, z lattice steps: the number of moves, and a move's step on each axis."""
     if not diagonal:
         x, y, z = x * int(k == 0), y * int(k == 1), z * int(k == 2)
     least = max(abs(x), abs(y), abs(z))
@@ -32,13 +31,13 @@ def _leg(diagonal: bool, k: int, x: int, y: int, z: int) -> tuple[int, int, int,
 
 @kernel
 def flight_price(steps: Floats, ny: int, nz: int, diagonal: bool, a: int, b: int) -> float:
-    """Return the fuel of a flight from node a to node b in empty space, which no path between them undercuts."""
+    """Return the fuel of a flight from node a to node b in empty space: no path between them takes less."""
     x, y, z = b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
     if not diagonal:
         return float(abs(x) * steps[1] + abs(y) * steps[2] + abs(z) * steps[4])
     total = 0.0
     for k in range(3):
-        n, ex, ey, ez = _leg(diagonal, k, x, y, z)
+        n, ex, ey, ez = _straight_run(diagonal, k, x, y, z)
         total += n * steps[abs(ex) + 2 * abs(ey) + 4 * abs(ez)]
         x, y, z = x - n * ex, y - n * ey, z - n * ez
     return total
@@ -57,9 +56,14 @@ def fly(
     length: int,
     goal: int,
 ) -> int:
-    """Continue the draft to a node by at most three straight runs, in one of six orders: a generated path.
+    """Continue the draft to the node `goal` by at most three straight runs, in one of six orders.
 
-    Return the draft's new length, 0 where a move is not safe.
+    It counts as a generated path, whether it is safe or not.
+
+    Returns
+    -------
+    int
+        The draft's new length, 0 where a move is not safe or the draft is full.
     """
     diagonal = len(offsets) > 6
     node = int(draft[length - 1])
@@ -68,7 +72,7 @@ def fly(
     n1, m1 = 0, 0
     n2, m2 = 0, 0
     for k in range(3):
-        n, ex, ey, ez = _leg(diagonal, k, x, y, z)
+        n, ex, ey, ez = _straight_run(diagonal, k, x, y, z)
         m = 0
         while n and (moves[m, 0] != ex or moves[m, 1] != ey or moves[m, 2] != ez):
             m += 1
@@ -87,7 +91,7 @@ def fly(
         n, m = (n0, m0) if k == 0 else ((n1, m1) if k == 1 else (n2, m2))
         bit, step = 1 << m, int(offsets[m])
         while n and safe:
-            if exits[np.uint64(node)] & bit:  # unsigned, so that numba need not look for an index from the end
+            if exits[np.uint64(node)] & bit:  # unsigned, so that numba does not test for a negative index
                 node += step
                 draft[length] = node
                 length += 1
@@ -100,15 +104,15 @@ def fly(
 
 
 @inner
-def plain(pricing: Pricing) -> bool:
-    """Tell whether a path costs what its nodes do, one like the other."""
+def counts_nodes_only(pricing: Pricing) -> bool:
+    """Tell whether a path's price is its number of nodes times a constant."""
     same = pricing.first > 0.0 and pricing.steps[1] == pricing.steps[7]
     return bool(same and pricing.turn == 0.0 and not pricing.rates.soft)
 
 
 @inner
 def price_of(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
-    """Return the price of a stretch's moves and turns."""
+    """Return the price of a stretch: its moves, its turns and its soft terms."""
     price = cost.fuel(grid, pricing, nodes) - pricing.first + cost.divergence(grid, pricing, nodes)
     if pricing.rates.soft:
         price += cost.soft(grid, pricing, nodes).sum()
@@ -116,16 +120,25 @@ def price_of(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
 
 
 @kernel
-def cut_out(draft: Ints, row: Ints, a: int) -> int:
-    """Begin the draft with a path's node at place a, and the one before for the turn there; return its length."""
+def begin_stretch(draft: Ints, row: Ints, a: int) -> int:
+    """Let the draft begin with node a of a path, and with the node before it, so that a turn there is priced.
+
+    Returns
+    -------
+    int
+        The draft's length.
+    """
     draft[0] = row[max(0, a - 1)]
     draft[min(1, a)] = row[a]
     return min(1, a) + 1
 
 
 @kernel
-def gain_of(task: Task, row: Ints, n: int, a: int, b: int, draft: Ints, length: int) -> float:
-    """Return by how much a path of n nodes gets cheaper with the draft, begun by `cut_out`, for its nodes a to b."""
+def gain_of(task: LatticeTask, row: Ints, n: int, a: int, b: int, draft: Ints, length: int) -> float:
+    """Return by how much a path of n nodes gets cheaper if its nodes a to b are replaced by the draft.
+
+    The draft was begun by `begin_stretch`.
+    """
     grid, pricing = task.grid, task.pricing
     after = int(b + 1 < n)
     draft[length] = row[min(b + 1, n - 1)]
@@ -135,8 +148,8 @@ def gain_of(task: Task, row: Ints, n: int, a: int, b: int, draft: Ints, length: 
 
 
 @kernel
-def put_in(row: Ints, n: int, a: int, b: int, draft: Ints, length: int) -> int:
-    """Let the draft, begun by `cut_out`, take the place of a path's nodes a to b; return how many it has then."""
+def replace_stretch(row: Ints, n: int, a: int, b: int, draft: Ints, length: int) -> int:
+    """Replace nodes a to b of a path by the draft, which was begun by `begin_stretch`; return the path's new length."""
     before = min(1, a)
     shift = length - before - (b - a + 1)
     if shift > 0:

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse import cost
-from skyverse.planners import stretches
-from skyverse.planners.moves import Task
+from skyverse.planners import subpaths
+from skyverse.planners.moves import LatticeTask
 from skyverse.search.lattice_astar import shortest_route
 from worlds import exits_of, indices_of, scenarios
 
@@ -22,7 +22,7 @@ def test_a_flight_is_safe_as_long_as_the_way_and_turns_twice_at_most(scenario, o
     a, b = (data.draw(st.integers(0, len(indices) - 1)) for _ in range(2))
     draft, spent = np.full(60, a), np.zeros(3, np.int64)
     ny, nz = grid.shape[1], grid.shape[2]
-    length = stretches.fly(grid.exits, grid.offsets, grid.moves, ny, nz, draft, spent, order, 1, b)
+    length = subpaths.fly(grid.exits, grid.offsets, grid.moves, ny, nz, draft, spent, order, 1, b)
     flown = spent[1] + 1
     assert spent[0] == 1
     steps = np.diff(indices[draft[:flown]], axis=0).tolist()
@@ -47,7 +47,7 @@ def test_in_empty_space_a_flight_is_the_cheapest_path(scenario, data):
     grid, pricing = airspace.grid, airspace.pricing
     a, b = (data.draw(st.integers(0, len(grid.exits) - 1)) for _ in range(2))
     diagonal = len(grid.moves) > 6
-    price = stretches.flight_price(pricing.steps, grid.shape[1], grid.shape[2], diagonal, a, b)
+    price = subpaths.flight_price(pricing.steps, grid.shape[1], grid.shape[2], diagonal, a, b)
     np.testing.assert_allclose(price + pricing.first, shortest_route(grid, pricing, a, b).price, atol=1e-9)
 
 
@@ -63,23 +63,19 @@ def test_a_stretch_in_anothers_place_changes_the_cost_by_the_gain(scenario, data
     row[0] = data.draw(node)
     n = 1
     for _ in range(4):
-        n = stretches.fly(
-            grid.exits, grid.offsets, grid.moves, ny, nz, row, spent, data.draw(order), n, data.draw(node)
-        )
+        n = subpaths.fly(grid.exits, grid.offsets, grid.moves, ny, nz, row, spent, data.draw(order), n, data.draw(node))
     a = data.draw(st.integers(0, n - 1))
     b = data.draw(st.integers(a, n - 1))
     goal = data.draw(node)
-    task = Task(grid, pricing, int(row[0]), goal)
+    task = LatticeTask(grid, pricing, int(row[0]), goal)
     path, draft = row[:n].tolist(), np.zeros(300, np.int64)
-    length = stretches.cut_out(draft, row, a)
+    length = subpaths.begin_stretch(draft, row, a)
     end = int(row[b]) if b < n - 1 else data.draw(node)
     for via in (data.draw(node), end):
-        length = stretches.fly(
-            grid.exits, grid.offsets, grid.moves, ny, nz, draft, spent, data.draw(order), length, via
-        )
+        length = subpaths.fly(grid.exits, grid.offsets, grid.moves, ny, nz, draft, spent, data.draw(order), length, via)
     new = path[:a] + draft[min(1, a) : length].tolist() + path[b + 1 :]
-    gain = stretches.gain_of(task, row, n, a, b, draft, length)
-    m = stretches.put_in(row, n, a, b, draft, length)
+    gain = subpaths.gain_of(task, row, n, a, b, draft, length)
+    m = subpaths.replace_stretch(row, n, a, b, draft, length)
     assert row[:m].tolist() == new
     old, now = (cost.total(grid, pricing, np.array(nodes), goal) for nodes in (path, new))
     np.testing.assert_allclose(gain, old - now, atol=1e-8)

@@ -1,0 +1,80 @@
+"""Results made of paths: priced, compared with a lower bound, and given a status."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from skyverse import cost
+from skyverse._typing import Floats, Ints
+from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
+from skyverse.numerics.tolerances import OPTIMALITY_GAP
+from skyverse.problem import Problem
+
+
+@dataclass(frozen=True)
+class SearchRecord:
+    """What a search took and what ended it; the attributes are those of `Result`."""
+
+    provenance: Provenance
+    effort: Effort = field(default_factory=Effort)
+    seconds: float = 0.0
+    history: History = field(default_factory=no_history)
+    stopped_by: str = "finished"
+
+
+def refused_result(problem: Problem, status: Status, origin: Provenance) -> Result:
+    """Return the result of a problem that has no path, for the reason that the status gives."""
+    return Result(
+        status=status,
+        path=np.empty((0, 3)),
+        cost=math.inf,
+        terms={},
+        bound=None,
+        start=problem.start,
+        goal=problem.end,
+        **vars(SearchRecord(origin, stopped_by="refused")),
+    )
+
+
+def lattice_result(problem: Problem, nodes: Ints, record: SearchRecord) -> Result:
+    """Return the result of a path over lattice nodes (n,); its bound is the exact optimum on the lattice."""
+    grid, pricing = problem.airspace.grid, problem.airspace.pricing
+    terms = cost.terms_of_nodes(problem.scenario, grid, pricing, nodes, problem.goal)
+    bound = None if problem.route is None else problem.route.price
+    start, goal = problem.places([problem.source, problem.goal])
+    reached = bool(nodes[-1] == problem.goal)
+    return Result(
+        status=_status(reached, sum(terms.values()), bound),
+        path=problem.places(nodes),
+        cost=sum(terms.values()),
+        terms=terms,
+        bound=bound,
+        start=start,
+        goal=goal,
+        **vars(record),
+    )
+
+
+def any_angle_result(problem: Problem, path: Floats, bound: float | None, record: SearchRecord) -> Result:
+    """Return the result of a path (n, 3) of straight legs from the UAV's start; the bound must be proven, if given."""
+    terms = cost.terms_of_legs(problem.scenario, problem.airspace.rates, path, problem.end)
+    reached = np.array_equal(path[-1], problem.end)
+    return Result(
+        status=_status(reached, sum(terms.values()), bound),
+        path=path,
+        cost=sum(terms.values()),
+        terms=terms,
+        bound=bound,
+        start=problem.start,
+        goal=problem.end,
+        any_angle=True,
+        **vars(record),
+    )
+
+
+def _status(reached: bool, price: float, bound: float | None) -> Status:
+    if not reached:
+        return Status.INCOMPLETE
+    optimal = bound is not None and price <= bound * (1 + OPTIMALITY_GAP)
+    return Status.OPTIMAL if optimal else Status.COMPLETE

@@ -1,0 +1,106 @@
+"""The state of one run of a metaheuristic."""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse.model.result import Result
+from skyverse.planners.moves import LatticeTask, Paths, Workspace
+from skyverse.planners.results import SearchRecord, lattice_result
+from skyverse.problem import Problem
+from skyverse.stop import Stop
+
+_UNLIMITED = 2.0**62
+"""Stands for an infinite limit of a counter: it fits into an int64."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run(ABC):
+    """The state of one run: what is sought, the candidates and the best path so far are in subclasses.
+
+    Attributes
+    ----------
+    workspace
+        Working memory, the effort so far and its limits.
+    rng
+        The source of all random numbers.
+    memory
+        What `Metaheuristic.begin` returned: whatever a method remembers from step to step besides paths.
+    seeding_seconds
+        The seconds that seed planners took before the run.
+    """
+
+    workspace: Workspace
+    rng: np.random.Generator
+    memory: object = None
+    seeding_seconds: float = 0.0
+
+    @property
+    def desk(self) -> Workspace:
+        """The workspace, by its name in version 0.1."""
+        return self.workspace
+
+    @property
+    @abstractmethod
+    def lowest_cost(self) -> float:
+        """The cost of the best path so far."""
+
+    @abstractmethod
+    def result(self, problem: Problem, record: SearchRecord) -> Result:
+        """Return the result that holds the best path."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LatticeRun(Run):
+    """A run whose candidates are lattice paths.
+
+    Attributes
+    ----------
+    task
+        What is sought.
+    paths
+        The population.
+    best
+        One path: the best so far.
+    """
+
+    task: LatticeTask
+    paths: Paths
+    best: Paths
+
+    @property
+    def lowest_cost(self) -> float:
+        """The cost of the best path so far."""
+        return float(self.best.cost[0])
+
+    def result(self, problem: Problem, record: SearchRecord) -> Result:
+        """Return the result that holds the best path."""
+        return lattice_result(problem, self.best.nodes[0, : self.best.length[0]].copy(), record)
+
+
+def lattice_run(
+    problem: Problem, task: LatticeTask, population: int, capacity: int, stop: Stop, rng: np.random.Generator
+) -> LatticeRun:
+    """Return a run with memory for so many candidates, none of which is there yet, of at most `capacity` nodes each."""
+    workspace = make_workspace(stop, len(problem.airspace.grid.exits), capacity)
+    paths, best = _no_paths(population, capacity), _no_paths(1, capacity)
+    return LatticeRun(workspace=workspace, rng=rng, task=task, paths=paths, best=best)
+
+
+def make_workspace(stop: Stop, nodes: int = 0, capacity: int = 0) -> Workspace:
+    """Return the working memory of a run: for a lattice of so many nodes, and drafts of at most `capacity` nodes."""
+    limits = [min(stop.limit(name), _UNLIMITED) for name in ("generated_paths", "generated_nodes", "evaluations")]
+    return Workspace(
+        mark=np.zeros(nodes, np.uint8),
+        stamp=np.zeros(1, np.int64),
+        position=np.zeros(nodes, np.int32),
+        draft=np.empty(capacity, np.int64),
+        spent=np.zeros(3, np.int64),
+        limit=np.array(limits).astype(np.int64),
+    )
+
+
+def _no_paths(count: int, capacity: int) -> Paths:
+    return Paths(np.empty((count, capacity), np.int64), np.zeros(count, np.int64), np.full(count, math.inf))

@@ -1,0 +1,187 @@
+"""Paths of straight legs off the lattice: their task, their run, their price.
+
+The waypoint optimisers and the hybrid multiverse share them.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse import cost
+from skyverse._typing import Floats, Ints
+from skyverse.cost import Rates
+from skyverse.model.result import Provenance, Result
+from skyverse.numerics.kernel import inner, kernel
+from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace
+from skyverse.planners.results import SearchRecord, any_angle_result, refused_result
+from skyverse.planners.run import Run, make_workspace
+from skyverse.problem import Problem
+from skyverse.space import ground, solids
+from skyverse.space.world import Space, point_free, segment_free, without_seams
+from skyverse.stop import Stop
+
+_SAMPLES_PER_LEG = 32
+"""How many points of a leg are tested for being inside an obstacle that is no box."""
+
+
+class StraightTask(NamedTuple):
+    """What is sought: a path from start to goal, (3,) metres each, through a space, at these rates.
+
+    Attributes
+    ----------
+    collision
+        The price of a metre inside an obstacle.
+    """
+
+    space: Space
+    rates: Rates
+    start: Floats
+    goal: Floats
+    collision: float
+
+
+class Polylines(NamedTuple):
+    """Candidate paths: path i consists of ``points[i, :length[i]]``, metres, and costs ``cost[i]``."""
+
+    points: Floats
+    length: Ints
+    cost: Floats
+
+
+def polylines(count: int, capacity: int) -> Polylines:
+    """Return memory for so many polylines of at most `capacity` points, none of which is there yet."""
+    return Polylines(np.empty((count, capacity, 3)), np.zeros(count, np.int64), np.full(count, math.inf))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StraightRun(Run):
+    """A run whose candidates are paths of straight legs.
+
+    Attributes
+    ----------
+    task
+        What is sought.
+    paths
+        The population.
+    best
+        One path: the best so far, collision-free.
+    """
+
+    task: StraightTask
+    paths: Polylines
+    best: Polylines
+
+    @property
+    def lowest_cost(self) -> float:
+        """The cost of the best path so far."""
+        return float(self.best.cost[0])
+
+    def result(self, problem: Problem, record: SearchRecord) -> Result:
+        """Return the result that holds the best path."""
+        path = self.best.points[0, : self.best.length[0]].copy()
+        return any_angle_result(problem, path, lower_bound(problem), record)
+
+
+def open_straight_run(
+    problem: Problem,
+    stop: Stop,
+    rng: np.random.Generator,
+    origin: Provenance,
+    *,
+    population: int,
+    joints: int,
+    collision: float,
+) -> StraightRun | Result:
+    """Return a run with memory for so many paths of so many joints, or the result where nothing is to be searched."""
+    if problem.any_angle_refusal is not None:
+        return refused_result(problem, problem.any_angle_refusal, origin)
+    if np.array_equal(problem.start, problem.end):
+        return any_angle_result(problem, problem.start[None], 0.0, SearchRecord(origin))
+    space = problem.airspace.world.space
+    closed = without_seams(space)
+    if point_free(closed, problem.start) and point_free(closed, problem.end):
+        space = closed  # else an end touches an obstacle, and no leg could leave it
+    task = StraightTask(space, problem.airspace.rates, problem.start, problem.end, float(collision))
+    paths, best = polylines(population, joints + 2), polylines(1, joints + 2)
+    return StraightRun(workspace=make_workspace(stop), rng=rng, task=task, paths=paths, best=best)
+
+
+def joined_to_ends(problem: Problem, path: Floats) -> Floats:
+    """Return a path (n, 3) with the UAV's start before it and its target after it, no point twice in a row."""
+    if np.array_equal(problem.start, problem.end):
+        return problem.start[None]
+    path = np.vstack([problem.start, path, problem.end])
+    return path[np.r_[True, np.any(np.diff(path, axis=0) != 0.0, axis=1)]]
+
+
+def lower_bound(problem: Problem) -> float:
+    """Return what every path costs at least: the straight line's length, and one turn where that line is not safe."""
+    rates = problem.airspace.rates
+    straight = segment_free(problem.airspace.world.space, problem.start, problem.end)
+    return rates.metre * math.dist(problem.start, problem.end) + rates.turn * (not straight)
+
+
+@kernel
+def judge_legs(task: StraightTask, workspace: Workspace, best: Polylines, path: Floats) -> float:
+    """Return the fitness of a path (n, 3) to the goal: its price, and a penalty for its metres inside obstacles.
+
+    The path up to its first leg that is not safe replaces the best path if it is cheaper.
+    """
+    workspace.spent[PATHS] += 1
+    workspace.spent[NODES] += len(path) - 1
+    workspace.spent[EVALUATIONS] += 1
+    free = len(path)
+    metres = 0.0
+    for i in range(1, len(path)):
+        if not segment_free(task.space, path[i - 1], path[i]):
+            free = min(free, i)
+            metres += _metres_inside(task.space, path[i - 1], path[i])
+    price = cost.legs(task.rates, path, task.goal).sum()
+    fitness = price + task.collision * metres
+    if free < len(path):
+        price = cost.legs(task.rates, path[:free], task.goal).sum()
+    if price < best.cost[0]:
+        for i in range(free):
+            best.points[0, i] = path[i]
+        best.length[0] = free
+        best.cost[0] = price
+    return fitness
+
+
+@inner
+def _metres_inside(space: Space, a: Floats, b: Floats) -> float:
+    """Return the metres of a segment inside grown boxes, each counted, and an estimate of those in other obstacles."""
+    total = _share_in_shapes(space, a, b)
+    for i in range(len(space.boxes)):
+        enter, leave = 0.0, 1.0
+        for axis in range(3):
+            low, high = space.boxes[i, axis] - space.clearance, space.boxes[i, axis + 3] + space.clearance
+            step = b[axis] - a[axis]
+            if step == 0.0:
+                if not low < a[axis] < high:
+                    leave = -1.0
+            else:
+                one, other = (low - a[axis]) / step, (high - a[axis]) / step
+                enter, leave = max(enter, min(one, other)), min(leave, max(one, other))
+        total += max(0.0, leave - enter)
+    return total * math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+
+
+@inner
+def _share_in_shapes(space: Space, a: Floats, b: Floats) -> float:
+    """Return an estimate of the share of a segment that lies inside obstacles other than boxes, or in the ground.
+
+    The estimate is never 0 where there are such obstacles, so that every leg that is not safe has a penalty.
+    """
+    if len(space.solids.kind) == 0 and space.ground.heights.size == 0:
+        return 0.0
+    inside = 0
+    p = np.empty(3)
+    for k in range(_SAMPLES_PER_LEG):
+        for axis in range(3):
+            p[axis] = a[axis] + (k + 0.5) / _SAMPLES_PER_LEG * (b[axis] - a[axis])
+        floor = ground.height(space.ground, p[0], p[1]) + space.clearance + space.ground.extra
+        inside += p[2] < floor or solids.containing(space.solids, space.clearance, p[0], p[1], p[2]) >= 0
+    return max(inside, 0.5) / _SAMPLES_PER_LEG
