@@ -48,7 +48,7 @@ def complaint(said):
     return err.removeprefix("skyverse: ").strip()
 
 
-def test_flags_make_a_study_and_the_summary_puts_success_first(compare):
+def test_options_make_a_study_and_the_summary_puts_success_first(compare):
     words = ("map1", "table-4.9-2", "--planner", "mvo", "--planner", "astar", "--runs", 3, "--seed", 5, "--paths", 40)
     code, out, err = compare(*words, "--set", "mvo.universes=5")
     assert code == 0, err
@@ -118,8 +118,8 @@ def test_a_folder_holds_one_study(compare, study):
     ("words", "sentence"),
     [
         (("map1", "study.yaml"), "study.yaml: expected one study file or scenarios, found both"),
-        (("study.yaml", "--paths", 5), "--paths: expected a study file or flags, found both"),
-        (("study.yaml", "--seed", 0), "--seed: expected a study file or flags, found both"),
+        (("study.yaml", "--paths", 5), "--paths: expected a study file or options, found both"),
+        (("study.yaml", "--seed", 0), "--seed: expected a study file or options, found both"),
         (("map1", "--paths", 5, "--iterations", 5), "--paths --iterations: expected one budget"),
         (("map1", "--set", "gso.x=5"), "--set: gso.x: expected a planner that is compared, found 'gso'"),
         (("map1", "--set", "univers=5"), "compare: planners[0]: MVO has no setting 'univers'"),

@@ -60,6 +60,19 @@ def test_help_shows_every_verb_and_each_verb_an_example(skyverse):
         assert f"skyverse {verb}" in out.split("Examples" if "Examples" in out else "Example")[1]
 
 
+def test_the_bare_program_says_what_to_try_first_and_each_of_it_works(skyverse):
+    code, out, err = skyverse()
+    assert (code, err) == (0, "")
+    steps = [line.split()[1:] for line in out.splitlines() if line.startswith("  skyverse ")]
+    assert [words[0] for words in steps] == ["plan", "show", "scenarios"]
+    plan, show, scenarios = steps
+    assert skyverse(*plan, "--planner", "astar")[0] == 0
+    assert skyverse(*show[:-1])[0] == 0
+    assert Path("out/table-4.8.html").is_file()
+    assert skyverse(*scenarios)[0] == 0
+    assert sky.read("mine.yaml") == sky.read("map1")
+
+
 def test_help_imports_neither_numba_nor_scipy():
     code = "import sys\nfrom skyverse.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass\n"
     code += "assert not {'numba', 'scipy', 'numpy', 'plotly', 'matplotlib'} & set(sys.modules)"

@@ -1,4 +1,4 @@
-"""The verb ``compare``: planners over scenarios, budgets and seeds."""
+"""The verb ``compare``: planners compared over scenarios, budgets and seeds."""
 
 import sys
 from pathlib import Path
@@ -6,9 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
+from skyverse.cli.given_scenario import refuse_unsafe
+from skyverse.cli.option_types import Whole
+from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import json_text, table
+from skyverse.cli.study import study_of
 from skyverse.cli.watch import StudyWatch
-from skyverse.cli.words import file_name, refuse_output, refuse_unsafe, study_of, whole_number
 from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
 
@@ -16,10 +20,8 @@ if TYPE_CHECKING:
     from skyverse.lab.rows import Rows
     from skyverse.lab.study import Study
 
-FOUND_WRONG, INTERRUPTED = 1, 130
-RUN = ("scenario", "planner", "budget", "seed", "verdict")
+_JUDGED_COLUMNS = ("scenario", "planner", "budget", "seed", "verdict")
 
-Whole = Annotated[int | None, Parameter(converter=whole_number)]
 asked = Group("Study (instead of a study file)")
 
 
@@ -60,7 +62,8 @@ def compare(
         A planner to compare; repeat for more. By default mvo and random-restart; there are gso, bbo, astar, cma-es,
         pso, ga, de, l-shade, woa, mfo, gwo and da, too.
     settings
-        A setting of all planners, as in `--set universes=50`, or of one, `--set mvo.universes=50`; repeat for more.
+        A setting of all planners, as in `--set universes=50`, or of one, as in `--set mvo.universes=50`; repeat for
+        more.
     runs
         Seeds for each scenario and planner; 30 by default.
     seed
@@ -84,9 +87,9 @@ def compare(
     dask
         The address of a Dask scheduler whose workers share the runs instead.
     export
-        Write the rows to this file, too, .csv or .parquet, and the histories beside it.
+        Write the rows to this file as well, .csv or .parquet, and the histories beside it.
     report
-        Write the report, too.
+        Write the report as well.
     as_json
         Print the summary as JSON.
     """
@@ -117,7 +120,7 @@ def compare(
     if export is not None:
         refuse_export(export)
         refuse_output(export)
-    _claim(folder, study)
+    _keep_study(folder, study)
     watch = StudyWatch(folder)
     try:
         with Rows(folder / "rows.sqlite") as rows:
@@ -136,21 +139,21 @@ def compare(
                 written += write_report(rows, folder, title=study.name)
             if export is not None:
                 written += rows.export(export)
-            judged = rows.select(RUN)
+            judged = rows.select(_JUDGED_COLUMNS)
             shut = list(dict.fromkeys(rows.select(("scenario",), status="no path")["scenario"].tolist()))
-            wrong = [run for run in zip(*(judged[name].tolist() for name in RUN), strict=True) if run[-1]]
+            wrong = [run for run in zip(*(judged[name].tolist() for name in _JUDGED_COLUMNS), strict=True) if run[-1]]
     except KeyboardInterrupt:
         print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
         return INTERRUPTED
     except WorkerError as error:
         print(f"skyverse: {error}; {watch.kept}", file=sys.stderr)
         return FOUND_WRONG
-    _tell(summary, wrong, shut, written, as_json)
+    _print_summary(summary, wrong, shut, written, as_json)
     return FOUND_WRONG if wrong else 0
 
 
-def _claim(folder: Path, study: "Study") -> None:
-    """Keep the study in its folder, and refuse a folder that holds another one."""
+def _keep_study(folder: Path, study: "Study") -> None:
+    """Write the study into its folder, and refuse a folder that holds another study."""
     from skyverse.lab.study import read_study, write_study
 
     file = folder / "study.yaml"
@@ -162,7 +165,7 @@ def _claim(folder: Path, study: "Study") -> None:
 
 
 def summarise(rows: "Rows") -> list[dict[str, Any]]:
-    """Sum up each planner on each scenario under each budget: success first; costs are those of all runs."""
+    """Return a line for each planner on each scenario under each budget; costs are those of all runs."""
     import numpy as np
 
     columns = ("success", "cost", "gap", "generated_paths", "seconds")
@@ -193,11 +196,11 @@ def summarise(rows: "Rows") -> list[dict[str, Any]]:
     return lines
 
 
-def _tell(
+def _print_summary(
     summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], shut: list[str], written: list[Path], as_json: bool
 ) -> None:
     if as_json:
-        verdicts = [dict(zip(RUN, row, strict=True)) for row in wrong]
+        verdicts = [dict(zip(_JUDGED_COLUMNS, row, strict=True)) for row in wrong]
         print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
         return
     lines = [_line(line) for line in summary]

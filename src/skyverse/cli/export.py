@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
-from skyverse.cli.words import refuse_output
 
 if TYPE_CHECKING:
     from skyverse.model.scenario import Origin
@@ -29,9 +29,10 @@ def export(
 ) -> None:
     """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
 
-    QGroundControl .plan, Mission Planner .waypoints, DJI .wpml.kmz: waypoints whose straight legs are proven clear, a
-    file a UAV. Google Earth .kml and .kmz, .geojson, .gpx, .geo.csv: paths on the globe. ROS .path.json, .path.yaml,
-    .trajectory.json, .trajectory.yaml. Skybrush .skybrush.zip. Waypoints .waypoints.csv and sampled trajectories .csv.
+    Waypoints for an autopilot, one file for each UAV, with straight legs that are proven clear: QGroundControl .plan,
+    Mission Planner .waypoints, DJI .wpml.kmz. Paths on the globe: Google Earth .kml and .kmz, .geojson, .gpx, .geo.csv.
+    Robots: ROS .path.json, .path.yaml, .trajectory.json, .trajectory.yaml. Light shows: Skybrush .skybrush.zip. Tables:
+    waypoints .waypoints.csv, sampled trajectories .csv.
 
     Examples: `skyverse export out/city.json city.plan`, `skyverse export out/map1.json map1.csv --rate 50`,
     `skyverse export out/map1.json map1.kmz --origin "47.39,8.54,410 m amsl"`
@@ -41,7 +42,7 @@ def export(
     mission
         A mission file.
     output
-        The file to write; its ending tells what.
+        The file to write; its ending tells the format.
     altitude
         What altitudes are counted from: mean sea level, the ground below the UAV's start, or that below the UAV.
     origin
@@ -49,15 +50,15 @@ def export(
     geoid
         How far mean sea level lies above the WGS84 ellipsoid there, metres; .geojson and .wpml.kmz (amsl) need it.
     rate
-        Samples a second in what is sampled.
+        Samples a second, in formats that are sampled.
     radius
-        The acceptance radius of waypoints to begin with, metres; halved until all is proven.
+        The acceptance radius of waypoints at first, metres; it is halved until all legs are proven clear.
     takeoff
-        Metres above home to climb to first in .plan and .waypoints; less where there is no room.
+        In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
     end
-        Stay at the target, or land below it.
+        Whether a UAV stays at the target or lands below it.
     allow_close
-        Write waypoints also of UAVs that come too close between them.
+        Write waypoints even if UAVs come too close to each other between them.
     """
     import skyverse as sky
 
@@ -86,6 +87,7 @@ def export(
 
 
 def _with_geoid(origin: "Origin", metres: float) -> "Origin":
+    """Return an origin at which mean sea level lies so many metres above the ellipsoid."""
     from skyverse.model.scenario import require_geoid
 
     require_geoid(metres)

@@ -1,4 +1,4 @@
-"""The verb that flies a mission in a simulator."""
+"""The verb ``fly``: a mission in a simulator."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import numbers_of
 from skyverse.cli.report import json_text, table, violation_data
-from skyverse.cli.words import make_folder, refuse_output, whole_number
+from skyverse.cli.settings import whole_number
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.model.flight_record import Flight
 
-PICTURES = (".html", ".mp4", ".gif")
+ANIMATIONS = (".html", ".mp4", ".gif")
 
 
 def fly(
@@ -48,27 +49,28 @@ def fly(
     mission
         A mission file.
     vehicle
-        The quadrotor that every multirotor of the mission is.
+        The quadrotor that flies in place of every multirotor of the mission.
     wind
-        Its velocity towards east, north and up, m/s; or its speed and where it blows to, degrees from east to north.
+        The wind's velocity towards east, north and up, m/s; or its speed and the direction that it blows to, degrees
+        from east towards north.
     noise
-        Of what the controllers are told: standard deviation, m of position and m/s of velocity.
+        The noise of what the controllers measure: its standard deviation, m of position and m/s of velocity.
     margin
-        How far a UAV may stray, metres; half the clearance when left out.
+        How far a UAV may stray from its trajectory, metres; half the clearance when left out.
     seed
-        Of the noise; drawn and told when left out.
+        The seed of the noise; drawn and told when left out.
     until_safe
         Where the flight is not safe, slow the mission down or plan it anew, and fly again.
     rounds
-        With --until-safe: at most so many times; 5 when left out.
+        With --until-safe: how many flights there are at most; 5 when left out.
     output
-        Write the flight to this file, .json; with --until-safe the mission as it was flown is in it.
+        Write the flight to this file, .json; with --until-safe it holds the mission as it was last flown.
     animation
         Draw an animation, .html, .mp4 or .gif; repeat for more.
     figures
-        Write figures of the initial, middle and final instant (PNG) into this folder.
+        Write figures (PNG) of the first, the middle and the last instant into this folder.
     jobs
-        Processes; as many as there are cores when left out.
+        How many processes share the work; as many as there are cores when left out.
     as_json
         Print what was found as JSON.
     """
@@ -78,8 +80,8 @@ def fly(
     if output is not None and output.suffix.lower() != ".json":
         raise InputError(f"--output: {output}: a flight is written as .json")
     for path in animation or []:
-        if path.suffix.lower() not in PICTURES:
-            raise InputError(f"--animation: expected a file ending in {', '.join(PICTURES)}, found {str(path)!r}")
+        if path.suffix.lower() not in ANIMATIONS:
+            raise InputError(f"--animation: expected a file ending in {', '.join(ANIMATIONS)}, found {str(path)!r}")
     for path in [*([output] if output else []), *(animation or [])]:
         refuse_output(path, mission)
     if figures is not None:
@@ -117,7 +119,7 @@ def fly(
 
 @contextmanager
 def _bar() -> Iterator[Callable[[int, int], None] | None]:
-    """Yield what draws a progress bar when a person watches."""
+    """Yield a function that draws a progress bar, or ``None`` where no person watches."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -130,6 +132,7 @@ def _bar() -> Iterator[Callable[[int, int], None] | None]:
 
 
 def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
+    """Print how each UAV flew, which came closest, the verdict, and where the files are."""
     names = [uav.name for uav in flight.mission.scenario.uavs]
     rows: list[dict[str, Any]] = [
         {
@@ -175,7 +178,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         }
         print(json_text(summary), end="")
         return
-    known = {name: unit for name, unit in _UNITS.items() if any(row[name] is not None for row in rows)}
+    known = {name: unit for name, unit in _FORMATS.items() if any(row[name] is not None for row in rows)}
     table(
         list(known),
         [["-" if row[name] is None else unit.format(row[name]) for name, unit in known.items()] for row in rows],
@@ -197,7 +200,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         print(path)
 
 
-_UNITS = {
+_FORMATS = {
     "uav": "{}",
     "seconds": "{:.1f}",
     "rms error": "{:.3f} m",

@@ -1,4 +1,4 @@
-"""What was found, as tables for people and as JSON for machines."""
+"""What a verb found, as tables for people and as JSON for programs."""
 
 import json
 import sys

@@ -6,12 +6,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from skyverse.cli.exit_codes import INTERRUPTED
+from skyverse.cli.settings import whole_number
 from skyverse.cli.watch import StudyWatch
-from skyverse.cli.words import whole_number
 from skyverse.numerics.cores import cores
 
 Whole = Annotated[int, Parameter(converter=whole_number)]
-INTERRUPTED = 130
 
 
 def reproduce(
@@ -21,24 +21,24 @@ def reproduce(
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out/reproduction"),
     workers: Annotated[int | None, Parameter(converter=whole_number)] = None,
 ) -> int:
-    """Run the thesis's experiments again: all of its tables and figures and the verdict on its claims, or some.
+    """Run the thesis's experiments again: all its tables and figures and the verdict on its claims, or some of them.
 
     Examples: `skyverse reproduce`, `skyverse reproduce table-4.2 fig-4.17`, `skyverse reproduce claims --runs 5`
 
     The output folder gets `report`, `claims` and `times` as .html and .md, `figures/`, and the rows behind them. The
-    same seed gives the same report and claims, byte by byte; times are measured and differ. Runs that are there already
-    are not done again.
+    same seed gives the same report and claims, byte by byte; times are measured and differ. Runs that an earlier
+    command has finished are not done again.
 
     Parameters
     ----------
     parts
-        table-4.2 to table-4.7, table-4.10, cells, fig-4.1 to fig-4.31, claims; all when left out.
+        What to reproduce: table-4.2 to table-4.7, table-4.10, cells, fig-4.1 to fig-4.31, claims; all when left out.
     runs
-        Runs of each cell, 2 or more.
+        How many runs each cell of a table has, 2 or more.
     seed
         The first seed of each cell.
     output
-        The folder.
+        The folder to write to.
     workers
         Processes that share the runs; as many as there are cores by default.
     """

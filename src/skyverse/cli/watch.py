@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skyverse.cli.words import given
+from skyverse.cli.settings import given
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) -> Iterator["Stop"]:
-    """Yield the stop rule of the flags and of Ctrl-C; a second Ctrl-C ends the program."""
+    """Yield the stop rule of the options and of Ctrl-C; a second Ctrl-C ends the program."""
     import signal
     import threading
 

@@ -1,0 +1,75 @@
+"""Scenarios that a verb is given: more UAVs and targets, and what is refused or told before anything is planned."""
+
+import itertools
+import sys
+from typing import TYPE_CHECKING
+
+from skyverse.cli.places import point_of
+from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.model.mission import Mission
+    from skyverse.model.scenario import Scenario
+    from skyverse.planners.base import Planner
+
+
+def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets: list[str] | None) -> "Scenario":
+    """Add UAVs and targets to a scenario, and refuse one that is left without any."""
+    from skyverse.files.scenarios import scenario_from_data
+
+    data = {name: getattr(scenario, name) for name in type(scenario).model_fields}
+    for kind, field, words in (("uav", "start", uavs), ("target", "position", targets)):
+        things = data[f"{kind}s"] = list(data[f"{kind}s"])
+        names = {thing.name for thing in things}
+        free = (name for number in itertools.count(len(things) + 1) if (name := f"{kind}-{number}") not in names)
+        things += [{"name": next(free), field: point_of(f"--{kind}", text)} for text in words or []]
+        if not things:
+            raise InputError(f"{source}: {kind}s: there are none; give some with --{kind} x,y,z")
+    return scenario_from_data(source, data)
+
+
+def refuse_unsafe(source: str, scenario: "Scenario") -> None:
+    """Refuse a scenario with a start or target in an obstacle or out of bounds, before anything is planned."""
+    from skyverse.space.world import World
+
+    world = World(scenario)
+    places = [(f"uavs[{i}].start", u.name, u.start) for i, u in enumerate(scenario.uavs)]
+    places += [(f"targets[{i}].position", t.name, t.position) for i, t in enumerate(scenario.targets)]
+    for field, name, point in places:
+        why = world.why_unsafe(point)
+        if why is not None:
+            raise InputError(f"{source}: {field} ({name}): expected a safe point, found {point}, which {why}")
+
+
+def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:
+    """Say on standard error which terms of the objective a planner does not minimise."""
+    from skyverse.cost import soft_terms
+    from skyverse.planners.taut import Taut
+    from skyverse.planners.theta_star import ThetaStar
+
+    terms = soft_terms(scenario)
+    if terms and isinstance(planner, Taut | ThetaStar):
+        said = f"{type(planner).__name__} seeks length alone; priced, but not sought: {', '.join(terms)}"
+        print(f"{said} (astar and hybrid-mvo seek them).", file=sys.stderr)
+
+
+def tell_unknown(scenario: "Scenario", chosen: str | None) -> None:
+    """Say on standard error what an OctoMap's unknown space was taken for, where the user has not said it."""
+    from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN
+
+    kinds = {shape.kind for shape in scenario.obstacles}
+    taken = next((word for word, kind in KIND_OF_UNKNOWN.items() if kind in kinds), None)
+    if taken is not None and chosen is None:
+        other = next(word for word in KIND_OF_UNKNOWN if word != taken)
+        print(f"Unknown space counts as {taken}; --unknown {other} takes it as {other}.", file=sys.stderr)
+
+
+def without_way(mission: "Mission") -> str:
+    """Say which UAVs of a mission have no way to a target."""
+    names = [
+        uav.name
+        for uav, target, trajectory in zip(mission.scenario.uavs, mission.assignment, mission.trajectories, strict=True)
+        if target is not None and trajectory is None
+    ]
+    cut = "It was interrupted. " if mission.interrupted else ""
+    return f"{cut}The mission is not complete: {', '.join(names) or 'a target'} has no way."

@@ -1,0 +1,31 @@
+"""Files and folders that a verb writes: their names, and whether they can be written at all."""
+
+import os
+import re
+from pathlib import Path
+
+from skyverse.errors import InputError
+
+
+def file_name(name: str) -> str:
+    """Return a sound file name for a scenario or study, whatever its own name holds."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("._")[:100] or "mission"
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it, unless they exist."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+
+
+def refuse_output(path: Path, *read: str | Path) -> None:
+    """Refuse, before a long run, a file that cannot be written, or that would replace one of those that are read."""
+    make_folder(path.parent)
+    if path.exists() and any(Path(one).exists() and path.samefile(one) for one in read):
+        raise InputError(f"{path}: expected another file than what is read, which would be replaced")
+    if path.is_dir():
+        raise InputError(f"{path}: expected a file, found a folder")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written: the folder is read-only")

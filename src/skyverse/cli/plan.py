@@ -1,0 +1,122 @@
+"""The verb ``plan``: a mission from a scenario."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Group, Parameter
+
+from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
+from skyverse.cli.given_scenario import refuse_unsafe, tell_unknown, tell_unsought, with_more
+from skyverse.cli.option_types import AsJson, Output
+from skyverse.cli.outputs import file_name, refuse_output
+from skyverse.cli.report import report
+from skyverse.cli.settings import planner_of, whole_number
+from skyverse.cli.watch import progress_bar, stop_rule
+from skyverse.errors import InputError
+
+budget = Group("Budget (whichever comes first; 40 iterations without any; a clock only beside a count)")
+More = Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)]
+
+
+def plan(
+    scenario: str,
+    /,
+    *,
+    output: Output = None,
+    planner: str = "mvo",
+    settings: Annotated[list[str] | None, Parameter(name="--set")] = None,
+    seed: Annotated[int | None, Parameter(converter=whole_number)] = None,
+    iterations: Annotated[int | None, Parameter(group=budget, converter=whole_number)] = None,
+    paths: Annotated[int | None, Parameter(group=budget, converter=whole_number)] = None,
+    seconds: Annotated[float | None, Parameter(group=budget)] = None,
+    assignment: Literal["path-cost", "euclidean", "identity"] = "path-cost",
+    criterion: Literal["min-sum", "min-max"] = "min-sum",
+    shape: Literal["minimum-snap", "minimum-jerk", "stop-and-go"] = "minimum-snap",
+    keep_apart: bool = True,
+    uav: More = None,
+    target: More = None,
+    unknown: Literal["free", "occupied"] | None = None,
+    page: bool = True,
+    as_json: AsJson = False,
+) -> int:
+    """Plan a mission: assign targets, plan paths and trajectories, resolve conflicts, prove; write a file and a page.
+
+    Examples: `skyverse plan table-4.8`, `skyverse plan map.txt --uav 0,-4,1 --target 2,17,3 --seed 1`,
+    `skyverse plan map1 --planner mvo --set universes=50 --iterations 100`
+
+    Exit code: 0 when every UAV that has a target has a path and a trajectory to it, and all are proven safe, within
+    limits and apart; 1 when not, also where UAVs start too close to each other; 2 for bad input; 130 when interrupted:
+    Ctrl-C writes the best mission so far.
+
+    Parameters
+    ----------
+    scenario
+        A built-in name (see `skyverse scenarios`), a scenario file, a course map, or a mission to plan anew.
+    output
+        The mission file, .json; the page is put beside it. By default out/NAME.json.
+    planner
+        mvo, gso, bbo, random-restart, hybrid-mvo, taut, theta-star, astar, cma-es, pso, ga, de, l-shade, woa, mfo, gwo
+        or da.
+    settings
+        A setting of the planner, as in `--set universes=50`; repeat for more.
+    seed
+        The seed, for the same mission again; drawn and told when left out.
+    iterations
+        End each UAV's run after so many iterations.
+    paths
+        End it after so many generated paths.
+    seconds
+        End it after so many seconds.
+    assignment
+        How targets are assigned: by the exact cost of each path, by straight lines, or in the order given.
+    criterion
+        What the assignment minimises: the fleet's total cost, or its largest single cost.
+    shape
+        The trajectories: through waypoints without stopping, with little snap or little jerk, or at rest at each one.
+    keep_apart
+        Resolve conflicts between UAVs by delay, speed, exchange of targets, or detour; otherwise only report them.
+    uav
+        Add a UAV that starts at x,y,z; repeat for more.
+    target
+        Add a target at x,y,z; repeat for more.
+    unknown
+        What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
+    page
+        Write the page as well.
+    as_json
+        Print what was found as JSON.
+    """
+    import skyverse as sky
+
+    asked = with_more(scenario, sky.read_scenario(scenario, unknown=unknown), uav, target)
+    tell_unknown(asked, unknown)
+    refuse_unsafe(scenario, asked)
+    method = planner_of(planner, settings or [])
+    tell_unsought(asked, method)
+    out = output if output is not None else Path("out") / f"{file_name(asked.name)}.json"
+    if out.suffix.lower() != ".json":
+        raise InputError(f"--output: {out}: a mission is written as .json")
+    refuse_output(out, scenario)
+    if page:
+        refuse_output(out.with_suffix(".html"))
+    with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:
+        mission = sky.plan_mission(
+            asked,
+            method,
+            stop=stop,
+            rng=seed,
+            assignment=assignment,
+            criterion=criterion,
+            shape=shape,
+            keep_apart=keep_apart,
+            on_progress=on_progress,
+        )
+        sky.write(mission, out)
+        written = [out]
+        if page:
+            written.append(out.with_suffix(".html"))
+            sky.write_html(mission, written[-1])
+    report(mission, written, as_json)
+    if mission.interrupted:
+        return INTERRUPTED
+    return 0 if mission.complete and not mission.violations else FOUND_WRONG
