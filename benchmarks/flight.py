@@ -15,8 +15,8 @@ from machine import describe, table
 import skyverse as sky
 from skyverse.files import NAMES
 from skyverse.flight import simulate
-from skyverse.flight.lead import Reference
-from skyverse.flight.observer import Observer
+from skyverse.flight.feedforward import Reference
+from skyverse.flight.wind_observer import WindObserver
 from skyverse.numerics.cores import cores
 
 HEAD = ("mission", "vehicle", "wind", "RMS", "largest", "clearance", "separation", "thrust", "energy", "verdict", "s")
@@ -53,7 +53,7 @@ def main() -> None:
     vehicles = [word for word in words if word != "--stock"] or ["thesis"]
     if stock:
         simulate.reference = lambda trajectory, kind, gains, times, hold: Reference(*trajectory.at(times))
-        Observer.push = lambda *_: 0.0
+        WindObserver.push = lambda *_: 0.0
     print(describe("rotorpy"))
     print()
     rows = []

@@ -16,7 +16,7 @@ from .files import read_scenario as read_scenario
 from .files import scenario_schema as scenario_schema
 from .files import write as write
 from .flight.fly import fly as fly
-from .flight.until_safe import fly_until_safe as fly_until_safe
+from .flight.fly_until_safe import fly_until_safe as fly_until_safe
 from .lab.comparison_report import write_report as write_report
 from .lab.row import Row as Row
 from .lab.rows import Rows as Rows

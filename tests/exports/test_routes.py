@@ -13,7 +13,7 @@ from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
 ORIGIN = Origin(latitude=52.0, longitude=4.37, altitude=10.0, geoid=43.0)
-LET_PASS = 0.02
+CLEARANCE_ALLOWANCE = 0.02
 
 
 def flown(mission, route, above="amsl", steps=60):
@@ -67,7 +67,7 @@ def test_a_path_that_touches_corners_is_moved_out_until_they_may_be_cut(above, r
     mission = handmade.mission([handmade.along(around(box, 1.0, 15.0), 10)], boxes=[box], clearance=1.0, origin=ORIGIN)
     (route,) = sky.routes(mission, altitude=above, radius=radius)
     points = flown(mission, route)
-    assert gaps(mission, points).min() >= 1.0 - LET_PASS
+    assert gaps(mission, points).min() >= 1.0 - CLEARANCE_ALLOWANCE
     assert route.radius > 0.1
     assert len(route.points) <= 9
     np.testing.assert_allclose(route.points[[0, -1]], mission.trajectories[0].at([0, 30]).position, atol=1e-9)
@@ -91,7 +91,7 @@ def test_routes_through_random_towers_are_clear_as_flown(seed):
             corners.append(place)
     mission = handmade.mission([handmade.along(corners, 20)], boxes=boxes, clearance=clearance, origin=ORIGIN)
     (route,) = sky.routes(mission, radius=3.0)
-    assert gaps(mission, flown(mission, route)).min() >= clearance - LET_PASS
+    assert gaps(mission, flown(mission, route)).min() >= clearance - CLEARANCE_ALLOWANCE
     assert np.linalg.norm(route.points[-1] - corners[-1]) < 1e-9
 
 
@@ -144,8 +144,8 @@ def test_legs_over_terrain_keep_their_height_over_every_summit():
         (route,) = sky.routes(mission, altitude=above)
         points = flown(mission, route, above, steps=2000)
         height = points[:, 2] - handmade.under(mission.scenario, points)
-        assert height.min() >= 5.0 - LET_PASS
-        assert points[:, 2].max() <= 150 + LET_PASS
+        assert height.min() >= 5.0 - CLEARANCE_ALLOWANCE
+        assert points[:, 2].max() <= 150 + CLEARANCE_ALLOWANCE
 
 
 def test_a_low_flight_over_a_summit_is_not_taken_for_clear():
@@ -169,9 +169,9 @@ def test_long_legs_count_the_curvature_of_earth(length):
     low, high = (-50.0, -length - 50.0, -2000.0), (length + 50.0, length + 50.0, 3000.0)
     flight = handmade.along([(0, 0, 100), (length, length / 2, 100)], 3600)
     mission = handmade.mission([flight], origin=Origin(latitude=60, longitude=10, altitude=0), low=low, high=high)
-    from skyverse.exports.legs import Legs
+    from skyverse.exports.leg_clearance import LegChecker
 
-    legs = Legs(mission.scenario, "amsl")
+    legs = LegChecker(mission.scenario, "amsl")
     a, b = flight.at([0, 3600]).position
     shares = np.linspace(0, 1, 101)[:, None]
     globe = to_wgs84(mission.scenario.frame.origin, np.stack([a, b]))
@@ -232,7 +232,7 @@ def test_where_a_corner_cannot_be_cut_the_uav_stops_at_it_and_is_held_there(tmp_
     corners = [(-50, 0, 50), (0, 0, 50), (0, -50, 50)]  # a lane 2.2 m wide that turns by a right angle
     mission = handmade.mission([handmade.along(corners, 20)], boxes=boxes, clearance=1.0, origin=ORIGIN)
     (route,) = sky.routes(mission, radius=2.0, takeoff=0)
-    assert gaps(mission, flown(mission, route)).min() >= 1.0 - LET_PASS
+    assert gaps(mission, flown(mission, route)).min() >= 1.0 - CLEARANCE_ALLOWANCE
     assert (route.holds > 0).tolist() == [False, True, False]
     np.testing.assert_allclose(route.points, corners, atol=1e-9)
     assert route.times[-1] == pytest.approx(40 + route.holds[1])
@@ -245,7 +245,7 @@ def test_where_a_corner_cannot_be_cut_the_uav_stops_at_it_and_is_held_there(tmp_
 
 
 def test_places_cut_off_at_1e_7_degrees_are_within_what_is_added_to_the_clearance():
-    from skyverse.exports.legs import Legs
+    from skyverse.exports.leg_clearance import LegChecker
 
     rng = np.random.default_rng(3)
     origin = Origin(latitude=0.0, longitude=20.0, altitude=0.0)
@@ -254,7 +254,7 @@ def test_places_cut_off_at_1e_7_degrees_are_within_what_is_added_to_the_clearanc
     globe = to_wgs84(origin, points)
     globe[:, :2] = np.trunc(globe[:, :2] * 1e7) / 1e7  # as QGroundControl turns degrees into whole numbers
     off = np.linalg.norm(to_local(origin, globe) - points, axis=1).max()
-    assert 0.014 < off <= Legs(mission.scenario, "amsl").apart(points[0], points[1])
+    assert 0.014 < off <= LegChecker(mission.scenario, "amsl").apart(points[0], points[1])
 
 
 def crossing(begin):
@@ -339,4 +339,4 @@ def test_a_home_above_its_start_is_refused():
 def test_routes_of_random_missions_among_towers_are_clear_as_flown(seed):
     mission = handmade.random_mission(seed, towers=True)
     for route in sky.routes(mission, altitude=("amsl", "home")[seed % 3]):
-        assert gaps(mission, flown(mission, route)).min() >= 0.5 - LET_PASS
+        assert gaps(mission, flown(mission, route)).min() >= 0.5 - CLEARANCE_ALLOWANCE

@@ -10,18 +10,18 @@ import pytest
 import skyverse as sky
 from skyverse.errors import InputError
 from skyverse.lab.rows import Rows
-from skyverse.reproduction import cells as cells_module
-from skyverse.reproduction import claims, efforts, published, verdicts
-from skyverse.reproduction.cells import FORMS, Cells, case, cell, optimum, planner, restarts
-from skyverse.reproduction.reproduce import PARTS, jobs, named, reproduce
-from skyverse.reproduction.verdicts import Verdict
+from skyverse.reproduction import cell_runs as cell_runs_module
+from skyverse.reproduction import claims, cost_claims, effort_claims, published
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, case, cell, optimum, planner, restarts
+from skyverse.reproduction.claim_verdict import ClaimVerdict
+from skyverse.reproduction.reproduce import THESIS_PARTS, jobs, named, reproduce
 
 TABLES = Path(__file__).resolve().parents[3] / "shared" / "thesis" / "tables.json"
 
 
 def test_every_table_and_figure_is_a_part():
     wanted = {f"table-4.{k}" for k in (2, 3, 4, 5, 6, 7, 10)} | {f"fig-4.{k}" for k in range(1, 32)}
-    assert wanted | {"cells", "claims"} == set(PARTS)
+    assert wanted | {"cells", "claims"} == set(THESIS_PARTS)
 
 
 def test_a_part_that_does_not_exist_is_refused_with_the_list_of_those_that_do():
@@ -67,9 +67,9 @@ def test_the_exact_optima_are_known():
 def test_a_shorter_run_of_a_method_without_schedule_is_read_off_a_longer_one(tmp_path, method, form):
     given, problem = case("map2"), sky.Problem(sky.read("map2"))
     with Rows(tmp_path / "rows.sqlite") as rows:
-        for job in cell(given, method, form, 25, cells_module.LONGEST, range(3)):
+        for job in cell(given, method, form, 25, cell_runs_module.LONGEST, range(3)):
             rows.add(sky_row(job), job.key)
-        found = Cells(rows, range(3)).values("cost", given, method, form, 25, 7)
+        found = CellRuns(rows, range(3)).values("cost", given, method, form, 25, 7)
     made = planner(method, form, 25)
     assert found.tolist() == [made.plan(problem, stop=sky.MaxIterations(7), rng=seed).cost for seed in range(3)]
 
@@ -77,10 +77,10 @@ def test_a_shorter_run_of_a_method_without_schedule_is_read_off_a_longer_one(tmp
 def test_what_another_part_has_left_half_done_is_not_taken_for_a_cell(tmp_path):
     given = case("map1")
     with Rows(tmp_path / "rows.sqlite") as rows:
-        for iterations, seeds in ((40, range(1)), (cells_module.LONGEST, range(3))):
+        for iterations, seeds in ((40, range(1)), (cell_runs_module.LONGEST, range(3))):
             for job in cell(given, "GSO", "as run", 25, iterations, seeds):
                 rows.add(sky_row(job), job.key)
-        found = Cells(rows, range(3))
+        found = CellRuns(rows, range(3))
         assert len(found.values("cost", given, "GSO", "as run", 25, 40)) == 3
         assert len(found.first(2).values("cost", given, "GSO", "as run", 25, 40)) == 2
         with pytest.raises(ValueError, match="expected 3 runs of GSO as run, 25, found 1"):
@@ -98,7 +98,7 @@ def test_the_baseline_at_any_effort_is_read_off_one_long_run(tmp_path):
     with Rows(tmp_path / "rows.sqlite") as rows:
         for job in restarts(given, range(2)):
             rows.add(sky_row(job), job.key)
-        found = Cells(rows, range(2)).restart(given, 600)
+        found = CellRuns(rows, range(2)).restart(given, 600)
     for seed, cost in enumerate(found):
         history = sky.RandomRestart(samples=1).plan(problem, stop=sky.MaxPaths(600), rng=seed).history
         assert cost >= history.cost[-1]
@@ -110,8 +110,8 @@ def test_seeds_that_were_not_asked_for_do_not_count(tmp_path):
     with Rows(tmp_path / "rows.sqlite") as rows:
         for job in cell(given, "BBO", "as run", 20, 2, range(6)):
             rows.add(sky_row(job), job.key)
-        few = Cells(rows, range(2, 5)).values("cost", given, "BBO", "as run", 20, 2)
-        assert few.tolist() == Cells(rows, range(6)).values("cost", given, "BBO", "as run", 20, 2)[2:5].tolist()
+        few = CellRuns(rows, range(2, 5)).values("cost", given, "BBO", "as run", 20, 2)
+        assert few.tolist() == CellRuns(rows, range(6)).values("cost", given, "BBO", "as run", 20, 2)[2:5].tolist()
 
 
 def test_no_run_is_asked_for_twice():
@@ -173,33 +173,38 @@ class Fake:
 @pytest.mark.parametrize(
     ("means", "equal", "verdict"),
     [
-        ({"MVO": 270, "GSO": 280, "BBO": 290}, None, Verdict.HOLDS),
-        ({"MVO": 270, "GSO": 280, "BBO": 290}, {"MVO": 280, "GSO": 280, "BBO": 290}, Verdict.UNEQUAL),
-        ({"MVO": 280, "GSO": 270, "BBO": 290}, None, Verdict.FAILS),
-        ({"MVO": 280, "GSO": 280, "BBO": 290}, None, Verdict.OPEN),
+        ({"MVO": 270, "GSO": 280, "BBO": 290}, None, ClaimVerdict.HOLDS),
+        ({"MVO": 270, "GSO": 280, "BBO": 290}, {"MVO": 280, "GSO": 280, "BBO": 290}, ClaimVerdict.UNEQUAL),
+        ({"MVO": 280, "GSO": 270, "BBO": 290}, None, ClaimVerdict.FAILS),
+        ({"MVO": 280, "GSO": 280, "BBO": 290}, None, ClaimVerdict.OPEN),
     ],
 )
 def test_an_order_of_methods_gets_the_verdict_that_it_deserves(means, equal, verdict):
-    found = verdicts.order((("MVO", "GSO"), ("GSO", "BBO")), ("map1",), Fake(means, equal), "as run")
+    found = cost_claims.order((("MVO", "GSO"), ("GSO", "BBO")), ("map1",), Fake(means, equal), "as run")
     assert found.verdict is verdict
     assert "Map 1, 20 x 25" in found.evidence
 
 
 @pytest.mark.parametrize(
-    ("mvo", "gso", "verdict"), [(100, 100.5, Verdict.HOLDS), (100, 110, Verdict.FAILS), (100, 102.2, Verdict.OPEN)]
+    ("mvo", "gso", "verdict"),
+    [(100, 100.5, ClaimVerdict.HOLDS), (100, 110, ClaimVerdict.FAILS), (100, 102.2, ClaimVerdict.OPEN)],
 )
 def test_alike_means_within_two_per_cent(mvo, gso, verdict):
     fake = Fake({"MVO": mvo, "GSO": gso}, deviation=2.0)
-    assert verdicts.alike_in_the_end(fake, "as run").verdict is verdict
+    assert cost_claims.alike_in_the_end(fake, "as run").verdict is verdict
 
 
 @pytest.mark.parametrize(
     ("mvo", "equal", "verdict"),
-    [(50, None, Verdict.HOLDS), (50, {"MVO": 100, "GSO": 100}, Verdict.UNEQUAL), (90, None, Verdict.FAILS)],
+    [
+        (50, None, ClaimVerdict.HOLDS),
+        (50, {"MVO": 100, "GSO": 100}, ClaimVerdict.UNEQUAL),
+        (90, None, ClaimVerdict.FAILS),
+    ],
 )
 def test_half_the_time_is_judged_by_nodes(mvo, equal, verdict):
     fake = Fake({"MVO": mvo, "GSO": 100}, equal, deviation=0.5)
-    assert efforts.half_the_time(fake, "as run").verdict is verdict
+    assert effort_claims.half_the_time(fake, "as run").verdict is verdict
 
 
 def test_the_page_of_claims_judges_each_in_both_forms():

@@ -15,15 +15,15 @@ import numpy as np
 from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.geojson import geojson_text
+from skyverse.exports.global_positions import AltitudeReference, global_positions, home, require_kind, with_origin
 from skyverse.exports.gpx import gpx_text
-from skyverse.exports.items import End
 from skyverse.exports.kml import kml_text
-from skyverse.exports.legs import require_home
-from skyverse.exports.places import Above, home, places, require_kind, with_origin
-from skyverse.exports.plan import plan_text
+from skyverse.exports.leg_clearance import require_home
+from skyverse.exports.mavlink_items import End
+from skyverse.exports.qgc_plan import plan_text
 from skyverse.exports.ros import as_text, path_message, trajectory_message
 from skyverse.exports.route import Route, route
-from skyverse.exports.samples import Sampled, sampled
+from skyverse.exports.sampling import SampledTrajectory, sample_trajectories
 from skyverse.exports.skybrush import show_csv
 from skyverse.exports.wpl import waypoints_text
 from skyverse.exports.wpml import wpml_parts
@@ -36,17 +36,17 @@ from skyverse.referee import certify
 
 __all__ = ["Route", "export", "routes", "routes_apart"]
 
-ROUTES = (".plan", ".waypoints", ".wpml.kmz")
-MAPS = (".kml", ".kmz", ".geojson", ".gpx", ".geo.csv")
-ROBOTS = (".path.json", ".path.yaml", ".trajectory.json", ".trajectory.yaml")
-SHOW = ".skybrush.zip"
-OURS = (".waypoints.csv", ".csv", ".json")
-SUFFIXES = (*ROUTES, *MAPS, *ROBOTS, SHOW, *OURS)
-RATES = {".csv": 20.0, SHOW: 4.0}
+ROUTE_SUFFIXES = (".plan", ".waypoints", ".wpml.kmz")
+MAP_SUFFIXES = (".kml", ".kmz", ".geojson", ".gpx", ".geo.csv")
+ROBOT_SUFFIXES = (".path.json", ".path.yaml", ".trajectory.json", ".trajectory.yaml")
+SHOW_SUFFIX = ".skybrush.zip"
+OWN_SUFFIXES = (".waypoints.csv", ".csv", ".json")
+EXPORT_SUFFIXES = (*ROUTE_SUFFIXES, *MAP_SUFFIXES, *ROBOT_SUFFIXES, SHOW_SUFFIX, *OWN_SUFFIXES)
+SAMPLE_RATES = {".csv": 20.0, SHOW_SUFFIX: 4.0}
 """Samples a second by suffix; 10 where nothing is said."""
-ALTITUDES: dict[str, tuple[Above, ...]] = {
-    **dict.fromkeys(ROUTES, ("amsl", "home", "agl")),
-    **dict.fromkeys(MAPS, ("amsl",)),
+ALTITUDE_REFERENCES: dict[str, tuple[AltitudeReference, ...]] = {
+    **dict.fromkeys(ROUTE_SUFFIXES, ("amsl", "home", "agl")),
+    **dict.fromkeys(MAP_SUFFIXES, ("amsl",)),
     **dict.fromkeys((".kml", ".kmz"), ("amsl", "agl")),
     ".geo.csv": ("amsl", "home", "agl"),
 }
@@ -60,7 +60,7 @@ def export(
     mission: Mission,
     path: str | Path,
     *,
-    altitude: Above = "amsl",
+    altitude: AltitudeReference = "amsl",
     origin: Origin | None = None,
     rate: float | None = None,
     radius: float = 2.0,
@@ -88,7 +88,7 @@ def export(
         Where the scenario's zero lies, in place of its own. Its geoid is needed for ``.geojson``, and for ``.wpml.kmz``
         above the sea; it is the scenario's where it says none and is near.
     rate
-        Samples a second of what is sampled; 20 in ``.csv``, 4 in light shows, 10 in others when left out.
+        Samples a second of what is sample_trajectories; 20 in ``.csv``, 4 in light shows, 10 in others when left out.
     radius
         The acceptance radius to begin with, metres: how near to a waypoint an autopilot may turn to the next. It is
         halved until every leg and every cut corner is proven clear.
@@ -119,10 +119,10 @@ def export(
     left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
     if left:
         on_note(f"Left out, for want of a trajectory: {', '.join(left)}.")
-    if suffix in OURS:
-        write(mission, path, rate=RATES[".csv"] if rate is None else rate)
+    if suffix in OWN_SUFFIXES:
+        write(mission, path, rate=SAMPLE_RATES[".csv"] if rate is None else rate)
         return [path]
-    if suffix in ROUTES:
+    if suffix in ROUTE_SUFFIXES:
         scenario = with_origin(mission, origin, str(path))
         flown = routes(
             mission,
@@ -147,22 +147,22 @@ def export(
         for note in notes:
             on_note(note)
         return files
-    flights = sampled(mission, RATES.get(suffix, 10.0) if rate is None else rate)
+    flights = sample_trajectories(mission, SAMPLE_RATES.get(suffix, 10.0) if rate is None else rate)
     if not flights:
         raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
-    if suffix == SHOW:
+    if suffix == SHOW_SUFFIX:
         names = _names([flight.name for flight in flights])
         last = max(float(flight.seconds[-1]) for flight in flights)
         parts = {f"{name}.csv": show_csv(flight, last) for name, flight in zip(names, flights, strict=True)}
         _write_zip(path, parts)
         return [path]
-    if suffix in ROBOTS:
+    if suffix in ROBOT_SUFFIXES:
         files = _files(path, suffix, [flight.name for flight in flights])
         make = path_message if suffix.startswith(".path") else trajectory_message
         for file, flight in zip(files, flights, strict=True):
             write_text(file, as_text(make(flight), file.suffix))
         return files
-    require_kind(mission.scenario, altitude, ALTITUDES[suffix], str(path))
+    require_kind(mission.scenario, altitude, ALTITUDE_REFERENCES[suffix], str(path))
     scenario = with_origin(mission, origin, str(path))
     if suffix in (".kml", ".kmz"):
         text = kml_text(scenario, flights, altitude)
@@ -182,7 +182,7 @@ def export(
 def routes(
     mission: Mission,
     *,
-    altitude: Above = "amsl",
+    altitude: AltitudeReference = "amsl",
     origin: Origin | None = None,
     radius: float = 2.0,
     takeoff: float = 3.0,
@@ -203,7 +203,7 @@ def routes(
         As for `export`.
     """
     scenario = with_origin(mission, origin, "waypoints")
-    require_kind(scenario, altitude, get_args(Above), "waypoints")
+    require_kind(scenario, altitude, get_args(AltitudeReference), "waypoints")
     if altitude == "home":
         for k, trajectory in enumerate(mission.trajectories):
             if trajectory is not None and scenario.uavs[k].fixed_wing is None:
@@ -223,7 +223,7 @@ def routes(
 
 
 def _home_note(scenario: Scenario, uav: int) -> str:
-    at = round(float(places(scenario, uav, home(scenario, uav)[None], "amsl").altitude[0]), 2)
+    at = round(float(global_positions(scenario, uav, home(scenario, uav)[None], "amsl").altitude[0]), 2)
     return (
         f"{scenario.uavs[uav].name}: its heights are counted from home at {at + 0.0:.2f} m above mean sea level; where "
         "it arms lower than that, it flies as much lower."
@@ -258,7 +258,9 @@ def routes_apart(mission: Mission, flown: list[Route]) -> Certificate:
     return certify(mission.scenario, replace(mission, trajectories=tuple(trajectories))).apart
 
 
-def _each(path: Path, suffix: str, scenario: Scenario, flown: list[Route], altitude: Above, end: End) -> list[Path]:
+def _each(
+    path: Path, suffix: str, scenario: Scenario, flown: list[Route], altitude: AltitudeReference, end: End
+) -> list[Path]:
     files = _files(path, suffix, [scenario.uavs[one.uav].name for one in flown])
     for file, one in zip(files, flown, strict=True):
         if suffix == ".plan":
@@ -272,10 +274,12 @@ def _each(path: Path, suffix: str, scenario: Scenario, flown: list[Route], altit
 
 def _suffix(path: Path) -> str:
     name = path.name.lower()
-    for suffix in sorted(SUFFIXES, key=len, reverse=True):
+    for suffix in sorted(EXPORT_SUFFIXES, key=len, reverse=True):
         if name.endswith(suffix) and len(name) > len(suffix):
             return suffix
-    raise InputError(f"{path}: a mission is written as {', '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'!r}")
+    raise InputError(
+        f"{path}: a mission is written as {', '.join(EXPORT_SUFFIXES)}, not as {path.suffix or 'no suffix'!r}"
+    )
 
 
 def _files(path: Path, suffix: str, names: list[str]) -> list[Path]:
@@ -302,12 +306,12 @@ def _write_zip(path: Path, parts: dict[str, str]) -> None:
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
 
 
-def _table(scenario: Scenario, flights: list[Sampled], altitude: Above) -> str:
+def _table(scenario: Scenario, flights: list[SampledTrajectory], altitude: AltitudeReference) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["uav", "t", "latitude", "longitude", f"altitude_{altitude}", "x", "y", "z"])
     for flight in flights:
-        at = places(scenario, flight.uav, flight.position, altitude)
+        at = global_positions(scenario, flight.uav, flight.position, altitude)
         table = np.column_stack([flight.seconds, at.latitude, at.longitude, at.altitude, flight.position])
         for t, latitude, longitude, up, *local in table.tolist():
             row = [f"{t:.6f}", f"{latitude:.9f}", f"{longitude:.9f}", f"{up:.4f}", *(f"{v:.4f}" for v in local)]

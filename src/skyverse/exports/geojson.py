@@ -6,18 +6,18 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.outlines import outlines
-from skyverse.exports.places import geoid_of, places
-from skyverse.exports.samples import Sampled
+from skyverse.exports.global_positions import geoid_of, global_positions
+from skyverse.exports.sampling import SampledTrajectory
+from skyverse.exports.shape_outlines import outlines
 from skyverse.model.scenario import Scenario
 
 
-def geojson_text(scenario: Scenario, flights: list[Sampled], what: str = "GeoJSON") -> str:
+def geojson_text(scenario: Scenario, flights: list[SampledTrajectory], what: str = "GeoJSON") -> str:
     """Return a ``.geojson`` text. Heights are above the ellipsoid, as the standard wants them."""
     geoid = geoid_of(scenario, what)
     features = []
     for flight in flights:
-        at = places(scenario, flight.uav, flight.position, "amsl")
+        at = global_positions(scenario, flight.uav, flight.position, "amsl")
         rows = np.column_stack([at.longitude, at.latitude, at.altitude + geoid])
         properties = {
             "kind": "path",
@@ -28,7 +28,7 @@ def geojson_text(scenario: Scenario, flights: list[Sampled], what: str = "GeoJSO
         }
         features.append(_feature(_line(rows), properties))
     for target in scenario.targets:
-        at = places(scenario, 0, np.array([target.position]), "amsl")
+        at = global_positions(scenario, 0, np.array([target.position]), "amsl")
         row = [float(at.longitude[0]), float(at.latitude[0]), float(at.altitude[0]) + geoid]
         features.append(
             _feature({"type": "Point", "coordinates": _rounded([row])[0]}, {"kind": "target", "name": target.name})

@@ -4,15 +4,15 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from skyverse.exports.global_positions import global_positions
 from skyverse.exports.kml import printable
-from skyverse.exports.places import places
-from skyverse.exports.samples import EPOCH, Sampled, clock
+from skyverse.exports.sampling import EPOCH, SampledTrajectory, clock
 from skyverse.model.scenario import Scenario
 
 GPX = "http://www.topografix.com/GPX/1/1"
 
 
-def gpx_text(scenario: Scenario, flights: list[Sampled]) -> str:
+def gpx_text(scenario: Scenario, flights: list[SampledTrajectory]) -> str:
     """Return a ``.gpx`` document."""
     root = ET.Element("gpx", {"xmlns": GPX, "version": "1.1", "creator": "skyverse"})
     head = ET.SubElement(root, "metadata")
@@ -20,13 +20,13 @@ def gpx_text(scenario: Scenario, flights: list[Sampled]) -> str:
     _text(head, "desc", f"Second 0 of the mission is written as {clock(0.0)}: it has no date of its own.")
     _text(head, "time", EPOCH.strftime("%Y-%m-%dT%H:%M:%SZ"))
     for target in scenario.targets:
-        at = places(scenario, 0, np.array([target.position]), "amsl")
+        at = global_positions(scenario, 0, np.array([target.position]), "amsl")
         _point(root, "wpt", float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0]), None, target.name)
     for flight in flights:
         track = ET.SubElement(root, "trk")
         _text(track, "name", flight.name)
         segment = ET.SubElement(track, "trkseg")
-        at = places(scenario, flight.uav, flight.position, "amsl")
+        at = global_positions(scenario, flight.uav, flight.position, "amsl")
         for row in zip(*(v.tolist() for v in (at.latitude, at.longitude, at.altitude, flight.seconds)), strict=True):
             _point(segment, "trkpt", *row)
     ET.indent(root, " ")

@@ -5,19 +5,19 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.outlines import Outline, outlines
-from skyverse.exports.places import Above, Places, places
-from skyverse.exports.samples import Sampled, clock
+from skyverse.exports.global_positions import AltitudeReference, GlobalPositions, global_positions
+from skyverse.exports.sampling import SampledTrajectory, clock
+from skyverse.exports.shape_outlines import Outline, outlines
 from skyverse.model.scenario import Scenario
 
 KML = "http://www.opengis.net/kml/2.2"
 GX = "http://www.google.com/kml/ext/2.2"
-COLOURS = ("ff2f8bff", "ffd0a020", "ff50c850", "ffc050c0", "ff3030e0", "ffc0c020")
+KML_COLOURS = ("ff2f8bff", "ffd0a020", "ff50c850", "ffc050c0", "ff3030e0", "ffc0c020")
 """aabbggrr."""
-MODES: dict[str, str] = {"amsl": "absolute", "agl": "relativeToGround"}
+KML_ALTITUDE_MODES: dict[str, str] = {"amsl": "absolute", "agl": "relativeToGround"}
 
 
-def kml_text(scenario: Scenario, flights: list[Sampled], above: Above) -> str:
+def kml_text(scenario: Scenario, flights: list[SampledTrajectory], above: AltitudeReference) -> str:
     """Return a ``.kml`` document."""
     root = ET.Element("kml", {"xmlns": KML, "xmlns:gx": GX})
     document = ET.SubElement(root, "Document")
@@ -26,17 +26,17 @@ def kml_text(scenario: Scenario, flights: list[Sampled], above: Above) -> str:
     _area_style(document, "obstacle", "b0808080")
     _area_style(document, "zone", "60007fff")
     for flight in flights:
-        _line_style(document, f"uav-{flight.uav}", COLOURS[flight.uav % len(COLOURS)])
+        _line_style(document, f"uav-{flight.uav}", KML_COLOURS[flight.uav % len(KML_COLOURS)])
     paths, tracks = _folder(document, "Paths"), _folder(document, "Tracks")
     for flight in flights:
-        at = places(scenario, flight.uav, flight.position, above)
-        _path(paths, flight, at, MODES[above])
-        _track(tracks, flight, at, MODES[above])
+        at = global_positions(scenario, flight.uav, flight.position, above)
+        _path(paths, flight, at, KML_ALTITUDE_MODES[above])
+        _track(tracks, flight, at, KML_ALTITUDE_MODES[above])
     targets = _folder(document, "Targets")
     for target in scenario.targets:
-        at = places(scenario, 0, np.array([target.position]), above)
+        at = global_positions(scenario, 0, np.array([target.position]), above)
         point = ET.SubElement(_placemark(targets, target.name), "Point")
-        _text(point, "altitudeMode", MODES[above])
+        _text(point, "altitudeMode", KML_ALTITUDE_MODES[above])
         _text(point, "coordinates", coordinates(at))
     for noun, shapes in (("Obstacles", scenario.obstacles), ("Zones", scenario.zones)):
         folder = _folder(document, noun)
@@ -46,7 +46,7 @@ def kml_text(scenario: Scenario, flights: list[Sampled], above: Above) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _path(folder: ET.Element, flight: Sampled, at: Places, mode: str) -> None:
+def _path(folder: ET.Element, flight: SampledTrajectory, at: GlobalPositions, mode: str) -> None:
     mark = _placemark(folder, flight.name, f"uav-{flight.uav}")
     line = ET.SubElement(mark, "LineString")
     _text(line, "extrude", "1")
@@ -54,7 +54,7 @@ def _path(folder: ET.Element, flight: Sampled, at: Places, mode: str) -> None:
     _text(line, "coordinates", coordinates(at))
 
 
-def _track(folder: ET.Element, flight: Sampled, at: Places, mode: str) -> None:
+def _track(folder: ET.Element, flight: SampledTrajectory, at: GlobalPositions, mode: str) -> None:
     track = ET.SubElement(_placemark(folder, flight.name, f"uav-{flight.uav}"), "gx:Track")
     _text(track, "altitudeMode", mode)
     for seconds in flight.seconds.tolist():
@@ -74,8 +74,8 @@ def _area(folder: ET.Element, outline: Outline, style: str) -> None:
         _text(line, "coordinates", " ".join(f"{y:.9f},{x:.9f},{z:.4f}" for x, y, z in closed))
 
 
-def coordinates(at: Places) -> str:
-    """Return longitude,latitude,altitude of places."""
+def coordinates(at: GlobalPositions) -> str:
+    """Return longitude,latitude,altitude of global_positions."""
     rows = zip(at.longitude.tolist(), at.latitude.tolist(), at.altitude.tolist(), strict=True)
     return " ".join(f"{x:.9f},{y:.9f},{z:.4f}" for x, y, z in rows)
 

@@ -3,31 +3,31 @@
 import json
 from typing import Any
 
-from skyverse.exports.samples import Sampled
+from skyverse.exports.sampling import SampledTrajectory
 
-FRAME = "map"
+ROS_FRAME = "map"
 """East, north, up, as REP 103 wants it."""
-LEVEL = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
+NO_ROTATION = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 """Headings are not planned."""
 
 
-def path_message(flight: Sampled) -> dict[str, Any]:
+def path_message(flight: SampledTrajectory) -> dict[str, Any]:
     """Return a nav_msgs/msg/Path whose stamps are seconds into the mission."""
     poses = [
-        {"header": _header(t), "pose": {"position": _vector(p), "orientation": dict(LEVEL)}}
+        {"header": _header(t), "pose": {"position": _vector(p), "orientation": dict(NO_ROTATION)}}
         for t, p in zip(flight.seconds.tolist(), flight.position.tolist(), strict=True)
     ]
     return {"header": _header(0.0), "poses": poses}
 
 
-def trajectory_message(flight: Sampled) -> dict[str, Any]:
+def trajectory_message(flight: SampledTrajectory) -> dict[str, Any]:
     """Return a trajectory_msgs/msg/MultiDOFJointTrajectory; times are seconds into the mission."""
     rows = zip(
         *(v.tolist() for v in (flight.seconds, flight.position, flight.velocity, flight.acceleration)), strict=True
     )
     points = [
         {
-            "transforms": [{"translation": _vector(p), "rotation": dict(LEVEL)}],
+            "transforms": [{"translation": _vector(p), "rotation": dict(NO_ROTATION)}],
             "velocities": [_twist(v)],
             "accelerations": [_twist(a)],
             "time_from_start": _time(t),
@@ -69,7 +69,7 @@ def _scalar(value: Any) -> str:
 
 
 def _header(seconds: float) -> dict[str, Any]:
-    return {"stamp": _time(seconds), "frame_id": FRAME}
+    return {"stamp": _time(seconds), "frame_id": ROS_FRAME}
 
 
 def _time(seconds: float) -> dict[str, int]:

@@ -7,23 +7,23 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.legs import LET_PASS, Legs
-from skyverse.exports.places import Above
+from skyverse.exports.global_positions import AltitudeReference
+from skyverse.exports.leg_clearance import CLEARANCE_ALLOWANCE, LegChecker
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 
-SMALLEST = 0.05
+MIN_ACCEPTANCE_RADIUS = 0.05
 """Metres: no autopilot can be asked for a smaller acceptance radius."""
-MOST = 700
+MAX_WAYPOINTS = 700
 """Waypoints that autopilots take."""
-PER_PIECE = 16
+PLACES_PER_PIECE = 16
 """Places on each piece of a trajectory at which a waypoint may stand."""
-REPAIRS = 400
-COARSE = 0.25
+MAX_REPAIRS = 400
+MIN_RADIUS_SHARE = 0.25
 """The share of the radius down to which it is halved before the UAV is told to stop at corners."""
-PUSH = 2.0
+MAX_PUSH = 2.0
 """How many radii a waypoint may be moved outwards."""
-SWELL = 10.0
+MAX_SWELL = 10.0
 """Metres by which a leg above ground may follow rise and fall that the trajectory does not."""
 
 
@@ -66,8 +66,8 @@ class Route:
 
     def sentence(self, scenario: Scenario) -> str:
         """Say what is proven."""
-        name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LET_PASS, 0)
-        low = max(scenario.ground_clearance - LET_PASS, 0)
+        name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - CLEARANCE_ALLOWANCE, 0)
+        low = max(scenario.ground_clearance - CLEARANCE_ALLOWANCE, 0)
         ground = "" if scenario.terrain is None else f", {low:.4g} m above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
@@ -79,7 +79,14 @@ class Route:
 
 
 def route(
-    scenario: Scenario, uav: int, trajectory: Trajectory, above: Above, *, radius: float, takeoff: float, stops: bool
+    scenario: Scenario,
+    uav: int,
+    trajectory: Trajectory,
+    above: AltitudeReference,
+    *,
+    radius: float,
+    takeoff: float,
+    stops: bool,
 ) -> Route:
     """Return a UAV's waypoints.
 
@@ -103,7 +110,7 @@ def route(
     InputError
         If no radius makes it provable, or it takes more waypoints than autopilots do.
     """
-    legs = Legs(scenario, above)
+    legs = LegChecker(scenario, above)
     instants, curve = _samples(trajectory)
     said = ""
     for climb in [takeoff, takeoff / 2, takeoff / 4, 0.0] if takeoff > 0 else [0.0]:
@@ -111,34 +118,39 @@ def route(
         if climb and legs.leg(curve[0], lifted) is not None:
             continue
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
-            search = _Search(legs, curve, climb, 0.0 if stops else size, size, may_stop)
+            search = WaypointPlacement(legs, curve, climb, 0.0 if stops else size, size, may_stop)
             found = search.run()
             if isinstance(found, str):
                 said = found
-            elif len(found) <= MOST:
+            elif len(found) <= MAX_WAYPOINTS:
                 return _made(uav, search, instants, found, climb)
             else:
-                said = f"it takes {len(found)} waypoints, and autopilots take {MOST}"
+                said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
     name = scenario.uavs[uav].name
     raise InputError(
         f"{name}: straight legs between waypoints could not be proven with an acceptance radius from {radius:g} m down "
-        f"to {SMALLEST:g} m: {said}; fly it as a trajectory (.csv, .trajectory.json), or plan with a larger clearance"
+        f"to {MIN_ACCEPTANCE_RADIUS:g} m: {said}; fly it as a trajectory (.csv, .trajectory.json), or plan with a "
+        "larger clearance"
     )
 
 
 def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
     """Return acceptance radii to try, and whether to stop where a corner is not clear."""
     halved = []
-    while radius >= SMALLEST:
+    while radius >= MIN_ACCEPTANCE_RADIUS:
         halved.append(radius)
         radius /= 2
     if not may_stop:
         return [(size, False) for size in halved]
-    return [(size, False) for size in halved if size >= COARSE * halved[0]] + [(size, True) for size in halved]
+    return [(size, False) for size in halved if size >= MIN_RADIUS_SHARE * halved[0]] + [
+        (size, True) for size in halved
+    ]
 
 
-def _made(uav: int, search: "_Search", instants: Floats, found: list[tuple[int, Floats]], climb: float) -> Route:
+def _made(
+    uav: int, search: "WaypointPlacement", instants: Floats, found: list[tuple[int, Floats]], climb: float
+) -> Route:
     legs, curve, radius = search.legs, search.curve, search.radius
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
     # the takeoff itself is no deviation
@@ -155,8 +167,8 @@ def _made(uav: int, search: "_Search", instants: Floats, found: list[tuple[int, 
 
 
 def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
-    """Return instants and places of a trajectory, those left out where it stands still."""
-    shares = np.arange(PER_PIECE) / PER_PIECE
+    """Return instants and global_positions of a trajectory, those left out where it stands still."""
+    shares = np.arange(PLACES_PER_PIECE) / PLACES_PER_PIECE
     t = np.concatenate(
         [(trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), [trajectory.end]]
     )
@@ -178,10 +190,12 @@ def _off(points: Floats, a: Floats, b: Floats) -> Floats:
     return off
 
 
-class _Search:
+class WaypointPlacement:
     """Places waypoints on a curve, and moves them outwards where they would cut into something."""
 
-    def __init__(self, legs: Legs, curve: Floats, climb: float, radius: float, reach: float, may_stop: bool) -> None:
+    def __init__(
+        self, legs: LegChecker, curve: Floats, climb: float, radius: float, reach: float, may_stop: bool
+    ) -> None:
         self.legs, self.curve, self.radius, self.reach, self.may_stop = legs, curve, radius, reach, may_stop
         self.stopped: set[int] = set()
         lifted = curve[0] + np.array([0.0, 0.0, climb])
@@ -190,15 +204,15 @@ class _Search:
         self.pushed: dict[int, float] = {}
 
     def run(self) -> list[tuple[int, Floats]] | str:
-        """Return waypoints as samples' indices and places, or what is wrong with the best that was tried."""
+        """Return waypoints as samples' indices and global_positions, or what is wrong with the best that was tried."""
         self._follow()
-        for _ in range(REPAIRS):
+        for _ in range(MAX_REPAIRS):
             found = self._trouble()
             if found is None:
                 self._thin()
                 return self.nodes
             where, said = found
-            if len(self.nodes) > 2 * MOST or not self._repair(where):
+            if len(self.nodes) > 2 * MAX_WAYPOINTS or not self._repair(where):
                 return said
         return said
 
@@ -241,7 +255,7 @@ class _Search:
         return _off(self.curve[a + 1 : b], p if i else self.curve[0], q), a
 
     def _swells(self, i: int, j: int) -> bool:
-        return self.legs.apart(self.nodes[i][1], self.nodes[j][1]) > SWELL
+        return self.legs.apart(self.nodes[i][1], self.nodes[j][1]) > MAX_SWELL
 
     def _repair(self, where: int) -> bool:
         """Split a leg that cuts off the curve, or move waypoints outwards; tell whether anything could be done."""
@@ -255,7 +269,7 @@ class _Search:
         off, a = self._between(k, k + 1)
         b = self.nodes[k + 1][0]
         tried = max(self.pushed.get(a, 0.0), self.pushed.get(b, 0.0))
-        if len(off) and off.max() > max(tried, LET_PASS / 4):
+        if len(off) and off.max() > max(tried, CLEARANCE_ALLOWANCE / 4):
             best = a + 1 + int(np.argmax(off))
             self.nodes.insert(k + 1, (best, self.curve[best]))
             return True
@@ -277,14 +291,14 @@ class _Search:
             return False
         index, _ = self.nodes[k]
         done = self.pushed.get(index, 0.0)
-        if done >= PUSH * self.reach:
+        if done >= MAX_PUSH * self.reach:
             return False
         ahead, behind = self.nodes[k + 1][1] - self.curve[index], self.curve[index] - self.nodes[k - 1][1]
         bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)
         size = float(np.linalg.norm(bend))
         if size < 1e-6:
             return False
-        self.pushed[index] = min(done + max(done, LET_PASS), PUSH * self.reach)
+        self.pushed[index] = min(done + max(done, CLEARANCE_ALLOWANCE), MAX_PUSH * self.reach)
         self.nodes[k] = index, self.curve[index] - bend / size * self.pushed[index]
         return True
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from skyverse.exports.samples import Sampled
+from skyverse.exports.sampling import SampledTrajectory
 
-HEAD = "Time_msec,X,Y,Z,R,G,B"
+SHOW_HEADER = "Time_msec,X,Y,Z,R,G,B"
 """As its own exporter writes it; its importer knows the header by its beginning."""
-WHITE = "255,255,255"
+SHOW_COLOUR = "255,255,255"
 
 
-def show_csv(flight: Sampled, end: float) -> str:
+def show_csv(flight: SampledTrajectory, end: float) -> str:
     """Return one drone's file: whole milliseconds, local metres, white; it holds its place before and after."""
     milliseconds = np.rint(flight.seconds * 1000).astype(np.int64)
     rows = [(int(t), p) for t, p in zip(milliseconds, flight.position.tolist(), strict=True)]
@@ -19,4 +19,7 @@ def show_csv(flight: Sampled, end: float) -> str:
     if rows[-1][0] < last:
         rows.append((last, rows[-1][1]))
     unique = dict(rows)
-    return "\n".join([HEAD, *(f"{t},{x:.4f},{y:.4f},{z:.4f},{WHITE}" for t, (x, y, z) in unique.items())]) + "\n"
+    return (
+        "\n".join([SHOW_HEADER, *(f"{t},{x:.4f},{y:.4f},{z:.4f},{SHOW_COLOUR}" for t, (x, y, z) in unique.items())])
+        + "\n"
+    )

@@ -2,22 +2,22 @@
 
 import math
 
-from skyverse.exports.items import FRAMES, Command, End, Item, items
-from skyverse.exports.places import Above, home, places
+from skyverse.exports.global_positions import AltitudeReference, global_positions, home
+from skyverse.exports.mavlink_items import MAVLINK_FRAMES, Command, End, MissionItem, mission_items
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
 
 
-def waypoints_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
+def waypoints_text(scenario: Scenario, route: Route, above: AltitudeReference, end: End) -> str:
     """Return a ``.waypoints`` file: line 0 is home, above mean sea level."""
-    at = places(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
+    at = global_positions(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
     first = (0.0, 0.0, 0.0, 0.0, float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0]))
-    rows = [_row(0, 1, FRAMES[at.kind], 16, first)]
-    rows += [_item(k, item) for k, item in enumerate(items(scenario, route, above, end), 1)]
+    rows = [_row(0, 1, MAVLINK_FRAMES[at.kind], 16, first)]
+    rows += [_item(k, item) for k, item in enumerate(mission_items(scenario, route, above, end), 1)]
     return "\n".join(["QGC WPL 110", *rows]) + "\n"
 
 
-def _item(number: int, item: Item) -> str:
+def _item(number: int, item: MissionItem) -> str:
     # a heading that is the autopilot's to choose is NaN, as 0 is north; but to loiter ArduPilot takes only numbers
     free = 0.0 if item.command is Command.LOITER else math.nan
     return _row(number, 0, item.frame, item.command, tuple(free if v is None else v for v in item.numbers))

@@ -5,22 +5,22 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from skyverse.errors import InputError
+from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
 from skyverse.exports.kml import KML, printable
-from skyverse.exports.places import Above, geoid_of, origin_of, places
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
-FASTEST = 15.0
+MAX_WAYLINE_SPEED = 15.0
 """m/s that a wayline may ask for."""
-STOPS = "toPointAndStopWithDiscontinuityCurvature"
-DRONE, PAYLOAD = ("77", "0"), ("66", "0")
+STOP_AT_WAYPOINT = "toPointAndStopWithDiscontinuityCurvature"
+DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
 """A Mavic 3E and its camera; the app asks for another where it differs."""
 
 
-def wpml_parts(scenario: Scenario, route: Route, above: Above, end: str) -> dict[str, str]:
+def wpml_parts(scenario: Scenario, route: Route, above: AltitudeReference, end: str) -> dict[str, str]:
     """Return the files in the archive."""
     vehicle = scenario.uavs[route.uav]
     if vehicle.fixed_wing is not None:
@@ -44,12 +44,12 @@ def _config(document: ET.Element, route: Route, end: str) -> None:
     _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="hover")
     _add(config, takeOffSecurityHeight="2", globalTransitionalSpeed=_number(_speeds(route)[0]))
     drone = ET.SubElement(config, "wpml:droneInfo")
-    _add(drone, droneEnumValue=DRONE[0], droneSubEnumValue=DRONE[1])
+    _add(drone, droneEnumValue=DJI_DRONE[0], droneSubEnumValue=DJI_DRONE[1])
     payload = ET.SubElement(config, "wpml:payloadInfo")
-    _add(payload, payloadEnumValue=PAYLOAD[0], payloadSubEnumValue=PAYLOAD[1], payloadPositionIndex="0")
+    _add(payload, payloadEnumValue=DJI_PAYLOAD[0], payloadSubEnumValue=DJI_PAYLOAD[1], payloadPositionIndex="0")
 
 
-def _template(scenario: Scenario, route: Route, above: Above, end: str) -> str:
+def _template(scenario: Scenario, route: Route, above: AltitudeReference, end: str) -> str:
     root, document = _document()
     _add(document, author="skyverse", createTime="0", updateTime="0")
     _config(document, route, end)
@@ -58,12 +58,12 @@ def _template(scenario: Scenario, route: Route, above: Above, end: str) -> str:
     system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
     _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[above], positioningType="GPS")
     speeds = _speeds(route)
-    at = places(scenario, route.uav, route.points, above)
+    at = global_positions(scenario, route.uav, route.points, above)
     _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
     _add(folder, globalHeight=_number(float(at.altitude[0])))
     heading = ET.SubElement(folder, "wpml:globalWaypointHeadingParam")
     _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
-    _add(folder, globalWaypointTurnMode=STOPS, globalUseStraightLine="1")
+    _add(folder, globalWaypointTurnMode=STOP_AT_WAYPOINT, globalUseStraightLine="1")
     geoid = origin_of(scenario).geoid
     above_ellipsoid = at.altitude if geoid is None else at.sea + geoid  # not read where heights are not above the sea
     for k, speed in enumerate(speeds):
@@ -74,14 +74,14 @@ def _template(scenario: Scenario, route: Route, above: Above, end: str) -> str:
     return _written(root)
 
 
-def _waylines(scenario: Scenario, route: Route, above: Above, end: str) -> str:
+def _waylines(scenario: Scenario, route: Route, above: AltitudeReference, end: str) -> str:
     root, document = _document()
     _config(document, route, end)
     folder = ET.SubElement(document, "Folder")
     speeds = _speeds(route)
     _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[above], waylineId="0")
     _add(folder, autoFlightSpeed=_number(max(speeds)))
-    at = places(scenario, route.uav, route.points, above)
+    at = global_positions(scenario, route.uav, route.points, above)
     heights = at.altitude + (geoid_of(scenario, "waylines") if above == "amsl" else 0.0)
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
@@ -89,7 +89,7 @@ def _waylines(scenario: Scenario, route: Route, above: Above, end: str) -> str:
         heading = ET.SubElement(mark, "wpml:waypointHeadingParam")
         _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
         turn = ET.SubElement(mark, "wpml:waypointTurnParam")
-        _add(turn, waypointTurnMode=STOPS, waypointTurnDampingDist="0")
+        _add(turn, waypointTurnMode=STOP_AT_WAYPOINT, waypointTurnDampingDist="0")
         _add(mark, useStraightLine="1")
         if k == 0 and route.times[0] > 0:
             _hover(mark, float(route.times[0]))
@@ -115,7 +115,7 @@ def _placemark(folder: ET.Element, longitude: float, latitude: float, index: int
 
 def _speeds(route: Route) -> list[float]:
     """Return the speed from each waypoint on, m/s."""
-    speeds = np.clip(route.speeds, 0.1, FASTEST)
+    speeds = np.clip(route.speeds, 0.1, MAX_WAYLINE_SPEED)
     return [*speeds.tolist(), float(speeds[-1])]
 
 

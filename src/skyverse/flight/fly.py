@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from skyverse.errors import InputError
 from skyverse.flight.judge import measure, passings, strayed
-from skyverse.flight.simulate import Job, Samples, require_simulator, simulate
+from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate
 from skyverse.flight.vehicle import refuse_weak, vehicle_of
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.mission import Mission
@@ -18,9 +18,9 @@ from skyverse.space.world import World
 OnFlown = Callable[[int, int], None]
 """Called with how many UAVs have been flown, of how many."""
 
-MOST_WIND = 100.0
+MAX_WIND = 100.0
 """m/s."""
-MOST_NOISE = 10.0
+MAX_NOISE = 10.0
 """Metres, and m/s."""
 
 
@@ -70,8 +70,8 @@ def fly(
         If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or an option makes no sense.
     """
     blown = _wind(wind)
-    if not (isinstance(noise, (int, float)) and 0 <= noise <= MOST_NOISE):
-        raise InputError(f"noise: expected metres from 0 to {MOST_NOISE:g}, found {noise!r}")
+    if not (isinstance(noise, (int, float)) and 0 <= noise <= MAX_NOISE):
+        raise InputError(f"noise: expected metres from 0 to {MAX_NOISE:g}, found {noise!r}")
     if margin is None:
         margin = mission.scenario.clearance / 2
     if not (isinstance(margin, (int, float)) and 0 <= margin < math.inf):
@@ -91,7 +91,7 @@ def fly(
         raise InputError(f"{scenario.name}: expected a trajectory of a multirotor to fly, found none")
     refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying))
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
-    jobs = {uav: Job(flight, vehicle, blown, float(noise), seeds[uav]) for uav, flight in flying.items()}
+    jobs = {uav: SimulationJob(flight, vehicle, blown, float(noise), seeds[uav]) for uav, flight in flying.items()}
     world = World(scenario.model_copy(update={"terrain": None}))
     flown: list[Flown | None] = [None] * len(scenario.uavs)
     for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):
@@ -112,15 +112,15 @@ def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
         raise InputError(f"wind: expected east,north,up in m/s, or speed,degrees, found {wind!r}")
-    if max(map(abs, numbers if len(numbers) == 3 else numbers[:1])) > MOST_WIND:
-        raise InputError(f"wind: expected at most {MOST_WIND:g} m/s, found {wind!r}")
+    if max(map(abs, numbers if len(numbers) == 3 else numbers[:1])) > MAX_WIND:
+        raise InputError(f"wind: expected at most {MAX_WIND:g} m/s, found {wind!r}")
     if len(numbers) == 2:
         speed, heading = numbers[0], math.radians(numbers[1])
         return round(speed * math.cos(heading), 12), round(speed * math.sin(heading), 12), 0.0
     return numbers[0], numbers[1], numbers[2]
 
 
-def _simulated(jobs: dict[int, Job], workers: int) -> Iterator[tuple[int, Samples]]:
+def _simulated(jobs: dict[int, SimulationJob], workers: int) -> Iterator[tuple[int, Samples]]:
     """Yield each UAV's samples as it has been flown."""
     if workers == 1:
         for uav, job in jobs.items():

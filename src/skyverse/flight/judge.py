@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.flight.simulate import RATE, Samples
+from skyverse.flight.simulate import COMMAND_RATE, Samples
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.flight_record import Flown, Passing
 from skyverse.model.mission import Mission
@@ -14,7 +14,7 @@ from skyverse.model.shapes import Terrain
 from skyverse.model.verdict import Fault, Violation
 from skyverse.space.world import World
 
-TOLERANCE = 1e-6
+SEPARATION_ROUNDING = 1e-6
 """Of nearness."""
 
 
@@ -58,7 +58,7 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
     """
     uavs = mission.scenario.uavs
     ends = [f.times[-1] for f in flown if f is not None] + [mission.makespan]
-    times = np.arange(np.ceil(max(ends) * RATE) + 1) / RATE
+    times = np.arange(np.ceil(max(ends) * COMMAND_RATE) + 1) / COMMAND_RATE
     planned = [_planned(mission, uav, times) for uav in range(len(uavs))]
     actual = [p if f is None else _held(f, times) for p, f in zip(planned, flown, strict=True)]
     found, wrong = [], []
@@ -79,7 +79,9 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
         k = int(np.argmin(strayed - asked))
         if strayed[k] < asked[k]:
             middle = (actual[i][k] + actual[j][k]) / 2
-            given = f", {asked[k]:.2f} as their starts or targets are given" if asked[k] < 1.0 - TOLERANCE else ""
+            given = (
+                f", {asked[k]:.2f} as their starts or targets are given" if asked[k] < 1.0 - SEPARATION_ROUNDING else ""
+            )
             message = (
                 f"{uavs[i].name} and {uavs[j].name} come within {np.linalg.norm(apart[k]):.3f} m of each other at "
                 f"{times[k]:.2f} s, {nearness[k]:.2f} of their separation{given}; {margin:.3g} m each may be strayed"
@@ -90,9 +92,9 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
 
 def planned_close(mission: Mission, i: int, j: int) -> bool:
     """Tell whether two UAVs come closer than is asked of them as planned already."""
-    times = np.arange(np.ceil(mission.makespan * RATE) + 1) / RATE
+    times = np.arange(np.ceil(mission.makespan * COMMAND_RATE) + 1) / COMMAND_RATE
     meant = _nearness(_planned(mission, i, times) - _planned(mission, j, times), *_separation(mission, i, j))
-    return bool(np.any(meant < _asked(mission, i, j, meant) - 10 * TOLERANCE))
+    return bool(np.any(meant < _asked(mission, i, j, meant) - 10 * SEPARATION_ROUNDING))
 
 
 def _separation(mission: Mission, i: int, j: int) -> tuple[float, float]:
@@ -119,12 +121,12 @@ def _nearness(apart: Floats, level: float, upright: float) -> Floats:
 def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
     """Return the nearness to be kept, (m,): less than 1 while it is because starts, or targets, are given too close."""
     uavs, targets = mission.scenario.uavs, mission.scenario.targets
-    asked = np.full(len(meant), 1.0 - TOLERANCE)
-    clear = np.flatnonzero(meant >= 1.0 - TOLERANCE)
+    asked = np.full(len(meant), 1.0 - SEPARATION_ROUNDING)
+    clear = np.flatnonzero(meant >= 1.0 - SEPARATION_ROUNDING)
     first, last = (clear[0], clear[-1] + 1) if len(clear) else (len(meant), 0)
 
     def given(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-        return float(_nearness(np.subtract([one], [other]), *_separation(mission, i, j))[0]) - TOLERANCE
+        return float(_nearness(np.subtract([one], [other]), *_separation(mission, i, j))[0]) - SEPARATION_ROUNDING
 
     asked[:first] = np.minimum(asked[:first], given(uavs[i].start, uavs[j].start))
     if mission.trajectories[i] is not None and mission.trajectories[j] is not None:

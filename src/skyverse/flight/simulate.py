@@ -6,23 +6,23 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.flight.lead import reference
-from skyverse.flight.observer import Observer, upward
+from skyverse.flight.feedforward import reference
 from skyverse.flight.runge_kutta import RungeKutta
 from skyverse.flight.vehicle import vehicle_of
+from skyverse.flight.wind_observer import WindObserver, upward
 from skyverse.model.trajectory import Trajectory
 from skyverse.trajectory.limits import GRAVITY
 
-RATE = 100.0
+COMMAND_RATE = 100.0
 """Commands, and samples, a second."""
-SETTLE = 1.0
+SETTLING_SECONDS = 1.0
 """Seconds that a UAV is flown on for when it should have arrived."""
-LOST = 20.0
+LOST_DISTANCE = 20.0
 """Metres off its trajectory at which a UAV is given up."""
 
 
 @dataclass(frozen=True)
-class Job:
+class SimulationJob:
     """What one UAV is to fly, and in what: vehicle by name, wind (m/s), noise (m and m/s), seed of the noise."""
 
     trajectory: Trajectory
@@ -51,19 +51,22 @@ def require_simulator() -> None:
         raise InputError('flying needs rotorpy: pip install "skyverse[flight]"') from None
 
 
-def simulate(job: Job) -> Samples:
-    """Fly one UAV from its departure until `SETTLE` seconds after it should have arrived.
+def simulate(job: SimulationJob) -> Samples:
+    """Fly one UAV from its departure until `SETTLING_SECONDS` seconds after it should have arrived.
 
-    It departs hovering at rest. rotorpy's SE3 controller, with its own gains, commands the rotors `RATE` times a
-    second; it is told the reference of `lead`, less what the observer has found, within the vehicle's tilt. Once it
-    is lost, the samples end.
+    The UAV departs from a hover. rotorpy's SE3 controller, with its own gains, commands the rotors `COMMAND_RATE` times
+    a second. It follows the reference of `feedforward`, less the wind's acceleration that the observer has estimated,
+    within the vehicle's largest tilt. The samples end when the UAV is lost.
     """
     from rotorpy.controllers.quadrotor_control import SE3Control
     from rotorpy.vehicles.multirotor import Multirotor
     from rotorpy.wind.default_winds import ConstantWind
 
-    kind, dt = vehicle_of(job.vehicle), 1.0 / RATE
-    first, last = np.floor(job.trajectory.start * RATE), np.ceil((job.trajectory.end + SETTLE) * RATE)
+    kind, dt = vehicle_of(job.vehicle), 1.0 / COMMAND_RATE
+    first, last = (
+        np.floor(job.trajectory.start * COMMAND_RATE),
+        np.ceil((job.trajectory.end + SETTLING_SECONDS) * COMMAND_RATE),
+    )
     times = np.arange(first, last + 1) * dt
     control = SE3Control(kind.parameters)
     asked = reference(job.trajectory, kind, control, times, dt)
@@ -80,7 +83,7 @@ def simulate(job: Job) -> Samples:
     body = Multirotor(
         kind.parameters, state, integrator_kwargs={"method": RungeKutta, "max_step": kind.parameters["tau_m"]}
     )
-    observer = Observer(body, kind)
+    observer = WindObserver(body, kind)
     errors = np.random.default_rng(job.seed)
     rows = np.empty((len(times), 11))
     for k, t in enumerate(times):
@@ -99,7 +102,7 @@ def simulate(job: Job) -> Samples:
             "yaw_dot": 0.0,
         }
         state = body.step(state, control.update(t, told, flat), dt)
-        if not np.linalg.norm(state["x"] - asked.position[k]) < LOST:
+        if not np.linalg.norm(state["x"] - asked.position[k]) < LOST_DISTANCE:
             times, rows = times[: k + 1], rows[: k + 1]
             break
     return Samples(times, rows[:, :3], rows[:, 3:6], rows[:, 6:10], np.degrees(np.arccos(np.clip(rows[:, 10], -1, 1))))

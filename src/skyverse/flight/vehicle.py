@@ -12,7 +12,7 @@ from skyverse.errors import InputError
 from skyverse.model.uav import UAV
 from skyverse.trajectory.limits import GRAVITY
 
-ARM, HUMMINGBIRD_ARM = 0.086, 0.17
+THESIS_ARM, HUMMINGBIRD_ARM = 0.086, 0.17
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def _thesis() -> Vehicle:
     mass = 0.176
     k_eta = math.sqrt(2.3e-8 * 5.57e-6)
     hover = math.sqrt(mass * GRAVITY / (4 * k_eta))
-    corner = ARM * math.sqrt(0.5)
+    corner = THESIS_ARM * math.sqrt(0.5)
     parameters = {
         "mass": mass,
         "Ixx": 2.5e-4,
@@ -109,7 +109,7 @@ def _thesis() -> Vehicle:
         "c_Dy": 0.5e-2 / 4,
         "c_Dz": 1e-2 / 4,
         "k_eta": k_eta,
-        "k_m": k_eta * (1.36e-7 / 5.57e-6) * ARM / HUMMINGBIRD_ARM,
+        "k_m": k_eta * (1.36e-7 / 5.57e-6) * THESIS_ARM / HUMMINGBIRD_ARM,
         "k_d": math.sqrt(10.2506e-7 * 1.19e-4),
         "k_z": math.sqrt(7.553e-7 * 2.32e-4),
         "k_h": 3.39e-3 / 4,

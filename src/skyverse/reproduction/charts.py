@@ -1,4 +1,4 @@
-"""The charts of the reproduction: lines against something counted, and bars side by side."""
+"""The charts of the reproduction: lines over iterations or populations, and groups of bars."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS = {
+METHOD_COLOURS = {
     "MVO": PLANNER_COLOURS[0],
     "GSO": PLANNER_COLOURS[1],
     "BBO": PLANNER_COLOURS[2],
     "random restart": PLANNER_COLOURS[3],
 }
-DASHES: dict[str, Any] = {"thesis": ":", "as run": "-", "as described": "--", "": "-"}
-MARKS = {"thesis": "x", "as run": "o", "as described": "s", "": "D"}
+FORM_DASHES: dict[str, Any] = {"thesis": ":", "as run": "-", "as described": "--", "": "-"}
+FORM_MARKERS = {"thesis": "x", "as run": "o", "as described": "s", "": "D"}
 
 
 @dataclass(frozen=True)
-class Series:
-    """Points of one method in one form (``"thesis"``, ``"as run"``, ``"as described"`` or none); errors up and down."""
+class ChartSeries:
+    """Points of a method in one form (``"thesis"``, ``"as run"``, ``"as described"``, ``""``), with standard errors."""
 
     method: str
     form: str
@@ -33,14 +33,19 @@ class Series:
     error: Sequence[float] | None = None
 
 
-def lines(series: Sequence[Series], x: str, y: str, *, bound: float | None = None, log: bool = False) -> "Figure":
-    """Draw lines: the method's colour, the form's dash."""
+def lines(series: Sequence[ChartSeries], x: str, y: str, *, bound: float | None = None, log: bool = False) -> "Figure":
+    """Draw a line for each series, in the colour of its method and with the dash of its form."""
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
     figure, axes = _chart(4.6)
     for one in series:
-        colour, name = COLOURS[one.method], f"{one.method} {one.form}".strip()
-        style: Any = {"color": colour, "linestyle": DASHES[one.form], "marker": MARKS[one.form], "markersize": 4.5}
+        colour, name = METHOD_COLOURS[one.method], f"{one.method} {one.form}".strip()
+        style: Any = {
+            "color": colour,
+            "linestyle": FORM_DASHES[one.form],
+            "marker": FORM_MARKERS[one.form],
+            "markersize": 4.5,
+        }
         axes.plot(one.x, one.y, **style, linewidth=1.6, label=name)
         if one.error is not None:
             low, high = np.subtract(one.y, one.error), np.add(one.y, one.error)
@@ -61,12 +66,12 @@ def lines(series: Sequence[Series], x: str, y: str, *, bound: float | None = Non
     return figure
 
 
-def bars(groups: Sequence[str], series: Sequence[Series], y: str, *, bounds: Sequence[float] = ()) -> "Figure":
-    """Draw bars side by side, a group of them at each name; the thesis's hollow, ours filled, as described hatched."""
+def bars(groups: Sequence[str], series: Sequence[ChartSeries], y: str, *, bounds: Sequence[float] = ()) -> "Figure":
+    """Draw a group of bars for each name: the thesis's hollow, ours filled, those as described hatched."""
     figure, axes = _chart(4.4)
     width = 0.84 / len(series)
     for k, one in enumerate(series):
-        colour, at = COLOURS[one.method], np.arange(len(groups)) - 0.42 + (k + 0.5) * width
+        colour, at = METHOD_COLOURS[one.method], np.arange(len(groups)) - 0.42 + (k + 0.5) * width
         style: Any = {"edgecolor": colour, "linewidth": 1.1, "label": f"{one.method} {one.form}".strip()}
         style |= {"facecolor": "white"} if one.form == "thesis" else {"facecolor": colour}
         if one.form == "as described":
@@ -92,6 +97,6 @@ def _counted(axes: Any) -> None:
 
 
 def _chart(height: float) -> tuple["Figure", Any]:
-    """Return a figure with room for labels and for three rows of a legend; asking for a layout takes longer."""
+    """Return a figure and its axes, placed by hand (faster than a layout engine) above a legend of three rows."""
     figure = blank(FIGURE_WIDTH, height)
     return figure, figure.add_axes((0.125, 1.2 / height, 0.855, 1 - 1.35 / height))

@@ -6,30 +6,41 @@ from functools import partial
 from skyverse.lab.figures import Panel, boxes
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run_job import Case, Job
-from skyverse.reproduction.cells import FORMS, LONGEST, SCHEDULED, Cells, Part, case, cell, mean, optimum, restarts
-from skyverse.reproduction.charts import Series, lines
-from skyverse.reproduction.costs import TITLES
+from skyverse.reproduction.cell_runs import (
+    FORMS,
+    LAST_ITERATION,
+    SCHEDULED,
+    CellRuns,
+    ThesisPart,
+    case,
+    cell,
+    mean,
+    optimum,
+    restarts,
+)
+from skyverse.reproduction.charts import ChartSeries, lines
+from skyverse.reproduction.costs import MAP_TITLES
 from skyverse.reproduction.published import (
     CONVERGENCE,
     CONVERGENCE_ITERATIONS,
     CONVERGENCE_POPULATION,
     CONVERGENCE_RUNS,
-    MAPS,
     METHODS,
+    THESIS_MAPS,
 )
 
 
-def parts() -> list[Part]:
+def parts() -> list[ThesisPart]:
     """Return the table and figures of this page of the thesis."""
     return [
-        Part("table-4.5", partial(_jobs, MAPS, CONVERGENCE_ITERATIONS), _table),
+        ThesisPart("table-4.5", partial(_jobs, THESIS_MAPS, CONVERGENCE_ITERATIONS), _table),
         *(
-            Part(f"fig-4.{14 + k}", partial(_jobs, (name,), CONVERGENCE_ITERATIONS), partial(_lines, name, k))
-            for k, name in enumerate(MAPS)
+            ThesisPart(f"fig-4.{14 + k}", partial(_jobs, (name,), CONVERGENCE_ITERATIONS), partial(_lines, name, k))
+            for k, name in enumerate(THESIS_MAPS)
         ),
         *(
-            Part(f"fig-4.{17 + k}", partial(_jobs, (name,), (LONGEST,)), partial(_boxes, name, k))
-            for k, name in enumerate(MAPS)
+            ThesisPart(f"fig-4.{17 + k}", partial(_jobs, (name,), (LAST_ITERATION,)), partial(_boxes, name, k))
+            for k, name in enumerate(THESIS_MAPS)
         ),
     ]
 
@@ -48,9 +59,9 @@ def _jobs(maps: Sequence[str], iterations: Sequence[int], seeds: Sequence[int]) 
         yield from restarts(case(name), seeds)
 
 
-def _table(cells: Cells) -> list[Block]:
+def _table(cells: CellRuns) -> list[Block]:
     blocks: list[Block] = []
-    for name in MAPS:
+    for name in THESIS_MAPS:
         given, rows = case(name), []
         for place, t in enumerate(CONVERGENCE_ITERATIONS):
             row = [str(t)]
@@ -65,7 +76,7 @@ def _table(cells: Cells) -> list[Block]:
             Table(
                 [*head, "random restart"],
                 rows,
-                f"**Table 4.5**, {TITLES[name]}: mean best cost, population {CONVERGENCE_POPULATION}. The exact "
+                f"**Table 4.5**, {MAP_TITLES[name]}: mean best cost, population {CONVERGENCE_POPULATION}. The exact "
                 f"optimum is {optimum(given):g}.",
                 [
                     f"Thesis: {CONVERGENCE_RUNS} runs; ours: {cells.runs}. Random restart after as many generated "
@@ -76,35 +87,35 @@ def _table(cells: Cells) -> list[Block]:
     return blocks
 
 
-def _lines(name: str, k: int, cells: Cells) -> list[Block]:
+def _lines(name: str, k: int, cells: CellRuns) -> list[Block]:
     x = CONVERGENCE_ITERATIONS
     series = []
     for method in METHODS:
-        series.append(Series(method, "thesis", x, CONVERGENCE[name, method]))
+        series.append(ChartSeries(method, "thesis", x, CONVERGENCE[name, method]))
         for form in FORMS:
             found = [mean(cells.values("cost", case(name), method, form, CONVERGENCE_POPULATION, t)) for t in x]
-            series.append(Series(method, form, x, *zip(*found, strict=True)))
-    text = f"**Figure 4.{14 + k}**: mean best cost against iterations on {TITLES[name]}; bands are standard errors."
+            series.append(ChartSeries(method, form, x, *zip(*found, strict=True)))
+    text = f"**Figure 4.{14 + k}**: mean best cost against iterations on {MAP_TITLES[name]}; bands are standard errors."
     bound = optimum(case(name))
     return [
         Figure(f"fig-4.{14 + k}", text, lambda: lines(series, "iterations", "mean best cost", bound=bound, log=True))
     ]
 
 
-def _boxes(name: str, k: int, cells: Cells) -> list[Block]:
+def _boxes(name: str, k: int, cells: CellRuns) -> list[Block]:
     given = case(name)
     labels, costs = [], []
     for form in FORMS:
         for method in METHODS:
             labels.append(f"{method} {form}")
-            costs.append(cells.values("cost", given, method, form, CONVERGENCE_POPULATION, LONGEST))
-    paths = cells.values("generated_paths", given, "MVO", FORMS[1], CONVERGENCE_POPULATION, LONGEST)
+            costs.append(cells.values("cost", given, method, form, CONVERGENCE_POPULATION, LAST_ITERATION))
+    paths = cells.values("generated_paths", given, "MVO", FORMS[1], CONVERGENCE_POPULATION, LAST_ITERATION)
     labels.append("random restart")
     costs.append(cells.restart(given, float(paths.mean())))
-    panel = Panel(TITLES[name], optimum(given), costs=costs)
+    panel = Panel(MAP_TITLES[name], optimum(given), costs=costs)
     text = (
-        f"**Figure 4.{17 + k}**: distribution of the best cost on {TITLES[name]} after {LONGEST} iterations, "
-        f"population {CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean(costs[-1])}) after as many "
-        "generated paths as MVO as described."
+        f"**Figure 4.{17 + k}**: distribution of the best cost on {MAP_TITLES[name]} after {LAST_ITERATION} "
+        f"iterations, population {CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean(costs[-1])}) after "
+        "as many generated paths as MVO as described."
     )
     return [Figure(f"fig-4.{17 + k}", text, lambda: boxes(labels, [panel]))]

@@ -8,34 +8,38 @@ import numpy as np
 from skyverse.lab.report import Block, Figure, Table, Text
 from skyverse.lab.run_job import Job
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
-from skyverse.reproduction.cells import FORMS, Cells, Part, case, cell, mean, optimum, restarts
-from skyverse.reproduction.charts import Series, bars
-from skyverse.reproduction.published import CASES, CELL_RUNS, COSTS, MAPS, METHODS
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, ThesisPart, case, cell, mean, optimum, restarts
+from skyverse.reproduction.charts import ChartSeries, bars
+from skyverse.reproduction.published import CASES, CELL_RUNS, COSTS, METHODS, THESIS_MAPS
 
-TITLES = {"map1": "Map 1", "map2": "Map 2", "map3": "Map 3"}
+MAP_TITLES = {"map1": "Map 1", "map2": "Map 2", "map3": "Map 3"}
 
 
-def parts() -> list[Part]:
+def parts() -> list[ThesisPart]:
     """Return the tables and figures of this page of the thesis."""
     found = [
-        Part(f"table-4.{2 + k}", partial(_jobs, (name,), CASES), partial(_table, name, k), partial(_times, name, k))
-        for k, name in enumerate(MAPS)
+        ThesisPart(
+            f"table-4.{2 + k}", partial(_jobs, (name,), CASES), partial(_table, name, k), partial(_times, name, k)
+        )
+        for k, name in enumerate(THESIS_MAPS)
     ]
-    found.append(Part("cells", partial(_jobs, MAPS, CASES), _agreement))
+    found.append(ThesisPart("cells", partial(_jobs, THESIS_MAPS, CASES), _agreement))
     for k, which in enumerate(CASES):
-        found.append(Part(f"fig-4.{10 + k}", partial(_jobs, MAPS, (which,)), partial(_cost_bars, k, which)))
+        found.append(
+            ThesisPart(f"fig-4.{10 + k}", partial(_jobs, THESIS_MAPS, (which,)), partial(_cost_bars, k, which))
+        )
     for k, which in enumerate(CASES):
         shown, timed = partial(_bars, k, which), partial(_bars_s, k, which)
-        found.append(Part(f"fig-4.{12 + k}", partial(_jobs, MAPS, (which,)), shown, timed))
+        found.append(ThesisPart(f"fig-4.{12 + k}", partial(_jobs, THESIS_MAPS, (which,)), shown, timed))
     return found
 
 
-def _agreement(cells: Cells) -> list[Block]:
-    """Say which of the 18 cells come out: the others differ by Welch's t-test, adjusted by Holm's method, at 5 %."""
+def _agreement(cells: CellRuns) -> list[Block]:
+    """Say which of the 18 cells agree with the thesis by Welch's t-test, adjusted by Holm's method, at 5 %."""
     from scipy.stats import ttest_ind_from_stats
 
     where, raw, away = [], [], []
-    for name in MAPS:
+    for name in THESIS_MAPS:
         for population, iterations in CASES:
             for method in METHODS:
                 ours = cells.values("cost", case(name), method, FORMS[0], population, iterations)
@@ -43,7 +47,7 @@ def _agreement(cells: Cells) -> list[Block]:
                 stats = (ours.mean(), ours.std(ddof=1), len(ours), theirs.mean, theirs.deviation, CELL_RUNS)
                 raw.append(float(ttest_ind_from_stats(*stats, equal_var=False).pvalue))
                 away.append(difference(cells, name, method, population, iterations))
-                where.append(f"{TITLES[name]}, {method}, {population} x {iterations}")
+                where.append(f"{MAP_TITLES[name]}, {method}, {population} x {iterations}")
     p = holm(raw)
     differ = [
         f"{place} ({z:+.1f})" for place, z, chance in zip(where, away, p, strict=True) if chance < SIGNIFICANCE_LEVEL
@@ -69,8 +73,8 @@ def _agreement(cells: Cells) -> list[Block]:
     return [Text(text)]
 
 
-def difference(cells: Cells, name: str, method: str, population: int, iterations: int) -> float:
-    """Return how far our mean as run is from the published one, in standard errors of both."""
+def difference(cells: CellRuns, name: str, method: str, population: int, iterations: int) -> float:
+    """Return the difference of our mean, as run, from the published one, in standard errors of the difference."""
     ours = cells.values("cost", case(name), method, FORMS[0], population, iterations)
     published = COSTS[name, method, population, iterations]
     error = np.hypot(ours.std(ddof=1) / np.sqrt(len(ours)), published.deviation / np.sqrt(CELL_RUNS))
@@ -86,7 +90,7 @@ def _jobs(maps: Sequence[str], cases: Sequence[tuple[int, int]], seeds: Sequence
         yield from restarts(case(name), seeds)
 
 
-def _table(name: str, k: int, cells: Cells) -> list[Block]:
+def _table(name: str, k: int, cells: CellRuns) -> list[Block]:
     given = case(name)
     costs, efforts = [], []
     for population, iterations in CASES:
@@ -137,7 +141,7 @@ def _table(name: str, k: int, cells: Cells) -> list[Block]:
                 "exact",
             ],
             costs,
-            f"**Table {number}**: mean best cost on {TITLES[name]}, with its standard error.",
+            f"**Table {number}**: mean best cost on {MAP_TITLES[name]}, with its standard error.",
             [
                 f"Thesis: {CELL_RUNS} runs a cell; ours: {cells.runs}. The difference is that of *as run* to the "
                 "thesis, in standard errors of both. *Restart* is the memoryless baseline after as many generated "
@@ -164,7 +168,7 @@ def _table(name: str, k: int, cells: Cells) -> list[Block]:
     ]
 
 
-def _times(name: str, k: int, cells: Cells) -> list[Block]:
+def _times(name: str, k: int, cells: CellRuns) -> list[Block]:
     rows = []
     for population, iterations in CASES:
         for method in METHODS:
@@ -173,25 +177,25 @@ def _times(name: str, k: int, cells: Cells) -> list[Block]:
             millis = [f"{1000 * np.median(values):.1f}" for values in ours]
             rows.append([f"{method}, {population} x {iterations}", f"{published:g}", *millis])
     head = ["method, population x iterations", "thesis, s", "as run, ms", "as described, ms"]
-    return [Table(head, rows, f"**Table 4.{2 + k}**: time of a run on {TITLES[name]} (ours: the median).")]
+    return [Table(head, rows, f"**Table 4.{2 + k}**: time of a run on {MAP_TITLES[name]} (ours: the median).")]
 
 
-def _cost_bars(k: int, which: tuple[int, int], cells: Cells) -> list[Block]:
+def _cost_bars(k: int, which: tuple[int, int], cells: CellRuns) -> list[Block]:
     series = []
     for method in METHODS:
-        published = [COSTS[name, method, *which] for name in MAPS]
+        published = [COSTS[name, method, *which] for name in THESIS_MAPS]
         errors = [p.deviation / float(np.sqrt(CELL_RUNS)) for p in published]
-        series.append(Series(method, "thesis", [], [p.mean for p in published], errors))
+        series.append(ChartSeries(method, "thesis", [], [p.mean for p in published], errors))
         for form in FORMS:
-            found = [mean(cells.values("cost", case(name), method, form, *which)) for name in MAPS]
-            series.append(Series(method, form, [], *zip(*found, strict=True)))
-    bounds = [optimum(case(name)) for name in MAPS]
+            found = [mean(cells.values("cost", case(name), method, form, *which)) for name in THESIS_MAPS]
+            series.append(ChartSeries(method, form, [], *zip(*found, strict=True)))
+    bounds = [optimum(case(name)) for name in THESIS_MAPS]
     text = f"**Figure 4.{10 + k}**: mean best cost, {which[0]} x {which[1]}, with its standard error."
-    names = list(TITLES.values())
+    names = list(MAP_TITLES.values())
     return [Figure(f"fig-4.{10 + k}", text, lambda: bars(names, series, "mean best cost", bounds=bounds))]
 
 
-def _bars(k: int, which: tuple[int, int], cells: Cells) -> list[Block]:
+def _bars(k: int, which: tuple[int, int], cells: CellRuns) -> list[Block]:
     text = (
         f"**Figure 4.{12 + k}**, counted: generated nodes of a run, {which[0]} x {which[1]}. Time follows them; "
         "measured times stand on their own page."
@@ -199,20 +203,20 @@ def _bars(k: int, which: tuple[int, int], cells: Cells) -> list[Block]:
     return [_effort_bars(f"fig-4.{12 + k}", text, which, cells, "generated_nodes", "generated nodes of a run")]
 
 
-def _bars_s(k: int, which: tuple[int, int], cells: Cells) -> list[Block]:
+def _bars_s(k: int, which: tuple[int, int], cells: CellRuns) -> list[Block]:
     text = f"**Figure 4.{12 + k}**: median time of a run, {which[0]} x {which[1]} (the thesis took 4 to 28 s)."
     return [_effort_bars(f"fig-4.{12 + k}-seconds", text, which, cells, "seconds", "seconds")]
 
 
-def _effort_bars(name: str, text: str, which: tuple[int, int], cells: Cells, column: str, y: str) -> Figure:
+def _effort_bars(name: str, text: str, which: tuple[int, int], cells: CellRuns, column: str, y: str) -> Figure:
     series = [
-        Series(
+        ChartSeries(
             method,
             form,
             [],
-            [float(np.median(cells.values(column, case(place), method, form, *which))) for place in MAPS],
+            [float(np.median(cells.values(column, case(place), method, form, *which))) for place in THESIS_MAPS],
         )
         for method in METHODS
         for form in FORMS
     ]
-    return Figure(name, text, lambda: bars(list(TITLES.values()), series, y))
+    return Figure(name, text, lambda: bars(list(MAP_TITLES.values()), series, y))

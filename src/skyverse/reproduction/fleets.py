@@ -8,18 +8,18 @@ import numpy as np
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
-from skyverse.reproduction.cells import FORMS, Cells, Part, case, cell, mean, optimum
-from skyverse.reproduction.charts import Series, bars, lines
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, ThesisPart, case, cell, mean, optimum
+from skyverse.reproduction.charts import ChartSeries, bars, lines
 from skyverse.reproduction.convergence import up_to
-from skyverse.reproduction.costs import TITLES
-from skyverse.reproduction.flights import fleet_trajectories
+from skyverse.reproduction.costs import MAP_TITLES
+from skyverse.reproduction.flight_figures import fleet_trajectories
 from skyverse.reproduction.published import CASES, CONVERGENCE_POPULATION, FLEET_RUNS, FLEET_TIMES, FLEETS, METHODS
 
-SCENARIOS = dict(zip(FLEETS, ("table-4.9-2", "table-4.9-3", "table-4.9-4", "table-4.12"), strict=True))
+FLEET_SCENARIOS = dict(zip(FLEETS, ("table-4.9-2", "table-4.9-3", "table-4.9-4", "table-4.12"), strict=True))
 """The fleets of Table 4.10; the thesis does not give the five-UAV one, and Table 4.12 is the likely set."""
-FIVE = ("table-4.11", "table-4.12", "table-4.13")
+FIVE_UAV_FLEETS = ("table-4.11", "table-4.12", "table-4.13")
 TOTAL_ITERATIONS = (1, 2, 5, 10, 25)
-COORDINATION: tuple[Assignment, ...] = ("identity", "euclidean", "path-cost")
+COORDINATION_WAYS: tuple[Assignment, ...] = ("identity", "euclidean", "path-cost")
 _WITH = {
     "identity": "without coordination",
     "euclidean": "Munkres, straight lines",
@@ -27,19 +27,22 @@ _WITH = {
 }
 
 
-def parts() -> list[Part]:
+def parts() -> list[ThesisPart]:
     """Return the table and figures of this page of the thesis."""
     return [
-        Part("table-4.10", _table_jobs, partial(_table, "generated_nodes"), partial(_table, "seconds")),
-        Part("fig-4.26", _no_jobs, lambda _: [fleet_trajectories("fig-4.26", "euclidean")]),
-        Part("fig-4.27", _no_jobs, lambda _: [fleet_trajectories("fig-4.27", "identity")]),
-        Part("fig-4.28", _total_jobs, _totals),
-        *(Part(f"fig-4.{29 + k}", partial(_line_jobs, name), partial(_lines, name, k)) for k, name in enumerate(FIVE)),
+        ThesisPart("table-4.10", _table_jobs, partial(_table, "generated_nodes"), partial(_table, "seconds")),
+        ThesisPart("fig-4.26", _no_jobs, lambda _: [fleet_trajectories("fig-4.26", "euclidean")]),
+        ThesisPart("fig-4.27", _no_jobs, lambda _: [fleet_trajectories("fig-4.27", "identity")]),
+        ThesisPart("fig-4.28", _total_jobs, _totals),
+        *(
+            ThesisPart(f"fig-4.{29 + k}", partial(_line_jobs, name), partial(_lines, name, k))
+            for k, name in enumerate(FIVE_UAV_FLEETS)
+        ),
     ]
 
 
 def coordinated(how: Assignment) -> Case:
-    """Return Table 4.8's fleet on Map 3 with targets given out in one of the ways of `COORDINATION`."""
+    """Return Table 4.8's fleet on Map 3 with targets given out in one of the ways of `COORDINATION_WAYS`."""
     return case("table-4.8", how)
 
 
@@ -48,14 +51,14 @@ def _no_jobs(seeds: Sequence[int]) -> Iterable[Job]:
 
 
 def _table_jobs(seeds: Sequence[int]) -> Iterable[Job]:
-    for name in SCENARIOS.values():
+    for name in FLEET_SCENARIOS.values():
         for population, iterations in CASES:
             for method in METHODS:
                 for form in FORMS:
                     yield from cell(case(name, "euclidean"), method, form, population, iterations, seeds[:FLEET_RUNS])
 
 
-def _table(column: str, cells: Cells) -> list[Block]:
+def _table(column: str, cells: CellRuns) -> list[Block]:
     cells = cells.first(FLEET_RUNS)
     rows = []
     scale, form_of = (0.001, "{:,.0f}") if column == "generated_nodes" else (1000, "{:.1f}")
@@ -63,7 +66,7 @@ def _table(column: str, cells: Cells) -> list[Block]:
         for place, uavs in enumerate(FLEETS):
             row = [f"{population} x {iterations}", str(uavs)]
             for method in METHODS:
-                given = case(SCENARIOS[uavs], "euclidean")
+                given = case(FLEET_SCENARIOS[uavs], "euclidean")
                 ours = [cells.values(column, given, method, form, population, iterations) for form in FORMS]
                 row.append(f"{FLEET_TIMES[method, population, iterations][place]:g}")
                 row += [form_of.format(scale * float(np.median(values))) for values in ours]
@@ -83,22 +86,24 @@ def _table(column: str, cells: Cells) -> list[Block]:
 
 
 def _total_jobs(seeds: Sequence[int]) -> Iterable[Job]:
-    for how in COORDINATION:
+    for how in COORDINATION_WAYS:
         for form in FORMS:
             yield from cell(coordinated(how), "MVO", form, *CASES[1], seeds[:FLEET_RUNS])
 
 
-def _totals(cells: Cells) -> list[Block]:
+def _totals(cells: CellRuns) -> list[Block]:
     cells = cells.first(FLEET_RUNS)
     population, iterations = CASES[1]
     rows, series = [], []
     for form in FORMS:
-        found = [cells.values("cost", coordinated(how), "MVO", form, population, iterations) for how in COORDINATION]
-        series.append(Series("MVO", form, [], *zip(*map(mean, found), strict=True)))
+        found = [
+            cells.values("cost", coordinated(how), "MVO", form, population, iterations) for how in COORDINATION_WAYS
+        ]
+        series.append(ChartSeries("MVO", form, [], *zip(*map(mean, found), strict=True)))
         rows.append([f"MVO {form}", *(str(mean(values)) for values in found)])
-    bounds = [optimum(coordinated(how)) for how in COORDINATION]
+    bounds = [optimum(coordinated(how)) for how in COORDINATION_WAYS]
     rows.append(["exact optimum", *(f"{bound:g}" for bound in bounds)])
-    names = [_WITH[how] for how in COORDINATION]
+    names = [_WITH[how] for how in COORDINATION_WAYS]
     text = (
         f"**Figure 4.28**: mean total best cost of five UAVs on Map 3 (Table 4.8), MVO, {population} x {iterations}, "
         f"{cells.runs} runs, as in the thesis."
@@ -114,7 +119,7 @@ def _line_jobs(name: str, seeds: Sequence[int]) -> Iterable[Job]:
     yield from up_to(case(name, "euclidean"), TOTAL_ITERATIONS, seeds[:FLEET_RUNS])
 
 
-def _lines(name: str, k: int, cells: Cells) -> list[Block]:
+def _lines(name: str, k: int, cells: CellRuns) -> list[Block]:
     cells = cells.first(FLEET_RUNS)
     given = case(name, "euclidean")
     series = []
@@ -123,8 +128,8 @@ def _lines(name: str, k: int, cells: Cells) -> list[Block]:
             found = [
                 mean(cells.values("cost", given, method, form, CONVERGENCE_POPULATION, t)) for t in TOTAL_ITERATIONS
             ]
-            series.append(Series(method, form, TOTAL_ITERATIONS, *zip(*found, strict=True)))
-    title = list(TITLES.values())[k]
+            series.append(ChartSeries(method, form, TOTAL_ITERATIONS, *zip(*found, strict=True)))
+    title = list(MAP_TITLES.values())[k]
     text = (
         f"**Figure 4.{29 + k}**: mean total best cost of five UAVs against iterations, {title} "
         f"({name.replace('table-', 'Table ')}), with Munkres; bands are standard errors of {cells.runs} runs."

@@ -7,31 +7,31 @@ import numpy as np
 
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run_job import Job
-from skyverse.reproduction.cells import FORMS, Cells, Part, case, cell
-from skyverse.reproduction.charts import Series, lines
-from skyverse.reproduction.costs import TITLES
-from skyverse.reproduction.published import CASES, MAPS, METHODS, POPULATIONS, TIMES
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, ThesisPart, case, cell
+from skyverse.reproduction.charts import ChartSeries, lines
+from skyverse.reproduction.costs import MAP_TITLES
+from skyverse.reproduction.published import CASES, METHODS, POPULATIONS, THESIS_MAPS, TIMES
 
 ITERATIONS = tuple(iterations for _, iterations in CASES)
 
 
-def parts() -> list[Part]:
+def parts() -> list[ThesisPart]:
     """Return the tables and figures of this page of the thesis."""
     found = []
     for k, iterations in enumerate(ITERATIONS):
         found.append(
-            Part(
+            ThesisPart(
                 f"table-4.{6 + k}",
-                partial(_jobs, MAPS, iterations),
+                partial(_jobs, THESIS_MAPS, iterations),
                 partial(_table, k, iterations),
                 partial(_seconds, k, iterations),
             )
         )
     for k, iterations in enumerate(ITERATIONS):
-        for j, name in enumerate(MAPS):
+        for j, name in enumerate(THESIS_MAPS):
             number = f"4.{20 + 3 * k + j}"
             found.append(
-                Part(
+                ThesisPart(
                     f"fig-{number}",
                     partial(_jobs, (name,), iterations),
                     partial(_lines, number, name, iterations, "generated_nodes"),
@@ -49,7 +49,7 @@ def _jobs(maps: Sequence[str], iterations: int, seeds: Sequence[int]) -> Iterabl
                     yield from cell(case(name), method, form, population, iterations, seeds)
 
 
-def _table(k: int, iterations: int, cells: Cells) -> list[Block]:
+def _table(k: int, iterations: int, cells: CellRuns) -> list[Block]:
     caption = (
         f"**Table 4.{6 + k}**, counted: thousands of generated nodes of a run, {iterations} iterations, beside the "
         "thesis's seconds. Time follows the nodes; measured times stand on their own page."
@@ -57,16 +57,16 @@ def _table(k: int, iterations: int, cells: Cells) -> list[Block]:
     return _tabled(caption, "generated_nodes", 0.001, "{:,.1f}", iterations, cells)
 
 
-def _seconds(k: int, iterations: int, cells: Cells) -> list[Block]:
+def _seconds(k: int, iterations: int, cells: CellRuns) -> list[Block]:
     caption = f"**Table 4.{6 + k}**: median time of a run, {iterations} iterations; thesis in s, ours in ms."
     return _tabled(caption, "seconds", 1000, "{:.1f}", iterations, cells)
 
 
-def _tabled(caption: str, column: str, factor: float, form_of: str, iterations: int, cells: Cells) -> list[Block]:
+def _tabled(caption: str, column: str, factor: float, form_of: str, iterations: int, cells: CellRuns) -> list[Block]:
     rows = []
-    for name in MAPS:
+    for name in THESIS_MAPS:
         for place, population in enumerate(POPULATIONS):
-            row = [TITLES[name], str(population)]
+            row = [MAP_TITLES[name], str(population)]
             for method in METHODS:
                 ours = [cells.values(column, case(name), method, form, population, iterations) for form in FORMS]
                 row.append(f"{TIMES[name, method, iterations][place]:g}")
@@ -76,9 +76,9 @@ def _tabled(caption: str, column: str, factor: float, form_of: str, iterations: 
     return [Table(["map", "population", *head], rows, caption)]
 
 
-def _lines(number: str, name: str, iterations: int, column: str, cells: Cells) -> list[Block]:
+def _lines(number: str, name: str, iterations: int, column: str, cells: CellRuns) -> list[Block]:
     series = [
-        Series(
+        ChartSeries(
             method,
             form,
             POPULATIONS,
@@ -90,7 +90,7 @@ def _lines(number: str, name: str, iterations: int, column: str, cells: Cells) -
     counted = column == "generated_nodes"
     y = "generated nodes of a run" if counted else "seconds"
     what = "generated nodes" if counted else "median time"
-    text = f"**Figure {number}**{', counted' * counted}: {what} of a run against the population, {TITLES[name]}, "
+    text = f"**Figure {number}**{', counted' * counted}: {what} of a run against the population, {MAP_TITLES[name]}, "
     text += f"{iterations} iterations."
     if iterations == ITERATIONS[1]:
         text += (

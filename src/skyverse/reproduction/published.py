@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 METHODS = ("BBO", "GSO", "MVO")
-MAPS = ("map1", "map2", "map3")
+THESIS_MAPS = ("map1", "map2", "map3")
 CASES = ((20, 25), (25, 40))
 """Population and iterations of the two cases of Tables 4.2 to 4.4 and 4.10."""
 CELL_RUNS = 20

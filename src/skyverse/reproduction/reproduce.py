@@ -1,4 +1,4 @@
-"""All parts of the reproduction, run and written."""
+"""Runs the thesis's experiments again, and writes the pages of the reproduction."""
 
 import platform
 from collections.abc import Sequence
@@ -12,15 +12,15 @@ from skyverse.lab.report_files import write_report_files
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_job import Job
 from skyverse.lab.run_study import OnRun, run_jobs
-from skyverse.reproduction import claims, convergence, costs, fleets, flights, populations
-from skyverse.reproduction.cells import Cells, Part
+from skyverse.reproduction import claims, convergence, costs, fleets, flight_figures, populations
+from skyverse.reproduction.cell_runs import CellRuns, ThesisPart
 
-MOST_RUNS = 10_000
+MAX_RUNS = 10_000
 
-PARTS = {
+THESIS_PARTS = {
     part.name: part
     for part in (
-        *flights.parts(),
+        *flight_figures.parts(),
         *costs.parts(),
         *convergence.parts(),
         *populations.parts(),
@@ -48,8 +48,8 @@ _FORMS = (
 )
 
 
-def named(names: Sequence[str]) -> list[Part]:
-    """Return the parts of these names, all without any.
+def named(names: Sequence[str]) -> list[ThesisPart]:
+    """Return the parts of these names, or all parts where `names` is empty.
 
     Raises
     ------
@@ -57,12 +57,12 @@ def named(names: Sequence[str]) -> list[Part]:
         If there is no such part.
     """
     for name in names:
-        if name not in PARTS:
-            raise InputError(f"there is no part {name!r} of the thesis; there are {', '.join(PARTS)}")
-    return [part for name, part in PARTS.items() if not names or name in names]
+        if name not in THESIS_PARTS:
+            raise InputError(f"there is no part {name!r} of the thesis; there are {', '.join(THESIS_PARTS)}")
+    return [part for name, part in THESIS_PARTS.items() if not names or name in names]
 
 
-def jobs(parts: Sequence[Part], seeds: Sequence[int]) -> list[Job]:
+def jobs(parts: Sequence[ThesisPart], seeds: Sequence[int]) -> list[Job]:
     """Return the runs that these parts need, each once, scenario by scenario."""
     found = {job.run: job for part in parts for job in part.jobs(seeds)}
     places = {label: place for place, label in enumerate(dict.fromkeys(job.case.label for job in found.values()))}
@@ -78,23 +78,23 @@ def reproduce(
     workers: int = 1,
     on_run: OnRun | None = None,
 ) -> list[Path]:
-    """Run the thesis's experiments again, and write what comes out.
+    """Run the thesis's experiments again, and write their tables, figures and claims.
 
     Parameters
     ----------
     names
-        Parts, as in ``table-4.2``, ``fig-4.17`` or ``claims``; all without any.
+        The parts, such as ``table-4.2``, ``fig-4.17`` or ``claims``; all parts where it is empty.
     folder
-        Where ``report``, ``claims`` and ``times`` are written, as .md and .html, with ``figures/`` and the rows behind
-        them. Runs whose rows are there already are not done again.
+        The folder for ``report``, ``claims`` and ``times`` (.md and .html), their ``figures/``, and the rows of all
+        runs. Runs whose rows it has already are not repeated.
     runs
-        Runs of each cell, at least two.
+        The number of runs of each cell, at least 2.
     seed
         The first seed of each cell. The same seed gives the same ``report`` and ``claims``, byte by byte.
     workers
-        How many processes share the runs.
+        The number of processes that share the runs.
     on_run
-        Called with the number of runs done and of all runs.
+        Called with the number of finished runs and the number of all runs.
 
     Returns
     -------
@@ -107,8 +107,8 @@ def reproduce(
         If there is no such part, there are too few runs, or something cannot be written.
     """
     parts = named(names)
-    if not 2 <= runs <= MOST_RUNS:
-        raise InputError(f"runs: expected a whole number from 2 to {MOST_RUNS:,}, found {runs!r}")
+    if not 2 <= runs <= MAX_RUNS:
+        raise InputError(f"runs: expected a whole number from 2 to {MAX_RUNS:,}, found {runs!r}")
     seeds = range(seed, seed + runs)
     folder = Path(folder)
     try:
@@ -119,7 +119,7 @@ def reproduce(
     with Rows(folder / "rows.sqlite") as rows:
         if wanted:
             run_jobs(wanted, rows, workers=workers, on_run=on_run)
-        cells = Cells(rows, seeds)
+        cells = CellRuns(rows, seeds)
         command = " ".join(["skyverse reproduce", *names, f"--runs {runs} --seed {seed}"])
         pages = [path for page in _pages(parts, cells, command) for path in page.write(folder)]
     return [path for path in pages if path.suffix in (".md", ".html")]
@@ -137,7 +137,7 @@ class _Page:
         return write_report_files(whole, folder, stem=self.stem) if self.blocks else []
 
 
-def _pages(parts: Sequence[Part], cells: Cells, command: str) -> list[_Page]:
+def _pages(parts: Sequence[ThesisPart], cells: CellRuns, command: str) -> list[_Page]:
     by_name = {part.name: part for part in parts}
     made = f"Made by `{command}`, skyverse {__version__}."
     shown: list[Block] = []

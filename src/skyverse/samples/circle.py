@@ -9,7 +9,7 @@ from skyverse.errors import InputError
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.uav import UAV
 
-HEIGHT = 20.0
+CIRCLE_SPACE_HEIGHT = 20.0
 """Metres of air under and over the circle, together."""
 
 
@@ -40,12 +40,12 @@ def circle_swap(uavs: int = 8, radius: float = 20.0) -> Scenario:
     if isinstance(radius, bool) or not isinstance(radius, Real) or not least < radius < math.inf:
         raise InputError(f"circle_swap's radius for {uavs} UAVs is above {least:.4g} m, not {radius!r}")
     angles = 2.0 * math.pi * np.arange(uavs) / uavs
-    places = [(radius * math.cos(a), radius * math.sin(a), HEIGHT / 2) for a in angles.tolist()]
+    places = [(radius * math.cos(a), radius * math.sin(a), CIRCLE_SPACE_HEIGHT / 2) for a in angles.tolist()]
     side = 1.25 * radius
     return Scenario(
         name=f"circle-{uavs}",
         description=f"{uavs} UAVs on a circle of radius {radius:g} m, each to the opposite side.",
-        bounds=Bounds(min=(-side, -side, 0), max=(side, side, HEIGHT)),
+        bounds=Bounds(min=(-side, -side, 0), max=(side, side, CIRCLE_SPACE_HEIGHT)),
         clearance=0,
         lattice=Lattice(step=(side / 20, side / 20, 1), connectivity=26),
         objective=Objective(unit="metres"),

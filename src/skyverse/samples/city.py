@@ -9,7 +9,7 @@ from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
 
-DENSITY = 2000 / 2000.0**2
+CITY_DENSITY = 2000 / 2000.0**2
 """Buildings per square metre: 2,000 on 2 km x 2 km."""
 
 
@@ -61,7 +61,7 @@ def random_city(
         number = isinstance(metres, int | float | np.number) and not isinstance(metres, bool) and math.isfinite(metres)
         if metres is not None and (not number or metres < 0 or (metres == 0 and name != "clearance")):
             raise InputError(f"random_city's {name} is metres above 0, not {metres!r}")
-    side = float(math.ceil(math.sqrt(max(buildings, 1) / DENSITY))) if side is None else side
+    side = float(math.ceil(math.sqrt(max(buildings, 1) / CITY_DENSITY))) if side is None else side
     rng = np.random.default_rng(seed)
     middle = rng.uniform(0.0, side, (buildings, 2))
     half = rng.uniform(5.0, 20.0, (buildings, 2))

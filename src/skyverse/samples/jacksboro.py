@@ -24,12 +24,12 @@ from skyverse.model.scenario import (
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import UAV
 
-FILE = "jacksboro_fault_dem.npz"
-ORIGIN = Origin(latitude=36.5145, longitude=-84.2275, altitude=300.0)
-SIDE = (11000.0, 7000.0)
-STEP = 75.0
+ELEVATION_FILE = "jacksboro_fault_dem.npz"
+JACKSBORO_ORIGIN = Origin(latitude=36.5145, longitude=-84.2275, altitude=300.0)
+TERRAIN_SIDES = (11000.0, 7000.0)
+TERRAIN_STEP = 75.0
 """Metres."""
-ABOVE_GROUND = 40.0
+END_HEIGHT = 40.0
 """Metres: where UAVs start and end."""
 
 _STARTS = (
@@ -71,9 +71,14 @@ def jacksboro() -> Scenario:
             UAV(start=start, max_speed=15.0, max_acceleration=3.5, max_jerk=20.0, separation=10.0) for start in starts
         ),
         targets=tuple(Target(position=position) for position in targets),
-        frame=Frame(origin=ORIGIN),
+        frame=Frame(origin=JACKSBORO_ORIGIN),
         sources=(
-            Source(file=FILE, gives="terrain", licence="USGS, public domain; shipped with matplotlib", crs="EPSG:4326"),
+            Source(
+                file=ELEVATION_FILE,
+                gives="terrain",
+                licence="USGS, public domain; shipped with matplotlib",
+                crs="EPSG:4326",
+            ),
         ),
     )
 
@@ -82,18 +87,18 @@ def _terrain() -> Terrain:
     """Bring the elevation model to the local frame: bilinear, and raised where one of its heights would stand out."""
     from matplotlib.cbook import get_sample_data
 
-    file: Any = get_sample_data(FILE)  # an opened .npz
+    file: Any = get_sample_data(ELEVATION_FILE)  # an opened .npz
     with file:
         heights = file["elevation"].astype(np.float64)
         west, north, pitch = float(file["xmin"]), float(file["ymin"]), float(file["dx"])  # its ymin is its first row
-    x, y = (np.arange(-side / 2, side / 2 + STEP, STEP) for side in SIDE)
+    x, y = (np.arange(-side / 2, side / 2 + TERRAIN_STEP, TERRAIN_STEP) for side in TERRAIN_SIDES)
     nodes = np.stack([*np.meshgrid(x, y, indexing="ij"), np.zeros((len(x), len(y)))], axis=-1).reshape(-1, 3)
-    places = to_wgs84(ORIGIN, nodes)
+    places = to_wgs84(JACKSBORO_ORIGIN, nodes)
     places[:, 2] = _between(heights, (north - places[:, 0]) / pitch - 0.5, (places[:, 1] - west) / pitch - 0.5)
-    ground = to_local(ORIGIN, places)[:, 2].reshape(len(x), len(y))
+    ground = to_local(JACKSBORO_ORIGIN, places)[:, 2].reshape(len(x), len(y))
     rows, columns = np.indices(heights.shape)
     given = np.stack([north - (rows + 0.5) * pitch, west + (columns + 0.5) * pitch, heights], axis=-1).reshape(-1, 3)
-    u, v, z = (to_local(ORIGIN, given) - [x[0], y[0], 0.0]).T / [[STEP], [STEP], [1.0]]
+    u, v, z = (to_local(JACKSBORO_ORIGIN, given) - [x[0], y[0], 0.0]).T / [[TERRAIN_STEP], [TERRAIN_STEP], [1.0]]
     inside = (u >= 0) & (u <= len(x) - 1) & (v >= 0) & (v <= len(y) - 1)
     short = z[inside] - _between(ground, u[inside], v[inside])
     i, j = u[inside].astype(int), v[inside].astype(int)
@@ -102,7 +107,7 @@ def _terrain() -> Terrain:
         np.maximum.at(lift, (i + corner[0], j + corner[1]), short)
     return Terrain(
         origin=(float(x[0]), float(y[0])),
-        step=(STEP, STEP),
+        step=(TERRAIN_STEP, TERRAIN_STEP),
         heights=np.round(ground + lift[:-1, :-1] + 0.005, 2),
         clearance=30.0,
     )
@@ -120,7 +125,7 @@ def _between(heights: Floats, row: Floats, column: Floats) -> Floats:
 
 def _above(terrain: Terrain, places: tuple[tuple[float, float], ...]) -> list[tuple[float, float, float]]:
     """Return local positions so much above the ground at places given as latitude and longitude."""
-    flat = to_local(ORIGIN, [(*place, ORIGIN.altitude) for place in places])[:, :2].round(1)
+    flat = to_local(JACKSBORO_ORIGIN, [(*place, JACKSBORO_ORIGIN.altitude) for place in places])[:, :2].round(1)
     row, column = ((flat - terrain.origin) / terrain.step).T
     ground = _between(terrain.heights, row, column)
-    return [(float(x), float(y), float(z)) for (x, y), z in zip(flat, (ground + ABOVE_GROUND).round(1), strict=True)]
+    return [(float(x), float(y), float(z)) for (x, y), z in zip(flat, (ground + END_HEIGHT).round(1), strict=True)]

@@ -7,7 +7,7 @@ from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
 
-QUARTER = 0.25
+ROOM_GRID = 0.25
 
 
 def random_room(*, seed: int = 0) -> Scenario:
@@ -40,25 +40,25 @@ def random_room(*, seed: int = 0) -> Scenario:
     kind = rng.choice(["plain", "bars", "slit", "small"])
     boxes = []
     for _ in range(count):
-        size = rng.integers(1, 5 if kind == "small" else 9, 3) * QUARTER
+        size = rng.integers(1, 5 if kind == "small" else 9, 3) * ROOM_GRID
         if kind != "small":
             size *= rng.choice([1, 1, 2])
         if kind == "bars" and rng.random() < 0.3:
             size[rng.integers(3)] = side.max()
-        low = np.floor(rng.uniform(-0.5, side) / QUARTER) * QUARTER
+        low = np.floor(rng.uniform(-0.5, side) / ROOM_GRID) * ROOM_GRID
         boxes.append((low, low + size))
     if kind == "slit":
         x, y = (float(rng.integers(2, side[axis] - 1)) for axis in (0, 1))
         width = float(rng.choice([0.25, 0.5, 0.5001, 0.75]))
-        boxes.append((np.array([x, 0, 0]), np.array([x + QUARTER, y, side[2]])))
-        boxes.append((np.array([x, y + width, 0]), np.array([x + QUARTER, max(side[1], y + width + 0.1), side[2]])))
+        boxes.append((np.array([x, 0, 0]), np.array([x + ROOM_GRID, y, side[2]])))
+        boxes.append((np.array([x, y + width, 0]), np.array([x + ROOM_GRID, max(side[1], y + width + 0.1), side[2]])))
     if rng.random() < 0.2:
         low = rng.integers(1, 4, 3).astype(float)
         high = low + rng.integers(1, 4, 3)
         for axis in range(3):
-            for face in (low[axis] - QUARTER, high[axis]):
-                a, b = low - QUARTER, high + QUARTER
-                a[axis], b[axis] = face, face + QUARTER
+            for face in (low[axis] - ROOM_GRID, high[axis]):
+                a, b = low - ROOM_GRID, high + ROOM_GRID
+                a[axis], b[axis] = face, face + ROOM_GRID
                 boxes.append((a, b))
     clearance = float(rng.choice([0, 0, 0.05, 0.125, 0.25]))
 
@@ -76,7 +76,7 @@ def random_room(*, seed: int = 0) -> Scenario:
         bounds=Bounds(min=(0, 0, 0), max=tuple(side)),
         obstacles=tuple(Box(min=tuple(a), max=tuple(b)) for a, b in boxes),
         clearance=clearance,
-        lattice=Lattice(step=(QUARTER, QUARTER, QUARTER), connectivity=26),
+        lattice=Lattice(step=(ROOM_GRID, ROOM_GRID, ROOM_GRID), connectivity=26),
         objective=Objective(unit="metres"),
         uavs=(UAV(start=place()),),
         targets=(Target(position=place()),),

@@ -9,7 +9,7 @@ from skyverse.model.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, O
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.uav import UAV
 
-SIDE, CEILING, CLEARANCE = 1000.0, 200.0, 5.0
+FIELD_SIDE, FIELD_CEILING, FIELD_CLEARANCE = 1000.0, 200.0, 5.0
 """Metres."""
 
 
@@ -42,12 +42,12 @@ def random_threats(threats: int = 15, *, seed: int = 0) -> Scenario:
             raise InputError(f"random_threats's {name} is a whole number from 0 on, not {number!r}")
     rng = np.random.default_rng(seed)
     start = _place(rng, 40.0, 100.0)
-    target = _place(rng, SIDE - 100.0, SIDE - 40.0)
+    target = _place(rng, FIELD_SIDE - 100.0, FIELD_SIDE - 40.0)
     boxes: list[Box] = []
     zones: list[Cylinder | Prism] = []
     while len(boxes) + len(zones) < threats:
-        centre = rng.uniform(0.0, SIDE, 2)
-        top = float(rng.choice([80.0, 120.0, CEILING]))
+        centre = rng.uniform(0.0, FIELD_SIDE, 2)
+        top = float(rng.choice([80.0, 120.0, FIELD_CEILING]))
         low = float(rng.choice([0.0, 0.0, 40.0]))
         risk = round(float(rng.uniform(0.5, 3.0)), 2)
         kind = rng.integers(3)
@@ -63,11 +63,12 @@ def random_threats(threats: int = 15, *, seed: int = 0) -> Scenario:
             zones.append(Prism(vertices=_star(rng, centre), low=low, high=top, risk=risk))
     return Scenario(
         name=f"threats-{threats}-{seed}",
-        description=f"{threats} random threats on {SIDE:g} m x {SIDE:g} m under {CEILING:g} m (seed {seed}).",
-        bounds=Bounds(min=(0, 0, 0), max=(SIDE, SIDE, CEILING)),
+        description=f"{threats} random threats on {FIELD_SIDE:g} m x {FIELD_SIDE:g} m under {FIELD_CEILING:g} m "
+        f"(seed {seed}).",
+        bounds=Bounds(min=(0, 0, 0), max=(FIELD_SIDE, FIELD_SIDE, FIELD_CEILING)),
         obstacles=tuple(boxes),
         zones=tuple(zones),
-        clearance=CLEARANCE,
+        clearance=FIELD_CLEARANCE,
         lattice=Lattice(step=(20, 20, 20), connectivity=26),
         objective=Objective(
             divergence=10,
@@ -91,7 +92,7 @@ def _rounded(place: np.ndarray) -> tuple[float, float]:
 
 
 def _near(box: Box, end: tuple[float, float, float]) -> bool:
-    room = CLEARANCE + 25.0  # as much as the lattice needs to stand beside it
+    room = FIELD_CLEARANCE + 25.0  # as much as the lattice needs to stand beside it
     return all(box.min[k] - room < end[k] < box.max[k] + room for k in range(2))
 
 

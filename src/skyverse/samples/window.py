@@ -7,7 +7,7 @@ from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
 
-SPACING = (0.9, 0.9, 1.1)
+SWAP_SPACING = (0.9, 0.9, 1.1)
 """Metres between places."""
 
 
@@ -68,7 +68,7 @@ def _free(room: Scenario, place: tuple[float, float, float]) -> bool:
 
 def _places(count: int, first: float, away: int) -> list[tuple[float, float, float]]:
     """Return places in rows of ten, five high, from y = `first` on, away from the window."""
-    dx, dy, dz = SPACING
+    dx, dy, dz = SWAP_SPACING
     return [
         (round(1.0 + dx * (i % 10), 6), round(first + away * dy * (i // 50), 6), round(0.8 + dz * (i // 10 % 5), 6))
         for i in range(count)

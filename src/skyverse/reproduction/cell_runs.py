@@ -1,4 +1,4 @@
-"""The runs behind the thesis's tables and figures: what is to be run, and what came of it."""
+"""The runs behind the thesis's tables and figures: which are needed, and what they found."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -23,21 +23,21 @@ from skyverse.problem import Airspace, Problem
 from skyverse.stop import MaxIterations, MaxNodes, MaxPaths, Stop
 
 FORMS = ("as run", "as described")
-"""What was run in the published experiments, and what the text and the original papers describe."""
+"""The methods as run in the published experiments, and as described by the text and the original papers."""
 
-HISTORY = ("cost", "generated_paths", "generated_nodes", "evaluations")
-LONGEST = 50
+HISTORY_VALUES = ("cost", "generated_paths", "generated_nodes", "evaluations")
+LAST_ITERATION = 50
 SCHEDULED = ("MVO",)
-"""The others follow no schedule: a shorter run of theirs is the beginning of a longer one."""
-EQUAL: dict[str, Stop] = {"1000 paths": MaxPaths(1000), "100000 nodes": MaxNodes(100_000)}
-"""The equal efforts at which claims are judged."""
+"""The methods with a schedule. A shorter run of any other method is the beginning of a longer one."""
+EQUAL_EFFORTS: dict[str, Stop] = {"1000 paths": MaxPaths(1000), "100000 nodes": MaxNodes(100_000)}
+"""The equal efforts at which claims are judged, besides the published iterations."""
 RESTART = "random restart"
 RESTART_PATHS = 3500
 
 
 @cache
 def case(scenario: str, assignment: Assignment = "path-cost") -> Case:
-    """Return a built-in scenario as a case of its own name, or of that and how its UAVs get their targets."""
+    """Return a built-in scenario as a case, labelled by its name and by the assignment unless that is by path cost."""
     label = scenario if assignment == "path-cost" else f"{scenario}, {assignment}"
     return Case(label, read_scenario(scenario), assignment)
 
@@ -63,20 +63,20 @@ def cell(given: Case, method: str, form: str, population: int, iterations: int, 
 def equal(given: Case, method: str, form: str, population: int, seeds: Iterable[int]) -> Iterator[Job]:
     """Yield the runs of a comparison at each of the equal efforts."""
     made = planner(method, form, population)
-    for budget, stop in EQUAL.items():
+    for budget, stop in EQUAL_EFFORTS.items():
         for seed in seeds:
             yield Job(given, made, label(method, form, population), stop, budget, seed)
 
 
 def restarts(given: Case, seeds: Iterable[int]) -> Iterator[Job]:
-    """Yield the runs of the memoryless baseline, from which one of any smaller effort can be read off."""
+    """Yield the runs of the baseline without memory, whose histories contain its runs of any smaller effort."""
     made, stop = RandomRestart(samples=2), MaxPaths(RESTART_PATHS)
     for seed in seeds:
         yield Job(given, made, RESTART, stop, f"{RESTART_PATHS} paths", seed)
 
 
 def label(method: str, form: str, population: int) -> str:
-    """Return what a method is called in the rows."""
+    """Return the label of a method in the rows."""
     return f"{method} {form}, {population}"
 
 
@@ -110,15 +110,15 @@ def mean(values: Floats) -> Mean:
     return Mean(float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))))
 
 
-class Cells:
-    """What came of the runs.
+class CellRuns:
+    """What the runs of the tables' cells found.
 
     Parameters
     ----------
     rows
-        Of all parts that are wanted, and perhaps of more.
+        The rows of all parts that are wanted; there may be others.
     seeds
-        Those that count.
+        The seeds of the runs that count; other runs are ignored.
     """
 
     def __init__(self, rows: Rows, seeds: Sequence[int]) -> None:
@@ -130,7 +130,7 @@ class Cells:
 
     @property
     def runs(self) -> int:
-        """How many runs a cell has."""
+        """The number of runs of each cell."""
         return len(self.seeds)
 
     def values(self, column: str, given: Case, method: str, form: str, population: int, iterations: int) -> Floats:
@@ -139,16 +139,16 @@ class Cells:
         found = self._select(column, given.label, named, f"{iterations} iterations")
         if len(found) == self.runs or method in SCHEDULED:
             return self._whole(found, named)
-        for longer in self._lengths:  # a cell that another part has left half done does not count
-            if longer > iterations and column in HISTORY:
+        for longer in self._lengths:  # a cell that another part has run only in part does not count
+            if longer > iterations and column in HISTORY_VALUES:
                 histories = self._histories(given.label, named, f"{longer} iterations")[column]
                 if len(histories) == self.runs:
                     return np.array([history[iterations] for history in histories], dtype=np.float64)
         return self._whole(found, named)
 
-    def first(self, runs: int) -> "Cells":
-        """Return the same with so many seeds at most."""
-        return Cells(self.rows, self.seeds[:runs])
+    def first(self, runs: int) -> "CellRuns":
+        """Return the same runs, but of only the first `runs` seeds."""
+        return CellRuns(self.rows, self.seeds[:runs])
 
     def _whole(self, found: Floats, named: str) -> Floats:
         if len(found) != self.runs:
@@ -156,12 +156,12 @@ class Cells:
         return found
 
     def equal(self, column: str, given: Case, method: str, form: str, population: int, effort: str) -> Floats:
-        """Return a column of the runs at an equal effort, one of `EQUAL`, (n,)."""
+        """Return a column of the runs at an equal effort, one of `EQUAL_EFFORTS`, (n,)."""
         named = label(method, form, population)
         return self._whole(self._select(column, given.label, named, effort), named)
 
     def restart(self, given: Case, paths: float) -> Floats:
-        """Return the baseline's costs after at most so many generated paths, (n,)."""
+        """Return the baseline's costs, (n,), after `paths` generated paths."""
         histories = self._histories(given.label, RESTART, f"{RESTART_PATHS} paths")
         costs = []
         for cost, spent in zip(histories["cost"], histories["generated_paths"], strict=True):
@@ -177,7 +177,7 @@ class Cells:
         if which not in self._kept:
             where = {"scenario": scenario, "planner": planner, "budget": budget}
             seeds = self.rows.select(("seed",), **where)["seed"].tolist()
-            kept: dict[str, list[NDArray[np.float64]]] = {name: [] for name in HISTORY}
+            kept: dict[str, list[NDArray[np.float64]]] = {name: [] for name in HISTORY_VALUES}
             for seed, history in zip(seeds, self.rows.histories(**where), strict=True):
                 if seed in self.seeds:
                     for name, values in kept.items():
@@ -187,22 +187,22 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class Part:
+class ThesisPart:
     """A table or figure of the thesis, or the page of claims.
 
     Attributes
     ----------
     name
-        What it is called on the command line, as in ``table-4.2``.
+        Its name, such as ``table-4.2``.
     jobs
-        The runs that it needs, by their seeds.
+        Returns the runs that it needs, given the seeds.
     blocks
-        What it shows; the same for the same seeds, on any machine.
+        Returns what it shows, which is the same for the same seeds on any machine.
     seconds
-        What it shows of measured times, which differ from run to run.
+        Returns what it shows of measured times, which differ from run to run; ``None`` where it shows none.
     """
 
     name: str
     jobs: Callable[[Sequence[int]], Iterable[Job]]
-    blocks: Callable[[Cells], Sequence[Block]]
-    seconds: Callable[[Cells], Sequence[Block]] | None = None
+    blocks: Callable[[CellRuns], Sequence[Block]]
+    seconds: Callable[[CellRuns], Sequence[Block]] | None = None

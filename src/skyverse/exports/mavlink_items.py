@@ -4,17 +4,17 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
-from skyverse.exports.places import Above, places
+from skyverse.exports.global_positions import AltitudeReference, global_positions
 from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.scenario import Scenario
 
 End = Literal["loiter", "land"]
-FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGround: 10}
+MAVLINK_FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGround: 10}
 """MAV_FRAME_GLOBAL, MAV_FRAME_GLOBAL_RELATIVE_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT."""
-NO_PLACE = 2
+MISSION_FRAME = 2
 """MAV_FRAME_MISSION."""
-CHANGE = 1.05
+SPEED_CHANGE = 1.05
 """A new speed is set where it differs by more than this factor."""
 
 
@@ -30,7 +30,7 @@ class Command(IntEnum):
 
 
 @dataclass(frozen=True)
-class Item:
+class MissionItem:
     """One command: its frame and seven numbers, of which the last three may be latitude, longitude, altitude.
 
     ``None`` is what the autopilot is to decide, such as the heading.
@@ -41,33 +41,39 @@ class Item:
     numbers: tuple[float | None, ...]
 
 
-def items(scenario: Scenario, route: Route, above: Above, end: End) -> list[Item]:
+def mission_items(scenario: Scenario, route: Route, above: AltitudeReference, end: End) -> list[MissionItem]:
     """Return a mission: wait, take off, fly on at each leg's speed, and stay or land."""
     wing = scenario.uavs[route.uav].fixed_wing
-    at = places(scenario, route.uav, route.points, above)
+    at = global_positions(scenario, route.uav, route.points, above)
     where = list(zip(at.latitude.tolist(), at.longitude.tolist(), at.altitude.tolist(), strict=True))
-    frame = FRAMES[at.kind]
+    frame = MAVLINK_FRAMES[at.kind]
     made = []
     if route.times[0] > 0:
-        made.append(Item(Command.DELAY, NO_PLACE, (round(float(route.times[0]), 3), -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)))
+        made.append(
+            MissionItem(
+                Command.DELAY, MISSION_FRAME, (round(float(route.times[0]), 3), -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
+            )
+        )
     first = 1 if route.takeoff else 0
     pitch = wing.climb if wing is not None else 0.0
-    made.append(Item(Command.TAKEOFF, frame, (pitch, 0.0, 0.0, None, *where[first])))
+    made.append(MissionItem(Command.TAKEOFF, frame, (pitch, 0.0, 0.0, None, *where[first])))
     said = 0.0
     for k in range(first + 1, len(where)):
         speed = max(float(route.speeds[k - 1]), 0.1)
-        if not said / CHANGE <= speed <= said * CHANGE:
+        if not said / SPEED_CHANGE <= speed <= said * SPEED_CHANGE:
             kind = 0.0 if wing is not None else 1.0  # of an aeroplane the airspeed
-            made.append(Item(Command.SPEED, NO_PLACE, (kind, round(speed, 3), -1.0, 0.0, 0.0, 0.0, 0.0)))
+            made.append(MissionItem(Command.SPEED, MISSION_FRAME, (kind, round(speed, 3), -1.0, 0.0, 0.0, 0.0, 0.0)))
             said = speed
         made.append(
-            Item(Command.WAYPOINT, frame, (round(float(route.holds[k]), 3), route.radius, 0.0, None, *where[k]))
+            MissionItem(Command.WAYPOINT, frame, (round(float(route.holds[k]), 3), route.radius, 0.0, None, *where[k]))
         )
     if end == "land":
         latitude, longitude, _ = where[-1]
-        made.append(Item(Command.LAND, FRAMES[AboveHome], (0.0, 0.0, 0.0, None, latitude, longitude, 0.0)))
+        made.append(
+            MissionItem(Command.LAND, MAVLINK_FRAMES[AboveHome], (0.0, 0.0, 0.0, None, latitude, longitude, 0.0))
+        )
     else:
         around = wing.turn_radius if wing is not None else 0.0
         yaw = 0.0 if at.kind is AboveGround else None  # such missions are ArduPilot's, and it wants a number here
-        made.append(Item(Command.LOITER, frame, (0.0, 0.0, around, yaw, *where[-1])))
+        made.append(MissionItem(Command.LOITER, frame, (0.0, 0.0, around, yaw, *where[-1])))
     return made

@@ -3,7 +3,7 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
-from skyverse.flight.slower import farther, slowed
+from skyverse.flight.easier_mission import farther, slowed
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
 

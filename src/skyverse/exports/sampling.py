@@ -10,12 +10,12 @@ from skyverse.errors import InputError
 from skyverse.model.mission import Mission
 from skyverse.model.trajectory import Trajectory
 
-MOST = 1e6
+MAX_SAMPLES = 1e6
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 """A mission has no date: its second 0 is written as this instant."""
 
 
-class Sampled(NamedTuple):
+class SampledTrajectory(NamedTuple):
     """One UAV's trajectory: (n,) seconds into the mission; position, velocity and acceleration, (n, 3) each."""
 
     uav: int
@@ -26,7 +26,7 @@ class Sampled(NamedTuple):
     acceleration: Floats
 
 
-def sampled(mission: Mission, rate: float) -> list[Sampled]:
+def sample_trajectories(mission: Mission, rate: float) -> list[SampledTrajectory]:
     """Return every trajectory, `rate` times a second, at its ends, and where its pieces meet."""
     if not 0 < rate < float("inf"):
         raise InputError(f"rate: expected samples a second above 0, found {rate!r}")
@@ -34,16 +34,16 @@ def sampled(mission: Mission, rate: float) -> list[Sampled]:
     for k, (uav, trajectory) in enumerate(zip(mission.scenario.uavs, mission.trajectories, strict=True)):
         if trajectory is not None:
             t = instants(trajectory, rate)
-            made.append(Sampled(k, uav.name, t, *trajectory.at(t)))
+            made.append(SampledTrajectory(k, uav.name, t, *trajectory.at(t)))
     return made
 
 
 def instants(trajectory: Trajectory, rate: float) -> Floats:
     """Return (n,) seconds, rising."""
     count = (trajectory.end - trajectory.start) * rate
-    if count > MOST:
+    if count > MAX_SAMPLES:
         raise InputError(
-            f"rate: expected at most {MOST:g} samples a UAV, found {rate:g} a second, which is {count:.3g}"
+            f"rate: expected at most {MAX_SAMPLES:g} samples a UAV, found {rate:g} a second, which is {count:.3g}"
         )
     ticks = np.arange(np.ceil(trajectory.start * rate), np.floor(trajectory.end * rate) + 1) / rate
     t = np.unique(np.r_[trajectory.knots, ticks])

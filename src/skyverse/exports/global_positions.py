@@ -11,11 +11,11 @@ from skyverse.model.geodesy import to_wgs84
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Frame, Origin, Scenario
 
-Above = Literal["amsl", "home", "agl"]
-KINDS: dict[Above, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
+AltitudeReference = Literal["amsl", "home", "agl"]
+ALTITUDE_TYPES: dict[AltitudeReference, type[Altitude]] = {"amsl": AboveSea, "home": AboveHome, "agl": AboveGround}
 
 
-class Places(NamedTuple):
+class GlobalPositions(NamedTuple):
     """Where the points of one UAV are on the globe.
 
     Attributes
@@ -37,7 +37,7 @@ class Places(NamedTuple):
     kind: type[Altitude]
 
 
-NEAR = 0.2
+GEOID_REACH = 0.2
 """Degrees within which a known geoid holds for another origin, to half a metre or so."""
 
 
@@ -59,7 +59,7 @@ def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
             )
         if origin.geoid is None and known is not None:
             turn = (origin.longitude - known.longitude + 180) % 360 - 180
-            if max(abs(turn), abs(origin.latitude - known.latitude)) <= NEAR:
+            if max(abs(turn), abs(origin.latitude - known.latitude)) <= GEOID_REACH:
                 origin = origin.model_copy(update={"geoid": known.geoid})
         return scenario.model_copy(update={"frame": Frame(origin=origin)})
     if scenario.frame.origin is None:
@@ -89,7 +89,7 @@ def geoid_of(scenario: Scenario, what: str) -> float:
     return geoid
 
 
-def require_kind(scenario: Scenario, above: str, allowed: tuple[Above, ...], what: str) -> None:
+def require_kind(scenario: Scenario, above: str, allowed: tuple[AltitudeReference, ...], what: str) -> None:
     """Refuse altitudes that a format does not know, or that need a terrain where there is none."""
     if above not in allowed:
         raise InputError(f"{what}: expected altitudes as {' or '.join(allowed)}, found {above!r}")
@@ -99,8 +99,8 @@ def require_kind(scenario: Scenario, above: str, allowed: tuple[Above, ...], wha
         )
 
 
-def places(scenario: Scenario, uav: int, points: Floats, above: Above) -> Places:
-    """Return (n, 3) local metres of a UAV as places."""
+def global_positions(scenario: Scenario, uav: int, points: Floats, above: AltitudeReference) -> GlobalPositions:
+    """Return (n, 3) local metres of a UAV as global_positions."""
     origin = origin_of(scenario)
     latitude, longitude, sea = to_wgs84(origin, points).T
     if above == "home":
@@ -112,7 +112,7 @@ def places(scenario: Scenario, uav: int, points: Floats, above: Above) -> Places
         altitude = sea - to_wgs84(origin, below)[:, 2]
     else:
         altitude = sea
-    return Places(latitude, longitude, altitude, sea, KINDS[above])
+    return GlobalPositions(latitude, longitude, altitude, sea, ALTITUDE_TYPES[above])
 
 
 def home(scenario: Scenario, uav: int) -> Floats:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from handmade import straight
-from skyverse.flight.lead import _thrust
+from skyverse.flight.feedforward import _thrust
 from skyverse.flight.vehicle import VEHICLES, vehicle_of
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')

@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.places import origin_of
+from skyverse.exports.global_positions import origin_of
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 
-CORNERS = 32
+CIRCLE_CORNERS = 32
 """Of a circle."""
 
 
@@ -65,7 +65,7 @@ def _seen(shape: Shape) -> tuple[Floats, tuple[Floats, ...], float, float] | Non
 
 
 def _circle(centre: tuple[float, float], radius: float) -> Floats:
-    angles = 2 * np.pi * np.arange(CORNERS) / CORNERS
+    angles = 2 * np.pi * np.arange(CIRCLE_CORNERS) / CIRCLE_CORNERS
     ring: Floats = np.array(centre) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return ring
 

@@ -12,37 +12,37 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.places import Above, home, origin_of
+from skyverse.exports.global_positions import AltitudeReference, home, origin_of
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.referee.clearance import Space, judge_legs, shut_space
 
-LET_PASS = 0.02
+CLEARANCE_ALLOWANCE = 0.02
 """Metres by which a leg may come nearer than the clearance, or be out of bounds: start and target may touch both."""
-ROUNDING = 0.016
+MAVLINK_ROUNDING = 0.016
 """Metres that 1e-7 degrees, cut off as QGroundControl does, and single-precision altitudes make at most."""
-FINEST = 0.01
+MIN_GROWTH = 0.01
 """The least that is added to the clearance; what is added is this or twice, four times ... as much, metres."""
-WIDTHS = (0.32, 0.08, 0.02)
+LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
 """Half the distance of the lines by which a cut corner is judged, metres: the finer where the coarser do not do.
 
-Where it is cut by more than `WIDE`, they are as much wider, so that a large corner takes no more lines.
+Where it is cut by more than `WIDE_CORNER`, they are as much wider, so that a large corner takes no more lines.
 """
-WIDE = 2.0
+WIDE_CORNER = 2.0
 """Metres."""
-LATE = 1 / 8
+LATE_SHARE = 1 / 8
 """The share of those lines that is judged by itself, since they run together there."""
-EARTH = 6_335_439.0
+MIN_EARTH_RADIUS = 6_335_439.0
 """The least radius of curvature of the ellipsoid, metres."""
 
 
 @dataclass(frozen=True)
-class Legs:
+class LegChecker:
     """Judges legs of one scenario, in altitudes above one thing."""
 
     scenario: Scenario
-    above: Above
+    above: AltitudeReference
     _shut: dict[float, tuple[Scenario, Space]] = field(default_factory=dict)
     _known: dict[bytes, str | None] = field(default_factory=dict)
     _apart: dict[bytes, float] = field(default_factory=dict)
@@ -82,7 +82,7 @@ class Legs:
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
             low = float((ends[:, 2] - self.scenario.terrain.height(ends[:, :2])).min())
-            needed = self.scenario.ground_clearance - LET_PASS / 2
+            needed = self.scenario.ground_clearance - CLEARANCE_ALLOWANCE / 2
             if low < needed:
                 return f"it is {low:.4g} m above ground, and {needed:.4g} m are required"
         return self._meets(a[None], b[None], self.apart(a, b))
@@ -97,12 +97,12 @@ class Legs:
         p, q = _within(before - at, radius), _within(entered - at, radius)
         on = after - at
         long = float(np.linalg.norm(on))
-        if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < FINEST / 10:
+        if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < MIN_GROWTH / 10:
             return None  # straight on
         apart = max(self.apart(before, at), self.apart(at, after))
         slope = 0.0 if self.above == "agl" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
         said = None
-        for width in np.array(WIDTHS) * max(1.0, radius / WIDE):
+        for width in np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER):
             deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
             wide = _middles(float(np.linalg.norm(p - q)), width)
             sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
@@ -113,8 +113,8 @@ class Legs:
             hopeless = self._meets(starts, whole, apart)
             if hopeless is not None:
                 return hopeless  # finer lines would not help
-            late = starts + (1 - LATE) * (after - starts)
-            said = self._meets(starts, late, apart + between) or self._meets(late, whole, apart + LATE * between)
+            late = starts + (1 - LATE_SHARE) * (after - starts)
+            said = self._meets(starts, late, apart + between) or self._meets(late, whole, apart + LATE_SHARE * between)
             if said is None:
                 return None
         return said
@@ -136,22 +136,22 @@ class Legs:
         globe = to_wgs84(origin, ends)
         globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the short way, also over the antimeridian
         middle = to_local(origin, globe.mean(axis=0, keepdims=True))[0]
-        bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * EARTH))
+        bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * MIN_EARTH_RADIUS))
         if self.above == "agl":
             assert self.scenario.terrain is not None
             bent += _swell(self.scenario.terrain, a, b)
-        return ROUNDING + 1.1 * bent
+        return MAVLINK_ROUNDING + 1.1 * bent
 
     def _meets(self, starts: Floats, ends: Floats, extra: float) -> str | None:
         """Return why segments, grown by `extra`, are not clear."""
-        step = FINEST * 2 ** max(0, math.ceil(math.log2(extra / FINEST)))
+        step = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
         if step not in self._shut:
             grown = self._grown(step)
             self._shut[step] = grown, shut_space(grown)
         scenario, shut = self._shut[step]
         both = np.concatenate([starts, ends])
         room = float(np.minimum(both - scenario.bounds.min, np.array(scenario.bounds.max) - both).min())
-        if room < extra - LET_PASS:
+        if room < extra - CLEARANCE_ALLOWANCE:
             return f"it may be {extra - room:.3g} m out of bounds"
         peaks, met = judge_legs(scenario, shut, starts, ends)
         if met is not None:
@@ -160,11 +160,11 @@ class Legs:
 
     def _grown(self, extra: float) -> Scenario:
         """Return the scenario with clearances less what is let pass, and more by what is added."""
-        clearance = max(self.scenario.clearance - LET_PASS, 0.0) + extra
+        clearance = max(self.scenario.clearance - CLEARANCE_ALLOWANCE, 0.0) + extra
         terrain = self.scenario.terrain
         if terrain is not None:
-            steep = extra + ROUNDING * _steepest(terrain)
-            above = max(self.scenario.ground_clearance - LET_PASS, 0.0) + steep
+            steep = extra + MAVLINK_ROUNDING * _steepest(terrain)
+            above = max(self.scenario.ground_clearance - CLEARANCE_ALLOWANCE, 0.0) + steep
             terrain = None if self.above == "agl" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
 

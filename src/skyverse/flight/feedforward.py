@@ -14,8 +14,8 @@ from skyverse.flight.vehicle import Vehicle
 from skyverse.model.trajectory import Trajectory
 from skyverse.trajectory.limits import GRAVITY
 
-UP = np.array([0.0, 0.0, 1.0])
-_STEP = 0.005
+VERTICAL = np.array([0.0, 0.0, 1.0])
+_DIFFERENCE_STEP = 0.005
 """Seconds between the instants from which turning is differenced."""
 
 
@@ -39,22 +39,26 @@ def reference(trajectory: Trajectory, vehicle: Vehicle, gains: Any, times: Float
     """
     motion = trajectory.at(times)
     late = times + vehicle.parameters["tau_m"] + hold / 2
-    before, _ = _thrust(trajectory, vehicle, times - _STEP)
+    before, _ = _thrust(trajectory, vehicle, times - _DIFFERENCE_STEP)
     now, _ = _thrust(trajectory, vehicle, times)
-    after, _ = _thrust(trajectory, vehicle, times + _STEP)
-    rate = (after - before) / (2 * _STEP)
+    after, _ = _thrust(trajectory, vehicle, times + _DIFFERENCE_STEP)
+    rate = (after - before) / (2 * _DIFFERENCE_STEP)
     soon, thrust = _thrust(trajectory, vehicle, late)
-    bend = _thrust(trajectory, vehicle, late + _STEP)[0] + _thrust(trajectory, vehicle, late - _STEP)[0] - 2 * soon
-    ahead = (gains.kd_att * rate + bend / _STEP**2) / gains.kp_att
+    bend = (
+        _thrust(trajectory, vehicle, late + _DIFFERENCE_STEP)[0]
+        + _thrust(trajectory, vehicle, late - _DIFFERENCE_STEP)[0]
+        - 2 * soon
+    )
+    ahead = (gains.kd_att * rate + bend / _DIFFERENCE_STEP**2) / gains.kp_att
     ahead -= np.sum(ahead * now, axis=1, keepdims=True) * now
     reach = np.linalg.norm(ahead, axis=1, keepdims=True)  # the sine of the angle ahead
-    ahead *= np.minimum(1.0, _MOST / np.maximum(reach, 1e-12))
-    level = np.sqrt(1.0 - np.minimum(reach, _MOST) ** 2)
+    ahead *= np.minimum(1.0, _MAX_LEAD_SINE / np.maximum(reach, 1e-12))
+    level = np.sqrt(1.0 - np.minimum(reach, _MAX_LEAD_SINE) ** 2)
     wanted = (now * level + ahead) * (thrust[:, None] / level)  # the controller thrusts by its share along `now`
-    return Reference(motion.position, motion.velocity, wanted / vehicle.mass - GRAVITY * UP)
+    return Reference(motion.position, motion.velocity, wanted / vehicle.mass - GRAVITY * VERTICAL)
 
 
-_MOST = 0.5
+_MAX_LEAD_SINE = 0.5
 """The sine of the largest angle by which attitude is asked for ahead."""
 
 
@@ -62,7 +66,7 @@ def _thrust(trajectory: Trajectory, vehicle: Vehicle, times: Floats) -> tuple[Fl
     """Return the direction (m, 3) and the newtons (m,) of the rotors' thrust that fly the trajectory in still air."""
     made = vehicle.parameters
     motion = trajectory.at(times)
-    force = vehicle.mass * (motion.acceleration + GRAVITY * UP)
+    force = vehicle.mass * (motion.acceleration + GRAVITY * VERTICAL)
     wanted = force
     for _ in range(4):  # drag depends on attitude, and attitude on drag
         thrust = np.linalg.norm(wanted, axis=1)

@@ -6,24 +6,24 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.items import NO_PLACE, End, Item, items
-from skyverse.exports.places import Above, home, origin_of, places
+from skyverse.exports.global_positions import AltitudeReference, global_positions, home, origin_of
+from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
 from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
 
-MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
+QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's own numbers for what an altitude is counted from."""
 PX4, ARDUPILOT = 12, 3
 
 
-def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
+def plan_text(scenario: Scenario, route: Route, above: AltitudeReference, end: End) -> str:
     """Return a ``.plan`` file."""
     vehicle = scenario.uavs[route.uav]
-    at = places(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
-    mode = MODES[places(scenario, route.uav, route.points[:1], above).kind]
+    at = global_positions(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
+    mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], above).kind]
     position = [float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0])]
     wing = vehicle.fixed_wing
     speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
@@ -32,12 +32,12 @@ def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
         "firmwareType": ARDUPILOT if above == "agl" else PX4,  # PX4 does not know altitudes above ground
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
-        "items": [_item(k, item, mode) for k, item in enumerate(items(scenario, route, above, end), 1)],
+        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(scenario, route, above, end), 1)],
         "plannedHomePosition": position,
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
-    first = places(scenario, route.uav, route.points[1 if route.takeoff else 0][None], "home")
+    first = global_positions(scenario, route.uav, route.points[1 if route.takeoff else 0][None], "home")
     rally = [*position[:2], max(float(first.altitude[0]), 3.0)]
     plan = {
         "fileType": "Plan",
@@ -50,7 +50,7 @@ def plan_text(scenario: Scenario, route: Route, above: Above, end: End) -> str:
     return json.dumps(plan, indent=4) + "\n"
 
 
-def _item(number: int, item: Item, mode: int) -> dict[str, object]:
+def _item(number: int, item: MissionItem, mode: int) -> dict[str, object]:
     made: dict[str, object] = {
         "autoContinue": True,
         "command": int(item.command),
@@ -59,7 +59,7 @@ def _item(number: int, item: Item, mode: int) -> dict[str, object]:
         "params": list(item.numbers),
         "type": "SimpleItem",
     }
-    if item.frame != NO_PLACE:
+    if item.frame != MISSION_FRAME:
         own = 1 if item.frame == 3 else mode
         made |= {"Altitude": item.numbers[-1], "AltitudeMode": own, "AMSLAltAboveTerrain": None}
     return made

@@ -1,4 +1,4 @@
-"""Figures 4.1 to 4.9, 4.26 and 4.27: paths, trajectories and instants of the flight, planned anew by MVO."""
+"""Figures 4.1 to 4.9, 4.26 and 4.27: paths, trajectories and instants of flights, planned again by MVO."""
 
 from collections.abc import Callable, Sequence
 from functools import cache, partial
@@ -9,8 +9,8 @@ from skyverse.draw.scene import Scene, scene
 from skyverse.lab.report import Block, Figure
 from skyverse.mission.plan_mission import Assignment, plan_mission
 from skyverse.model.mission import Mission
-from skyverse.reproduction.cells import Cells, Part, case, planner
-from skyverse.reproduction.published import CASES, MAPS
+from skyverse.reproduction.cell_runs import CellRuns, ThesisPart, case, planner
+from skyverse.reproduction.published import CASES, THESIS_MAPS
 from skyverse.stop import MaxIterations
 
 if TYPE_CHECKING:
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from skyverse.lab.run_job import Job
 
 POPULATION, ITERATIONS = CASES[1]
-SEED = 0
+FIGURE_SEED = 0
 INSTANTS = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
 
 
-def parts() -> list[Part]:
+def parts() -> list[ThesisPart]:
     """Return the figures of this page of the thesis."""
     found = []
-    for k, name in enumerate(MAPS):
+    for k, name in enumerate(THESIS_MAPS):
         found.append(_part(f"fig-4.{1 + k}", f"path on Map {1 + k}", name, paths))
-    for k, name in enumerate(MAPS):
+    for k, name in enumerate(THESIS_MAPS):
         found.append(_part(f"fig-4.{4 + k}", f"trajectory on Map {1 + k}", name, trajectories))
     for k, (when, share) in enumerate(INSTANTS):
         found.append(_part(f"fig-4.{7 + k}", f"{when} instant of the flight on Map 2", "map2", partial(_at, share)))
@@ -41,13 +41,13 @@ def fleet_trajectories(name: str, assignment: Assignment) -> Figure:
     how = "without coordination" if assignment == "identity" else "with Munkres"
     text = (
         f"**Figure {name.removeprefix('fig-')}**: trajectories of five UAVs on Map 3, {how}: total cost "
-        f"{mission.cost:g}, makespan {mission.makespan:.1f} s (MVO as described, seed {SEED})."
+        f"{mission.cost:g}, makespan {mission.makespan:.1f} s (MVO as described, seed {FIGURE_SEED})."
     )
     return Figure(name, text, lambda: trajectories(scene(mission)))
 
 
-def _part(name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]") -> Part:
-    return Part(name, _no_jobs, partial(_blocks, name, what, scenario, draw))
+def _part(name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]") -> ThesisPart:
+    return ThesisPart(name, _no_jobs, partial(_blocks, name, what, scenario, draw))
 
 
 def _no_jobs(seeds: Sequence[int]) -> "Sequence[Job]":
@@ -55,13 +55,13 @@ def _no_jobs(seeds: Sequence[int]) -> "Sequence[Job]":
 
 
 def _blocks(
-    name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]", cells: Cells
+    name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]", cells: CellRuns
 ) -> Sequence[Block]:
     result = _planned(scenario).results[0]
     assert result is not None
     text = (
-        f"**Figure {name.removeprefix('fig-')}**: {what}: MVO as described, {POPULATION} x {ITERATIONS}, seed {SEED}; "
-        f"cost {result.cost:g}, optimum {result.bound:g}."
+        f"**Figure {name.removeprefix('fig-')}**: {what}: MVO as described, {POPULATION} x {ITERATIONS}, "
+        f"seed {FIGURE_SEED}; cost {result.cost:g}, optimum {result.bound:g}."
     )
     return [Figure(name, text, lambda: draw(scene(_planned(scenario))))]
 
@@ -78,8 +78,8 @@ def _planned(scenario: str, assignment: Assignment = "path-cost") -> Mission:
         given,
         made,
         stop=MaxIterations(ITERATIONS),
-        rng=SEED,
+        rng=FIGURE_SEED,
         assignment=assignment,
-        shape="stop-and-go",  # as the thesis flies, and nothing kept its UAVs apart
+        shape="stop-and-go",  # as in the thesis, which did not keep UAVs apart
         keep_apart=False,
     )

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.flight.lead import UP
+from skyverse.flight.feedforward import VERTICAL
 from skyverse.flight.vehicle import Vehicle
 from skyverse.trajectory.limits import GRAVITY
 
-BANDWIDTH = 8.0
+OBSERVER_BANDWIDTH = 8.0
 """How fast the observer follows, 1/s."""
 
 
-class Observer:
+class WindObserver:
     """Finds the push of the wind: what velocity does beyond what rotors and still air explain, smoothed."""
 
     def __init__(self, body: Any, kind: Vehicle) -> None:
@@ -25,9 +25,9 @@ class Observer:
         turned = _matrix(told["q"])
         if self._explained is None:
             self._explained = told["v"].copy()
-        push: Floats = BANDWIDTH * (told["v"] - self._explained)
+        push: Floats = OBSERVER_BANDWIDTH * (told["v"] - self._explained)
         force, _ = self._body.compute_body_wrench(told["w"], told["rotor_speeds"], turned.T @ told["v"])
-        self._explained += (turned @ force / self._mass - GRAVITY * UP + push) * dt
+        self._explained += (turned @ force / self._mass - GRAVITY * VERTICAL + push) * dt
         return push
 
 

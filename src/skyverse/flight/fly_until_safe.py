@@ -4,16 +4,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from skyverse.errors import InputError
+from skyverse.flight.easier_mission import farther, slowed
 from skyverse.flight.fly import OnFlown, fly
 from skyverse.flight.judge import planned_close
-from skyverse.flight.slower import farther, slowed
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.verdict import Fault
 from skyverse.planners.base import Seed, seeded
 from skyverse.trajectory import Shape
 
-SLOWER = 1.25
+SLOWDOWN = 1.25
 """How much longer a mission takes after a round."""
 
 
@@ -97,8 +97,8 @@ def fly_until_safe(
             _say(said, on_round, f"Round {number}: nothing can be slowed down while an aeroplane keeps its airspeed.")
             break
         else:
-            slowness *= SLOWER
-            easier, before = slowed(flight.mission, SLOWER), short
+            slowness *= SLOWDOWN
+            easier, before = slowed(flight.mission, SLOWDOWN), short
             done = f"slowed down to {1 / slowness:.0%} of its speed"
         flight = flown(easier)
         verdict = "safe" if flight.safe else f"not safe: {flight.violations[0].message}"
