@@ -89,30 +89,30 @@ def geoid_of(scenario: Scenario, what: str) -> float:
     return geoid
 
 
-def require_kind(scenario: Scenario, above: str, allowed: tuple[AltitudeReference, ...], what: str) -> None:
+def require_reference(scenario: Scenario, reference: str, allowed: tuple[AltitudeReference, ...], what: str) -> None:
     """Refuse altitudes that a format does not know, or that need a terrain where there is none."""
-    if above not in allowed:
-        raise InputError(f"{what}: expected altitudes as {' or '.join(allowed)}, found {above!r}")
-    if above == "agl" and scenario.terrain is None:
+    if reference not in allowed:
+        raise InputError(f"{what}: expected altitudes as {' or '.join(allowed)}, found {reference!r}")
+    if reference == "agl" and scenario.terrain is None:
         raise InputError(
             f"{what}: altitudes above ground (agl) need a terrain, and scenario {scenario.name!r} has none"
         )
 
 
-def global_positions(scenario: Scenario, uav: int, points: Floats, above: AltitudeReference) -> GlobalPositions:
+def global_positions(scenario: Scenario, uav: int, points: Floats, reference: AltitudeReference) -> GlobalPositions:
     """Return (n, 3) local metres of a UAV as global_positions."""
     origin = origin_of(scenario)
     latitude, longitude, sea = to_wgs84(origin, points).T
-    if above == "home":
+    if reference == "home":
         altitude = sea - to_wgs84(origin, home(scenario, uav))[0, 2]
-    elif above == "agl":
+    elif reference == "agl":
         assert scenario.terrain is not None
         below = points.copy()
         below[:, 2] = scenario.terrain.height(points[:, :2])
         altitude = sea - to_wgs84(origin, below)[:, 2]
     else:
         altitude = sea
-    return GlobalPositions(latitude, longitude, altitude, sea, ALTITUDE_TYPES[above])
+    return GlobalPositions(latitude, longitude, altitude, sea, ALTITUDE_TYPES[reference])
 
 
 def home(scenario: Scenario, uav: int) -> Floats:

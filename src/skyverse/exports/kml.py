@@ -8,6 +8,7 @@ from skyverse._typing import Floats
 from skyverse.exports.global_positions import AltitudeReference, GlobalPositions, global_positions
 from skyverse.exports.sampling import SampledTrajectory, clock
 from skyverse.exports.shape_outlines import Outline, outlines
+from skyverse.exports.xml_text import add_text, document_text
 from skyverse.model.scenario import Scenario
 
 KML = "http://www.opengis.net/kml/2.2"
@@ -17,61 +18,60 @@ KML_COLOURS = ("ff2f8bff", "ffd0a020", "ff50c850", "ffc050c0", "ff3030e0", "ffc0
 KML_ALTITUDE_MODES: dict[str, str] = {"amsl": "absolute", "agl": "relativeToGround"}
 
 
-def kml_text(scenario: Scenario, flights: list[SampledTrajectory], above: AltitudeReference) -> str:
+def kml_text(scenario: Scenario, flights: list[SampledTrajectory], reference: AltitudeReference) -> str:
     """Return a ``.kml`` document."""
     root = ET.Element("kml", {"xmlns": KML, "xmlns:gx": GX})
     document = ET.SubElement(root, "Document")
-    _text(document, "name", scenario.name)
-    _text(document, "description", scenario.description)
+    add_text(document, "name", scenario.name)
+    add_text(document, "description", scenario.description)
     _area_style(document, "obstacle", "b0808080")
     _area_style(document, "zone", "60007fff")
     for flight in flights:
         _line_style(document, f"uav-{flight.uav}", KML_COLOURS[flight.uav % len(KML_COLOURS)])
     paths, tracks = _folder(document, "Paths"), _folder(document, "Tracks")
     for flight in flights:
-        at = global_positions(scenario, flight.uav, flight.position, above)
-        _path(paths, flight, at, KML_ALTITUDE_MODES[above])
-        _track(tracks, flight, at, KML_ALTITUDE_MODES[above])
+        at = global_positions(scenario, flight.uav, flight.position, reference)
+        _path(paths, flight, at, KML_ALTITUDE_MODES[reference])
+        _track(tracks, flight, at, KML_ALTITUDE_MODES[reference])
     targets = _folder(document, "Targets")
     for target in scenario.targets:
-        at = global_positions(scenario, 0, np.array([target.position]), above)
+        at = global_positions(scenario, 0, np.array([target.position]), reference)
         point = ET.SubElement(_placemark(targets, target.name), "Point")
-        _text(point, "altitudeMode", KML_ALTITUDE_MODES[above])
-        _text(point, "coordinates", coordinates(at))
+        add_text(point, "altitudeMode", KML_ALTITUDE_MODES[reference])
+        add_text(point, "coordinates", coordinates(at))
     for noun, shapes in (("Obstacles", scenario.obstacles), ("Zones", scenario.zones)):
         folder = _folder(document, noun)
         for outline in outlines(scenario, shapes):
             _area(folder, outline, noun.lower().removesuffix("s"))
-    ET.indent(root, " ")
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+    return document_text(root)
 
 
 def _path(folder: ET.Element, flight: SampledTrajectory, at: GlobalPositions, mode: str) -> None:
     mark = _placemark(folder, flight.name, f"uav-{flight.uav}")
     line = ET.SubElement(mark, "LineString")
-    _text(line, "extrude", "1")
-    _text(line, "altitudeMode", mode)
-    _text(line, "coordinates", coordinates(at))
+    add_text(line, "extrude", "1")
+    add_text(line, "altitudeMode", mode)
+    add_text(line, "coordinates", coordinates(at))
 
 
 def _track(folder: ET.Element, flight: SampledTrajectory, at: GlobalPositions, mode: str) -> None:
     track = ET.SubElement(_placemark(folder, flight.name, f"uav-{flight.uav}"), "gx:Track")
-    _text(track, "altitudeMode", mode)
+    add_text(track, "altitudeMode", mode)
     for seconds in flight.seconds.tolist():
-        _text(track, "when", clock(seconds))
+        add_text(track, "when", clock(seconds))
     for row in coordinates(at).split():
-        _text(track, "gx:coord", row.replace(",", " "))
+        add_text(track, "gx:coord", row.replace(",", " "))
 
 
 def _area(folder: ET.Element, outline: Outline, style: str) -> None:
     mark = _placemark(folder, outline.name, style)
     polygon = ET.SubElement(mark, "Polygon")
-    _text(polygon, "extrude", "1")
-    _text(polygon, "altitudeMode", "absolute")
+    add_text(polygon, "extrude", "1")
+    add_text(polygon, "altitudeMode", "absolute")
     for noun, ring in [("outerBoundaryIs", outline.top), *(("innerBoundaryIs", hole) for hole in outline.holes)]:
         line = ET.SubElement(ET.SubElement(polygon, noun), "LinearRing")
         closed: Floats = np.concatenate([ring, ring[:1]])
-        _text(line, "coordinates", " ".join(f"{y:.9f},{x:.9f},{z:.4f}" for x, y, z in closed))
+        add_text(line, "coordinates", " ".join(f"{y:.9f},{x:.9f},{z:.4f}" for x, y, z in closed))
 
 
 def coordinates(at: GlobalPositions) -> str:
@@ -82,37 +82,26 @@ def coordinates(at: GlobalPositions) -> str:
 
 def _folder(parent: ET.Element, name: str) -> ET.Element:
     folder = ET.SubElement(parent, "Folder")
-    _text(folder, "name", name)
+    add_text(folder, "name", name)
     return folder
 
 
 def _placemark(parent: ET.Element, name: str, style: str | None = None) -> ET.Element:
     mark = ET.SubElement(parent, "Placemark")
-    _text(mark, "name", name)
+    add_text(mark, "name", name)
     if style is not None:
-        _text(mark, "styleUrl", f"#{style}")
+        add_text(mark, "styleUrl", f"#{style}")
     return mark
 
 
 def _line_style(document: ET.Element, name: str, colour: str) -> None:
     style = ET.SubElement(document, "Style", {"id": name})
     line = ET.SubElement(style, "LineStyle")
-    _text(line, "color", colour)
-    _text(line, "width", "3")
-    _text(ET.SubElement(style, "PolyStyle"), "color", "40" + colour[2:])
+    add_text(line, "color", colour)
+    add_text(line, "width", "3")
+    add_text(ET.SubElement(style, "PolyStyle"), "color", "40" + colour[2:])
 
 
 def _area_style(document: ET.Element, name: str, colour: str) -> None:
     style = ET.SubElement(document, "Style", {"id": name})
-    _text(ET.SubElement(style, "PolyStyle"), "color", colour)
-
-
-def _text(parent: ET.Element, tag: str, text: str) -> None:
-    ET.SubElement(parent, tag).text = printable(text)
-
-
-def printable(text: str) -> str:
-    """Return a text without the characters that XML cannot hold."""
-    return "".join(
-        c for c in text if c in "\t\n" or ("\x20" <= c <= "\ud7ff") or "\ue000" <= c <= "\ufffd" or c > "\uffff"
-    )
+    add_text(ET.SubElement(style, "PolyStyle"), "color", colour)

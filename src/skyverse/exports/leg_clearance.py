@@ -42,7 +42,7 @@ class LegChecker:
     """Judges legs of one scenario, in altitudes above one thing."""
 
     scenario: Scenario
-    above: AltitudeReference
+    reference: AltitudeReference
     _shut: dict[float, tuple[Scenario, Space]] = field(default_factory=dict)
     _known: dict[bytes, str | None] = field(default_factory=dict)
     _apart: dict[bytes, float] = field(default_factory=dict)
@@ -78,7 +78,7 @@ class LegChecker:
 
     def leg(self, a: Floats, b: Floats) -> str | None:
         """Return what is wrong with a leg between (3,) metres, if anything."""
-        if self.above == "agl":  # what is between two heights above ground is so everywhere along the leg
+        if self.reference == "agl":  # what is between two heights above ground is so everywhere along the leg
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
             low = float((ends[:, 2] - self.scenario.terrain.height(ends[:, :2])).min())
@@ -100,7 +100,7 @@ class LegChecker:
         if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < MIN_GROWTH / 10:
             return None  # straight on
         apart = max(self.apart(before, at), self.apart(at, after))
-        slope = 0.0 if self.above == "agl" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
+        slope = 0.0 if self.reference == "agl" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
         said = None
         for width in np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER):
             deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
@@ -137,7 +137,7 @@ class LegChecker:
         globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the short way, also over the antimeridian
         middle = to_local(origin, globe.mean(axis=0, keepdims=True))[0]
         bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * MIN_EARTH_RADIUS))
-        if self.above == "agl":
+        if self.reference == "agl":
             assert self.scenario.terrain is not None
             bent += _swell(self.scenario.terrain, a, b)
         return MAVLINK_ROUNDING + 1.1 * bent
@@ -165,7 +165,7 @@ class LegChecker:
         if terrain is not None:
             steep = extra + MAVLINK_ROUNDING * _steepest(terrain)
             above = max(self.scenario.ground_clearance - CLEARANCE_ALLOWANCE, 0.0) + steep
-            terrain = None if self.above == "agl" else terrain.model_copy(update={"clearance": above})
+            terrain = None if self.reference == "agl" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
 
 

@@ -41,10 +41,10 @@ class MissionItem:
     numbers: tuple[float | None, ...]
 
 
-def mission_items(scenario: Scenario, route: Route, above: AltitudeReference, end: End) -> list[MissionItem]:
+def mission_items(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> list[MissionItem]:
     """Return a mission: wait, take off, fly on at each leg's speed, and stay or land."""
     wing = scenario.uavs[route.uav].fixed_wing
-    at = global_positions(scenario, route.uav, route.points, above)
+    at = global_positions(scenario, route.uav, route.points, reference)
     where = list(zip(at.latitude.tolist(), at.longitude.tolist(), at.altitude.tolist(), strict=True))
     frame = MAVLINK_FRAMES[at.kind]
     made = []

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.draw.shape_geometry import extent, footprint
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home, origin_of
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
 from skyverse.exports.route import Route
@@ -19,20 +20,20 @@ QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, Abov
 PX4, ARDUPILOT = 12, 3
 
 
-def plan_text(scenario: Scenario, route: Route, above: AltitudeReference, end: End) -> str:
+def plan_text(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> str:
     """Return a ``.plan`` file."""
     vehicle = scenario.uavs[route.uav]
     at = global_positions(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
-    mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], above).kind]
+    mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], reference).kind]
     position = [float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0])]
     wing = vehicle.fixed_wing
     speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
     mission = {
         "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
-        "firmwareType": ARDUPILOT if above == "agl" else PX4,  # PX4 does not know altitudes above ground
+        "firmwareType": ARDUPILOT if reference == "agl" else PX4,  # PX4 does not know altitudes above ground
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
-        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(scenario, route, above, end), 1)],
+        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(scenario, route, reference, end), 1)],
         "plannedHomePosition": position,
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
@@ -76,23 +77,17 @@ def geofence(scenario: Scenario) -> dict[str, object]:
     circles = []
     room = scenario.clearance
     for shape in scenario.obstacles:
-        if isinstance(shape, Box):
-            low, high = shape.min[2], shape.max[2]
-            (a, b, _), (c, d, _) = shape.min, shape.max
-            ring = np.array([(a, b), (c, b), (c, d), (a, d)])
-        elif isinstance(shape, Prism):
-            low, high, ring = shape.low, shape.high, np.array(shape.vertices)
-        elif isinstance(shape, Cylinder):
-            low, high = shape.low, shape.high
-        else:
+        if not isinstance(shape, Box | Cylinder | Prism) or (isinstance(shape, Prism) and shape.holes):
             continue
-        if low - room > z0 or high + room < z1 or (isinstance(shape, Prism) and shape.holes):
+        low, high = extent(shape)
+        if low[2] - room > z0 or high[2] + room < z1:
             continue
         if isinstance(shape, Cylinder):
             ((latitude, longitude),) = _corners(scenario, np.array([shape.centre]))
             circle = {"center": [latitude, longitude], "radius": shape.radius}
             circles.append({"circle": circle, "inclusion": False, "version": 1})
         else:
+            ring = np.array(shape.vertices) if isinstance(shape, Prism) else footprint(shape)[0]
             polygons.append({"inclusion": False, "polygon": _corners(scenario, ring), "version": 1})
     return {"circles": circles, "polygons": polygons, "version": 2}
 

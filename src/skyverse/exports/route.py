@@ -82,7 +82,7 @@ def route(
     scenario: Scenario,
     uav: int,
     trajectory: Trajectory,
-    above: AltitudeReference,
+    reference: AltitudeReference,
     *,
     radius: float,
     takeoff: float,
@@ -96,7 +96,7 @@ def route(
         With an origin.
     uav, trajectory
         Whose, and along what.
-    above
+    reference
         What altitudes will be counted from, as between waypoints they change evenly in that.
     radius
         The acceptance radius wished for, metres. It is halved until the route can be proven.
@@ -110,7 +110,7 @@ def route(
     InputError
         If no radius makes it provable, or it takes more waypoints than autopilots do.
     """
-    legs = LegChecker(scenario, above)
+    legs = LegChecker(scenario, reference)
     instants, curve = _samples(trajectory)
     said = ""
     for climb in [takeoff, takeoff / 2, takeoff / 4, 0.0] if takeoff > 0 else [0.0]:

@@ -8,12 +8,12 @@ from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
 
 
-def waypoints_text(scenario: Scenario, route: Route, above: AltitudeReference, end: End) -> str:
+def waypoints_text(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> str:
     """Return a ``.waypoints`` file: line 0 is home, above mean sea level."""
     at = global_positions(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
     first = (0.0, 0.0, 0.0, 0.0, float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0]))
     rows = [_row(0, 1, MAVLINK_FRAMES[at.kind], 16, first)]
-    rows += [_item(k, item) for k, item in enumerate(mission_items(scenario, route, above, end), 1)]
+    rows += [_item(k, item) for k, item in enumerate(mission_items(scenario, route, reference, end), 1)]
     return "\n".join(["QGC WPL 110", *rows]) + "\n"
 
 

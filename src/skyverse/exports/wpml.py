@@ -6,8 +6,9 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
-from skyverse.exports.kml import KML, printable
+from skyverse.exports.kml import KML
 from skyverse.exports.route import Route
+from skyverse.exports.xml_text import add_text, document_text
 from skyverse.model.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
@@ -20,16 +21,16 @@ DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
 """A Mavic 3E and its camera; the app asks for another where it differs."""
 
 
-def wpml_parts(scenario: Scenario, route: Route, above: AltitudeReference, end: str) -> dict[str, str]:
+def wpml_parts(scenario: Scenario, route: Route, reference: AltitudeReference, end: str) -> dict[str, str]:
     """Return the files in the archive."""
     vehicle = scenario.uavs[route.uav]
     if vehicle.fixed_wing is not None:
         raise InputError(f"{vehicle.name}: DJI's waylines are for multirotors, and it is an aeroplane")
-    if above == "amsl":
+    if reference == "amsl":
         geoid_of(scenario, "DJI's waylines, above the sea")
     return {
-        "wpmz/template.kml": _template(scenario, route, above, end),
-        "wpmz/waylines.wpml": _waylines(scenario, route, above, end),
+        "wpmz/template.kml": _template(scenario, route, reference, end),
+        "wpmz/waylines.wpml": _waylines(scenario, route, reference, end),
     }
 
 
@@ -49,16 +50,16 @@ def _config(document: ET.Element, route: Route, end: str) -> None:
     _add(payload, payloadEnumValue=DJI_PAYLOAD[0], payloadSubEnumValue=DJI_PAYLOAD[1], payloadPositionIndex="0")
 
 
-def _template(scenario: Scenario, route: Route, above: AltitudeReference, end: str) -> str:
+def _template(scenario: Scenario, route: Route, reference: AltitudeReference, end: str) -> str:
     root, document = _document()
     _add(document, author="skyverse", createTime="0", updateTime="0")
     _config(document, route, end)
     folder = ET.SubElement(document, "Folder")
     _add(folder, templateType="waypoint", templateId="0")
     system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
-    _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[above], positioningType="GPS")
+    _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[reference], positioningType="GPS")
     speeds = _speeds(route)
-    at = global_positions(scenario, route.uav, route.points, above)
+    at = global_positions(scenario, route.uav, route.points, reference)
     _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
     _add(folder, globalHeight=_number(float(at.altitude[0])))
     heading = ET.SubElement(folder, "wpml:globalWaypointHeadingParam")
@@ -71,18 +72,18 @@ def _template(scenario: Scenario, route: Route, above: AltitudeReference, end: s
         _add(mark, ellipsoidHeight=_number(float(above_ellipsoid[k])), height=_number(float(at.altitude[k])))
         _add(mark, useGlobalHeight="0", useGlobalSpeed="0", waypointSpeed=_number(speed))
         _add(mark, useGlobalHeadingParam="1", useGlobalTurnParam="1")
-    return _written(root)
+    return document_text(root)
 
 
-def _waylines(scenario: Scenario, route: Route, above: AltitudeReference, end: str) -> str:
+def _waylines(scenario: Scenario, route: Route, reference: AltitudeReference, end: str) -> str:
     root, document = _document()
     _config(document, route, end)
     folder = ET.SubElement(document, "Folder")
     speeds = _speeds(route)
-    _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[above], waylineId="0")
+    _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[reference], waylineId="0")
     _add(folder, autoFlightSpeed=_number(max(speeds)))
-    at = global_positions(scenario, route.uav, route.points, above)
-    heights = at.altitude + (geoid_of(scenario, "waylines") if above == "amsl" else 0.0)
+    at = global_positions(scenario, route.uav, route.points, reference)
+    heights = at.altitude + (geoid_of(scenario, "waylines") if reference == "amsl" else 0.0)
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, executeHeight=_number(float(heights[k])), waypointSpeed=_number(speed))
@@ -93,7 +94,7 @@ def _waylines(scenario: Scenario, route: Route, above: AltitudeReference, end: s
         _add(mark, useStraightLine="1")
         if k == 0 and route.times[0] > 0:
             _hover(mark, float(route.times[0]))
-    return _written(root)
+    return document_text(root)
 
 
 def _hover(mark: ET.Element, seconds: float) -> None:
@@ -121,13 +122,8 @@ def _speeds(route: Route) -> list[float]:
 
 def _add(parent: ET.Element, **values: str) -> None:
     for tag, text in values.items():
-        ET.SubElement(parent, f"wpml:{tag}").text = printable(text)
+        add_text(parent, f"wpml:{tag}", text)
 
 
 def _number(value: float) -> str:
     return f"{value:.4f}".rstrip("0").rstrip(".")
-
-
-def _written(root: ET.Element) -> str:
-    ET.indent(root, " ")
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
