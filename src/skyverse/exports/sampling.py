@@ -29,7 +29,7 @@ class SampledTrajectory(NamedTuple):
 def sample_trajectories(mission: Mission, rate: float) -> list[SampledTrajectory]:
     """Return every trajectory, `rate` times a second, at its ends, and where its pieces meet."""
     if not 0 < rate < float("inf"):
-        raise InputError(f"rate: expected samples a second above 0, found {rate!r}")
+        raise InputError(f"expected samples a second above 0, found {rate!r}", field="rate")
     made = []
     for k, (uav, trajectory) in enumerate(zip(mission.scenario.uavs, mission.trajectories, strict=True)):
         if trajectory is not None:
@@ -43,7 +43,8 @@ def instants(trajectory: Trajectory, rate: float) -> Floats:
     count = (trajectory.end - trajectory.start) * rate
     if count > MAX_SAMPLES:
         raise InputError(
-            f"rate: expected at most {MAX_SAMPLES:g} samples a UAV, found {rate:g} a second, which is {count:.3g}"
+            f"expected at most {MAX_SAMPLES:g} samples a UAV, found {rate:g} a second, which is {count:.3g}",
+            field="rate",
         )
     ticks = np.arange(np.ceil(trajectory.start * rate), np.floor(trajectory.end * rate) + 1) / rate
     t = np.unique(np.r_[trajectory.knots, ticks])

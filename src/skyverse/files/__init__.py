@@ -126,7 +126,7 @@ def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 
         write_text(path, waypoints_csv(what))
     elif suffix == ".csv":
         if not 0 < rate < float("inf"):
-            raise InputError(f"rate: expected samples a second above 0, found {rate!r}")
+            raise InputError(f"expected samples a second above 0, found {rate!r}", field="rate")
         write_text(path, trajectories_csv(what, rate))
     else:
         raise InputError(

@@ -87,7 +87,8 @@ def trajectories_csv(mission: Mission, rate: float) -> str:
         if trajectory is not None:
             if trajectory.end * rate > MAX_SAMPLES:
                 raise InputError(
-                    f"rate: expected at most {MAX_SAMPLES:g} rows a UAV, found {rate:g} a second of {trajectory.end:g}"
+                    f"expected at most {MAX_SAMPLES:g} rows a UAV, found {rate:g} a second of {trajectory.end:g}",
+                    field="rate",
                 )
             count = int(np.floor(trajectory.end * rate) - np.ceil(trajectory.start * rate)) + 1
             ticks = (np.ceil(trajectory.start * rate) + np.arange(count)) / rate

@@ -71,11 +71,11 @@ def fly(
     """
     blown = _wind(wind)
     if not (isinstance(noise, (int, float)) and 0 <= noise <= MAX_NOISE):
-        raise InputError(f"noise: expected metres from 0 to {MAX_NOISE:g}, found {noise!r}")
+        raise InputError(f"expected metres from 0 to {MAX_NOISE:g}, found {noise!r}", field="noise")
     if margin is None:
         margin = mission.scenario.clearance / 2
     if not (isinstance(margin, (int, float)) and 0 <= margin < math.inf):
-        raise InputError(f"margin: expected metres from 0 on, found {margin!r}")
+        raise InputError(f"expected metres from 0 on, found {margin!r}", field="margin")
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
     generator, seed = seeded(rng)
@@ -111,9 +111,9 @@ def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
     except (TypeError, ValueError):
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        raise InputError(f"wind: expected east,north,up in m/s, or speed,degrees, found {wind!r}")
+        raise InputError(f"expected east,north,up in m/s, or speed,degrees, found {wind!r}", field="wind")
     if max(map(abs, numbers if len(numbers) == 3 else numbers[:1])) > MAX_WIND:
-        raise InputError(f"wind: expected at most {MAX_WIND:g} m/s, found {wind!r}")
+        raise InputError(f"expected at most {MAX_WIND:g} m/s, found {wind!r}", field="wind")
     if len(numbers) == 2:
         speed, heading = numbers[0], math.radians(numbers[1])
         return round(speed * math.cos(heading), 12), round(speed * math.sin(heading), 12), 0.0

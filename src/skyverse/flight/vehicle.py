@@ -52,7 +52,7 @@ class Vehicle:
 def vehicle_of(name: str) -> Vehicle:
     """Return the vehicle of that name, or raise `InputError`."""
     if name not in VEHICLES:
-        raise InputError(f"vehicle: expected one of {', '.join(VEHICLES)}, found {name!r}")
+        raise InputError(f"expected one of {', '.join(VEHICLES)}, found {name!r}", field="vehicle")
     return VEHICLES[name]()
 
 
@@ -63,14 +63,16 @@ def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...]) -> None:
         thrust = min(uav.thrust_to_weight, 1.0 + pull)
         if thrust > vehicle.thrust_to_weight * (1 + 1e-9):
             raise InputError(
-                f"vehicle: {vehicle.name} has thrust for {vehicle.thrust_to_weight:.3g} times its weight, but "
-                f"{uav.name}'s limits need {thrust:.3g}; lower its max_acceleration or thrust_to_weight and plan again"
+                f"{vehicle.name} has thrust for {vehicle.thrust_to_weight:.3g} times its weight, but "
+                f"{uav.name}'s limits need {thrust:.3g}; lower its max_acceleration or thrust_to_weight and plan again",
+                field="vehicle",
             )
         tilt = min(uav.max_tilt, math.degrees(math.asin(min(1.0, pull))))
         if vehicle.max_tilt is not None and tilt > vehicle.max_tilt * (1 + 1e-9):
             raise InputError(
-                f"vehicle: {vehicle.name} tilts by {vehicle.max_tilt:g} degrees at most, but {uav.name}'s limits need "
-                f"{tilt:.3g}; lower its max_acceleration or max_tilt and plan again"
+                f"{vehicle.name} tilts by {vehicle.max_tilt:g} degrees at most, but {uav.name}'s limits need "
+                f"{tilt:.3g}; lower its max_acceleration or max_tilt and plan again",
+                field="vehicle",
             )
 
 

@@ -77,7 +77,7 @@ def run_jobs(
         If two jobs have the same labels and seed, or a row has them already but was made of something else.
     """
     if workers < 1:
-        raise InputError(f"workers: expected a whole number from 1 on, found {workers!r}")
+        raise InputError(f"expected a whole number from 1 on, found {workers!r}", field="workers")
     wanted = list(jobs)
     pending = _pending(wanted, rows)
     rows.expect("scenario", dict.fromkeys(job.case.label for job in wanted))

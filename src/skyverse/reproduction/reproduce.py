@@ -108,7 +108,7 @@ def reproduce(
     """
     parts = named(names)
     if not 2 <= runs <= MAX_RUNS:
-        raise InputError(f"runs: expected a whole number from 2 to {MAX_RUNS:,}, found {runs!r}")
+        raise InputError(f"expected a whole number from 2 to {MAX_RUNS:,}, found {runs!r}", field="runs")
     seeds = range(seed, seed + runs)
     folder = Path(folder)
     try:
