@@ -16,7 +16,7 @@ import skyverse as sky
 from skyverse import cost
 from skyverse.planners.base import provenance
 from skyverse.planners.results import SearchRecord, any_angle_result
-from skyverse.referee import soft
+from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
 from skyverse.search.lattice_astar import prices_to, shortest_route
 from skyverse.space.lattice import positions
 
@@ -98,7 +98,7 @@ def test_the_terms_are_what_dense_sampling_says(given_zones, points, low, angle)
 def test_the_referee_agrees_also_along_surfaces(given_zones, points):
     """Points on half metres lie on faces, edges and corners of the zones all the time."""
     scenario = field(*given_zones)
-    stands, least, most = soft.risk(scenario, np.array(points, float))
+    stands, least, most = risk_term(scenario, np.array(points, float))
     found = terms(scenario, *points)["risk"]
     assert least <= most
     assert least - 1e-9 <= stands <= most + 1e-9
@@ -110,8 +110,8 @@ def test_the_referee_s_altitude_and_climb_are_those_of_the_kernels(a, b, low):
     band, limit = sky.AltitudeBand(low=low, high=low, weight=1), sky.ClimbLimit(angle=20, weight=1)
     found = terms(field(altitude=band, climb=limit), a, b)
     path = np.array([a, b])
-    assert found["altitude"] == pytest.approx(soft.altitude(band, path), abs=1e-9)
-    assert found["climb"] == pytest.approx(soft.climb(limit, path), abs=1e-6)
+    assert found["altitude"] == pytest.approx(altitude_term(band, path), abs=1e-9)
+    assert found["climb"] == pytest.approx(climb_term(limit, path), abs=1e-6)
 
 
 def test_chords_known_in_closed_form():
@@ -135,7 +135,7 @@ def test_chords_known_in_closed_form():
     for zone, a, b, metres in through:
         scenario = field(zone)
         assert terms(scenario, a, b)["risk"] == pytest.approx(metres), (zone.shape, a, b)
-        assert soft.risk(scenario, np.array([a, b], float))[0] == pytest.approx(metres), (zone.shape, a, b)
+        assert risk_term(scenario, np.array([a, b], float))[0] == pytest.approx(metres), (zone.shape, a, b)
 
 
 @given(zones(), st.lists(anywhere, min_size=2, max_size=2), st.floats(0.01, 0.99))
@@ -146,7 +146,7 @@ def test_a_leg_cut_in_two_costs_the_same_but_for_rounding(zone, ends, share):
     whole_leg, cut = terms(scenario, a, b), terms(scenario, a, a + share * (b - a), b)
     for name in ("fuel", "altitude", "climb"):
         assert cut[name] == pytest.approx(whole_leg[name], rel=1e-6, abs=1e-6)
-    _, least, most = soft.risk(scenario, np.array(ends))
+    _, least, most = risk_term(scenario, np.array(ends))
     assert least - 1e-6 <= cut["risk"] <= most + 1e-6
 
 
@@ -204,7 +204,7 @@ def test_a_leg_along_a_face_may_count_as_inside_or_as_outside():
     scenario = field(sky.Prism(vertices=((0, 0), (4, 0), (4, 4), (0, 4)), low=0, high=4, risk=2))
     for along in ([(0, 4, 2), (4, 4, 2)], [(1, 1, 4), (3, 1, 4)], [(4, 0, 1), (4, 3, 1)], [(4, 4, 0), (4, 4, 4)]):
         length = math.dist(*along)
-        assert soft.risk(scenario, np.array(along, float))[1:] == pytest.approx((0, 2 * length), abs=1e-4)
+        assert risk_term(scenario, np.array(along, float))[1:] == pytest.approx((0, 2 * length), abs=1e-4)
         assert terms(scenario, *along)["risk"] in (pytest.approx(0), pytest.approx(2 * length))
 
 

@@ -16,7 +16,8 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee import check
-from skyverse.referee.boxes import deepest, shut_boxes
+from skyverse.referee.box_crossings import deepest_in_boxes
+from skyverse.referee.boxes import grown_boxes
 
 MADE_BY = Provenance("0", "by hand", "", None, "")
 
@@ -487,10 +488,10 @@ def test_a_wall_between_two_nodes_is_seen_however_thin(thickness):
 
 def test_a_path_may_end_just_before_the_thinnest_wall():
     wall = Box(min=(5, 0, 0), max=(5 + 1e-7, 6, 4))
-    boxes = shut_boxes(SCENARIO.model_copy(update={"obstacles": (wall,), "clearance": 0.0}))
+    boxes = grown_boxes(SCENARIO.model_copy(update={"obstacles": (wall,), "clearance": 0.0}))
     start = np.array([[4.0, 3, 2]])
-    assert deepest(boxes, start, np.array([[5 - 2e-7, 3, 2.5]])) is None
-    assert deepest(boxes, start, np.array([[5 + 2e-7, 3, 2.5]])) is not None
+    assert deepest_in_boxes(boxes, start, np.array([[5 - 2e-7, 3, 2.5]])) is None
+    assert deepest_in_boxes(boxes, start, np.array([[5 + 2e-7, 3, 2.5]])) is not None
 
 
 def curving(y, speed, bend, apex):
@@ -683,7 +684,7 @@ def test_the_segment_test_agrees_with_dense_sampling(start, end, corner, sides, 
     box = Box(min=corner, max=tuple(np.add(corner, sides)))
     scenario = SCENARIO.model_copy(update={"obstacles": (box,), "clearance": clearance})
     start, end = np.array([start]), np.array([end])
-    met = deepest(shut_boxes(scenario), start, end)
+    met = deepest_in_boxes(grown_boxes(scenario), start, end)
     low, high = np.array(box.min) - clearance, np.array(box.max) + clearance
     points = start + np.linspace(0, 1, 4001)[:, None] * (end - start)
     depth = np.minimum(points - low, high - points).min(axis=1).max()

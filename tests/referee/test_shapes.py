@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 import skyverse as sky
 from depths import depth
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.referee.clearance import judge_curve, judge_legs, shut_space
-from skyverse.referee.curve import Curve
+from skyverse.referee.clearance import judge_curve, judge_segments
+from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.polynomial import bernstein
-from skyverse.referee.voxels import merged
+from skyverse.referee.voxel_boxes import disjoint_boxes
+from skyverse.referee.world import referee_world
 
 LET_PASS = 1e-6
 ROUNDING = 1e-9
@@ -36,7 +37,7 @@ def world(*obstacles, clearance=0.25, terrain=None, size=10.0, floor=0.0):
 
 
 def of(knots, rows):
-    return Curve(np.array(knots, float), np.array(rows, float))
+    return PolynomialCurve(np.array(knots, float), np.array(rows, float))
 
 
 def straight(a, b, seconds=1.0):
@@ -50,19 +51,19 @@ def rest_to_rest(a, b):
 
 def judged(scenario, curve):
     with np.errstate(all="ignore"):  # as `judge` does
-        return judge_curve(scenario, shut_space(scenario), curve, bernstein(curve.pieces, curve.durations))
+        return judge_curve(referee_world(scenario), curve, bernstein(curve.pieces, curve.durations))
 
 
 def legs(scenario, *points):
     path = np.array(points, float)
     with np.errstate(all="ignore"):
-        return judge_legs(scenario, shut_space(scenario), path[:-1], path[1:])
+        return judge_segments(referee_world(scenario), path[:-1], path[1:])
 
 
 def verdict(met):
-    if met.closest is not None:
+    if met.incursion is not None:
         return "refuted"
-    return "proven" if met.peaks.proven(0.0)[0] else "undecided"
+    return "proven" if met.peaks.proven[0] else "undecided"
 
 
 def samples(curve, count=4001):
@@ -73,17 +74,17 @@ def samples(curve, count=4001):
 def agrees(scenario, curve):
     """Referee and samples agree; what the verdict was."""
     met, deep = judged(scenario, curve), depth(scenario, samples(curve))
-    if met.closest is None:
-        assert met.peaks.proven(0.0)[0], "undecided"
+    if met.incursion is None:
+        assert met.peaks.proven[0], "undecided"
         assert deep.max() <= LET_PASS + ROUNDING
         return "proven"
-    there = depth(scenario, met.closest.position[None])[0]
+    there = depth(scenario, met.incursion.position[None])[0]
     assert there > LET_PASS - ROUNDING
     if not any(isinstance(shape, Voxels) for shape in scenario.obstacles):  # cells that are one box are deeper
-        assert there == pytest.approx(met.closest.depth(scenario), abs=1e-7)
+        assert there == pytest.approx(met.incursion.depth, abs=1e-7)
         assert there >= deep.max() - 1e-7
-    at = curve.motion(met.closest.segment, met.closest.fraction * curve.durations[met.closest.segment])[0]
-    assert np.allclose(at, met.closest.position, atol=1e-9)
+    at = curve.motion(met.incursion.segment, met.incursion.fraction * curve.durations[met.incursion.segment])[0]
+    assert np.allclose(at, met.incursion.position, atol=1e-9)
     return "refuted"
 
 
@@ -149,7 +150,7 @@ def test_curves_over_ground_are_judged_as_dense_sampling_does(terrain, curve, li
     assume((seen[:, :2].min() > 0) and (seen[:, :2].max() < 10))
     rows = curve.pieces.copy()
     rows[:, 0, 2] += lift
-    agrees(scenario, Curve(curve.knots, rows))
+    agrees(scenario, PolynomialCurve(curve.knots, rows))
 
 
 @given(shapes() | grounds(), curves(), st.sampled_from([-1e-3, -1e-5, 0.0, 5e-7, 2e-6, 1e-3]))
@@ -174,8 +175,8 @@ def test_a_curve_that_just_keeps_or_just_breaks_the_clearance_is_decided(shape, 
     update = {"clearance": least + gap + off}
     met = judged(scenario.model_copy(update=update), curve)
     if off > 1e-6:
-        assert met.closest is not None
-        assert met.closest.depth(scenario.model_copy(update=update)) == pytest.approx(off, abs=2e-7)
+        assert met.incursion is not None
+        assert met.incursion.depth == pytest.approx(off, abs=2e-7)
     elif off < 5e-7:
         assert verdict(met) == "proven"
 
@@ -187,13 +188,13 @@ def test_paths_are_judged_as_dense_sampling_does(obstacles, terrain, points):
     path = np.array(points, float)
     at = np.concatenate([a + np.linspace(0, 1, 4001)[:, None] * (b - a) for a, b in pairwise(path)])
     deep = depth(scenario, at).max()
-    if met.closest is None:
+    if met.incursion is None:
         assert verdict(met) == "proven"
         assert deep <= LET_PASS + ROUNDING
     else:
-        assert depth(scenario, met.closest.position[None])[0] > LET_PASS - ROUNDING
+        assert depth(scenario, met.incursion.position[None])[0] > LET_PASS - ROUNDING
         boxes = any(isinstance(shape, Box | Voxels) for shape in obstacles)  # of a box a hundred places are looked at
-        assert met.closest.depth(scenario) >= deep - (0.2 if boxes else 1e-7)
+        assert met.incursion.depth >= deep - (0.2 if boxes else 1e-7)
 
 
 # ---------------------------------------------------------------- touching
@@ -240,7 +241,7 @@ def test_a_long_flight_that_touches_is_proven_at_once_and_a_millimetre_in_is_not
     inward = max(pushes, key=lambda push: depth(scenario, samples(straight(a + push, b + push))).max())
     assert agrees(scenario, straight(a + inward, b + inward)) == "refuted"
     met = legs(scenario, a + inward, b + inward)
-    assert met.closest.depth(scenario) == pytest.approx(1e-3, abs=1e-6)
+    assert met.incursion.depth == pytest.approx(1e-3, abs=1e-6)
 
 
 SLOPE = Terrain(
@@ -260,7 +261,7 @@ def test_a_long_flight_parallel_to_a_slope_is_proven_and_a_millimetre_in_is_not(
         assert verdict(met) == "proven"
         assert met.peaks.halvings[0] < 4000
         met = judged(scenario, motion(on_slope(*a, 14.999), on_slope(*b, 14.999)))
-        assert met.closest.gap == pytest.approx(14.999, abs=1e-9)
+        assert met.incursion.gap == pytest.approx(14.999, abs=1e-9)
     assert verdict(legs(scenario, on_slope(*a), on_slope(*b))) == "proven"
     assert verdict(legs(scenario, on_slope(*a, 14.999), on_slope(*b, 14.999))) == "refuted"
 
@@ -271,10 +272,10 @@ def test_a_flight_that_touches_a_ridge_is_proven_and_a_millimetre_lower_is_refut
     scenario = world(terrain=Terrain(origin=(0, 0), step=(1, 10), heights=heights), clearance=2.0)
     assert verdict(judged(scenario, straight((0, 1, 5), (10, 4, 5)))) == "proven"
     met = judged(scenario, straight((0, 1, 4.999), (10, 4, 4.999), seconds=4))
-    assert met.closest.fraction == pytest.approx(0.5, abs=1e-7)
-    assert met.closest.gap == pytest.approx(1.999)
+    assert met.incursion.fraction == pytest.approx(0.5, abs=1e-7)
+    assert met.incursion.gap == pytest.approx(1.999)
     assert verdict(legs(scenario, (0, 1, 5), (10, 4, 5))) == "proven"
-    assert legs(scenario, (0, 1, 4.999), (10, 4, 4.999)).closest.fraction == pytest.approx(0.5, abs=1e-7)
+    assert legs(scenario, (0, 1, 4.999), (10, 4, 4.999)).incursion.fraction == pytest.approx(0.5, abs=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -291,7 +292,7 @@ def test_a_flight_from_corner_to_corner_goes_through(a, b):
     scenario = world(Prism(vertices=SQUARE, low=0, high=9), clearance=0.0)
     assert agrees(scenario, straight(a, b)) == "refuted"
     assert agrees(scenario, rest_to_rest(a, b)) == "refuted"
-    assert legs(scenario, a, b).closest is not None
+    assert legs(scenario, a, b).incursion is not None
 
 
 def test_a_flight_along_a_wall_of_many_edges_is_proven():
@@ -361,7 +362,7 @@ def test_merged_voxels_are_the_occupied_cells_each_once(seed, share):
     rng = np.random.default_rng(seed)
     occupied = rng.random(rng.integers(1, 7, 3)) < share
     counted = np.zeros(occupied.shape, dtype=int)
-    for first, beyond in zip(*merged(occupied), strict=True):
+    for first, beyond in zip(*disjoint_boxes(occupied), strict=True):
         counted[tuple(slice(a, b) for a, b in zip(first, beyond, strict=True))] += 1
     assert np.array_equal(counted, occupied.astype(int))
 
@@ -382,8 +383,8 @@ def test_without_clearance_no_border_between_voxels_is_open_and_no_surface_shut(
     points = 1 + halves * (0.25, 0.5, 1)
     shut = np.array([surrounded(occupied, half) for half in halves])
     assert np.array_equal(~sky.World(scenario).free(points), shut)
-    boxes = shut_space(scenario).boxes
-    inside = (points[:, None] > boxes.shut_low) & (points[:, None] < boxes.shut_high)
+    boxes = referee_world(scenario).boxes
+    inside = (points[:, None] > boxes.grown_low) & (points[:, None] < boxes.grown_high)
     assert np.array_equal(inside.all(axis=2).any(axis=1), shut)
 
 
@@ -392,15 +393,15 @@ def test_no_path_leads_along_the_border_of_voxels_without_clearance():
     grid[0, 0, 0] = grid[3, 3, 0] = False  # so that it is not one box
     scenario = world(Voxels(origin=(3, 3, 3), step=(1, 1, 1), occupied=grid), clearance=0.0)
     for y, z in ((5, 5), (4, 4), (4, 5.5), (5, 6)):
-        met = legs(scenario, (1, y, z), (9, y, z)).closest
+        met = legs(scenario, (1, y, z), (9, y, z)).incursion
         assert met is not None
         assert 3 < met.position[0] < 7
         assert not sky.World(scenario).segments_free((1, y, z), (9, y, z))[0]
-    assert legs(scenario, (1, 5, 7), (9, 5, 7)).closest is None  # on the surface
+    assert legs(scenario, (1, 5, 7), (9, 5, 7)).incursion is None  # on the surface
 
 
 def test_a_solid_block_of_voxels_is_one_box():
-    first, beyond = merged(np.ones((5, 4, 3), dtype=bool))
+    first, beyond = disjoint_boxes(np.ones((5, 4, 3), dtype=bool))
     assert (first.tolist(), beyond.tolist()) == ([[0, 0, 0]], [[5, 4, 3]])
 
 
@@ -410,23 +411,23 @@ def test_twenty_thousand_prisms_are_judged_in_a_moment():
     square = np.array([(0, 0), (20, 0), (20, 15), (0, 15)])
     prisms = tuple(Prism.model_construct(vertices=corner + square, holes=(), low=0.0, high=30.0) for corner in corners)
     scenario = world(size=1e4).model_copy(update={"obstacles": prisms})
-    space = shut_space(scenario)
+    space = referee_world(scenario)
     points = np.column_stack([np.arange(61) * 150, np.arange(61) * 140, np.full(61, 29)])
     high = of(np.arange(61), [rest_to_rest(a, b).pieces[0] for a, b in pairwise(points)])
-    met = judge_curve(scenario, space, high, bernstein(high.pieces, high.durations))
-    assert met.closest is not None
+    met = judge_curve(space, high, bernstein(high.pieces, high.durations))
+    assert met.incursion is not None
 
 
 def test_three_hundred_thousand_boxes_of_voxels_are_judged_in_a_moment():
     rng = np.random.default_rng(0)
     voxels = Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=rng.random((128, 128, 64)) < 0.4)
     scenario = world(voxels, clearance=0.1, size=128.0)
-    space = shut_space(scenario)
+    space = referee_world(scenario)
     assert len(space.boxes.low) > 200_000
     flights = [straight((1, 1, 64.1 + k), (127, 120, 64.1 + k)) for k in range(3)]
     for flight in flights:
-        assert verdict(judge_curve(scenario, space, flight, bernstein(flight.pieces, flight.durations))) == "proven"
-    assert judge_legs(scenario, space, np.array([[1, 1, 1.0]]), np.array([[127, 120, 60.0]])).closest is not None
+        assert verdict(judge_curve(space, flight, bernstein(flight.pieces, flight.durations))) == "proven"
+    assert judge_segments(space, np.array([[1, 1, 1.0]]), np.array([[127, 120, 60.0]])).incursion is not None
 
 
 def test_a_minute_over_wide_ground_is_judged_as_samples_see_it():
@@ -436,12 +437,12 @@ def test_a_minute_over_wide_ground_is_judged_as_samples_see_it():
     terrain = Terrain(origin=(0, 0), step=(10, 10), heights=heights)
     scenario = world(terrain=terrain, clearance=20.0, size=4990.0)
     route = np.column_stack([np.linspace(100, 4800, 61), 2400 + 1500 * np.sin(np.arange(61) / 9)])
-    space = shut_space(scenario)
+    space = referee_world(scenario)
     lift = space.ground.height(route) + 120
     points = np.column_stack([route, lift])
     curve = of(np.arange(61), [rest_to_rest(a, b).pieces[0] for a, b in pairwise(points)])
-    met = judge_curve(scenario, space, curve, bernstein(curve.pieces, curve.durations))
-    assert (met.closest is None) == (depth(scenario, samples(curve, 101)).max() <= LET_PASS)
+    met = judge_curve(space, curve, bernstein(curve.pieces, curve.durations))
+    assert (met.incursion is None) == (depth(scenario, samples(curve, 101)).max() <= LET_PASS)
 
 
 def test_a_slanted_wall_thinner_than_what_is_forgiven_is_still_a_wall():
@@ -449,6 +450,5 @@ def test_a_slanted_wall_thinner_than_what_is_forgiven_is_still_a_wall():
     flight = straight((3, 7, 4), (7, 3, 4))
     scenario = world(wall, clearance=0.0)
     assert (
-        verdict(judge_curve(scenario, shut_space(scenario), flight, bernstein(flight.pieces, flight.durations)))
-        == "refuted"
+        verdict(judge_curve(referee_world(scenario), flight, bernstein(flight.pieces, flight.durations))) == "refuted"
     )

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import skyverse as sky
 from depths import above, inside
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.referee.ground import ground_of
-from skyverse.referee.soft import altitude, risk
+from skyverse.referee.ground import grown_ground
+from skyverse.referee.soft_terms import altitude_term, risk_term
 
 SQUARE = ((2.0, 2.0), (7.0, 2.0), (7.0, 7.0), (2.0, 7.0))
 HOLE = ((3.0, 3.0), (6.0, 3.5), (5.0, 6.0), (3.5, 5.5))
@@ -47,7 +47,7 @@ def middles(a, b):
 def test_metres_inside_a_zone_are_what_sampling_says(zone, points):
     path = np.array(points)
     with np.errstate(all="ignore"):  # as `judge` does
-        stands, least, most = risk(world(zone), path)
+        stands, least, most = risk_term(world(zone), path)
     seen = sum(
         zone.risk * np.linalg.norm(b - a) * np.mean(inside(zone, 0.0, middles(a, b)) > 0) for a, b in pairwise(path)
     )
@@ -59,15 +59,15 @@ def test_metres_inside_a_zone_are_what_sampling_says(zone, points):
 
 def test_a_chord_of_a_sphere_and_a_leg_across_a_courtyard_are_known():
     path = np.array([(0, 4, 8), (10, 4, 8)], float)
-    assert risk(world(ZONES[2]), path)[0] == pytest.approx(2 * np.sqrt(3.5**2 - 3**2))
+    assert risk_term(world(ZONES[2]), path)[0] == pytest.approx(2 * np.sqrt(3.5**2 - 3**2))
     courtyard = Prism(vertices=SQUARE, holes=(((3, 3), (6, 3), (6, 6), (3, 6)),), low=0, high=9, risk=1.0)
-    assert risk(world(courtyard), np.array([(0, 4, 5), (10, 4, 5)], float))[0] == pytest.approx(2)
+    assert risk_term(world(courtyard), np.array([(0, 4, 5), (10, 4, 5)], float))[0] == pytest.approx(2)
 
 
 def test_a_leg_along_the_face_between_two_voxels_is_counted_once():
     solid = Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=np.ones((4, 4, 4)), risk=1.0)
-    assert risk(world(solid), np.array([(0, 2, 2), (10, 2, 2)], float)) == pytest.approx((4, 4, 4))
-    _, least, most = risk(world(solid), np.array([(0, 4, 2), (10, 4, 2)], float))
+    assert risk_term(world(solid), np.array([(0, 2, 2), (10, 2, 2)], float)) == pytest.approx((4, 4, 4))
+    _, least, most = risk_term(world(solid), np.array([(0, 4, 2), (10, 4, 2)], float))
     assert (least, most) == pytest.approx((0, 4))
 
 
@@ -85,12 +85,12 @@ def test_metres_outside_a_band_above_ground_are_what_sampling_says(points, seed,
         outside = np.maximum(0, np.maximum(band.low - height, height - band.high))
         seen += float(np.linalg.norm(b - a) * outside.mean())
     with np.errstate(all="ignore"):  # as `judge` does
-        assert altitude(band, path, ground_of(scenario)) == pytest.approx(seen, abs=1e-4)
+        assert altitude_term(band, path, grown_ground(scenario)) == pytest.approx(seen, abs=1e-4)
 
 
 def test_a_level_leg_over_a_slope_pays_a_triangle():
     terrain = Terrain(origin=(0, 0), step=(5, 10), heights=[[0, 0], [5, 5], [10, 10]])
     band = sky.AltitudeBand(low=2, high=100, weight=1, above="ground")
     leg = np.array([(0, 3, 10), (10, 3, 10)], float)  # above ground 10 at first, 0 at last: below 2 over the last 2 m
-    assert altitude(band, leg, ground_of(world(terrain=terrain, band=band))) == pytest.approx(2.0)
-    assert altitude(band, leg[::-1], ground_of(world(terrain=terrain, band=band))) == pytest.approx(2.0)
+    assert altitude_term(band, leg, grown_ground(world(terrain=terrain, band=band))) == pytest.approx(2.0)
+    assert altitude_term(band, leg[::-1], grown_ground(world(terrain=terrain, band=band))) == pytest.approx(2.0)

@@ -14,8 +14,8 @@ from skyverse.model.scenario import Bounds
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Verdict
-from skyverse.referee.clearance import shut_space
-from skyverse.referee.flight import judge_trajectory
+from skyverse.referee.trajectory import judge_trajectory
+from skyverse.referee.world import referee_world
 from skyverse.trajectory import rest_to_rest
 from skyverse.trajectory.along import SLOWER
 from skyverse.trajectory.limits import stretch
@@ -156,7 +156,7 @@ def test_what_is_proven_at_the_very_limit_the_referee_proves_too(trajectory, uav
     for scale in (1.0, 1 - 1e-7, 1 - 4e-7, 1 - 1e-6):
         longer = stretched(at_the_limit, scale)
         if prove(OPEN, uav, longer).verdict is Verdict.PROVEN:
-            judged = judge_trajectory(FREE.model_copy(update={"uavs": (uav,)}), shut_space(FREE), 0, None, longer)
+            judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (uav,)})), 0, None, longer)
             assert {v.fault for v in judged.violations} <= LOOSE_ENDS
 
 
@@ -214,7 +214,7 @@ def test_a_hundredth_of_the_weight_is_carried_so_that_tilt_has_a_meaning():
     descent = rest_to_rest(np.array([[0, 0, 50], [0, 0, 0], [0, 0, 40]], float), strong)
     assert dense(descent)[2][:, 2].min() == pytest.approx(-0.99 * 9.81, rel=1e-6)
     assert prove(OPEN, strong, descent).verdict is Verdict.PROVEN
-    judged = judge_trajectory(FREE.model_copy(update={"uavs": (strong,)}), shut_space(FREE), 0, None, descent)
+    judged = judge_trajectory(referee_world(FREE.model_copy(update={"uavs": (strong,)})), 0, None, descent)
     assert {v.fault for v in judged.violations} <= LOOSE_ENDS
     falling = pieces([0, 1], [[[0, 0, 0], [0, 0, 0], [0, 0, -9.8 / 2]]])
     assert prove(OPEN, strong, falling).what == "tilt"

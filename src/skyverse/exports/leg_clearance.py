@@ -16,7 +16,8 @@ from skyverse.exports.global_positions import AltitudeReference, home, origin_of
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
-from skyverse.referee.clearance import Space, judge_legs, shut_space
+from skyverse.referee.clearance import judge_segments
+from skyverse.referee.world import RefereeWorld, referee_world
 
 CLEARANCE_ALLOWANCE = 0.02
 """Metres by which a leg may come nearer than the clearance, or be out of bounds: start and target may touch both."""
@@ -43,7 +44,7 @@ class LegChecker:
 
     scenario: Scenario
     reference: AltitudeReference
-    _shut: dict[float, tuple[Scenario, Space]] = field(default_factory=dict)
+    _grown_worlds: dict[float, RefereeWorld] = field(default_factory=dict)
     _known: dict[bytes, str | None] = field(default_factory=dict)
     _apart: dict[bytes, float] = field(default_factory=dict)
 
@@ -145,18 +146,17 @@ class LegChecker:
     def _meets(self, starts: Floats, ends: Floats, extra: float) -> str | None:
         """Return why segments, grown by `extra`, are not clear."""
         step = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
-        if step not in self._shut:
-            grown = self._grown(step)
-            self._shut[step] = grown, shut_space(grown)
-        scenario, shut = self._shut[step]
+        if step not in self._grown_worlds:
+            self._grown_worlds[step] = referee_world(self._grown(step))
+        world = self._grown_worlds[step]
         both = np.concatenate([starts, ends])
-        room = float(np.minimum(both - scenario.bounds.min, np.array(scenario.bounds.max) - both).min())
+        room = float(np.minimum(both - world.low, world.high - both).min())
         if room < extra - CLEARANCE_ALLOWANCE:
             return f"it may be {extra - room:.3g} m out of bounds"
-        peaks, met = judge_legs(scenario, shut, starts, ends)
-        if met is not None:
-            return met.sentence("it", "there", scenario)
-        return None if peaks.proven(0.0)[0] else "whether it keeps the clearance could not be decided"
+        peaks, incursion = judge_segments(world, starts, ends)
+        if incursion is not None:
+            return incursion.sentence(world.scenario, "it", "there")
+        return None if peaks.proven[0] else "whether it keeps the clearance could not be decided"
 
     def _grown(self, extra: float) -> Scenario:
         """Return the scenario with clearances less what is let pass, and more by what is added."""
@@ -175,12 +175,13 @@ def require_home(scenario: Scenario, uav: int) -> None:
     if not below[2] < start[2]:
         return
     bare = scenario.model_copy(update={"clearance": 0.0, "terrain": None})
-    met = judge_legs(bare, shut_space(bare), below[None], start[None])[1]
-    if met is not None:
-        named = scenario.obstacles[met.obstacle].name
+    incursion = judge_segments(referee_world(bare), below[None], start[None]).incursion
+    if incursion is not None:
+        named = scenario.obstacles[incursion.obstacle].name
         raise InputError(
             f"{scenario.uavs[uav].name}: its home, the ground below its start, cannot be risen from: "
-            f"obstacle {met.obstacle}{f' ({named})' if named else ''} lies between; count altitudes from the sea (amsl)"
+            f"obstacle {incursion.obstacle}{f' ({named})' if named else ''} lies between; "
+            "count altitudes from the sea (amsl)"
         )
 
 

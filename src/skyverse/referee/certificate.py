@@ -1,7 +1,6 @@
-"""What the referee can say of a mission at every instant: of each trajectory, and of the fleet's separation."""
+"""What the referee can prove of a mission at every instant: of each trajectory, and of the fleet's separation."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,24 +8,29 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
-from skyverse.referee.boxes import GROUND, keeps
-from skyverse.referee.clearance import Space, shut_space
-from skyverse.referee.curve import Curve
-from skyverse.referee.flight import judge_trajectory
+from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.separation import judge_separation
+from skyverse.referee.trajectory import judge_trajectory
+from skyverse.referee.untrusted import entry, target_index
+from skyverse.referee.world import RefereeWorld, referee_world
 
 
 class Certificates(NamedTuple):
     """What is proven of a mission.
 
-    Of each UAV's trajectory in the scenario's order, ``None`` where it has none; and of the fleet's separation.
+    Attributes
+    ----------
+    trajectories
+        The certificate of each UAV's trajectory, in the scenario's order; ``None`` where it has no trajectory.
+    apart
+        The certificate of the fleet's separation.
     """
 
     trajectories: tuple[Certificate | None, ...]
     apart: Certificate
 
 
-class Findings(NamedTuple):
+class JudgedFleet(NamedTuple):
     """The certificates, and the violations behind them: of each UAV's trajectory, and of the fleet's separation."""
 
     certificates: Certificates
@@ -37,33 +41,34 @@ class Findings(NamedTuple):
 def certify(scenario: Scenario, mission: Mission) -> Certificates:
     """Say of each trajectory, and of the fleet's separation, whether it is proven, refuted or undecided.
 
-    Proven is what holds at every instant, not only at samples: clear of every obstacle by the clearance, inside the
-    bounds, within every limit of the UAV, joined without a jump, from its start to its target; and outside the
-    ellipsoids of all other UAVs, also before a start and after an end. Pieces are bounded by their Bernstein
-    coefficients, rounding included, and cut in two until they are decided. What is wrong by at most 1e-6 m, or 1e-6 of
-    a limit, is let pass.
+    What is proven holds at every instant, not only at samples: the UAV keeps the clearance from every obstacle, stays
+    inside the bounds and within all its limits, flies without a jump from its start to its target, and stays out of the
+    ellipsoids of all other UAVs, also before it starts and after it has arrived. Pieces of trajectories are bounded by
+    their Bernstein coefficients, rounding included, and cut in two until they are decided. What is wrong by at most
+    1e-6 m, or 1e-6 of a limit, is let pass.
 
     Parameters
     ----------
     scenario
         What was given.
     mission
-        What is judged; the certificates that it carries are not looked at. However malformed it is, nothing is raised.
+        What is judged; the certificates that it carries are ignored. However malformed it is, nothing is raised.
 
     Returns
     -------
     Certificates
-        Those refuted name the worst instant of the first thing that is wrong.
+        A certificate that is refuted names the worst instant of the first thing that is wrong.
     """
     with np.errstate(all="ignore"):
-        return judge_flight(scenario, shut_space(scenario), mission).certificates
+        return judge_fleet(referee_world(scenario), mission).certificates
 
 
-def judge_flight(scenario: Scenario, space: Space, mission: Mission) -> Findings:
-    """Judge all trajectories, and the fleet's separation."""
+def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
+    """Judge all trajectories of a mission, and the fleet's separation."""
+    scenario = world.scenario
     count = len(scenario.uavs)
-    targets = [target_of(scenario, entry(mission.assignment, uav)) for uav in range(count)]
-    curves: list[Curve | None] = [None] * count
+    targets = [target_index(scenario, entry(mission.assignment, uav)) for uav in range(count)]
+    curves: list[PolynomialCurve | None] = [None] * count
     unknown: set[int] = set()
     violations: list[list[Violation]] = [[] for _ in range(count)]
     certificates: list[Certificate | None] = [None] * count
@@ -71,48 +76,39 @@ def judge_flight(scenario: Scenario, space: Space, mission: Mission) -> Findings
         trajectory = entry(mission.trajectories, uav)
         if not isinstance(trajectory, Trajectory):
             continue
-        judged = judge_trajectory(scenario, space, uav, targets[uav], trajectory)
-        violations[uav], curves[uav] = judged.violations, judged.curve
-        if judged.curve is None:
+        violations[uav], halvings, curve = judge_trajectory(world, uav, targets[uav], trajectory)
+        curves[uav] = curve
+        if curve is None:
             unknown.add(uav)
-        certificates[uav] = _certificate(judged.violations, _sound(scenario, uav, judged.curve), judged.halvings)
-    apart = judge_separation(scenario, targets, curves, unknown)
+        certificates[uav] = _certificate(violations[uav], _proven_sentence(scenario, uav, curve), halvings)
+    separation = judge_separation(scenario, targets, curves, unknown)
     sentence = f"All {count} UAVs keep their separation from one another at every instant."
-    fleet = _certificate(apart.violations, sentence, apart.halvings)
-    if unknown and fleet.verdict is Verdict.PROVEN:
+    apart = _certificate(separation.violations, sentence, separation.halvings)
+    if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
-        fleet = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.")
-    return Findings(Certificates(tuple(certificates), fleet), tuple(violations), apart.violations)
+        apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.")
+    return JudgedFleet(Certificates(tuple(certificates), apart), tuple(violations), separation.violations)
 
 
-def entry(values: Sequence[Any], index: int) -> Any:
-    """Return one UAV's entry in a column of a mission, ``None`` where it is too short."""
-    return values[index] if index < len(values) else None
-
-
-def target_of(scenario: Scenario, index: object) -> int | None:
-    """Return the index of a target that exists, ``None`` for anything else."""
-    if isinstance(index, bool) or not isinstance(index, int | np.integer):
-        return None
-    return int(index) if 0 <= index < len(scenario.targets) else None
-
-
-def _sound(scenario: Scenario, uav: int, curve: Curve | None) -> str:
+def _proven_sentence(scenario: Scenario, uav: int, curve: PolynomialCurve | None) -> str:
     vehicle, knots = scenario.uavs[uav], np.zeros(2) if curve is None else curve.knots
     limits = "speed, acceleration, jerk, thrust and tilt"
     if vehicle.fixed_wing is not None:
         limits = "speed, acceleration, airspeed, turn and climb"
-    ground = "" if scenario.terrain is None else f"{keeps(scenario, GROUND):.6g} m above ground, "
+    ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
     return (
         f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, {ground}inside the bounds "
         f"and within its limits of {limits}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s."
     )
 
 
-def _certificate(violations: list[Violation], sound: str, halvings: int) -> Certificate:
-    """Return what the worst violation says: one that is refuted and nobody could help comes after others."""
+def _certificate(violations: list[Violation], proven: str, halvings: int) -> Certificate:
+    """Return what the worst violation says, or that there is none.
+
+    A violation that the planner caused comes first, one that the scenario gives second, and an undecided one last.
+    """
     if not violations:
-        return Certificate(Verdict.PROVEN, sound, subdivisions=halvings)
+        return Certificate(Verdict.PROVEN, proven, subdivisions=halvings)
     order = {Fault.GIVEN: 1, Fault.UNDECIDED: 2}
     worst = min(violations, key=lambda violation: order.get(violation.fault, 0))
     verdict = Verdict.UNDECIDED if worst.fault is Fault.UNDECIDED else Verdict.REFUTED

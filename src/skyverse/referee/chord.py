@@ -1,15 +1,16 @@
-"""Parts of curves as thick straight lines: a chord, and how far the part is off it at most."""
+"""Parts of curves as thick straight lines: the chord of a part, and how far the part is from its chord at most."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.referee.polynomial import DEPTH, EPS
+from skyverse.referee.subdivision import MAX_DEPTH
+from skyverse.referee.tolerances import MACHINE_EPSILON
 
 
 class Chords(NamedTuple):
-    """Straight lines from (n, d) to (n, d), and (n,) metres that the parts are off them at most."""
+    """Straight lines from `a` to `b`, (n, d) metres, and how far the parts are from them at most, (n,) metres."""
 
     a: Floats
     b: Floats
@@ -17,11 +18,11 @@ class Chords(NamedTuple):
 
 
 def chords(part: Floats) -> Chords:
-    """Return the chords of parts (n, degree + 1, d), given by their Bernstein coefficients.
+    """Return the chords of parts (n, degree + 1, d), which are given by their Bernstein coefficients.
 
-    A part lies in the convex hull of its coefficients, and so as near to the chord as these do. The chord goes from the
-    first towards the one farthest from it, as far as they reach to both sides: a straight part is its chord, and a
-    single coefficient too.
+    A part lies in the convex hull of its coefficients, so it is no farther from the chord than they are. The chord lies
+    on the line from the first coefficient to the one farthest from it, and reaches as far as the coefficients do to
+    both sides: a straight part is its own chord, and so is a single coefficient.
     """
     first = part[:, 0]
     reach = part - first[:, None]
@@ -35,20 +36,28 @@ def chords(part: Floats) -> Chords:
     return Chords(first + low * unit, first + high * unit, off)
 
 
-def distance(points: Floats, a: Floats, b: Floats) -> Floats:
-    """Return the distances of points (n, d) from the straight lines between a (n, d) and b (n, d); (n,) metres."""
+def distance_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:
+    """Return the distances (n,) of points (n, d) from the segments between a (n, d) and b (n, d), metres."""
     way = b - a
     square = np.sum(way**2, axis=1)
     share = np.clip(np.sum((points - a) * way, axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    apart: Floats = np.sqrt(np.sum((a + share[:, None] * way - points) ** 2, axis=1))
-    return apart
+    distance: Floats = np.sqrt(np.sum((a + share[:, None] * way - points) ** 2, axis=1))
+    return distance
 
 
 def distance_error(b: Floats, error: Floats, farthest: float) -> Floats:
-    """Return bounds on the errors of distances to chords of pieces (n, degree + 1, 3), however often halved.
+    """Return bounds (n,) on the errors of distances to the chords of pieces and of all their parts, metres.
 
-    Those of places along three axes, of halving them, and of the few sums with numbers up to `farthest`.
+    Counted are the errors of positions along three axes, the halvings, and the few sums with the shapes' numbers.
+
+    Parameters
+    ----------
+    b, error
+        (n, degree + 1, 3) coefficients of the pieces, and (n,) bounds on their errors, metres.
+    farthest
+        The largest absolute coordinate of the shapes, metres.
     """
     size = np.abs(b).max(axis=(1, 2), initial=0.0)
-    whole: Floats = 4 * error + 4 * (DEPTH + 16) * b.shape[1] * EPS * size + 64 * EPS * farthest
+    halved = 4 * (MAX_DEPTH + 16) * b.shape[1] * MACHINE_EPSILON * size
+    whole: Floats = 4 * error + halved + 64 * MACHINE_EPSILON * farthest
     return whole

@@ -1,71 +1,33 @@
 """Judges clearance: of curves at every instant, and of straight paths."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.scenario import Scenario
-from skyverse.referee.boxes import Boxes, Closest, deepest, near, shut_boxes
-from skyverse.referee.curve import Curve
-from skyverse.referee.ground import Ground, ground_of
-from skyverse.referee.polynomial import Peaks, Polynomials, greatest
-from skyverse.referee.prisms import shut_prisms
-from skyverse.referee.rounds import shut_cylinders, shut_spheres
+from skyverse.referee.box_crossings import deepest_in_boxes
+from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.incursion import Incursion
+from skyverse.referee.overlaps import overlapping_pairs
+from skyverse.referee.polynomial import Polynomials
+from skyverse.referee.solids import GrownSolids
+from skyverse.referee.subdivision import Peaks, find_peaks
+from skyverse.referee.world import RefereeWorld
 
-FINE = 1e-9
-"""How near to the worst instant (metres, or a share of the limit) is near enough."""
-
-
-class Solids(Protocol):
-    """Shapes of one kind, grown by the clearance less the tolerance."""
-
-    @property
-    def obstacle(self) -> Indices:
-        """(m,) to which obstacle of the scenario each belongs."""
-
-    def hulls(self) -> tuple[Floats, Floats]:
-        """Return the corners (m, 3), (m, 3) of boxes about them."""
-
-    def error(self, b: Floats, error: Floats) -> Floats:
-        """Return bounds (n,) on the errors of depths of pieces and their parts, by those of the pieces (n,)."""
-
-    def depth(self, part: Floats, which: Indices) -> Floats:
-        """Return upper bounds (n,) on how deep parts (n, degree + 1, 3) get inside shapes (n,); below 0 outside.
-
-        Of a single coefficient, a place, it is the depth itself, or below 0.
-        """
-
-    def gap(self, position: Floats, which: int) -> float:
-        """Return how far a position (3,) is from a shape as given, metres; negative inside."""
+PositionAt = Callable[[int, float], Floats]
+"""Evaluates the position (3,) on a piece at a share of the piece, without Bernstein coefficients."""
 
 
-class Space(NamedTuple):
-    """All that is shut."""
-
-    boxes: Boxes
-    others: tuple[Solids, ...]
-    ground: Ground | None
-
-
-def shut_space(scenario: Scenario) -> Space:
-    """Return what is shut in a scenario."""
-    ground = ground_of(scenario)
-    kinds: list[Solids] = [shut_cylinders(scenario), shut_spheres(scenario), shut_prisms(scenario)]
-    some = [kind for kind in kinds if len(kind.obstacle)]
-    return Space(shut_boxes(scenario), (*some, *([] if ground is None else [ground])), ground)
-
-
-class Met(NamedTuple):
-    """What was found: the bounds, of pieces; where it is deepest, if anywhere; and when, as a share of that piece."""
+class JudgedClearance(NamedTuple):
+    """The bounds on depths over all pieces, one question; and the deepest place, if anything is too close."""
 
     peaks: Peaks
-    closest: Closest | None
+    incursion: Incursion | None
 
 
-def judge_curve(scenario: Scenario, space: Space, curve: Curve, position: list[Polynomials]) -> Met:
-    """Judge the clearance of a curve, given by the polynomials of its place as well."""
+def judge_curve(world: RefereeWorld, curve: PolynomialCurve, position: list[Polynomials]) -> JudgedClearance:
+    """Judge the clearance of a curve at every instant; `position` holds its x, y, z as polynomials."""
     b = np.stack([part.b for part in position], axis=2)
     error = np.max([part.error for part in position], axis=0)
 
@@ -73,53 +35,53 @@ def judge_curve(scenario: Scenario, space: Space, curve: Curve, position: list[P
         place: Floats = curve.motion(piece, share * float(curve.durations[piece]))[0]
         return place
 
-    return _deepest(scenario, [_judge(kind, b, error, at) for kind in (space.boxes, *space.others)])
+    return _combined([_judge_kind(kind, b, error, at) for kind in (world.boxes, *world.others)])
 
 
-def judge_legs(scenario: Scenario, space: Space, starts: Floats, ends: Floats) -> Met:
-    """Judge the clearance of segments between (n, 3) starts and ends: pieces of degree 1."""
+def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> JudgedClearance:
+    """Judge the clearance of segments between starts and ends, (n, 3) metres, as pieces of degree 1."""
     b, exact = np.stack([starts, ends], axis=1), np.zeros(len(starts))
 
-    def at(leg: int, share: float) -> Floats:
-        place: Floats = starts[leg] + share * (ends[leg] - starts[leg])
+    def at(segment: int, share: float) -> Floats:
+        place: Floats = starts[segment] + share * (ends[segment] - starts[segment])
         return place
 
-    in_boxes = Met(_peaks([]), deepest(space.boxes, starts, ends))
-    return _deepest(scenario, [in_boxes, *(_judge(kind, b, exact, at) for kind in space.others)])
+    in_boxes = JudgedClearance(_combined_peaks([]), deepest_in_boxes(world.boxes, starts, ends))
+    return _combined([in_boxes, *(_judge_kind(kind, b, exact, at) for kind in world.others)])
 
 
-def _judge(kind: Solids, b: Floats, error: Floats, at: Callable[[int, float], Floats]) -> Met:
-    """Judge all pieces by all shapes of a kind; `at` evaluates the place of a piece at a share of it directly."""
+def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, at: PositionAt) -> JudgedClearance:
+    """Judge all pieces (n, degree + 1, 3), whose errors are at most (n,), against all shapes of one kind."""
     wrong = kind.error(b, error)
-    near_to = near(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None], *kind.hulls())
-    piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *near_to]).T
+    pairs = overlapping_pairs(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None], *kind.hulls())
+    piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
 
     def depth(part: Floats, pair: Indices) -> Floats:
         return kind.depth(part, shape[pair])
 
-    peaks = greatest(b[piece], wrong[piece], 0.0, FINE, depth)
-    closest = None
-    if peaks.refuted(0.0)[0]:
+    peaks = find_peaks(b[piece], wrong[piece], depth)
+    incursion = None
+    if peaks.refuted[0]:
         pair, share = int(peaks.piece[0]), float(peaks.share[0])
         position, of = at(int(piece[pair]), share), int(shape[pair])
         if kind.depth(position[None, None], np.array([of]))[0] > 0:
-            closest = Closest(kind.gap(position, of), int(kind.obstacle[of]), int(piece[pair]), share, position)
-    # from pairs back to pieces, for whoever asks where
+            gap, number = kind.gap(position, of), int(kind.obstacle[of])
+            incursion = Incursion(gap, kind.clearance, number, int(piece[pair]), share, position)
+    # callers ask which piece it was, not which pair of a piece and a shape
     stuck = np.where(peaks.stuck >= 0, piece[peaks.stuck] if len(piece) else -1, -1)
-    spot = piece[peaks.piece] if len(piece) else peaks.piece
-    return Met(peaks._replace(piece=spot, stuck=stuck), closest)
+    where = piece[peaks.piece] if len(piece) else peaks.piece
+    return JudgedClearance(peaks._replace(piece=where, stuck=stuck), incursion)
 
 
-def _deepest(scenario: Scenario, met: list[Met]) -> Met:
-    """Return what was found of all kinds: the deepest place of them all."""
-    found = [one.closest for one in met if one.closest is not None]
-    return Met(
-        _peaks([one.peaks for one in met]), max(found, key=lambda closest: closest.depth(scenario), default=None)
-    )
+def _combined(judged: list[JudgedClearance]) -> JudgedClearance:
+    """Return the judgements of all kinds of shapes as one, with the deepest place of them all."""
+    incursions = [one.incursion for one in judged if one.incursion is not None]
+    deepest = max(incursions, key=lambda incursion: incursion.depth, default=None)
+    return JudgedClearance(_combined_peaks([one.peaks for one in judged]), deepest)
 
 
-def _peaks(each: list[Peaks]) -> Peaks:
-    """Return the greatest of all peaks, and the first place that stayed undecided."""
+def _combined_peaks(each: list[Peaks]) -> Peaks:
+    """Return the highest of all peaks, the first place that stayed undecided, and all halvings."""
     nothing = Peaks(*(np.array([value]) for value in (-np.inf, 0, 0.0, -1, 0.0, 0)))
     highest = max(each, key=lambda peaks: float(peaks.value[0]), default=nothing)
     stuck = next((peaks for peaks in each if peaks.stuck[0] >= 0), nothing)

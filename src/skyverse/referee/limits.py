@@ -1,4 +1,4 @@
-"""What a UAV can do, as polynomials of its trajectory that may nowhere be above zero."""
+"""The limits of a UAV as polynomials of its trajectory, which keeps a limit where the polynomial is not above zero."""
 
 from collections.abc import Callable, Iterator
 from math import atan2, cos, hypot, inf, pi, radians, sin
@@ -9,23 +9,27 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.uav import UAV, FixedWing
 from skyverse.model.verdict import Fault
-from skyverse.referee.curve import Curve, derivative
+from skyverse.referee.curve import PolynomialCurve, derivative
 from skyverse.referee.polynomial import Polynomials, bernstein, squared, stack
+from skyverse.referee.tolerances import AIRSPEED_BAND, LIMIT_LET_PASS
 
-GRAVITY = 9.81  # m/s^2
-FORGIVEN = 1e-6  # of each limit
-AIRSPEED = 0.01  # of the speed, that a fixed wing may be off
+GRAVITY = 9.81
+"""m/s^2."""
 
 
-class Limit(NamedTuple):
-    """One limit: what may not be above zero, and how far an instant goes.
+class FlightLimit(NamedTuple):
+    """One limit: the polynomials that may not be above zero, and a measure of one instant.
 
     Attributes
     ----------
+    fault, noun
+        What is wrong where the limit is broken, and what messages call the limited quantity.
     excess
-        At or below zero wherever the limit is kept but for what is forgiven; rows of piece 0, 1, ..., again from 0.
+        At or below zero wherever the limit is kept, except for what is let pass; one row for each piece, or several
+        blocks of such rows.
     measure
-        Of velocity, acceleration and jerk, (4, 3) with the position first: as a share of the limit, and in words.
+        Takes position, velocity, acceleration and jerk, (4, 3), and returns the share of the limit that is used, and
+        what the UAV does, in words.
     """
 
     fault: Fault
@@ -34,8 +38,8 @@ class Limit(NamedTuple):
     measure: Callable[[Floats], tuple[float, str]]
 
 
-def limits(vehicle: UAV, curve: Curve) -> Iterator[Limit]:
-    """Yield the limits of a UAV, for each piece of its trajectory."""
+def flight_limits(vehicle: UAV, curve: PolynomialCurve) -> Iterator[FlightLimit]:
+    """Yield the limits of a UAV as polynomials on the pieces of its trajectory."""
     durations = curve.durations
     rows = [curve.pieces]
     for _ in range(3):
@@ -55,7 +59,7 @@ def limits(vehicle: UAV, curve: Curve) -> Iterator[Limit]:
     if vehicle.fixed_wing is None:
         norms.append((Fault.JERK, "jerk", jerk, 3, vehicle.max_jerk, "jerks by {:.7g} m/s^3 (of {:.7g})"))
     for fault, noun, parts, order, top, deed in norms:
-        yield Limit(fault, noun, _below(squared(parts), top), _norm(order, top, deed))
+        yield FlightLimit(fault, noun, _below(squared(parts), top), _norm(order, top, deed))
     if vehicle.fixed_wing is None:
         yield from _hovering(vehicle, acceleration)
     else:
@@ -63,11 +67,13 @@ def limits(vehicle: UAV, curve: Curve) -> Iterator[Limit]:
 
 
 def _below(square: Polynomials, top: float) -> Polynomials:
-    """Return how far a square is above that of a limit, as a share of it."""
-    return square * (1 / (top * (1 + FORGIVEN)) ** 2) + -1.0
+    """Return how far the square of a norm is above the square of its limit `top`, as a share of the latter."""
+    return square * (1 / (top * (1 + LIMIT_LET_PASS)) ** 2) + -1.0
 
 
 def _norm(order: int, top: float, deed: str) -> Callable[[Floats], tuple[float, str]]:
+    """Return the measure of the norm of the derivative of some order."""
+
     def measure(motion: Floats) -> tuple[float, str]:
         norm = float(np.linalg.norm(motion[order]))
         return norm / top, deed.format(norm, top)
@@ -75,40 +81,52 @@ def _norm(order: int, top: float, deed: str) -> Callable[[Floats], tuple[float, 
     return measure
 
 
-def _hovering(vehicle: UAV, acceleration: list[Polynomials]) -> Iterator[Limit]:
-    """Yield a multirotor's limits on thrust and tilt; its thrust carries its weight too."""
+def _hovering(vehicle: UAV, acceleration: list[Polynomials]) -> Iterator[FlightLimit]:
+    """Yield a multirotor's limits on thrust and tilt.
+
+    The specific thrust is f = a + (0, 0, g): it accelerates the UAV and carries its weight.
+
+    - thrust: f . f <= (thrust_to_weight g)^2;
+    - tilt: (fx^2 + fy^2) cos^2(max_tilt) <= fz^2 sin^2(max_tilt) and fz >= 0, a cone about the vertical.
+    """
     x, y, z = acceleration
     up = z + GRAVITY
-    most = vehicle.thrust_to_weight * GRAVITY
+    top = vehicle.thrust_to_weight * GRAVITY
 
     def thrust(motion: Floats) -> tuple[float, str]:
-        newtons = float(np.linalg.norm(motion[2] + [0, 0, GRAVITY]))
-        deed = f"needs a thrust of {newtons / GRAVITY:.7g} times its weight (of {vehicle.thrust_to_weight:.7g})"
-        return newtons / most, deed
+        size = float(np.linalg.norm(motion[2] + [0, 0, GRAVITY]))
+        deed = f"needs a thrust of {size / GRAVITY:.7g} times its weight (of {vehicle.thrust_to_weight:.7g})"
+        return size / top, deed
 
     def tilt(motion: Floats) -> tuple[float, str]:
         degrees = float(np.degrees(atan2(hypot(*motion[2, :2]), motion[2, 2] + GRAVITY)))
         return degrees / vehicle.max_tilt, f"tilts by {degrees:.7g} degrees (of {vehicle.max_tilt:.7g})"
 
-    yield Limit(Fault.THRUST, "thrust", _below(squared([x, y, up]), most), thrust)
-    # the thrust in a cone about the vertical: not below it, and not beside it
-    angle = min(radians(vehicle.max_tilt * (1 + FORGIVEN)), pi / 2)
+    yield FlightLimit(Fault.THRUST, "thrust", _below(squared([x, y, up]), top), thrust)
+    angle = min(radians(vehicle.max_tilt * (1 + LIMIT_LET_PASS)), pi / 2)
     leaning = squared([x, y]) * cos(angle) ** 2 - up * up * sin(angle) ** 2
     falling = (up * -GRAVITY).raised(leaning.degree)
-    yield Limit(Fault.TILT, "tilt", stack([leaning, falling]) * (1 / GRAVITY**2), tilt)
+    yield FlightLimit(Fault.TILT, "tilt", stack([leaning, falling]) * (1 / GRAVITY**2), tilt)
 
 
-def _flying_on(wing: FixedWing, velocity: list[Polynomials], acceleration: list[Polynomials]) -> Iterator[Limit]:
-    """Yield an aeroplane's limits on airspeed, turn and climb; in units of its speed."""
+def _flying_on(wing: FixedWing, velocity: list[Polynomials], acceleration: list[Polynomials]) -> Iterator[FlightLimit]:
+    """Yield an aeroplane's limits on airspeed, turn and climb.
+
+    With velocity v in units of its speed, and acceleration a in units of speed^2 / turn_radius:
+
+    - airspeed: slow^2 <= vx^2 + vy^2 <= fast^2;
+    - turn: (vx ay - vy ax)^2 <= (vx^2 + vy^2)^3, the square of the curvature seen from above times the radius;
+    - climb: vz^2 cos^2(climb) <= (vx^2 + vy^2) sin^2(climb).
+    """
     vx, vy, vz = (part * (1 / wing.speed) for part in velocity)
     ax, ay, _ = (part * (wing.turn_radius / wing.speed**2) for part in acceleration)
     level = squared([vx, vy])
-    fast, slow = (1 + AIRSPEED) * (1 + FORGIVEN), (1 - AIRSPEED) * (1 - FORGIVEN)
+    fast, slow = (1 + AIRSPEED_BAND) * (1 + LIMIT_LET_PASS), (1 - AIRSPEED_BAND) * (1 - LIMIT_LET_PASS)
 
     def airspeed(motion: Floats) -> tuple[float, str]:
         share = hypot(*motion[1, :2]) / wing.speed
         deed = f"flies {share * wing.speed:.7g} m/s over ground (of {wing.speed:.7g}, 1 % off at most)"
-        return max(share / (1 + AIRSPEED), (1 - AIRSPEED) / share if share > 0 else inf), deed
+        return max(share / (1 + AIRSPEED_BAND), (1 - AIRSPEED_BAND) / share if share > 0 else inf), deed
 
     def turn(motion: Floats) -> tuple[float, str]:
         (_, (x, y, _), (ddx, ddy, _), _), cube = motion, hypot(*motion[1, :2]) ** 3
@@ -120,8 +138,8 @@ def _flying_on(wing: FixedWing, velocity: list[Polynomials], acceleration: list[
         degrees = float(np.degrees(atan2(abs(motion[1, 2]), hypot(*motion[1, :2]))))
         return degrees / wing.climb, f"climbs or descends by {degrees:.7g} degrees (of {wing.climb:.7g})"
 
-    yield Limit(Fault.AIRSPEED, "airspeed", stack([level + -(fast**2), level * -1.0 + slow**2]), airspeed)
+    yield FlightLimit(Fault.AIRSPEED, "airspeed", stack([level + -(fast**2), level * -1.0 + slow**2]), airspeed)
     across = vx * ay - vy * ax
-    yield Limit(Fault.TURN, "turn", across * across - level * level * level * (1 + FORGIVEN) ** 2, turn)
-    angle = min(radians(wing.climb * (1 + FORGIVEN)), pi / 2)
-    yield Limit(Fault.CLIMB, "climb", vz * vz * cos(angle) ** 2 - level * sin(angle) ** 2, climb)
+    yield FlightLimit(Fault.TURN, "turn", across * across - level * level * level * (1 + LIMIT_LET_PASS) ** 2, turn)
+    angle = min(radians(wing.climb * (1 + LIMIT_LET_PASS)), pi / 2)
+    yield FlightLimit(Fault.CLIMB, "climb", vz * vz * cos(angle) ** 2 - level * sin(angle) ** 2, climb)

@@ -1,6 +1,6 @@
-"""Prisms on polygons with holes: how deep a part of a curve may be inside, by its chord."""
+"""Grown prisms on polygons with holes: how deep a part of a curve may be inside, by its chord."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,78 +8,76 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Prism
-from skyverse.referee.boxes import TOLERANCE
-from skyverse.referee.chord import Chords, chords, distance, distance_error
+from skyverse.referee.chord import Chords, chords, distance_to_segment
+from skyverse.referee.solids import GrownSolids, let_pass_at, shapes_of, vertical_depth
+from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT
 
-AT_ONCE = 2**19
-"""Edges looked at together."""
-
-TOUCH = 1e-8
-"""Metres within which a chord may meet an outline; more than rounding."""
+EDGES_AT_ONCE = 2**19
+"""Pairs of chords and edges looked at together, which bounds the memory."""
 
 
-class Prisms(NamedTuple):
-    """Prisms, and what is shut: grown by the clearance, less the tolerance.
+@dataclass(frozen=True, eq=False)
+class GrownPrisms(GrownSolids):
+    """Vertical prisms.
 
     Attributes
     ----------
+    clearance, obstacle
+        See `GrownSolids`.
     p, q
-        (e, 2) ends of the edges of all outlines and holes, one prism's after another's.
+        (e, 2) metres: the ends of the edges of all outlines and holes, one prism's after another's.
     first, edges
-        (m,) index of each prism's first edge, and how many it has.
+        (m,) the index of each prism's first edge, and how many edges it has.
     low, high
-        (m,) metres.
-    shut, shut_low, shut_high
-        (m,) metres that must be kept from the polygon, and the altitudes between which that is so.
-    obstacle
-        (m,) to which each belongs.
+        (m,) altitudes as given, metres.
+    grown_by
+        (m,) metres that must be kept from the polygon on all sides.
+    grown_low, grown_high
+        (m,) altitudes of the grown prisms, metres.
     """
 
+    clearance: float
+    obstacle: Indices
     p: Floats
     q: Floats
     first: Indices
     edges: Indices
     low: Floats
     high: Floats
-    shut: Floats
-    shut_low: Floats
-    shut_high: Floats
-    obstacle: Indices
+    grown_by: Floats
+    grown_low: Floats
+    grown_high: Floats
 
     def hulls(self) -> tuple[Floats, Floats]:
-        """Return the corners of boxes about what is shut."""
+        """Return the corners of boxes about the grown prisms."""
         if not len(self.first):
             return np.zeros((0, 3)), np.zeros((0, 3))
         low, high = np.minimum.reduceat(self.p, self.first), np.maximum.reduceat(self.p, self.first)
-        level = np.maximum(self.shut, 0.0)[:, None]
-        return np.column_stack([low - level, self.shut_low]), np.column_stack([high + level, self.shut_high])
-
-    def error(self, b: Floats, error: Floats) -> Floats:
-        """Return bounds on the errors of depths, and of hulls."""
-        return distance_error(b, error, float(np.abs(self.hulls()).max(initial=0.0)))
+        level = np.maximum(self.grown_by, 0.0)[:, None]
+        return np.column_stack([low - level, self.grown_low]), np.column_stack([high + level, self.grown_high])
 
     def depth(self, part: Floats, which: Indices) -> Floats:
-        """Return how deep parts may be inside: what is not, is beside the polygon, or below, or above."""
-        z = part[:, :, 2]
-        deep: Floats = np.minimum(z.max(axis=1) - self.shut_low[which], self.shut_high[which] - z.min(axis=1))
-        some = np.flatnonzero(~(deep <= -TOLERANCE))
+        """Return how deep parts may be inside: a part outside is beside the polygon, below or above."""
+        depth = vertical_depth(part, self.grown_low[which], self.grown_high[which])
+        some = np.flatnonzero(~(depth <= -LET_PASS))
         ends = np.cumsum(self.edges[which[some]])
-        for these in np.split(some, np.flatnonzero(np.diff(ends // AT_ONCE)) + 1):
+        for these in np.split(some, np.flatnonzero(np.diff(ends // EDGES_AT_ONCE)) + 1):
             chord = chords(part[these, :, :2])
-            deep[these] = np.minimum(deep[these], self._level(chord, which[these]))
-        return deep
+            depth[these] = np.minimum(depth[these], self._level_depth(chord, which[these]))
+        return depth
 
     def gap(self, position: Floats, which: int) -> float:
-        """Return the level distance of one position to a prism as given, or that along z where it is more."""
-        spot = position[None, :2]
-        level = float(self.shut[which] - self._level(Chords(spot, spot, np.zeros(1)), np.array([which]))[0])
+        """Return the horizontal distance of a position to a prism, or that along z where it is larger, metres."""
+        point = position[None, :2]
+        deep = self._level_depth(Chords(point, point, np.zeros(1)), np.array([which]))[0]
+        level = float(self.grown_by[which] - deep)
         return max(level, float(self.low[which] - position[2]), float(position[2] - self.high[which]))
 
-    def _level(self, chord: Chords, which: Indices) -> Floats:
-        """Return how deep chords may be inside, seen from above.
+    def _level_depth(self, chord: Chords, which: Indices) -> Floats:
+        """Return how deep thick chords may be inside grown polygons seen from above, (n,) metres.
 
-        Outside, the distance to the polygon is that to its nearest edge. Inside, no place is deeper than it is far from
-        any one edge, and that distance is greatest at an end of the chord.
+        Outside, the distance to the polygon is the distance to its nearest edge. Inside, no point is deeper than its
+        distance from any one edge, and along a chord that distance is largest at one of its ends.
         """
         if not len(which):
             return np.zeros(0)
@@ -88,59 +86,70 @@ class Prisms(NamedTuple):
         of = np.repeat(np.arange(len(which)), count)
         edge = np.arange(len(of)) - begins[of] + self.first[which][of]
         a, b, p, q = chord.a[of], chord.b[of], self.p[edge], self.q[edge]
-        from_a, from_b = distance(a, p, q), distance(b, p, q)
-        apart = np.minimum(np.minimum(from_a, from_b), np.minimum(distance(p, a, b), distance(q, a, b)))
-        nearest = np.minimum.reduceat(apart, begins)
-        inside = np.add.reduceat(_passes(a, p, q), begins) % 2 == 1
+        from_a, from_b = distance_to_segment(a, p, q), distance_to_segment(b, p, q)
+        from_edge = np.minimum(distance_to_segment(p, a, b), distance_to_segment(q, a, b))
+        nearest = np.minimum.reduceat(np.minimum(np.minimum(from_a, from_b), from_edge), begins)
+        inside = np.add.reduceat(_ray_crosses(a, p, q), begins) % 2 == 1
         touches = inside | np.logical_or.reduceat(_cross(a, b, p, q), begins)
-        # a chord may go from corner to corner: no edge is crossed, both ends are on the outline
-        touches |= (nearest <= TOUCH) & np.any(chord.a != chord.b, axis=1)
-        deep = np.minimum.reduceat(np.maximum(from_a, from_b), begins)
-        level: Floats = self.shut[which] + chord.off
-        return level + np.where(touches, deep, -nearest)
+        # a chord from corner to corner crosses no edge, and both its ends are on the outline
+        touches |= (nearest <= OUTLINE_CONTACT) & np.any(chord.a != chord.b, axis=1)
+        deepest = np.minimum.reduceat(np.maximum(from_a, from_b), begins)
+        thick: Floats = self.grown_by[which] + chord.off
+        return thick + np.where(touches, deepest, -nearest)
 
 
 def _cross(a: Floats, b: Floats, p: Floats, q: Floats) -> NDArray[np.bool_]:
-    """Tell which of the lines a to b and p to q, (n, 2) each, cross; those that only touch have no distance anyway."""
+    """Tell which segments a to b and p to q, (n, 2) each, cross; those that only touch have a distance of 0 anyway."""
     crossed: NDArray[np.bool_] = (_side(a, b, p) * _side(a, b, q) < 0) & (_side(p, q, a) * _side(p, q, b) < 0)
     return crossed
 
 
 def _side(a: Floats, b: Floats, p: Floats) -> Floats:
+    """Return on which side of the lines from a to b points p, (n, 2) each, lie: 1 left, -1 right, 0 on the line."""
     side: Floats = np.sign((b[:, 0] - a[:, 0]) * (p[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (p[:, 0] - a[:, 0]))
     return side
 
 
-def _passes(a: Floats, p: Floats, q: Floats) -> Indices:
-    """Tell, as 0 or 1, which edges from p to q a ray from a along x crosses."""
+def _ray_crosses(a: Floats, p: Floats, q: Floats) -> Indices:
+    """Tell, as 0 or 1, which edges from p to q a ray from a along x crosses; (n, 2) each."""
     spans = (p[:, 1] > a[:, 1]) != (q[:, 1] > a[:, 1])
     rise = np.where(spans, q[:, 1] - p[:, 1], 1.0)
-    passed: Indices = (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
-    return passed
+    crosses: Indices = (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
+    return crosses
 
 
-def shut_prisms(scenario: Scenario) -> Prisms:
+def grown_prisms(scenario: Scenario) -> GrownPrisms:
     """Return the scenario's prisms."""
-    some = [(k, shape) for k, shape in enumerate(scenario.obstacles) if isinstance(shape, Prism)]
-    rings = [ring for _, shape in some for ring in (shape.vertices, *shape.holes)]
+    prisms, number = shapes_of(scenario, Prism)
+    rings = [ring for prism in prisms for ring in (prism.vertices, *prism.holes)]
     p = np.array([corner for ring in rings for corner in ring]).reshape(-1, 2)
     size = np.array([len(ring) for ring in rings], dtype=np.intp)
     following, begins = np.arange(1, len(p) + 1), np.cumsum(size) - size
     following[begins + size - 1] = begins
-    edges = np.array([len(shape.vertices) + sum(map(len, shape.holes)) for _, shape in some], dtype=np.intp)
-    first = np.cumsum(edges) - edges
-    low, high = (np.array([getattr(shape, side) for _, shape in some], dtype=np.float64) for side in ("low", "high"))
-    # A wall thinner than the tolerance is still a wall: only a part of its thickness, area by length, is forgiven.
-    thin = np.array([_thickness(shape) for _, shape in some], dtype=np.float64)
-    shut = scenario.clearance - np.minimum(TOLERANCE, (thin + 2 * scenario.clearance) / 4)
-    grown_low, grown_high = low - scenario.clearance, high + scenario.clearance
-    flat = np.minimum(TOLERANCE, (grown_high - grown_low) / 4)
-    number = np.array([k for k, _ in some], dtype=np.intp)
-    return Prisms(p, p[following], first, edges, low, high, shut, grown_low + flat, grown_high - flat, number)
+    edges = np.array([len(prism.vertices) + sum(map(len, prism.holes)) for prism in prisms], dtype=np.intp)
+    low = np.array([prism.low for prism in prisms], dtype=np.float64)
+    high = np.array([prism.high for prism in prisms], dtype=np.float64)
+    thickness = np.array([_mean_thickness(prism) for prism in prisms], dtype=np.float64)
+    clearance = scenario.clearance
+    grown_low, grown_high = low - clearance, high + clearance
+    vertical = let_pass_at(grown_high - grown_low)
+    return GrownPrisms(
+        clearance,
+        number,
+        p,
+        p[following],
+        first=np.cumsum(edges) - edges,
+        edges=edges,
+        low=low,
+        high=high,
+        grown_by=clearance - let_pass_at(thickness + 2 * clearance),
+        grown_low=grown_low + vertical,
+        grown_high=grown_high - vertical,
+    )
 
 
-def _thickness(prism: Prism) -> float:
-    """Return twice the area of a prism's polygon by the length of its edges, metres."""
+def _mean_thickness(prism: Prism) -> float:
+    """Return twice the area of a prism's polygon divided by the length of its edges, metres."""
     area = length = 0.0
     for k, ring in enumerate((prism.vertices, *prism.holes)):
         corners = np.array(ring)

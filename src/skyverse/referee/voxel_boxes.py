@@ -1,4 +1,4 @@
-"""Voxels as few boxes: runs along x, then equal runs side by side along y, then equal plates above one another."""
+"""Voxels as few boxes: runs along x, equal runs side by side joined along y, and equal plates joined along z."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 from skyverse._typing import Ints
 
 
-def merged(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
-    """Return boxes that hold the occupied cells and no others, each cell once.
+def disjoint_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    """Return boxes that hold exactly the occupied cells, each cell in one box.
 
     Parameters
     ----------
@@ -17,10 +17,10 @@ def merged(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     Returns
     -------
     first, beyond
-        (m, 3) indices of each box's first cell, and of the one diagonally after its last.
+        (m, 3) indices of each box's first cell, and of the cell diagonally beyond its last one.
     """
     edges = np.diff(np.pad(occupied.astype(np.int8), ((1, 1), (0, 0), (0, 0))), axis=0)
-    # with x last, the run that begins as the n-th also ends as the n-th
+    # in this order of axes, the n-th run to begin is also the n-th to end
     starts = np.argwhere(np.moveaxis(edges == 1, 0, -1))
     stops = np.argwhere(np.moveaxis(edges == -1, 0, -1))
     first = np.column_stack([starts[:, 2], starts[:, :2]]).astype(np.int64)
@@ -30,11 +30,11 @@ def merged(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     return first, beyond
 
 
-def covered(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
-    """Return boxes as `merged` does, but overlapping: none of the borders between cells is left between them.
+def overlapping_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
+    """Return boxes as `disjoint_boxes` does, but with overlaps, so that every border between cells is inside some box.
 
-    A place within the cells may be on the border of two, four or eight of them. So boxes are also made of all pairs of
-    cells along each axis, and of pairs of pairs.
+    A point inside the voxels may lie on the border of two, four or eight cells. Boxes are therefore also made of all
+    pairs of neighbouring cells along each axis, along two axes, and along all three.
     """
     firsts, beyonds = [], []
     for axes in ((), (0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)):
@@ -42,7 +42,7 @@ def covered(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
         for axis in axes:
             last = together.shape[axis] - 1
             together = together.take(range(last), axis) & together.take(range(1, last + 1), axis)
-        first, beyond = merged(together)
+        first, beyond = disjoint_boxes(together)
         beyond[:, list(axes)] += 1
         firsts.append(first)
         beyonds.append(beyond)
@@ -51,11 +51,11 @@ def covered(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
 
 
 def _joined(first: Ints, beyond: Ints, axis: int) -> tuple[Ints, Ints]:
-    """Join boxes that follow one another along an axis and are equal along the others."""
-    same = np.zeros(len(first), dtype=np.int64)  # one number for what must be equal
+    """Join boxes that touch along one axis and extend equally along the others."""
+    same = np.zeros(len(first), dtype=np.int64)  # one number for the extent along the other axes
     for other in (k for k in range(3) if k != axis):
-        most = int(beyond[:, other].max(initial=0)) + 1
-        same = (same * most + first[:, other]) * most + beyond[:, other]
+        count = int(beyond[:, other].max(initial=0)) + 1
+        same = (same * count + first[:, other]) * count + beyond[:, other]
     order = np.lexsort([first[:, axis], same])
     first, beyond, same = first[order], beyond[order], same[order]
     follows = (same[1:] == same[:-1]) & (first[1:, axis] == beyond[:-1, axis])

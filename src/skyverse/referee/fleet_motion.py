@@ -1,0 +1,146 @@
+"""Where the whole fleet is at every instant: on trajectories, and standing still before and after them."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.polynomial import Polynomials, bernstein
+from skyverse.referee.tolerances import MACHINE_EPSILON
+
+MAX_SLICES = 256
+"""Slices of time in which the boxes about the UAVs' motions are compared."""
+
+
+class FleetMotion(NamedTuple):
+    """The fleet's motion from 0 s until one second after the last UAV has arrived.
+
+    Attributes
+    ----------
+    uavs
+        The indices of the UAVs whose motion is known.
+    knots
+        Of each UAV, (n + 1,) seconds, from 0 to the common end.
+    first
+        Of each UAV, the index of its first piece.
+    begins, pieces
+        (p,) seconds, and (p, degree + 1, 3) metres: all UAVs' pieces, one UAV's after another's.
+    """
+
+    uavs: list[int]
+    knots: list[Floats]
+    first: list[int]
+    begins: Floats
+    pieces: Floats
+
+    @property
+    def end(self) -> float:
+        """The common end, seconds."""
+        return float(self.knots[0][-1])
+
+    def piece(self, k: int, instants: Floats) -> Indices:
+        """Return the indices of the pieces that the k-th UAV flies right after instants."""
+        piece: Indices = self.first[k] + np.searchsorted(self.knots[k][:-1], instants, side="right") - 1
+        return piece
+
+    def shifted(self, piece: Indices, instants: Floats) -> Floats:
+        """Return pieces (m,) as polynomials of the time since other instants (m,), by Taylor's shift."""
+        rows, since = self.pieces[piece], (instants - self.begins[piece])[:, None]
+        degree = rows.shape[1] - 1
+        for i in range(degree):
+            for j in range(degree - 1, i - 1, -1):
+                rows[:, j] += since * rows[:, j + 1]
+        return rows
+
+    def shift_error(self, piece: Indices, ends: Floats) -> Floats:
+        """Return bounds (m, 3) on the rounding errors of shifted pieces (m,) until `ends`, (m,) seconds; metres."""
+        until = (ends - self.begins[piece])[:, None, None] ** np.arange(self.pieces.shape[1])[None, :, None]
+        error: Floats = 4 * self.pieces.shape[1] * MACHINE_EPSILON * np.sum(np.abs(self.pieces[piece]) * until, axis=1)
+        return error
+
+    def positions_between(self, k: int, edges: Floats) -> list[Polynomials]:
+        """Return x, y, z of the k-th UAV between consecutive edges (n + 1,), which must include all its knots."""
+        piece = self.piece(k, edges[:-1])
+        parts = bernstein(self.shifted(piece, edges[:-1]), np.diff(edges))
+        return _with_error(parts, self.shift_error(piece, edges[1:]))
+
+    def difference(self, first: Indices, second: Indices, begins: Floats, ends: Floats) -> list[Polynomials]:
+        """Return x, y, z from second to first pieces of (m,) pairs, between instants (m,), seconds."""
+        rows = self.shifted(first, begins) - self.shifted(second, begins)
+        error = self.shift_error(first, ends) + self.shift_error(second, ends)
+        return _with_error(bernstein(rows, ends - begins), error)
+
+
+def _with_error(parts: list[Polynomials], error: Floats) -> list[Polynomials]:
+    """Return x, y, z with errors (n, 3) added to those that they have."""
+    return [Polynomials(part.b, part.error + error[:, axis]) for axis, part in enumerate(parts)]
+
+
+def fleet_motion(scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int]) -> FleetMotion:
+    """Return the motion of all UAVs except the `unknown` ones; a UAV without a curve stands at its start."""
+    end = max((curve.knots[-1] for curve in curves if curve is not None), default=0.0) + 1.0
+    uavs = [uav for uav in range(len(scenario.uavs)) if uav not in unknown]
+    degree = max((curve.pieces.shape[1] for curve in curves if curve is not None), default=1)
+    knots: list[Floats] = []
+    first: list[int] = []
+    begins: list[Floats] = []
+    pieces: list[Floats] = []
+    for uav in uavs:
+        curve = curves[uav]
+        waiting = np.zeros((1, degree, 3))
+        waiting[0, 0] = scenario.uavs[uav].start
+        times, rows = np.array([0.0]), [waiting]
+        if curve is not None:
+            times, rows = curve.knots, [np.pad(curve.pieces, ((0, 0), (0, degree - curve.pieces.shape[1]), (0, 0)))]
+            if times[0] > 0:
+                times, rows = np.r_[0.0, times], [waiting, *rows]
+            parked = np.zeros((1, degree, 3))
+            parked[0, 0] = curve.motion(len(curve.pieces) - 1, float(curve.durations[-1]))[0]
+            rows.append(parked)
+        first.append(sum(len(row) for row in pieces))
+        knots.append(np.r_[times, end])
+        begins.append(times)
+        pieces.append(np.concatenate(rows))
+    if not uavs:
+        return FleetMotion([], [], [], np.zeros(0), np.zeros((0, degree, 3)))
+    return FleetMotion(uavs, knots, first, np.concatenate(begins), np.concatenate(pieces))
+
+
+def time_slices(motion: FleetMotion) -> Floats:
+    """Return the edges of at most `MAX_SLICES` slices of time, each with about as many knots as any other; seconds."""
+    edges = np.unique(np.concatenate(motion.knots))
+    some: Floats = edges[np.unique(np.linspace(0, len(edges) - 1, MAX_SLICES + 1).round().astype(int))]
+    return some
+
+
+def near_pairs(motion: FleetMotion, edges: Floats, across: Floats, above: Floats) -> Iterator[Indices]:
+    """Yield (m, 3) indices of two UAVs and of a slice of time in which boxes about their motions come too close.
+
+    Parameters
+    ----------
+    motion
+        The fleet's motion.
+    edges
+        (n + 1,) seconds, the edges of the slices.
+    across, above
+        (k, k) metres to be kept horizontally and vertically between each two UAVs; 0 where nothing must be kept.
+    """
+    low, high = np.empty((2, len(motion.uavs), len(edges) - 1, 3))
+    for k, knots in enumerate(motion.knots):
+        cuts = np.union1d(edges, knots)
+        inside = np.searchsorted(cuts[:-1], edges[:-1])  # every slice begins at a cut
+        for axis, part in enumerate(motion.positions_between(k, cuts)):
+            low[k, :, axis] = np.minimum.reduceat(part.b.min(axis=1) - part.error, inside)
+            high[k, :, axis] = np.maximum.reduceat(part.b.max(axis=1) + part.error, inside)
+    matter = np.triu(across > 0, 1)
+    for s in range(len(edges) - 1):
+        i, j = np.nonzero(matter & ~(low[:, None, s, 0] - high[None, :, s, 0] >= across))
+        for axis, keep in ((0, across), (1, across), (2, above)):
+            separate = (low[i, s, axis] - high[j, s, axis] >= keep[i, j]) | (
+                low[j, s, axis] - high[i, s, axis] >= keep[i, j]
+            )
+            i, j = i[~separate], j[~separate]
+        yield np.column_stack([i, j, np.full(len(i), s)])

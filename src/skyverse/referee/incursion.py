@@ -1,0 +1,59 @@
+"""Where something is too deep inside a grown obstacle or too close to the ground, and how messages say so."""
+
+from dataclasses import dataclass
+
+from skyverse._typing import Floats
+from skyverse.model.scenario import Scenario
+from skyverse.referee.positions import position_text
+
+GROUND_NUMBER = -1
+"""The number that stands for the ground among the numbers of obstacles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Incursion:
+    """The deepest place of a path or a curve inside a grown obstacle.
+
+    Attributes
+    ----------
+    gap
+        Metres from the place to the obstacle as it is given, negative inside: to a box along the axis where the
+        distance is largest, to upright shapes horizontally or along z, to the ground along z.
+    required
+        Metres of clearance that must be kept from this obstacle.
+    obstacle
+        The obstacle's number in the scenario, or `GROUND_NUMBER`.
+    segment, fraction
+        The index of the segment or piece, and how far along it, 0 to 1.
+    position
+        (3,) metres.
+    """
+
+    gap: float
+    required: float
+    obstacle: int
+    segment: int
+    fraction: float
+    position: Floats
+
+    @property
+    def depth(self) -> float:
+        """How deep inside the grown obstacle the place is, metres."""
+        return self.required - self.gap
+
+    def sentence(self, scenario: Scenario, subject: str, where: str) -> str:
+        """Say that `subject` comes too close at the place that the words `where` tell."""
+        if self.obstacle == GROUND_NUMBER:
+            height = f"only {self.gap:.6g} m above ground" if self.gap >= 0 else f"{-self.gap:.6g} m below ground"
+            deed = f"is {height}"
+        elif self.gap < 0:
+            deed = f"is {-self.gap:.6g} m inside {_obstacle_text(scenario, self.obstacle)}"
+        else:
+            deed = f"comes within {self.gap:.6g} m of {_obstacle_text(scenario, self.obstacle)}"
+        return f"{subject} {deed} {where}, position {position_text(self.position)}; {self.required:.6g} m are required."
+
+
+def _obstacle_text(scenario: Scenario, obstacle: int) -> str:
+    shape = scenario.obstacles[obstacle]
+    words = [word for word in (shape.kind, shape.name and f"{shape.name!r}") if word]
+    return f"obstacle {obstacle}" + (f" ({' '.join(words)})" if words else "")

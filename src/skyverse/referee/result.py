@@ -1,0 +1,102 @@
+"""Judges one UAV's result: its status, its history of costs, and, where it has a path, the path and its cost."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.result import Result, Status
+from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.path import judge_ends, judge_moves, judge_safety
+from skyverse.referee.path_cost import costs_agree, judge_cost
+from skyverse.referee.positions import position_text
+from skyverse.referee.untrusted import finite_point, float_array, number
+from skyverse.referee.world import RefereeWorld
+
+
+def judge_result(
+    world: RefereeWorld, uav: int, target: int | None, result: Result, has_trajectory: bool | None
+) -> Iterator[Violation]:
+    """Yield what is wrong with UAV number `uav`'s result.
+
+    Parameters
+    ----------
+    world
+        What was given.
+    uav, target
+        The index of the UAV, and that of its target, ``None`` where it has none.
+    result
+        What is judged.
+    has_trajectory
+        Whether the mission has a trajectory of the UAV; ``None`` where there is no mission to tell.
+    """
+    scenario, status = world.scenario, result.status
+    name = scenario.uavs[uav].name
+    if not isinstance(status, Status):
+        yield Violation(Fault.STATUS, (uav,), f"{name}'s status is {status!r}, which is none.")
+        return
+    expected = has_trajectory in (None, status.reached) or (has_trajectory and target is None)
+    if not expected:
+        has = "a trajectory" if has_trajectory else "no trajectory"
+        yield Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s status is {status.value}, but it has {has}.")
+    yield from _judge_history(uav, name, result)
+
+    path = float_array(result.path)
+    if not status.reached and status is not Status.INCOMPLETE:
+        yield from _judge_absence(world, uav, target, path, result)
+        return
+    if path is None or path.ndim != 2 or path.shape[1] != 3 or not len(path) or not np.isfinite(path).all():
+        found = "no numbers" if path is None else f"shape {path.shape}, {np.sum(~np.isfinite(path))} not finite"
+        message = f"{name}'s path ({status.value}) must be one or more rows of x, y, z, but it has {found}."
+        yield Violation(Fault.PATH_SHAPE, (uav,), message)
+        return
+    yield from judge_safety(world, uav, path)
+    if not isinstance(result.any_angle, bool):
+        message = f"{name}'s any_angle must be true or false, but is {result.any_angle!r}."
+        yield Violation(Fault.PATH_SHAPE, (uav,), message)
+        return
+    if not result.any_angle and (scenario.objective.unit == "nodes" or status is Status.OPTIMAL):
+        yield from judge_moves(world, uav, path)
+    yield from judge_ends(world, uav, target, path, result)
+    goal = finite_point(result.goal)
+    if goal is not None:
+        yield from judge_cost(world, uav, path, goal, result)
+
+
+def _judge_absence(
+    world: RefereeWorld, uav: int, target: int | None, path: Floats | None, result: Result
+) -> Iterator[Violation]:
+    """Yield what is wrong with a result whose status says that there is no path."""
+    scenario, status = world.scenario, result.status
+    name = scenario.uavs[uav].name
+    if path is None or path.size:
+        message = f"{name} has a path although its status, {status.value}, says that none was begun."
+        yield Violation(Fault.STATUS, (uav,), message)
+    claimed = {Status.START_OUT_OF_BOUNDS: scenario.uavs[uav].start}
+    if target is not None:
+        claimed[Status.TARGET_OUT_OF_BOUNDS] = scenario.targets[target].position
+    if status in claimed:
+        position = np.array(claimed[status])
+        if world.beyond_bounds(position[None])[0] <= 0:
+            message = f"{name}'s status is {status.value}, but {position_text(position)} lies within the bounds."
+            yield Violation(Fault.STATUS, (uav,), message)
+    if number(result.cost) != np.inf:
+        message = f"{name} has no path ({status.value}), so its cost must be infinite, but it is {result.cost}."
+        yield Violation(Fault.COST, (uav,), message)
+
+
+def _judge_history(uav: int, name: str, result: Result) -> Iterator[Violation]:
+    best = float_array(getattr(result.history, "cost", None))
+    if best is not None and best.size == 0:
+        return
+    cost = number(result.cost)
+    if best is None or best.ndim != 1:
+        complaint = "is no list of numbers"
+    elif not (best[1:] <= best[:-1]).all():
+        k = int(np.argmin(best[1:] <= best[:-1]))
+        complaint = f"goes from {best[k]:.9g} to {best[k + 1]:.9g} at row {k + 1}, though it is the best so far"
+    elif not (best[-1] == cost or costs_agree(float(best[-1]), cost)):
+        complaint = f"ends at {best[-1]:.9g}, but the result costs {cost:.9g}"
+    else:
+        return
+    yield Violation(Fault.COST, (uav,), f"{name}'s history of costs {complaint}.")

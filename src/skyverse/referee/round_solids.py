@@ -1,0 +1,121 @@
+"""Grown spheres and cylinders: how deep a part of a curve may be inside, by its chord."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Cylinder, Sphere
+from skyverse.referee.chord import chords, distance_to_segment
+from skyverse.referee.solids import GrownSolids, let_pass_at, shapes_of, vertical_depth
+
+
+@dataclass(frozen=True, eq=False)
+class GrownSpheres(GrownSolids):
+    """Spheres.
+
+    Attributes
+    ----------
+    clearance, obstacle
+        See `GrownSolids`.
+    centre, radius
+        (m, 3) and (m,) metres, as given.
+    grown_radius
+        (m,) metres.
+    """
+
+    clearance: float
+    obstacle: Indices
+    centre: Floats
+    radius: Floats
+    grown_radius: Floats
+
+    def hulls(self) -> tuple[Floats, Floats]:
+        """Return the corners of boxes about the grown spheres."""
+        return self.centre - self.grown_radius[:, None], self.centre + self.grown_radius[:, None]
+
+    def depth(self, part: Floats, which: Indices) -> Floats:
+        """Return how deep parts may be inside; exactly, where they are straight."""
+        chord = chords(part)
+        depth: Floats = self.grown_radius[which] - distance_to_segment(self.centre[which], chord.a, chord.b) + chord.off
+        return depth
+
+    def gap(self, position: Floats, which: int) -> float:
+        """Return the distance of a position to a sphere, metres."""
+        return float(np.linalg.norm(position - self.centre[which]) - self.radius[which])
+
+
+@dataclass(frozen=True, eq=False)
+class GrownCylinders(GrownSolids):
+    """Vertical cylinders.
+
+    Attributes
+    ----------
+    clearance, obstacle
+        See `GrownSolids`.
+    centre, radius, low, high
+        (m, 2) and (m,) metres, as given.
+    grown_radius, grown_low, grown_high
+        (m,) metres.
+    """
+
+    clearance: float
+    obstacle: Indices
+    centre: Floats
+    radius: Floats
+    low: Floats
+    high: Floats
+    grown_radius: Floats
+    grown_low: Floats
+    grown_high: Floats
+
+    def hulls(self) -> tuple[Floats, Floats]:
+        """Return the corners of boxes about the grown cylinders."""
+        radius = self.grown_radius[:, None]
+        return (
+            np.column_stack([self.centre - radius, self.grown_low]),
+            np.column_stack([self.centre + radius, self.grown_high]),
+        )
+
+    def depth(self, part: Floats, which: Indices) -> Floats:
+        """Return how deep parts may be inside: a part outside is far from the axis, below or above."""
+        chord = chords(part[:, :, :2])
+        level = self.grown_radius[which] - distance_to_segment(self.centre[which], chord.a, chord.b) + chord.off
+        depth: Floats = np.minimum(level, vertical_depth(part, self.grown_low[which], self.grown_high[which]))
+        return depth
+
+    def gap(self, position: Floats, which: int) -> float:
+        """Return the horizontal distance of a position to a cylinder, or that along z where it is larger, metres."""
+        level = np.hypot(*(position[:2] - self.centre[which])) - self.radius[which]
+        return float(max(level, self.low[which] - position[2], position[2] - self.high[which]))
+
+
+def grown_spheres(scenario: Scenario) -> GrownSpheres:
+    """Return the scenario's spheres."""
+    spheres, number = shapes_of(scenario, Sphere)
+    radius = np.array([sphere.radius for sphere in spheres])
+    grown = radius + scenario.clearance
+    centre = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
+    return GrownSpheres(scenario.clearance, number, centre, radius, grown - let_pass_at(grown))
+
+
+def grown_cylinders(scenario: Scenario) -> GrownCylinders:
+    """Return the scenario's cylinders."""
+    cylinders, number = shapes_of(scenario, Cylinder)
+    rows = np.array([(*one.centre, one.radius, one.low, one.high) for one in cylinders]).reshape(-1, 5)
+    radius, low, high = rows[:, 2], rows[:, 3], rows[:, 4]
+    clearance = scenario.clearance
+    grown, grown_low, grown_high = radius + clearance, low - clearance, high + clearance
+    vertical = let_pass_at(grown_high - grown_low)
+    return GrownCylinders(
+        clearance,
+        number,
+        centre=rows[:, :2],
+        radius=radius,
+        low=low,
+        high=high,
+        grown_radius=grown - let_pass_at(grown),
+        grown_low=grown_low + vertical,
+        grown_high=grown_high - vertical,
+    )

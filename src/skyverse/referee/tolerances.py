@@ -1,0 +1,45 @@
+"""Every tolerance of the referee, in order of size, each with its unit and the reason for its value.
+
+The planners have tolerances of their own. The referee does not import them, so that it repeats none of their errors.
+"""
+
+import numpy as np
+
+UNDERFLOW = 1e-145
+"""Metres: shorter vectors are scaled before their norms are taken, since the squares of their components underflow."""
+
+MACHINE_EPSILON = float(np.finfo(np.float64).eps)
+"""Relative: the distance from 1 to the next larger number, 2.2e-16; every error bound is a multiple of it."""
+
+TWO_ROUNDINGS = 4e-16
+"""Relative: two roundings, such as those of a subtraction and a division, change a number by no more than this."""
+
+JUMP_ROUNDING = 8 * MACHINE_EPSILON
+"""Relative to the distance from the frame's origin: the jump in position at a knot that rounding alone may make."""
+
+WORST_INSTANT = 1e-9
+"""Metres, or shares of a limit: the search for the worst instant ends when no other can be worse by more than this."""
+
+STRAIGHT = 1e-9
+"""The sine of an angle: two consecutive steps of a path that turn by less make no turn."""
+
+BOUND_ROUNDING = 1e-9
+"""Relative: a complete path may cost this much less than its bound, because both are rounded sums."""
+
+OUTLINE_CONTACT = 1e-8
+"""Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
+
+LET_PASS = 1e-6
+"""Metres, also m/s and m/s^2 at rest: what is wrong by no more than this is let pass, a micrometre being no danger."""
+
+LIMIT_LET_PASS = 1e-6
+"""Share of a UAV's limit that may be exceeded: planners reach limits exactly, and rounding adds to that."""
+
+COST_LET_PASS = 1e-6
+"""In the objective's unit, and relative above 1: a claimed cost may differ by this, as sums in another order do."""
+
+EDGE_OVERHANG = 1e-3
+"""Share of an edge: a leg is also cut where it passes this close to an edge's ends; a cut too many changes nothing."""
+
+AIRSPEED_BAND = 0.01
+"""Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""

@@ -1,0 +1,116 @@
+"""Judges a trajectory at every instant: its ends and knots, clearance, bounds, and the limits of the UAV."""
+
+from typing import NamedTuple
+
+from skyverse._typing import Floats
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.clearance import judge_curve
+from skyverse.referee.continuity import judge_continuity, judge_ends
+from skyverse.referee.curve import PolynomialCurve, curve_of
+from skyverse.referee.limits import FlightLimit, flight_limits
+from skyverse.referee.polynomial import Polynomials, bernstein, stack
+from skyverse.referee.positions import position_text, position_tuple
+from skyverse.referee.subdivision import Peaks, find_peaks
+from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS
+from skyverse.referee.world import RefereeWorld
+
+
+class JudgedTrajectory(NamedTuple):
+    """A trajectory's violations, how often pieces were cut in two, and its curve unless it is malformed."""
+
+    violations: list[Violation]
+    halvings: int
+    curve: PolynomialCurve | None
+
+
+class _Answer(NamedTuple):
+    """One condition at all instants: what it is about, the bounds on its excess, and the violation if it is broken."""
+
+    noun: str
+    peaks: Peaks
+    violation: Violation | None
+
+
+def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajectory: Trajectory) -> JudgedTrajectory:
+    """Judge UAV number `uav`'s trajectory to its target, if it has one; what is not proven is a violation."""
+    name = world.scenario.uavs[uav].name
+    curve = curve_of(trajectory)
+    if isinstance(curve, str):
+        malformed = Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s trajectory {curve}.")
+        return JudgedTrajectory([malformed], 0, None)
+    violations = [*judge_ends(world, uav, target, curve), *judge_continuity(world, uav, curve, trajectory.form)]
+    position = bernstein(curve.pieces, curve.durations)
+    answers = [_judge_bounds(world, uav, curve, position), _judge_clearance(world, uav, curve, position)]
+    answers += [_judge_limit(world, uav, curve, limit) for limit in flight_limits(world.scenario.uavs[uav], curve)]
+    violations += [answer.violation for answer in answers if answer.violation is not None]
+    undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
+    if undecided:
+        violations.append(_undecided(name, uav, curve, undecided[0]))
+    return JudgedTrajectory(violations, sum(int(answer.peaks.halvings[0]) for answer in answers), curve)
+
+
+def _judge_bounds(world: RefereeWorld, uav: int, curve: PolynomialCurve, position: list[Polynomials]) -> _Answer:
+    low, high = world.scenario.bounds.min, world.scenario.bounds.max
+    beyond = [part * -1.0 + (low[axis] - LET_PASS) for axis, part in enumerate(position)]
+    beyond += [part + -(high[axis] + LET_PASS) for axis, part in enumerate(position)]
+    excess = stack(beyond)
+    peaks = find_peaks(excess.b, excess.error)
+    violation = None
+    if peaks.refuted[0]:
+        time, motion = _instant(curve, int(peaks.piece[0]), float(peaks.share[0]))
+        outside = float(world.beyond_bounds(motion[:1])[0])
+        if outside > LET_PASS:
+            deed = f"is out of bounds by {outside:.6g} m"
+            violation = _violation(Fault.TRAJECTORY_BOUNDS, world, uav, deed, time, motion[0])
+    return _Answer("place within the bounds", peaks, violation)
+
+
+def _judge_clearance(world: RefereeWorld, uav: int, curve: PolynomialCurve, position: list[Polynomials]) -> _Answer:
+    peaks, incursion = judge_curve(world, curve, position)
+    violation = None
+    if incursion is not None:
+        time = float(curve.knots[incursion.segment] + incursion.fraction * curve.durations[incursion.segment])
+        message = incursion.sentence(world.scenario, world.scenario.uavs[uav].name, f"at t = {time:.6g} s")
+        where = position_tuple(incursion.position)
+        violation = Violation(Fault.TRAJECTORY_CLEARANCE, (uav,), message, time, where)
+    return _Answer("clearance", peaks, violation)
+
+
+def _judge_limit(world: RefereeWorld, uav: int, curve: PolynomialCurve, limit: FlightLimit) -> _Answer:
+    peaks = find_peaks(limit.excess.b, limit.excess.error)
+    violation = None
+    if peaks.refuted[0]:
+        time, motion = _instant(curve, int(peaks.piece[0]), float(peaks.share[0]))
+        share, deed = limit.measure(motion)
+        if share > 1 + LIMIT_LET_PASS:
+            violation = _violation(limit.fault, world, uav, deed, time, motion[0])
+    return _Answer(limit.noun, peaks, violation)
+
+
+def _instant(curve: PolynomialCurve, row: int, share: float) -> tuple[float, Floats]:
+    """Return seconds into the mission, and the motion (4, 3) then, evaluated without Bernstein coefficients.
+
+    `row` counts on beyond the last piece where several polynomials were stacked for each piece.
+    """
+    piece = row % len(curve.pieces)
+    local = share * float(curve.durations[piece])
+    return float(curve.knots[piece] + local), curve.motion(piece, local)
+
+
+def _violation(fault: Fault, world: RefereeWorld, uav: int, deed: str, time: float, position: Floats) -> Violation:
+    name = world.scenario.uavs[uav].name
+    message = f"{name} {deed} at t = {time:.6g} s, position {position_text(position)}."
+    return Violation(fault, (uav,), message, time, position_tuple(position))
+
+
+def _undecided(name: str, uav: int, curve: PolynomialCurve, answer: _Answer) -> Violation:
+    peaks = answer.peaks
+    stuck = peaks.stuck[0] >= 0  # otherwise the peak is above 0, but the motion evaluated there breaks nothing
+    row, share = (peaks.stuck[0], peaks.stuck_share[0]) if stuck else (peaks.piece[0], peaks.share[0])
+    time, motion = _instant(curve, int(row), float(share))
+    message = (
+        f"{name}'s {answer.noun} could not be decided at t = {time:.6g} s, position {position_text(motion[0])}, "
+        f"by cutting pieces in two {int(peaks.halvings[0])} times."
+    )
+    return Violation(Fault.UNDECIDED, (uav,), message, time, position_tuple(motion[0]))
