@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 
 import skyverse as sky
 from skyverse.files import grids
-from skyverse.model.shapes import INLINE
+from skyverse.model.grids import MAX_INLINE_NUMBERS
 from worlds import ROOM
 
 
@@ -47,7 +47,7 @@ def test_large_arrays_lie_beside_and_read_back_equal(name, tmp_path):
 
 def test_small_arrays_stay_in_the_file(tmp_path):
     given = scenario(occupied=np.ones((16, 16, 16)), heights=np.zeros((64, 64)))
-    assert given.terrain.heights.size == INLINE
+    assert given.terrain.heights.size == MAX_INLINE_NUMBERS
     sky.write(given, tmp_path / "a.yaml")
     assert [p.name for p in tmp_path.iterdir()] == ["a.yaml"]
     assert sky.read(tmp_path / "a.yaml") == given
@@ -234,5 +234,7 @@ def test_a_damaged_file_beside_is_read_as_it_was_or_refused(tmp_path, data):
 def test_a_reference_without_a_file_is_refused():
     data = scenario().model_dump(mode="json")
     data["terrain"]["heights"] = {"file": "a.npz"}
-    with pytest.raises(ValueError, match="a reference to a file beside is followed by reading this from its file"):
+    with pytest.raises(
+        ValueError, match="a reference to a side file is followed only when the scenario's file is read"
+    ):
         sky.Scenario.model_validate(data)

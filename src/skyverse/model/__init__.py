@@ -1,1 +1,1 @@
-"""What is given and what is answered: plain frozen data, without kernels."""
+"""What is given and what is answered: frozen data with validated fields, and no kernels."""

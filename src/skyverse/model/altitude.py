@@ -1,12 +1,12 @@
-"""Altitudes that know what they are counted from: mean sea level, home, or the ground below."""
+"""Altitudes that say what they are counted from: mean sea level, home, or the ground below."""
 
 import re
 from dataclasses import dataclass
 
 FOOT = 0.3048
 """Metres."""
-DEEPEST, HIGHEST = 11_000, 50_000
-"""Metres below and above what an altitude is counted from, as far as any makes sense."""
+MAX_BELOW, MAX_ABOVE = 11_000, 50_000
+"""Metres by which an altitude may be below or above what it is counted from: deeper than any sea, above any UAV."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ _WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(m|ft)?\s*
 
 
 def parse_altitude(text: str) -> Altitude:
-    """Read an altitude such as ``60 m agl``, ``1250amsl``, ``30 home`` or ``400 ft agl``; metres where no unit is said.
+    """Read an altitude such as ``60 m agl``, ``1250amsl``, ``30 home`` or ``400 ft agl``; metres if it has no unit.
 
     Raises
     ------
     ValueError
-        If it is not one, or if it does not say what it is counted from.
+        If the text is no altitude, or does not say what the altitude is counted from.
     """
     found = _WRITTEN.fullmatch(text)
     if found is None:
@@ -59,6 +59,6 @@ def parse_altitude(text: str) -> Altitude:
             f"found {text.strip()!r:.40}"
         )
     metres = float(number) * (FOOT if (unit or "").lower() == "ft" else 1.0)
-    if not -DEEPEST <= metres <= HIGHEST:
-        raise ValueError(f"expected an altitude from -{DEEPEST:,} to {HIGHEST:,} m, found {text.strip()!r:.40}")
+    if not -MAX_BELOW <= metres <= MAX_ABOVE:
+        raise ValueError(f"expected an altitude from -{MAX_BELOW:,} to {MAX_ABOVE:,} m, found {text.strip()!r:.40}")
     return _FRAMES[frame.lower()](metres)

@@ -1,4 +1,4 @@
-"""Arrays as fields: validated when they are read, read-only, compared element by element, lists in JSON."""
+"""Records with arrays: validated when they are read, read-only, compared element by element, lists in JSON."""
 
 from dataclasses import fields
 from typing import Annotated, Any
@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, PlainSerializer, PlainValidator
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.quantities import Model
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -19,30 +18,11 @@ def frozen(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
-def _equal(one: Any, other: Any) -> bool:
+def equal(one: Any, other: Any) -> bool:
+    """Tell whether two values are equal; arrays are compared element by element."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other)
     return bool(one == other)
-
-
-class GridModel(Model):
-    """A model with arrays among its fields; they are read-only and compared element by element."""
-
-    model_config = ConfigDict(arbitrary_types_allowed=True)
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        ours, theirs = self.__dict__, other.__dict__
-        return ours.keys() == theirs.keys() and all(_equal(value, theirs[name]) for name, value in ours.items())
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __setstate__(self, state: dict[Any, Any]) -> None:
-        super().__setstate__(state)
-        for value in self.__dict__.values():  # a pickle does not keep that arrays are read-only
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
 
 
 class ArrayRecord:
@@ -65,7 +45,7 @@ class ArrayRecord:
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        return all(_equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
+        return all(equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -1,4 +1,4 @@
-"""What came of a flight in a simulator: plain frozen data; arrays are read-only."""
+"""The record of a mission that was flown in a simulator: frozen data with read-only arrays."""
 
 from dataclasses import dataclass, field
 
@@ -14,28 +14,28 @@ class Flown(ArrayRecord):
     Attributes
     ----------
     uav
-        Its index.
+        The index of the UAV.
     times
-        (m,) seconds into the mission, a hundredth apart, from its departure until a second after its arrival, or
-        until it was lost.
+        (m,) seconds into the mission, a hundredth of a second apart, from the departure until one second after the
+        arrival, or until the UAV was lost.
     positions, velocities
-        (m, 3) metres and m/s: as flown.
+        (m, 3) metres and m/s, as flown.
     commanded
-        (m, 3) metres: where its trajectory is at those times.
+        (m, 3) metres: where the trajectory is at those times.
     rms, largest
-        The tracking error, metres: its root mean square, and the largest.
+        The root mean square and the maximum of the tracking error, metres.
     clearance, clearance_time
-        The smallest Euclidean distance to any obstacle as given, metres, and when; 0 or less is contact.
+        The smallest Euclidean distance to any obstacle as given, metres, and its time, seconds; 0 or less is contact.
     above_ground
-        The least height above the terrain, metres; ``None`` where there is no terrain.
+        The smallest height above the terrain, metres; ``None`` where there is no terrain.
     outside
-        By how many metres it left the bounds; 0 inside.
+        How far the UAV left the bounds at most, metres; 0 if it stayed inside.
     peak_thrust, mean_thrust
-        The rotors' thrust as a share of their most.
+        The largest and the mean thrust of the rotors, as a share of their maximum.
     peak_tilt
-        Degrees between thrust and the vertical.
+        The largest angle between the thrust and the vertical, degrees.
     energy
-        Joules: the mechanical power of the rotors, yaw moment times speed, summed over the flight.
+        Joules: the integral over the flight of the rotors' mechanical power, which is yaw moment times speed.
     """
 
     uav: int
@@ -57,7 +57,7 @@ class Flown(ArrayRecord):
 
 @dataclass(frozen=True)
 class Passing:
-    """Two UAVs when they were closest, as flown.
+    """Two UAVs when they were nearest to each other, as flown.
 
     Attributes
     ----------
@@ -66,11 +66,11 @@ class Passing:
     time
         Seconds into the mission.
     distance
-        Metres then.
+        The distance between them then, metres.
     nearness
-        How close then, as a share of the separation: 1 is on the ellipsoid, 0 at one place.
+        How near they were then, as a share of the separation: 1 on the ellipsoid, 0 where both are at one place.
     planned
-        The smallest nearness of their trajectories at the same times.
+        The smallest nearness of their trajectories over the same times.
     """
 
     uavs: tuple[int, int]
@@ -87,19 +87,20 @@ class Flight(ArrayRecord):
     Attributes
     ----------
     mission
-        What was flown.
+        The mission that was flown.
     vehicle, wind, noise, seed
-        In what: the vehicle's name, the wind's velocity (m/s), the noise of position (m) and velocity (m/s).
+        The vehicle's name, the velocity of the wind (m/s), the standard deviation of the noise of positions (m) and
+        velocities (m/s), and the seed of the noise.
     margin
-        How far a UAV may stray, metres; see `fly`.
+        How far a UAV may stray from where it should be, metres; see `fly`.
     flown
-        In the scenario's order of UAVs; ``None`` where a UAV has no trajectory, or is an aeroplane.
+        One entry for each UAV, in the scenario's order; ``None`` where it has no trajectory, or is an aeroplane.
     passings
         All pairs of UAVs that must keep a separation.
     violations
-        What went wrong as flown; empty when nothing did.
+        What went wrong in the flight; empty if nothing did.
     rounds
-        What `fly_until_safe` did, a sentence a round.
+        What `fly_until_safe` did, one sentence for each round.
     """
 
     mission: Mission
@@ -116,12 +117,12 @@ class Flight(ArrayRecord):
 
     @property
     def safe(self) -> bool:
-        """Whether nothing went wrong."""
+        """Whether nothing went wrong in the flight."""
         return not self.violations
 
     @property
     def sentence(self) -> str:
-        """The verdict, and the thresholds that it used."""
+        """The verdict in one sentence, with the thresholds that it used."""
         scenario = self.mission.scenario
         if self.safe:
             ground = scenario.ground_clearance - self.margin

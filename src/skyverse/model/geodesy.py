@@ -1,6 +1,7 @@
-"""WGS84 and local east-north-up metres, one made from the other: exact, with Earth's ellipsoid as it is.
+"""Conversion between WGS84 and local east-north-up metres, exact on the ellipsoid.
 
-The frame is a plane through its origin: what lies level far away lies below it, 8 cm at 1 km and 2 m at 5 km.
+The local frame is a plane that touches the Earth at its origin, so that a place at the same altitude lies lower in the
+frame the farther away it is: 8 cm at 1 km, and 2 m at 5 km.
 """
 
 import numpy as np
@@ -9,11 +10,11 @@ from numpy.typing import ArrayLike
 from skyverse._typing import Floats
 from skyverse.model.scenario import Origin
 
-A = 6378137.0
-"""Half the equator's axis, metres."""
-F = 1 / 298.257223563
-E2 = F * (2 - F)
-"""The first eccentricity, squared."""
+SEMI_MAJOR_AXIS = 6378137.0
+"""WGS84's radius at the equator, metres."""
+FLATTENING = 1 / 298.257223563
+ECCENTRICITY_SQUARED = FLATTENING * (2 - FLATTENING)
+"""The square of the first eccentricity."""
 
 
 def to_local(origin: Origin, places: ArrayLike) -> Floats:
@@ -49,21 +50,23 @@ def _axes(origin: Origin) -> Floats:
 
 
 def _geocentric(places: Floats, geoid: float) -> Floats:
+    """Return Earth-centred x, y, z (n, 3), metres, of latitudes, longitudes and altitudes (n, 3)."""
     latitude, longitude = np.radians(places[:, 0]), np.radians(places[:, 1])
     height = places[:, 2] + geoid
-    across = A / np.sqrt(1 - E2 * np.sin(latitude) ** 2)
+    across = SEMI_MAJOR_AXIS / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(latitude) ** 2)
     flat = (across + height) * np.cos(latitude)
-    up = (across * (1 - E2) + height) * np.sin(latitude)
+    up = (across * (1 - ECCENTRICITY_SQUARED) + height) * np.sin(latitude)
     return np.column_stack([flat * np.cos(longitude), flat * np.sin(longitude), up])
 
 
 def _geodetic(points: Floats, geoid: float) -> Floats:
+    """Return latitudes, longitudes and altitudes (n, 3) of Earth-centred x, y, z (n, 3), metres."""
     x, y, z = points.T
     flat = np.hypot(x, y)
-    latitude = np.arctan2(z, flat * (1 - E2))
-    for _ in range(6):  # each step gains two digits or more
-        across = A / np.sqrt(1 - E2 * np.sin(latitude) ** 2)
-        latitude = np.arctan2(z + E2 * across * np.sin(latitude), flat)
+    latitude = np.arctan2(z, flat * (1 - ECCENTRICITY_SQUARED))
+    for _ in range(6):  # each iteration gains at least two digits
+        across = SEMI_MAJOR_AXIS / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(latitude) ** 2)
+        latitude = np.arctan2(z + ECCENTRICITY_SQUARED * across * np.sin(latitude), flat)
     s, c = np.sin(latitude), np.cos(latitude)
-    height = flat * c + z * s - A * np.sqrt(1 - E2 * s**2)
+    height = flat * c + z * s - SEMI_MAJOR_AXIS * np.sqrt(1 - ECCENTRICITY_SQUARED * s**2)
     return np.column_stack([np.degrees(latitude), np.degrees(np.arctan2(y, x)), height - geoid])

@@ -11,24 +11,24 @@ from skyverse.model.verdict import Certificate, Deconfliction, Violation
 
 @dataclass(frozen=True, eq=False)
 class Mission(ArrayRecord):
-    """The fleet's answer. It embeds its scenario, so that one file serves every later verb.
+    """The fleet's answer. It embeds its scenario, so that one file is enough for everything that follows.
 
     Attributes
     ----------
     assignment
-        For each UAV the index of its target, or ``None``.
+        The index of each UAV's target, ``None`` for a UAV without a target.
     results, trajectories
-        In the scenario's order of UAVs; ``None`` where there is none.
+        One entry for each UAV, in the scenario's order; ``None`` where there is none.
     violations
-        The referee's verdict; empty when nothing was found wrong.
+        What the referee found wrong; empty if nothing.
     interrupted
-        Whether the run was cut short; what was found until then is kept.
+        Whether the run was interrupted; what was found until then is kept.
     certificates
-        What the referee says of each UAV's trajectory, in the scenario's order; empty when it was not asked.
+        What the referee proved of each UAV's trajectory, in the scenario's order; empty if it was not asked.
     apart
-        What it says of the fleet's separation; ``None`` when it was not asked.
+        What the referee proved of the fleet's separation; ``None`` if it was not asked.
     deconfliction
-        How conflicts between trajectories were resolved; ``None`` when that was not tried.
+        How conflicts between trajectories were resolved; ``None`` if that was not tried.
     """
 
     scenario: Scenario
@@ -47,7 +47,7 @@ class Mission(ArrayRecord):
     def cost(self) -> float:
         """The sum of the results' costs, in the objective's unit.
 
-        A detour that keeps UAVs apart is priced in metres: where the others' paths count nodes, the sum means nothing.
+        The cost of a detour around another UAV is in metres; the sum means nothing where other paths count nodes.
         """
         return sum(result.cost for result in self.results if result is not None)
 
@@ -63,7 +63,7 @@ class Mission(ArrayRecord):
 
     @property
     def complete(self) -> bool:
-        """Whether as many UAVs as can have a target, and each has a path to it and a trajectory along it."""
+        """Whether as many UAVs as possible have a target, and each of them a path to it and a trajectory."""
         pairs = min(len(self.scenario.uavs), len(self.scenario.targets))
         assigned = sum(target is not None for target in self.assignment)
         return (

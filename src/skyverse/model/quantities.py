@@ -1,4 +1,4 @@
-"""What the fields of a scenario hold: numbers, places and extents. SI units, local east-north-up metres."""
+"""The types of a scenario's fields: numbers, places and extents, in SI units and local east-north-up metres."""
 
 from typing import Annotated, Self
 
@@ -9,23 +9,23 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 NonNegative = Annotated[Number, Field(ge=0)]
 Limit = Annotated[Number, Field(ge=1e-3, le=1e6)]
-"""What no vehicle is outside of, so that durations and their powers stay numbers."""
+"""A limit of a vehicle; the range holds every real one, and keeps durations and their powers finite."""
 
 
 def listed(value: object) -> object:
-    """Return an array as the lists that pydantic validates."""
+    """Return an array as lists, which pydantic can validate, and anything else as it is."""
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 Point = Annotated[tuple[Number, Number, Number], BeforeValidator(listed)]
-"""x, y, z in metres; a numpy array of three is accepted."""
+"""x, y, z in metres; a numpy array of three numbers is accepted too."""
 Place = Annotated[tuple[Number, Number], BeforeValidator(listed)]
 """x, y in metres."""
 Steps = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(listed)]
 
 
 class Model(BaseModel):
-    """Frozen data; unknown keys are refused."""
+    """The base of all models: frozen data that refuse unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -83,7 +83,7 @@ def no_history() -> History:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What made an answer: enough to make it again."""
+    """What made an answer, so that it can be made again."""
 
     skyverse: str
     planner: str
@@ -98,31 +98,31 @@ CANCELLED = "Cancelled"
 
 @dataclass(frozen=True, eq=False)
 class Result(ArrayRecord):
-    """One path, and what is known of it.
+    """One path, and what is known about it.
 
     Attributes
     ----------
     status
-        How it ended; ``status.reached`` says whether the path joins start and goal.
+        How the search ended; ``status.reached`` says whether the path joins start and goal.
     path
-        (n, 3) float64 metres, from `start` on; empty where no path was begun.
+        (n, 3) float64 metres, beginning at `start`; empty where no path was begun.
     cost
         In the objective's unit; infinite where there is no path.
     terms
         ``fuel``, ``divergence`` and ``end``: their weighted shares, which add up to `cost`.
     bound
-        What every complete path on the same lattice costs at least (the exact optimum), or, of an any-angle path, what
-        every path at all does (a proven lower bound); ``None`` where unknown.
+        A cost that no complete path on the same lattice can beat (the exact optimum), or, for an any-angle path, that
+        no path at all can beat (a proven lower bound); ``None`` where it is not known.
     start, goal
-        (3,) metres: the lattice nodes that the path was to join; the UAV's start and its target where the path leaves
-        the lattice, or there is none.
+        (3,) metres: the lattice nodes that the path had to join, or the UAV's start and its target where the path
+        leaves the lattice or there is no path.
     effort, seconds, history
-        What it took; `seconds` are wall-clock seconds of the search alone, without any compilation.
+        The work done; `seconds` are wall-clock seconds of the search alone, without any compilation.
     stopped_by
-        What ended the run: a stop rule's name, or ``"finished"``.
+        What ended the run: the name of a stop rule, or ``"finished"``.
     any_angle
-        Whether the path leaves the lattice: straight legs from the UAV's start to its target. It has no nodes to
-        count, so its fuel is in metres whatever the objective's unit.
+        Whether the path leaves the lattice, and consists of straight legs from the UAV's start to its target. Such a
+        path has no nodes to count, so that its fuel is in metres whatever the objective's unit.
     """
 
     status: Status
@@ -141,7 +141,7 @@ class Result(ArrayRecord):
 
     @property
     def gap(self) -> float | None:
-        """``cost / bound - 1`` of a complete path whose bound is known, otherwise ``None``."""
+        """``cost / bound - 1`` of a complete path whose bound is known, and otherwise ``None``."""
         if self.bound is None or not self.status.reached:
             return None
         return self.cost / self.bound - 1.0 if self.bound > 0 else 0.0

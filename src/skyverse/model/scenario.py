@@ -1,6 +1,6 @@
-"""All that is given: space, obstacles, UAVs and their limits, targets, objective. Frozen and validated.
+"""All that is given: space, obstacles, UAVs and their limits, targets, and the objective; frozen and validated.
 
-SI units throughout; positions are local east-north-up metres, with an optional WGS84 origin in the frame.
+All units are SI; positions are local east-north-up metres, with an optional WGS84 origin in the frame.
 """
 
 from collections.abc import Iterable
@@ -13,6 +13,9 @@ from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point,
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.uav import UAV
 
+MAX_STATES = 5e8
+"""States of the exact search on a scenario's lattice, more of which would not fit into memory."""
+
 
 class Bounds(Extent):
     """The closed box that every UAV stays in: ``min`` and ``max`` corner, metres."""
@@ -24,9 +27,9 @@ class Lattice(Model):
     Attributes
     ----------
     step
-        Metres between neighbouring nodes, one number an axis.
+        Metres between neighbouring nodes, one number for each axis.
     connectivity
-        6 (along the axes) or 26 (diagonals too, without cutting corners).
+        6 (moves along the axes) or 26 (diagonal moves too, which do not cut corners).
     """
 
     step: Steps
@@ -34,17 +37,17 @@ class Lattice(Model):
 
 
 class AltitudeBand(Model):
-    """The altitudes to keep to, if it pays.
+    """The altitudes that a path should keep to; what is flown outside the band has a price.
 
     Attributes
     ----------
     low, high
-        Metres: z, or above ground.
+        Metres, counted from zero or from the ground; see `above`.
     weight
         The price of a metre flown a metre outside the band.
     above
-        What `low` and `high` are counted from: ``"zero"``, the frame's, or ``"ground"``. It must be said where the
-        scenario has a terrain.
+        What `low` and `high` are counted from: ``"zero"``, the zero of the frame, or ``"ground"``. It must be given
+        where the scenario has a terrain.
     """
 
     low: Number
@@ -60,7 +63,7 @@ class AltitudeBand(Model):
 
 
 class ClimbLimit(Model):
-    """The steepness to keep to, if it pays.
+    """The steepness that a path should keep to; what is flown more steeply has a price.
 
     Attributes
     ----------
@@ -77,24 +80,24 @@ class ClimbLimit(Model):
 class Objective(Model):
     """C = fuel * C_fuel + divergence * C_divergence + end * C_end (thesis, equation 3.4), and three soft terms.
 
-    The soft terms are paid by every path; the exact searches on the lattice count them, move by move.
+    Every path pays the soft terms; exact searches on the lattice count them move by move.
 
     Attributes
     ----------
     fuel
-        Weight alpha_1 of the path itself, counted in `unit` (equation 3.2).
+        The weight alpha_1 of the path itself, counted in `unit` (equation 3.2).
     divergence
-        Weight alpha_2 of a turn: a non-zero cross product of consecutive steps.
+        The weight alpha_2 of a turn: two consecutive steps whose cross product is not zero.
     end
-        Weight alpha_3 of a metre between the path's end and the goal (equation 3.3).
+        The weight alpha_3 of a metre between the path's end and the goal (equation 3.3).
     unit
-        ``"nodes"`` counts the path's nodes, start included, as the thesis does; ``"metres"`` its length.
+        ``"nodes"`` counts the path's nodes with the start, as the thesis does; ``"metres"`` takes its length.
     altitude
-        Adds, for every metre flown, the metres outside a band of altitudes.
+        Adds, for every metre flown, the metres that it is outside a band of altitudes.
     risk
-        Weight of the zones: of each zone's risk times the metres flown inside.
+        The weight of the zones' risk, which is each zone's own risk times the metres flown inside it.
     climb
-        Adds, for every metre flown, the radians above a climb angle.
+        Adds, for every metre flown, the radians that it is steeper than a climb angle.
     """
 
     fuel: NonNegative = 1.0
@@ -116,7 +119,7 @@ PRESETS = {
     "thesis": Objective(fuel=1, divergence=0, end=100, unit="nodes"),
     "turns": Objective(fuel=1, divergence=0.3, end=80, unit="nodes"),
 }
-"""Objectives by name: the published experiments' weights, and a sibling study's that prices turns."""
+"""Objectives by name: the weights of the thesis's experiments, and those of a related study that prices turns."""
 
 
 def _preset(value: object) -> object:
@@ -128,24 +131,24 @@ def _preset(value: object) -> object:
 
 
 class Target(Model):
-    """A place that some UAV must reach: ``position`` in metres, and a name (``target-1`` ... when left out)."""
+    """A place that one UAV must reach: its position in metres, and a name, by default ``target-1`` and so on."""
 
     name: str = ""
     position: Point
 
 
-GEOID = 150.0
-"""Metres that mean sea level nowhere lies above or below the ellipsoid by; 85 and -107 are the most."""
+MAX_GEOID = 150.0
+"""Metres: mean sea level is nowhere farther above or below the ellipsoid; it reaches from -107 to 85."""
 
 
 def require_geoid(metres: float) -> None:
     """Raise `InputError` for a height of mean sea level above the ellipsoid that is nowhere on Earth."""
-    if not -GEOID <= metres <= GEOID:
-        raise InputError(f"expected metres from {-GEOID:g} to {GEOID:g}, found {metres:g}", field="geoid")
+    if not -MAX_GEOID <= metres <= MAX_GEOID:
+        raise InputError(f"expected metres from {-MAX_GEOID:g} to {MAX_GEOID:g}, found {metres:g}", field="geoid")
 
 
 class Origin(Model):
-    """Where the local frame's zero lies.
+    """Where the zero of the local frame lies.
 
     Attributes
     ----------
@@ -154,36 +157,36 @@ class Origin(Model):
     altitude
         Metres above mean sea level.
     geoid
-        How far mean sea level lies above the WGS84 ellipsoid there, metres; where it is not known, heights above the
-        ellipsoid cannot be written, and places are counted as if it were 0.
+        How far mean sea level lies above the WGS84 ellipsoid there, metres. If it is not known, heights above the
+        ellipsoid cannot be written, and places are computed as if it were 0.
     """
 
     latitude: Annotated[Number, Field(ge=-90, le=90)]
     longitude: Annotated[Number, Field(ge=-180, le=180)]
     altitude: Number
-    geoid: Annotated[Number, Field(ge=-GEOID, le=GEOID)] | None = None
+    geoid: Annotated[Number, Field(ge=-MAX_GEOID, le=MAX_GEOID)] | None = None
 
 
 class Frame(Model):
-    """How positions are to be read: local east-north-up metres (``"enu"``), at ``origin`` where one is known."""
+    """What positions mean: local east-north-up metres (``"enu"``) from `origin`, where that is known."""
 
     axes: Literal["enu"] = "enu"
     origin: Origin | None = None
 
 
 class Source(Model):
-    """A file that a scenario was made of.
+    """A file that a scenario was made from.
 
     Attributes
     ----------
     file
-        Its name.
+        The name of the file.
     gives
-        What was taken from it, such as ``"terrain"``.
+        What was taken from the file, such as ``"terrain"``.
     licence
-        Under which it may be used, and who is to be named.
+        The licence under which the file may be used, and who must be named.
     crs
-        The coordinates that it was in, such as ``"EPSG:21781"``.
+        The coordinate system of the file, such as ``"EPSG:21781"``.
     """
 
     file: str
@@ -193,6 +196,7 @@ class Source(Model):
 
 
 def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
+    """Return things with a name for each one that has none, and refuse a name that occurs twice."""
     named = tuple(
         thing if thing.name else thing.model_copy(update={"name": f"{kind}-{number}"})
         for number, thing in enumerate(things, 1)
@@ -210,15 +214,15 @@ class Scenario(Model):
     Attributes
     ----------
     clearance
-        Every obstacle is grown by this many metres on every side; what is inside a grown obstacle is unsafe.
+        Metres by which every obstacle is grown on every side; a place inside a grown obstacle is unsafe.
     zones
-        May be flown through, at a risk.
+        Shapes that may be flown through, at a risk.
     terrain
         The ground, which must cover the bounds.
     objective
-        The weights, or the name of a preset: ``"thesis"`` or ``"turns"``.
+        The weights of the cost, or the name of a preset: ``"thesis"`` or ``"turns"``.
     sources
-        The files that it was made of.
+        The files that the scenario was made from.
     """
 
     format: Literal["skyverse/scenario/1"] = "skyverse/scenario/1"
@@ -240,7 +244,7 @@ class Scenario(Model):
 
     @property
     def ground_clearance(self) -> float:
-        """How high above ground must be kept, metres: the terrain's clearance, or the scenario's where it has none."""
+        """Metres above ground that must be kept: the terrain's clearance, or the scenario's where that has none."""
         own = None if self.terrain is None else self.terrain.clearance
         return self.clearance if own is None else own
 
@@ -277,10 +281,10 @@ class Scenario(Model):
 
     @model_validator(mode="after")
     def _lattice_fits(self) -> Self:
-        # where turns are priced, the exact search tells apart by which axis a node was entered
+        # where turns have a price, the exact search has a state for each axis along which a node may be entered
         states = self.lattice.connectivity / 2 if self.objective.divergence > 0 else 1.0
         for axis, low, high, step in zip("xyz", self.bounds.min, self.bounds.max, self.lattice.step, strict=True):
-            if step > (high - low) * (1 + 1e-9):  # as forgiving of rounding as the lattice that is made of it
+            if step > (high - low) * (1 + 1e-9):  # the lattice lets the same rounding pass
                 raise ValueError(f"lattice.step is {step:g} m along {axis}, longer than the bounds' {high - low:g} m")
             states *= (high - low) / step + 1
         if states > MAX_STATES:
@@ -289,6 +293,3 @@ class Scenario(Model):
                 "that fit into memory; take longer steps or smaller bounds"
             )
         return self
-
-
-MAX_STATES = 5e8

@@ -13,7 +13,7 @@ Form = Literal["smooth", "slowed", "straightened", "stop-and-go", "dubins"]
 
 
 class Motion(NamedTuple):
-    """Position (m), velocity (m/s) and acceleration (m/s^2) at some instants, (m, 3) each."""
+    """Position (m), velocity (m/s) and acceleration (m/s^2) at m instants, (m, 3) each."""
 
     position: Floats
     velocity: Floats
@@ -27,14 +27,14 @@ class Trajectory(ArrayRecord):
     Attributes
     ----------
     knots
-        (n + 1,) seconds, rising.
+        (n + 1,) seconds, strictly increasing.
     coefficients
         (n, degree + 1, 3) metres; piece k is the sum over j of ``coefficients[k, j] * (t - knots[k])**j``.
     form
-        How it flies: ``"smooth"``; ``"slowed"`` or ``"straightened"``, smooth too, but not as first wished;
-        ``"stop-and-go"``, at rest at every waypoint; ``"dubins"`` for an aeroplane.
+        How it is flown: ``"smooth"``; ``"slowed"`` or ``"straightened"``, which are smooth too, but slower or along
+        other curves than first planned; ``"stop-and-go"``, at rest at every waypoint; ``"dubins"``, for an aeroplane.
     note
-        One sentence that says why it is not what was wished for; empty when it is.
+        One sentence that says why the form is not the one that was asked for; empty where it is.
     """
 
     knots: FloatArray
@@ -53,7 +53,10 @@ class Trajectory(ArrayRecord):
         return float(self.knots[-1])
 
     def retimed(self, start: float, factor: float = 1.0) -> "Trajectory":
-        """Return the same flight from the instant `start` on, in `factor` times the time; `form` tells if slowed."""
+        """Return the same motion, beginning at the instant `start` and taking `factor` times as long.
+
+        A smooth trajectory that becomes slower gets the form ``"slowed"``.
+        """
         if start == self.start and factor == 1.0:
             return self
         powers = factor ** np.arange(self.coefficients.shape[1], dtype=np.float64)
@@ -65,7 +68,7 @@ class Trajectory(ArrayRecord):
         )
 
     def at(self, t: ArrayLike) -> Motion:
-        """Evaluate at the instants `t`, (m,) seconds; before `start` and after `end` the UAV holds its place."""
+        """Evaluate at instants `t`, (m,) seconds; before `start` and after `end` the UAV stands still."""
         instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
         clipped = np.clip(instants, self.start, self.end)
         piece = np.clip(np.searchsorted(self.knots, clipped, side="right") - 1, 0, len(self.coefficients) - 1)

@@ -1,4 +1,4 @@
-"""The vehicles: what a UAV can do."""
+"""The vehicles: where a UAV starts, and its limits."""
 
 import math
 from typing import Annotated, Self
@@ -9,14 +9,14 @@ from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, 
 
 
 class FixedWing(Model):
-    """What an aeroplane can do that cannot hover: it flies on, level speed held, and turns and climbs gently.
+    """The limits of an aeroplane, which cannot hover: it keeps its horizontal speed, and turns and climbs gently.
 
     Attributes
     ----------
     speed
         Its horizontal speed, m/s.
     turn_radius
-        Of its tightest turn seen from above, metres.
+        The radius of its tightest turn seen from above, metres.
     climb
         The steepest climb or descent, degrees.
     """
@@ -27,32 +27,32 @@ class FixedWing(Model):
 
 
 class UAV(Model):
-    """One vehicle: where it starts and what it can do.
+    """One vehicle: where it starts, its limits, and its separation from others.
 
     Attributes
     ----------
     name
-        Unique in its scenario; ``uav-1``, ``uav-2`` ... when left out.
+        Unique in its scenario; ``uav-1``, ``uav-2`` and so on if it is left out.
     start
-        Metres.
+        x, y, z in metres.
     home
-        z of the real ground below `start`, metres, where it stands before it takes off, and from where autopilots count
-        heights above home. When left out it is the terrain below, or the start itself where there is no terrain.
+        z of the real ground below `start`, metres, where the UAV stands before it takes off, and from where autopilots
+        count heights above home. If it is left out, it is the terrain below, or the start where there is no terrain.
     max_speed, max_acceleration, max_jerk
         Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
     max_tilt
-        Of a multirotor: degrees between its thrust and the vertical.
+        The largest angle between a multirotor's thrust and the vertical, degrees.
     thrust_to_weight
-        Of a multirotor: the most thrust, as a multiple of its weight; above 1, or it cannot hover.
+        The largest thrust of a multirotor, as a multiple of its weight; above 1, or else it cannot hover.
     separation
-        The horizontal distance in metres that other UAVs at its height must keep; of two UAVs the larger counts.
+        The distance that other UAVs at its height must keep, metres; of two UAVs the larger one counts.
     vertical_separation
-        The vertical distance that those above and below must keep, metres, because of its downwash; twice `separation`
-        when left out. Between the two an ellipsoid is kept free.
+        The vertical distance that UAVs above and below it must keep because of its downwash, metres; twice `separation`
+        if it is left out. In all other directions an ellipsoid with these semi-axes must be kept free.
     priority
-        Of two UAVs in conflict the one of lower priority gives way.
+        Of two UAVs in conflict, the one of lower priority gives way.
     fixed_wing
-        Given for an aeroplane; then tilt and thrust are not limited, nor is it at rest at its start and target.
+        Given for an aeroplane, whose tilt and thrust are not limited, and which does not rest at its start and target.
     """
 
     name: str = ""
@@ -70,7 +70,7 @@ class UAV(Model):
 
     @property
     def ellipsoid(self) -> tuple[float, float]:
-        """Horizontal and vertical semi-axis of what it keeps free of others, metres."""
+        """The horizontal and the vertical semi-axis of the ellipsoid that others must stay out of, metres."""
         vertical = 2.0 * self.separation if self.vertical_separation is None else self.vertical_separation
         return self.separation, vertical
 

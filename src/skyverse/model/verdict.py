@@ -1,4 +1,4 @@
-"""What is said of an answer: what is wrong with it, what is proven, which UAVs are in conflict and what was done."""
+"""What is said of an answer: violations, certificates, conflicts between UAVs, and how they were resolved."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -6,7 +6,7 @@ from typing import Literal
 
 
 class Fault(Enum):
-    """What the referee can find wrong."""
+    """The kinds of things that the referee can find wrong."""
 
     SCENARIO = "scenario"
     ASSIGNMENT = "assignment"
@@ -43,15 +43,15 @@ class Violation:
     Attributes
     ----------
     fault
-        Its kind.
+        The kind of violation.
     uavs
-        Indices of the UAVs concerned: one, two for a separation, none for the mission as a whole.
+        The indices of the UAVs concerned: one, two for a separation, none for the mission as a whole.
     message
         One sentence with the numbers.
     time
-        Seconds into the mission, where it has an instant.
+        Seconds into the mission, or ``None`` where the violation belongs to no instant.
     position
-        Metres, where it has a place.
+        x, y, z in metres, or ``None`` where the violation belongs to no place.
     """
 
     fault: Fault
@@ -62,7 +62,7 @@ class Violation:
 
 
 class Verdict(Enum):
-    """What the referee says of a trajectory, or of the fleet."""
+    """The referee's verdict on a trajectory, or on the fleet."""
 
     PROVEN = "proven"
     REFUTED = "refuted"
@@ -71,18 +71,18 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Certificate:
-    """What the referee can say at every instant, not only at samples.
+    """What the referee can prove at every instant, not only at samples.
 
     Attributes
     ----------
     verdict
         Proven, refuted, or undecided after `subdivisions`.
     sentence
-        What is proven; or what is wrong, when and where; or what could not be decided.
+        One sentence: what is proven; or what is wrong, when and where; or what could not be decided.
     time, position
-        The offending or the undecided instant, seconds into the mission, and where the UAV is then, metres.
+        The refuted or undecided instant, seconds into the mission, and where the UAV is then, metres.
     subdivisions
-        How often pieces were cut in two.
+        How often pieces of the trajectory were cut in two.
     """
 
     verdict: Verdict
@@ -103,13 +103,13 @@ class Conflict:
     begin, end
         Seconds into the mission between which they are too close.
     time
-        When they are closest, seconds.
+        When they are nearest to each other, seconds into the mission.
     nearness
-        How close then, as a share of the separation: 1 is on the ellipsoid, 0 at one place.
+        How near they are then, as a share of the separation: 1 on the ellipsoid, 0 where both are at one place.
     position
-        Midway between them then, metres.
+        The point midway between them then, metres.
     given
-        Whether their starts or their targets are given too close, so that nobody can resolve it.
+        Whether their starts or their targets are given too close, so that nothing can resolve the conflict.
     """
 
     uavs: tuple[int, int]
@@ -123,7 +123,7 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Action:
-    """What was done to one UAV to keep the fleet apart.
+    """One change to one UAV's flight that resolves conflicts.
 
     Attributes
     ----------
@@ -132,7 +132,7 @@ class Action:
     kind
         ``"delay"``, ``"slow down"``, ``"exchange"`` (of targets) or ``"detour"``.
     sentence
-        With the numbers.
+        One sentence with the numbers.
     """
 
     uav: int
@@ -142,18 +142,18 @@ class Action:
 
 @dataclass(frozen=True)
 class Deconfliction:
-    """How the fleet was kept apart.
+    """How the conflicts of a fleet were resolved.
 
     Attributes
     ----------
     found, left
-        The conflicts before, and those that could not be resolved, or were given.
+        The conflicts before, and those that could not be resolved or that were given.
     actions
-        What was done, in order.
+        What was changed, in order.
     total_before, total_after
-        The sum of the UAVs' arrival times, seconds.
+        The sum of the UAVs' arrival times before and after, seconds.
     makespan_before, makespan_after
-        The last arrival, seconds.
+        The time of the last arrival before and after, seconds.
     """
 
     found: tuple[Conflict, ...]

@@ -1,4 +1,4 @@
-"""Outlines of prisms: which are sound, as another library sees it."""
+"""Polygons of prisms: which of them are sound, as another library judges it."""
 
 import tracemalloc
 
@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.model import shapes
+from skyverse.model.polygon import edges_that_meet
 
 rings = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=3, max_size=9, unique=True)
 
@@ -18,7 +18,7 @@ rings = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=3, ma
 def test_an_outline_is_taken_where_others_call_it_simple(corners):
     shapely = pytest.importorskip("shapely", reason="the oracle is shapely")
     line = shapely.LinearRing(corners)
-    assert (shapes._edges_that_meet([tuple(corners)]) is None) == bool(line.is_simple)
+    assert (edges_that_meet([tuple(corners)]) is None) == bool(line.is_simple)
 
 
 @settings(max_examples=200, deadline=None)
