@@ -13,7 +13,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
-from skyverse.files import NAMES
+from skyverse.files import BUILTIN_NAMES
 from skyverse.flight import simulate
 from skyverse.flight.feedforward import Reference
 from skyverse.flight.wind_observer import WindObserver
@@ -57,7 +57,7 @@ def main() -> None:
     print(describe("rotorpy"))
     print()
     rows = []
-    for name in NAMES[:3] if stock else NAMES:
+    for name in BUILTIN_NAMES[:3] if stock else BUILTIN_NAMES:
         scenario = sky.read_scenario(name)
         mission = sky.plan_mission(scenario, sky.Taut(), rng=1)
         for vehicle in vehicles:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 import skyverse
 from skyverse import planners
-from skyverse.files.builtin import NAMES
+from skyverse.files.builtin import BUILTIN_NAMES
 
 ROOT = Path(__file__).parent.parent
 os.environ["MPLBACKEND"] = "agg"
@@ -94,7 +94,7 @@ def _write_generated_pages() -> None:
     folder.mkdir(exist_ok=True)
     rows = [f"| `{name}` | {what} | {_packages(declared[name])} |" for name, what in EXTRAS.items()]
     _write_table(folder / "extras.md", "| extra | for | installs |", rows)
-    worlds = [skyverse.read_scenario(name) for name in NAMES]
+    worlds = [skyverse.read_scenario(name) for name in BUILTIN_NAMES]
     rows = [f"| `{world.name}` | {world.description} | {len(world.uavs)} |" for world in worlds]
     _write_table(folder / "builtins.md", "| scenario | what it is | UAVs |", rows)
     rows = [f"| `{name}` | {_first_sentence(type(planners.make_planner(name)))} |" for name in planners.NAMES]

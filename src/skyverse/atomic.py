@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all: written beside, then renamed."""
+"""Files that appear whole or not at all: they are written under another name, then renamed."""
 
 import os
 import secrets
@@ -11,12 +11,12 @@ from skyverse.errors import InputError
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a name beside a file, with its suffix, to be written to; what was written there becomes the file.
+    """Yield a path in a file's folder, with its suffix, to write to; what is written there becomes the file at the end.
 
     Raises
     ------
     InputError
-        If the file cannot be written. Nothing is left behind then, and an older file stays as it was.
+        If the file cannot be written. Then nothing is left behind, and an older file stays as it was.
     """
     beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
@@ -29,7 +29,7 @@ def whole_file(path: Path) -> Iterator[Path]:
             raise
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-    except ValueError as error:  # a name that no file can have
+    except ValueError as error:  # no file can have that name
         raise InputError(f"{str(path)!r}: cannot be written: {error}") from None
 
 

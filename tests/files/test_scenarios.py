@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.files.builtin import NAMES
+from skyverse.files.builtin import BUILTIN_NAMES
 from worlds import scenarios
 
 GOOD = """\
@@ -36,7 +36,7 @@ def refused(path, *says):
         assert words in message, message
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", BUILTIN_NAMES)
 @pytest.mark.parametrize("suffix", [".yaml", ".yml", ".json", ".YAML"])
 def test_every_built_in_scenario_survives_a_round_trip(name, suffix, tmp_path):
     scenario = sky.read(name)

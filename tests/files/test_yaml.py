@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 import skyverse as sky
-from skyverse.files.yaml import LONG, load_yaml, yaml_text
+from skyverse.files.yaml import LONG_LIST, load_yaml, yaml_text
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=8) | st.sampled_from(
     ["\x85", "\u2028x", "\ufeff", "\x7f", "\U0001f600", "obstacles: []\n", "- {}", "'\"#: ", "~", "1e5", "no"]
@@ -21,14 +21,14 @@ DATA = st.recursive(
 @given(st.lists(st.dictionaries(TEXTS, DATA, max_size=3), min_size=1, max_size=3), TEXTS, st.booleans())
 @settings(max_examples=20)
 def test_long_lists_read_back_equal_and_as_yaml_says(some, text, zones):
-    data = {"name": text, "obstacles": some * LONG, "zones": some * LONG if zones else [], "end": [text]}
+    data = {"name": text, "obstacles": some * LONG_LIST, "zones": some * LONG_LIST if zones else [], "end": [text]}
     written = yaml_text(data)
     assert load_yaml(written) == data
     assert YAML(typ="safe", pure=True).load(written) == data
 
 
 def many(line):
-    return "name: a\nobstacles:\n" + f"  {line}\n" * LONG + "end: 1\n"
+    return "name: a\nobstacles:\n" + f"  {line}\n" * LONG_LIST + "end: 1\n"
 
 
 @pytest.mark.parametrize(
@@ -48,14 +48,14 @@ def test_lines_by_hand_read_as_yaml_says(line):
 def test_what_only_looks_like_a_list_is_left_alone():
     text = "description: |\n" + "".join("  " + row + "\n" for row in many('- {"a": 1}').splitlines())
     assert load_yaml(text) == YAML(typ="safe", pure=True).load(text)
-    quoted = 'description: "\nobstacles:\n' + "- {}\n" * LONG + '"\n'
+    quoted = 'description: "\nobstacles:\n' + "- {}\n" * LONG_LIST + '"\n'
     assert load_yaml(quoted) == YAML(typ="safe", pure=True).load(quoted)
 
 
 def test_a_mistake_below_a_long_list_is_named_by_its_line(tmp_path):
     text = many('- {"min": [0, 0, 0], "max": [1, 1, 1]}') + "x: [1\n"
     (tmp_path / "a.yaml").write_text(text)
-    with pytest.raises(sky.InputError, match=rf"a.yaml: line {LONG + 5} is not YAML"):
+    with pytest.raises(sky.InputError, match=rf"a.yaml: line {LONG_LIST + 5} is not YAML"):
         sky.read(tmp_path / "a.yaml")
 
 

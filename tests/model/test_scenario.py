@@ -9,7 +9,7 @@ from hypothesis import given
 from pydantic import ValidationError
 
 import skyverse as sky
-from skyverse.files.builtin import NAMES
+from skyverse.files.builtin import BUILTIN_NAMES
 from skyverse.model.scenario import MAX_STATES, PRESETS
 from worlds import scenarios
 
@@ -181,7 +181,7 @@ def test_the_presets_are_the_published_weights():
     assert sky.Scenario.model_validate({**VALID, "objective": "turns"}).objective == PRESETS["turns"]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", BUILTIN_NAMES)
 @pytest.mark.parametrize("suffix", [".json", ".yaml"])
 def test_the_schema_accepts_every_built_in_scenario_as_written(name, suffix, tmp_path):
     from ruamel.yaml import YAML

@@ -33,7 +33,7 @@ def scenarios(
         Print JSON.
     """
     import skyverse as sky
-    from skyverse.files import NAMES
+    from skyverse.files import BUILTIN_NAMES
     from skyverse.files.scenarios import scenario_text
 
     if schema or name:
@@ -53,7 +53,7 @@ def scenarios(
         return
     rows = [
         {"name": s.name, "uavs": len(s.uavs), "obstacles": len(s.obstacles), "description": s.description}
-        for s in map(sky.read_scenario, NAMES)
+        for s in map(sky.read_scenario, BUILTIN_NAMES)
     ]
     if as_json:
         print(json_text(rows), end="")

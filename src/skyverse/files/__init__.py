@@ -1,14 +1,14 @@
-"""Files in and out, one file a format, chosen by suffix."""
+"""Scenarios, missions and flights are read from files and written to them; the suffix tells the format."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError
-from skyverse.files.builtin import NAMES, builtin
+from skyverse.files.builtin import BUILTIN_NAMES, builtin
 from skyverse.files.document import parse, read_text
 from skyverse.files.flights import flight_from_data, flight_text
-from skyverse.files.grids import Side
+from skyverse.files.grid_archive import GridArchive
 from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
 from skyverse.maps.readers import voxels
@@ -18,7 +18,7 @@ from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 
-__all__ = ["NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
+__all__ = ["BUILTIN_NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
 
 
 def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mission:
@@ -33,7 +33,7 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         and meshes, ``.las``, ``.laz``, ``.ply``, ``.stl``, ``.obj``.
     unknown
         What an OctoMap's unknown space is taken for, ``"occupied"`` or ``"free"``. When left out it is occupied, but
-        free where the map does not say what is free.
+        free where the map does not record what is free.
 
     Raises
     ------
@@ -41,15 +41,16 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         If there is no such scenario or file, or it cannot be used; the message names file and field.
     """
     if unknown is not None and Path(source).suffix.lower() not in voxels.OCTOMAP_SUFFIXES:
-        raise InputError(f"{source}: unknown: expected it for an OctoMap ({', '.join(voxels.OCTOMAP_SUFFIXES)}) only")
-    if str(source) in NAMES:
+        suffixes = ", ".join(voxels.OCTOMAP_SUFFIXES)
+        raise InputError(f"expected it for an OctoMap ({suffixes}) only, found it for {source}", field="unknown")
+    if str(source) in BUILTIN_NAMES:
         return builtin(str(source))
     path = Path(source)
     suffix = path.suffix.lower()
     if not path.is_file():
         if path.is_dir():
             raise InputError(f"{path}: expected a file, found a folder")
-        raise InputError(f"{source}: no such file, nor a built-in scenario; built in are {', '.join(NAMES)}")
+        raise InputError(f"{source}: no such file, nor a built-in scenario; built in are {', '.join(BUILTIN_NAMES)}")
     if suffix == ".txt":
         return course_map(path, read_text(path))
     if suffix in voxels.VOXEL_SUFFIXES:
@@ -82,7 +83,7 @@ def read_mission(source: str | Path) -> Mission:
 
 
 def read_flight(path: str | Path) -> Flight:
-    """Read a flight's file, or raise `InputError`."""
+    """Read a flight from its file, or raise `InputError`."""
     path = Path(path)
     data = parse(path, read_text(path))
     if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/flight/"):
@@ -113,15 +114,15 @@ def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 
     if isinstance(what, Scenario):
         if suffix not in (".yaml", ".yml", ".json"):
             raise InputError(f"{path}: a scenario is written as .yaml, .yml or .json, not as {suffix or 'no suffix'!r}")
-        _write(path, lambda side: scenario_text(what, suffix, side))
+        _write(path, lambda archive: scenario_text(what, suffix, archive))
     elif isinstance(what, Flight):
         if suffix != ".json":
             raise InputError(f"{path}: a flight is written as .json, not as {suffix or 'no suffix'!r}")
-        _write(path, lambda side: flight_text(what, side))
+        _write(path, lambda archive: flight_text(what, archive))
     elif not isinstance(what, Mission):
         raise TypeError(f"expected a Scenario, a Mission or a Flight to write, got {what!r:.60}")
     elif suffix == ".json":
-        _write(path, lambda side: mission_text(what, side))
+        _write(path, lambda archive: mission_text(what, archive))
     elif path.name.lower().endswith(".waypoints.csv"):
         write_text(path, waypoints_csv(what))
     elif suffix == ".csv":
@@ -135,16 +136,16 @@ def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 
         )
 
 
-def _write(path: Path, text: Callable[[Side], str]) -> None:
-    """Write a file, and the file beside it that holds its large arrays; an error leaves both as they were."""
-    side = Side(path)
-    whole = text(side)
-    if not side:
+def _write(path: Path, text: Callable[[GridArchive], str]) -> None:
+    """Write a file, and the archive beside it that holds its large arrays; an error leaves both as they were."""
+    archive = GridArchive(path)
+    whole = text(archive)
+    if not archive:
         write_text(path, whole)
-    elif path.is_dir():  # found out before the file beside it appears
+    elif path.is_dir():  # refused before the archive beside it is written
         raise InputError(f"{path}: cannot be written: it is a folder")
     else:
         with whole_file(path) as beside:
             beside.write_text(whole, encoding="utf-8", newline="\n")
-            with whole_file(side.path) as archive:
-                side.write_to(archive)
+            with whole_file(archive.path) as file:
+                archive.write_to(file)

@@ -1,4 +1,4 @@
-"""Scenarios by name: the thesis's maps (Tables 3.1, 3.2, misprints mended) and fleets (4.1, 4.8 to 4.13), mountains."""
+"""Built-in scenarios: the thesis's maps (Tables 3.1, 3.2, misprints corrected) and fleets (4.1, 4.8 to 4.13), hills."""
 
 from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.model.shapes import Box
@@ -6,11 +6,11 @@ from skyverse.model.uav import UAV
 
 Corner = tuple[float, float, float]
 
-CLEARANCE = 0.25
-LATTICE = Lattice(step=(0.1, 0.1, 0.5))
+THESIS_CLEARANCE = 0.25
+THESIS_LATTICE = Lattice(step=(0.1, 0.1, 0.5))
 
-_LONG = ((0, -5, 0), (10, 20, 6))
-_MAP1 = (
+_LONG_BOUNDS = ((0, -5, 0), (10, 20, 6))
+_MAP1_BOXES = (
     ((0, 2, 0), (10, 2.5, 1.5)),
     ((0, 2, 4.5), (10, 2.5, 6)),
     ((0, 2, 1.5), (3, 2.5, 4.5)),
@@ -20,8 +20,8 @@ _MAP1 = (
     ((0, 15, 1), (10, 16, 3.5)),
     ((0, 18, 4.5), (10, 19, 6)),
 )
-_MAPS: dict[int, tuple[tuple[Corner, Corner], tuple[tuple[Corner, Corner], ...]]] = {
-    1: (_LONG, _MAP1),
+_THESIS_MAPS: dict[int, tuple[tuple[Corner, Corner], tuple[tuple[Corner, Corner], ...]]] = {
+    1: (_LONG_BOUNDS, _MAP1_BOXES),
     2: (
         ((0, 0, 0), (20, 5, 6)),
         (
@@ -35,9 +35,9 @@ _MAPS: dict[int, tuple[tuple[Corner, Corner], tuple[tuple[Corner, Corner], ...]]
         ),
     ),
     3: (
-        _LONG,
+        _LONG_BOUNDS,
         (
-            *_MAP1,
+            *_MAP1_BOXES,
             ((0, -2, 0), (10, -1.5, 1.5)),
             ((0, -2, 3), (10, -1.5, 5.5)),
             ((0, 7, 0), (10, 7.5, 0.5)),
@@ -48,8 +48,8 @@ _MAPS: dict[int, tuple[tuple[Corner, Corner], tuple[tuple[Corner, Corner], ...]]
     ),
 }
 
-# name: map, what it is, starts, targets
-_FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...]]] = {
+# by name: the number of the map, a description, starts, targets
+_THESIS_FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...]]] = {
     "map1": (1, "One UAV on Map 1 (Table 4.1)", ((0, -4, 1),), ((2, 17, 3),)),
     "map2": (2, "One UAV on Map 2 (Table 4.1)", ((0, 1, 5),), ((19, 1, 5),)),
     "map3": (3, "One UAV on Map 3 (Table 4.1)", ((0, -4, 1),), ((2, 17, 3),)),
@@ -97,24 +97,24 @@ _FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...]]] = {
     ),
 }
 
-NAMES = (*_FLEETS, "jacksboro")
+BUILTIN_NAMES = (*_THESIS_FLEETS, "jacksboro")
 
 
 def builtin(name: str) -> Scenario:
-    """Return the built-in scenario of that name, one of `NAMES`."""
+    """Return the built-in scenario of that name, one of `BUILTIN_NAMES`."""
     if name == "jacksboro":
         from skyverse.samples.jacksboro import jacksboro
 
         return jacksboro()
-    number, what, starts, targets = _FLEETS[name]
-    (low, high), boxes = _MAPS[number]
+    number, what, starts, targets = _THESIS_FLEETS[name]
+    (low, high), boxes = _THESIS_MAPS[number]
     return Scenario(
         name=name,
         description=f"{what}.",
         bounds=Bounds(min=low, max=high),
         obstacles=tuple(Box(min=a, max=b) for a, b in boxes),
-        clearance=CLEARANCE,
-        lattice=LATTICE,
+        clearance=THESIS_CLEARANCE,
+        lattice=THESIS_LATTICE,
         uavs=tuple(UAV(start=p) for p in starts),
         targets=tuple(Target(position=p) for p in targets),
     )

@@ -1,29 +1,30 @@
-"""YAML and JSON text to plain data and back, and what is wrong with data, in one sentence."""
+"""YAML and JSON texts become data, and data become objects, or one sentence says what is wrong with them."""
 
 import difflib
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from skyverse.errors import InputError
+from skyverse.files.grid_archive import arrays_beside
 from skyverse.files.yaml import load_yaml, unique_keys
 
 
 def read_text(path: Path) -> str:
-    """Return a file's text, or raise `InputError`."""
+    """Return the text of a file, or raise `InputError`."""
     try:
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected a text file in UTF-8, found a byte that is none at {error.start}") from None
+        raise InputError(f"{path}: expected a text file in UTF-8, found a byte that is not at {error.start}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 def parse(path: Path, text: str) -> Any:
-    """Return a YAML or JSON file's data, or raise `InputError` with the line; duplicate keys are refused."""
+    """Return the data of a YAML or JSON file, or raise `InputError` with the line; no key may stand twice."""
     try:
         if path.suffix.lower() == ".json":
             return json.loads(text, object_pairs_hook=unique_keys)
@@ -39,19 +40,52 @@ def parse(path: Path, text: str) -> Any:
         raise InputError(f"{path}: {_first_line(error)}") from None
 
 
-_SHAPES = ("box", "cylinder", "sphere", "prism", "voxels")
-"""What pydantic adds to the place of an error in a shape."""
-_UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
-"""What pydantic calls it in a model, and in a dataclass."""
+_SHAPE_TAGS = ("box", "cylinder", "sphere", "prism", "voxels")
+"""Words that pydantic adds to the place of an error in a shape."""
+_UNKNOWN_KEY_ERRORS = ("extra_forbidden", "unexpected_keyword_argument")
+"""How pydantic calls an unknown key in a model and in a dataclass."""
+T = TypeVar("T")
 
 
-def explain(source: object, error: ValidationError, known: set[str]) -> InputError:
-    """Turn what pydantic found into one sentence that names file and field."""
-    # a misspelt key also leaves the right one missing: name the cause
-    first = min(error.errors(include_url=False), key=lambda found: found["type"] not in _UNKNOWN_KEY)
+def validated(codec: TypeAdapter[T], expected: str, source: str | Path, data: Any) -> T:
+    """Return the object that the data of a file describe, or raise `InputError` that names file and field.
+
+    Parameters
+    ----------
+    codec
+        The type of the object.
+    expected
+        The format that the data must name.
+    source
+        The file; its large arrays are in the archive beside it.
+    data
+        Its data.
+    """
+    if data["format"] != expected:
+        raise InputError(f"{source}: format: expected {expected!r}, found {data['format']!r:.60}")
+    try:
+        return codec.validate_python(data, context={"grids": arrays_beside(Path(source))})
+    except ValidationError as error:
+        raise explained(source, error, set()) from None
+
+
+def explained(source: object, error: ValidationError, known: set[str]) -> InputError:
+    """Return what pydantic found wrong as one sentence that names file and field.
+
+    Parameters
+    ----------
+    source
+        The file.
+    error
+        What pydantic found.
+    known
+        Keys that an unknown key may be a misspelling of.
+    """
+    # where a key is misspelt, the right one is missing, too: the misspelt one is the cause
+    first = min(error.errors(include_url=False), key=lambda found: found["type"] not in _UNKNOWN_KEY_ERRORS)
     place = _place(first["loc"])
     found = first["input"]
-    if first["type"] in _UNKNOWN_KEY:
+    if first["type"] in _UNKNOWN_KEY_ERRORS:
         near = difflib.get_close_matches(str(first["loc"][-1]), known, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         return InputError(f"{source}: {place}: there is no such key{hint}")
@@ -69,7 +103,7 @@ def _place(loc: tuple[int | str, ...]) -> str:
     for part in loc:
         if isinstance(part, int):
             place += f"[{part}]"
-        elif part not in _SHAPES and not part.startswith(("function-", "tuple[", "literal[")):
+        elif part not in _SHAPE_TAGS and not part.startswith(("function-", "tuple[", "literal[")):
             place += f".{part}" if place else part
     return place
 

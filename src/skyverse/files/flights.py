@@ -1,17 +1,16 @@
-"""Flight files: one self-contained JSON, the mission that was flown in it."""
+"""Flight files: one self-contained JSON, which holds the mission that was flown."""
 
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
-from skyverse.errors import InputError
-from skyverse.files.document import explain
-from skyverse.files.grids import Side, grids_of
+from skyverse.files.document import validated
+from skyverse.files.grid_archive import GridArchive
 from skyverse.model.flight_record import Flight
 
-FORMAT = "skyverse/flight/1"
+FLIGHT_FORMAT = "skyverse/flight/1"
 
 
 @cache
@@ -20,15 +19,10 @@ def _codec() -> TypeAdapter[Flight]:
 
 
 def flight_from_data(source: str | Path, data: Any) -> Flight:
-    """Validate a flight file's data, or raise `InputError` naming file and field."""
-    if data["format"] != FORMAT:
-        raise InputError(f"{source}: format: expected {FORMAT!r}, found {data['format']!r:.60}")
-    try:
-        return _codec().validate_python(data, context={"grids": grids_of(Path(source))})
-    except ValidationError as error:
-        raise explain(source, error, set()) from None
+    """Return the flight that a file's data describe, or raise `InputError` that names file and field."""
+    return validated(_codec(), FLIGHT_FORMAT, source, data)
 
 
-def flight_text(flight: Flight, side: Side | None = None) -> str:
-    """Return a flight as the text of its JSON file; its scenario's large arrays go to `side` if there is one."""
-    return _codec().dump_json(flight, indent=1, context={"side": side}).decode() + "\n"
+def flight_text(flight: Flight, archive: GridArchive | None = None) -> str:
+    """Return a flight as the text of its JSON file; large arrays of its scenario go to the archive if there is one."""
+    return _codec().dump_json(flight, indent=1, context={"side": archive}).decode() + "\n"

@@ -1,4 +1,4 @@
-"""Mission files: one self-contained JSON; waypoints and sampled trajectories as CSV."""
+"""Mission files: one self-contained JSON, and waypoints and sampled trajectories as CSV."""
 
 import csv
 import io
@@ -7,15 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from skyverse.errors import InputError
-from skyverse.files.document import explain
-from skyverse.files.grids import Side, grids_of
+from skyverse.files.document import validated
+from skyverse.files.grid_archive import GridArchive
 from skyverse.model.mission import Mission
 
-FORMAT = "skyverse/mission/1"
-MAX_SAMPLES = 1e7
+MISSION_FORMAT = "skyverse/mission/1"
+MAX_CSV_ROWS = 1e7
+"""Rows of sampled trajectories that a CSV file may have for each UAV."""
 
 
 @cache
@@ -24,14 +25,9 @@ def _codec() -> TypeAdapter[Mission]:
 
 
 def mission_from_data(source: str | Path, data: Any) -> Mission:
-    """Validate a mission file's data, or raise `InputError` naming file and field."""
-    if data["format"] != FORMAT:
-        raise InputError(f"{source}: format: expected {FORMAT!r}, found {data['format']!r:.60}")
-    try:
-        mission = _codec().validate_python(data, context={"grids": grids_of(Path(source))})
-    except ValidationError as error:
-        raise explain(source, error, set()) from None
-    _require_sound(source, mission)
+    """Return the mission that a file's data describe, or raise `InputError` that names file and field."""
+    mission = validated(_codec(), MISSION_FORMAT, source, data)
+    _require_sound_arrays(source, mission)
     fleet = len(mission.scenario.uavs)
     for name in ("assignment", "results", "trajectories"):
         if len(getattr(mission, name)) != fleet:
@@ -41,8 +37,8 @@ def mission_from_data(source: str | Path, data: Any) -> Mission:
     return mission
 
 
-def _require_sound(source: object, mission: Mission) -> None:
-    """Refuse arrays whose shapes do not fit each other; what they hold is the referee's to judge."""
+def _require_sound_arrays(source: object, mission: Mission) -> None:
+    """Refuse arrays whose shapes do not fit each other; the referee judges what they hold."""
     for i, trajectory in enumerate(mission.trajectories):
         if trajectory is not None:
             knots, rows = trajectory.knots, trajectory.coefficients
@@ -62,13 +58,13 @@ def _require_sound(source: object, mission: Mission) -> None:
                 raise InputError(f"{source}: results[{i}].history: expected four columns of one length")
 
 
-def mission_text(mission: Mission, side: Side | None = None) -> str:
-    """Return a mission as the text of its JSON file; its scenario's large arrays go to `side` if there is one."""
-    return _codec().dump_json(mission, indent=1, context={"side": side}).decode() + "\n"
+def mission_text(mission: Mission, archive: GridArchive | None = None) -> str:
+    """Return a mission as the text of its JSON file; large arrays of its scenario go to the archive if there is one."""
+    return _codec().dump_json(mission, indent=1, context={"side": archive}).decode() + "\n"
 
 
 def waypoints_csv(mission: Mission) -> str:
-    """Return the points between the trajectories' pieces: uav, waypoint, t, x, y, z; seconds and metres."""
+    """Return the places where the pieces of trajectories meet: uav, waypoint, t, x, y, z; seconds and metres."""
     rows: list[list[object]] = []
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
         if trajectory is not None:
@@ -81,13 +77,13 @@ def waypoints_csv(mission: Mission) -> str:
 
 
 def trajectories_csv(mission: Mission, rate: float) -> str:
-    """Return the trajectories `rate` times a second and at their ends: uav, t, position, velocity, acceleration."""
+    """Return trajectories, sampled `rate` times a second and at both ends: uav, t, position, velocity, acceleration."""
     rows: list[list[object]] = []
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
         if trajectory is not None:
-            if trajectory.end * rate > MAX_SAMPLES:
+            if trajectory.end * rate > MAX_CSV_ROWS:
                 raise InputError(
-                    f"expected at most {MAX_SAMPLES:g} rows a UAV, found {rate:g} a second of {trajectory.end:g}",
+                    f"expected at most {MAX_CSV_ROWS:g} rows a UAV, found {rate:g} a second of {trajectory.end:g}",
                     field="rate",
                 )
             count = int(np.floor(trajectory.end * rate) - np.ceil(trajectory.start * rate)) + 1

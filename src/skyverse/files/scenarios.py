@@ -1,4 +1,4 @@
-"""Scenario files: YAML, JSON, and the course's map files."""
+"""Scenario files: YAML, JSON, and the map files of the MEAM 620 course."""
 
 import json
 from pathlib import Path
@@ -7,29 +7,29 @@ from typing import Any
 from pydantic import ValidationError
 
 from skyverse.errors import InputError
-from skyverse.files.builtin import CLEARANCE, LATTICE
-from skyverse.files.document import explain
-from skyverse.files.grids import Side, grids_of
+from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
+from skyverse.files.document import explained
+from skyverse.files.grid_archive import GridArchive, arrays_beside
 from skyverse.files.yaml import yaml_text
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
 
 
 def scenario_from_data(source: str | Path, data: Any) -> Scenario:
-    """Validate a scenario file's data, or raise `InputError` naming file and field."""
+    """Return the scenario that a file's data describe, or raise `InputError` that names file and field."""
     if not isinstance(data, dict):
         raise InputError(
             f"{source}: expected a scenario, a mapping with the key 'bounds' and others, found {data!r:.40}"
         )
     try:
-        return Scenario.model_validate(data, context={"grids": grids_of(Path(source))})
+        return Scenario.model_validate(data, context={"grids": arrays_beside(Path(source))})
     except ValidationError as error:
-        raise explain(source, error, _keys(scenario_schema())) from None
+        raise explained(source, error, _keys(scenario_schema())) from None
 
 
-def scenario_text(scenario: Scenario, suffix: str, side: Side | None = None) -> str:
-    """Return a scenario as the text of a YAML or JSON file; its large arrays go to `side` if there is one."""
-    data = scenario.model_dump(mode="json", exclude_none=True, context={"side": side})
+def scenario_text(scenario: Scenario, suffix: str, archive: GridArchive | None = None) -> str:
+    """Return a scenario as the text of a YAML or JSON file; its large arrays go to the archive if there is one."""
+    data = scenario.model_dump(mode="json", exclude_none=True, context={"side": archive})
     return yaml_text(data) if suffix in (".yaml", ".yml") else json.dumps(data, indent=2) + "\n"
 
 
@@ -41,8 +41,8 @@ def scenario_schema() -> dict[str, Any]:
 def course_map(source: Path, text: str) -> Scenario:
     """Read a map file of the MEAM 620 quadrotor course: a ``boundary`` line and ``block`` lines, in any order.
 
-    Each holds six numbers in metres; a block's colour is passed over. UAVs and targets are not in such a file;
-    clearance and lattice are those of the thesis.
+    Each holds six numbers in metres; the colour of a block is not read. Such a file has no UAVs and targets; clearance
+    and lattice are those of the thesis.
     """
     bounds: Bounds | None = None
     boxes: list[Box] = []
@@ -72,16 +72,19 @@ def course_map(source: Path, text: str) -> Scenario:
             else:
                 bounds = Bounds(min=low, max=high)
         except ValidationError as error:
-            raise explain(f"{where}: {words[0]}", error, set()) from None
+            raise explained(f"{where}: {words[0]}", error, set()) from None
     if bounds is None:
         raise InputError(f"{source}: there is no 'boundary' line")
     try:
-        return Scenario(name=source.stem, bounds=bounds, obstacles=tuple(boxes), clearance=CLEARANCE, lattice=LATTICE)
+        return Scenario(
+            name=source.stem, bounds=bounds, obstacles=tuple(boxes), clearance=THESIS_CLEARANCE, lattice=THESIS_LATTICE
+        )
     except ValidationError as error:
-        raise explain(source, error, set()) from None
+        raise explained(source, error, set()) from None
 
 
 def _keys(schema: Any) -> set[str]:
+    """Return all keys that a JSON Schema knows."""
     keys: set[str] = set()
     if isinstance(schema, dict):
         keys.update(schema.get("properties", {}))

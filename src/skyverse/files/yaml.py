@@ -1,6 +1,6 @@
-"""YAML to plain data and back; lists of thousands of obstacles in a second, not in minutes.
+"""YAML texts become data and data YAML texts; thousands of obstacles take a second, not minutes.
 
-A long list is written one entry a line, each as JSON, all of which is YAML; such lines are read as JSON.
+A long list is written with one entry a line, each as JSON, which is YAML, too; such lines are read as JSON.
 """
 
 import io
@@ -12,29 +12,29 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-LONG = 100
-"""Entries of a list from which on it is written one a line."""
-_LISTS = re.compile(r"^(obstacles|zones):[ ]*\n((?:[ ]*- \{.*\n){%d,})" % LONG, re.MULTILINE)  # noqa: UP031
-_NO_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+LONG_LIST = 100
+"""Entries of a list from which on they are written one a line."""
+_LONG_LISTS = re.compile(r"^(obstacles|zones):[ ]*\n((?:[ ]*- \{.*\n){%d,})" % LONG_LIST, re.MULTILINE)  # noqa: UP031
+_NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 
 
 def load_yaml(text: str) -> Any:
-    """Return the data; duplicate keys are an error of ruamel.yaml's."""
+    """Return the data of a YAML text, or raise ruamel.yaml's `YAMLError`, as for a key that stands twice."""
     lists: dict[str, list[Any]] = {}
 
-    def stand_in(found: re.Match[str]) -> str:
+    def replaced(found: re.Match[str]) -> str:
         try:
             entries = [_entry(line) for line in found[2].split("\n")[:-1]]
         except (YAMLError, ValueError):
             return found[0]
         token = secrets.token_hex(16)
         lists[token] = entries
-        return f"{found[1]}: {token!r}" + "\n" * (len(entries) + 1)  # messages still name the right line
+        return f"{found[1]}: {token!r}" + "\n" * (len(entries) + 1)  # so that messages name the right line
 
-    data = YAML(typ="safe", pure=True).load(_LISTS.sub(stand_in, text))
+    data = YAML(typ="safe", pure=True).load(_LONG_LISTS.sub(replaced, text))
     for token, entries in lists.items():
         key = next((key for key in ("obstacles", "zones") if isinstance(data, dict) and data.get(key) == token), None)
-        if key is None:  # it was part of something else
+        if key is None:  # the list was part of another value
             return YAML(typ="safe", pure=True).load(text)
         data[key] = entries
     return data
@@ -59,18 +59,18 @@ def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def yaml_text(data: Any) -> str:
-    """Return data as YAML, points on one line, long lists of obstacles and zones one entry a line."""
+    """Return data as a YAML text, with points on one line, and long lists of obstacles and zones one entry a line."""
     lists = {}
     if isinstance(data, dict):
-        lists = {key: data[key] for key in ("obstacles", "zones") if len(data.get(key) or ()) >= LONG}
+        lists = {key: data[key] for key in ("obstacles", "zones") if len(data.get(key) or ()) >= LONG_LIST}
         data = {key: [] if key in lists else value for key, value in data.items()}
     text = _dump(data, allow_unicode=True)
-    # YAML takes these for line breaks, and they would come back as blanks
+    # YAML takes these for line breaks, which would be read back as blanks
     if set(text) & set("\x85\u2028\u2029"):
         text = _dump(data, allow_unicode=False)
     for key, entries in lists.items():
         lines = "".join(f"- {json.dumps(entry, ensure_ascii=False)}\n" for entry in entries)
-        lines = _NO_YAML.sub(lambda found: f"\\u{ord(found[0]):04x}", lines)
+        lines = _NOT_IN_YAML.sub(lambda found: f"\\u{ord(found[0]):04x}", lines)
         before, after = re.split(rf"^{key}: \[\]\n", text, maxsplit=1, flags=re.MULTILINE)
         text = f"{before}{key}:\n{lines}{after}"
     return text

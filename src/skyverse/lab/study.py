@@ -9,8 +9,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSeriali
 
 from skyverse.atomic import write_text
 from skyverse.errors import InputError
-from skyverse.files import NAMES, read_scenario
-from skyverse.files.document import explain, parse, read_text
+from skyverse.files import BUILTIN_NAMES, read_scenario
+from skyverse.files.document import explained, parse, read_text
 from skyverse.files.yaml import yaml_text
 from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
@@ -104,7 +104,7 @@ class Budget(_Model):
 
 
 def _label(name: str) -> str:
-    return name if name in NAMES else Path(name).stem
+    return name if name in BUILTIN_NAMES else Path(name).stem
 
 
 def _listed(value: Any) -> Any:
@@ -223,7 +223,7 @@ class Study(_Model):
         """Return the study with its scenarios' files as seen from a folder."""
         given = tuple(
             scenario
-            if scenario.file in NAMES
+            if scenario.file in BUILTIN_NAMES
             else scenario.model_copy(update={"file": Path(os.path.relpath(scenario.file, folder)).as_posix()})
             for scenario in self.scenarios
         )
@@ -246,9 +246,11 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
         study = Study.model_validate(data)
     except ValidationError as error:
         known = {*Study.model_fields, *Given.model_fields, *Contender.model_fields, *Budget.model_fields}
-        raise explain(source, error, known) from None
+        raise explained(source, error, known) from None
     given = tuple(
-        scenario if scenario.file in NAMES else scenario.model_copy(update={"file": str(folder / scenario.file)})
+        scenario
+        if scenario.file in BUILTIN_NAMES
+        else scenario.model_copy(update={"file": str(folder / scenario.file)})
         for scenario in study.scenarios
     )
     return study.model_copy(update={"scenarios": given})

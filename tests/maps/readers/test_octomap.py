@@ -167,7 +167,7 @@ def test_the_command_line_says_what_unknown_space_was_taken_for(tmp_path, capsys
     with pytest.raises(SystemExit) as ended:
         main(["plan", "map1", "--unknown", "free"])
     assert ended.value.code == 2
-    assert "map1: unknown: expected it for an OctoMap (.bt, .ot) only" in capsys.readouterr().err
+    assert "--unknown: expected it for an OctoMap (.bt, .ot) only, found it for map1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
-"""Large arrays in one compressed file beside the one that refers to them: ``city.yaml`` and ``city.yaml.grids.npz``.
+"""Large arrays in a compressed archive beside the file that refers to them: ``city.yaml`` and ``city.yaml.grids.npz``.
 
-It is a NumPy archive. Heights are float32 where that loses nothing, else float64; booleans are packed, eight a byte.
-A reference gives the file's name, the array's name and shape, and the SHA-256 of the numbers as they are stored.
+The archive is NumPy's. Heights are float32 where that loses nothing, and float64 otherwise; booleans are packed, eight
+a byte. A reference holds the archive's name, the array's name and shape, and the SHA-256 of the array as it is stored.
 """
 
 import hashlib
@@ -16,24 +16,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-MAX_NUMBERS = 2**28
-"""Numbers at most in one array that is read: 2 GB of heights."""
+MAX_ARRAY_NUMBERS = 2**28
+"""Numbers at most in an array that is read: 2 GB of heights."""
 
 
-def side_file(path: Path) -> Path:
-    """Return the name of the file beside, which no other file's name leads to."""
+def archive_path(path: Path) -> Path:
+    """Return the path of the archive beside a file; different files have different archives."""
     return path.with_name(f"{path.name}.grids.npz")
 
 
-class Side:
-    """What goes beside a file: called with an array, it keeps it, and returns the reference to it."""
+class GridArchive:
+    """The arrays of the archive beside a file; called with an array, it keeps it and returns its reference."""
 
     def __init__(self, path: Path) -> None:
-        self.path = side_file(path)
+        self.path = archive_path(path)
         self._entries: dict[str, bytes] = {}
 
     def __call__(self, array: NDArray[Any]) -> dict[str, object]:
-        """Keep an array; one that is kept already is not kept twice."""
+        """Keep an array, unless an equal one is kept already, and return the reference to it."""
         data = _entry(array)
         digest = hashlib.sha256(data).hexdigest()
         name = f"{'occupied' if array.dtype == bool else 'heights'}-{digest[:16]}"
@@ -44,7 +44,7 @@ class Side:
         return bool(self._entries)
 
     def write_to(self, file: Path) -> None:
-        """Write the archive; the same arrays give the same bytes."""
+        """Write the archive to a file; the same arrays give the same bytes."""
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, data in sorted(self._entries.items()):
                 entry = zipfile.ZipInfo(f"{name}.npy")
@@ -65,8 +65,8 @@ def _entry(array: NDArray[Any]) -> bytes:
     return out.getvalue()
 
 
-def grids_of(path: Path) -> Callable[[dict[str, Any]], NDArray[Any]]:
-    """Return what gives the array of a reference in the file `path`, or raises `ValueError`."""
+def arrays_beside(path: Path) -> Callable[[dict[str, Any]], NDArray[Any]]:
+    """Return a function that returns the array of a reference in the file `path`, or raises `ValueError`."""
     return lambda reference: _load(path, reference)
 
 
@@ -80,9 +80,11 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
         isinstance(shape, list)
         and 1 <= len(shape) <= 3
         and all(type(n) is int and n > 0 for n in shape)
-        and math.prod(shape) <= MAX_NUMBERS
+        and math.prod(shape) <= MAX_ARRAY_NUMBERS
     ):
-        raise ValueError(f"shape: expected two or three counts, {MAX_NUMBERS:.3g} numbers at most, found {shape!r:.60}")
+        raise ValueError(
+            f"shape: expected two or three counts, {MAX_ARRAY_NUMBERS:.3g} numbers at most, found {shape!r:.60}"
+        )
     beside = path.with_name(file)
     try:
         with zipfile.ZipFile(beside) as archive:
@@ -110,7 +112,7 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
 
 
 def _array(data: bytes) -> NDArray[Any]:
-    """Return the array of an .npy file, flat; nothing in it is run, and no more memory taken than it has bytes."""
+    """Return the numbers of an .npy file, flat; nothing in it is run, and it takes no more memory than it has bytes."""
     with io.BytesIO(data) as file:
         version = np.lib.format.read_magic(file)
         if version != (1, 0):
