@@ -19,7 +19,7 @@ from skyverse.draw.page_parts import (
     table,
     tiles,
 )
-from skyverse.draw.plotly_values import Trace, flat, plain
+from skyverse.draw.plotly_values import Trace, flat, plain, trace
 from skyverse.draw.scene import Scene
 from skyverse.model.flight_record import Flight, Flown
 
@@ -143,18 +143,10 @@ def _errors(flight: Flight, drawn: Scene) -> list[Trace]:
         if flown is not None:
             times: Any = flat(flown.times[::SAMPLE_STRIDE])
             errors = 1000 * np.linalg.norm(flown.positions - flown.commanded, axis=1)[::SAMPLE_STRIDE]
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "name": plain(track.name),
-                    "x": times,
-                    "y": flat(errors),
-                    "line": {"color": track.colour, "width": 1.5},
-                    "hovertemplate": "%{fullData.name}<br>%{y:.1f} mm at %{x:.2f} s<extra></extra>",
-                    "meta": {"role": "error", "iterations": times},
-                }
-            )
+            hover = "%{fullData.name}<br>%{y:.1f} mm at %{x:.2f} s<extra></extra>"
+            points, meta = {"x": times, "y": flat(errors)}, {"role": "error", "iterations": times}
+            line = {"color": track.colour, "width": 1.5}
+            traces.append(trace("scatter", "lines", plain(track.name), points, hover, meta, line=line))
     return traces
 
 

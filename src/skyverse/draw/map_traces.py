@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain
+from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, trace
 from skyverse.draw.relief import Relief, tinted
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import footprint
@@ -26,7 +26,7 @@ def from_above(scene: Scene) -> dict[str, Any]:
     """Return the data of the page's map: traces, an image of the ground, and latitudes and longitudes."""
     relief, degrees = scene.overhead.relief, scene.overhead.degrees
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
-    tracks = [trace for number in range(len(scene.tracks)) for trace in _track(scene, number)]
+    tracks = [each for number in range(len(scene.tracks)) for each in _track(scene, number)]
     return {
         "traces": [*([] if relief is None else [contours(relief)]), *kinds, *tracks, _ends(scene), _findings(scene)],
         "ground": None if relief is None else picture(relief, scene.world.stretch),
@@ -90,15 +90,8 @@ def spacing(range_: float) -> float:
 def kind(kind: ShapeKind, number: int) -> Trace:
     """Return the footprints of a kind as one filled line, in which holes run clockwise."""
     rings = [ring for shape in kind.shapes for ring in footprint(shape, kind.sides)]
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "fill": "toself",
-        "name": plain(kind.name),
-        **_xy(closed(rings)),
-        "hoverinfo": "skip",
-        "meta": {"role": "kind", "kind": number},
-    }
+    meta = {"role": "kind", "kind": number}
+    return trace("scatter", "lines", plain(kind.name), _xy(closed(rings)), None, meta, fill="toself")
 
 
 def closed(rings: list[Floats]) -> Floats:
@@ -111,25 +104,20 @@ def closed(rings: list[Floats]) -> Floats:
 def _track(scene: Scene, number: int) -> list[Trace]:
     track, name = scene.tracks[number], plain(scene.tracks[number].name)
     flies = len(track.times) > 0
-    planned = {
-        "type": "scatter",
-        "mode": "lines",
-        "name": f"{name}: path",
-        **_xy(track.path),
-        "line": {"color": track.colour, "width": 1.2 if flies else 3},
-        "hoverinfo": "skip",
-        "meta": {"role": "path", "uav": number},
-    }
-    flown = {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        **_xy(track.positions),
-        "customdata": packed(np.column_stack([track.times, track.positions[:, 2]])),
-        "line": {"color": track.colour, "width": 3, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]},
-        "hovertemplate": "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE_ON_MAP,
-        "meta": {"role": "trajectory", "uav": number},
-    }
+    line = {"color": track.colour, "width": 1.2 if flies else 3}
+    planned = trace(
+        "scatter", "lines", f"{name}: path", _xy(track.path), None, {"role": "path", "uav": number}, line=line
+    )
+    flown = trace(
+        "scatter",
+        "lines",
+        name,
+        _xy(track.positions),
+        "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE_ON_MAP,
+        {"role": "trajectory", "uav": number},
+        customdata=packed(np.column_stack([track.times, track.positions[:, 2]])),
+        line={"color": track.colour, "width": 3, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]},
+    )
     return [planned, flown]
 
 
@@ -142,31 +130,21 @@ def _ends(scene: Scene) -> Trace:
         if track.target is not None
     ]
     marks += [(place, "diamond-open", "#8a94a3", f"{name} (no UAV flies here)") for name, place in scene.spare_targets]
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": "Starts and targets",
-        **_xy(np.array([mark[0][:2] for mark in marks], dtype=np.float64).reshape(-1, 2)),
-        "text": [plain(mark[3]) for mark in marks],
-        "hovertemplate": "%{text}<br>" + _PLACE_ON_MAP,
-        "marker": {"symbol": [m[1] for m in marks], "color": [m[2] for m in marks], "size": 11, "line": {"width": 1.5}},
-        "meta": {"role": "ends"},
-    }
+    points = _xy(np.array([mark[0][:2] for mark in marks], dtype=np.float64).reshape(-1, 2))
+    symbols, colours = [mark[1] for mark in marks], [mark[2] for mark in marks]
+    marker = {"symbol": symbols, "color": colours, "size": 11, "line": {"width": 1.5}}
+    words, hover = [plain(mark[3]) for mark in marks], "%{text}<br>" + _PLACE_ON_MAP
+    return trace("scatter", "markers", "Starts and targets", points, hover, {"role": "ends"}, text=words, marker=marker)
 
 
 def _findings(scene: Scene) -> Trace:
     placed = [finding for finding in scene.findings if finding.position is not None]
     places = [finding.position[:2] for finding in placed if finding.position is not None]
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": "Found wrong",
-        **_xy(np.array(places, dtype=np.float64).reshape(-1, 2)),
-        "text": [plain(f"{finding.kind}: {finding.message}") for finding in placed],
-        "hovertemplate": "%{text}<extra></extra>",
-        "marker": {"symbol": "circle-open", "size": 18, "color": "#dc2626", "line": {"width": 2}},
-        "meta": {"role": "finding"},
-    }
+    points = _xy(np.array(places, dtype=np.float64).reshape(-1, 2))
+    words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
+    marker = {"symbol": "circle-open", "size": 18, "color": "#dc2626", "line": {"width": 2}}
+    hover = "%{text}<extra></extra>"
+    return trace("scatter", "markers", "Found wrong", points, hover, {"role": "finding"}, text=words, marker=marker)
 
 
 def _xy(points: Floats) -> Trace:

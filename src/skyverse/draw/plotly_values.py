@@ -13,6 +13,12 @@ PLOTLY_DASHES = ("solid", "dash", "dot", "longdash", "dashdot")
 """The dash of each lap of the palette of tracks."""
 
 
+def trace(kind: str, mode: str, name: str, points: Trace, hover: str | None, meta: Trace, **more: Any) -> Trace:
+    """Return a plotly trace whose ``meta`` says what it shows; without `hover` the pointer shows no label."""
+    label = {"hoverinfo": "skip"} if hover is None else {"hovertemplate": hover}
+    return {"type": kind, "mode": mode, "name": name, **points, **label, **more, "meta": meta}
+
+
 def flat(values: ArrayLike) -> list[float | None]:
     """Return numbers for JSON, rounded to 4 decimals; numbers that are not finite become ``None``."""
     rounded = np.round(np.asarray(values, dtype=np.float64), 4).tolist()

@@ -6,7 +6,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.map_traces import closed
-from skyverse.draw.plotly_values import Trace, packed, plain
+from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.profile import Profile
 from skyverse.draw.scene import Scene
 from skyverse.draw.track import Track
@@ -29,11 +29,8 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
     low, high = (float(edge([edge(values) for values in heights])) for edge in (np.min, np.max))
     margin = 0.06 * (high - low) or 1.0
     floor, top = low - margin, high + margin
-    traces = [
-        trace
-        for number in range(len(scene.world.kinds))
-        if (trace := _crossings(profile, scene, number, floor, top)) is not None
-    ]
+    kinds = range(len(scene.world.kinds))
+    traces = [area for kind in kinds if (area := _crossings(profile, scene, kind, floor, top)) is not None]
     if profile.ground is not None:
         traces += _ground(profile, floor)
     if profile.band is not None:
@@ -51,10 +48,7 @@ def _crossings(profile: Profile, scene: Scene, number: int, floor: float, top: f
         levels = np.clip(crossing.levels, floor, top)
         there, back = (np.column_stack([crossing.distance, levels[:, side]]) for side in (0, 1))
         rings.append(np.concatenate([there, back[::-1]]))
-    return {
-        **_area(plain(scene.world.kinds[number].name), closed(rings)),
-        "meta": {"role": "kind", "kind": number},
-    }
+    return _area(plain(scene.world.kinds[number].name), closed(rings), {"role": "kind", "kind": number})
 
 
 def _ground(profile: Profile, floor: float) -> list[Trace]:
@@ -63,59 +57,38 @@ def _ground(profile: Profile, floor: float) -> list[Trace]:
     below = np.column_stack([np.r_[s, s[-1], s[0]], np.r_[z, floor, floor]])
     band = np.column_stack([np.r_[s, s[::-1]], np.r_[z, z[::-1] + profile.clearance]])
     return [
-        {**_area(f"Clearance, {profile.clearance:g} m above ground", closed([band])), "meta": {"role": "clearance"}},
-        {**_area("Ground", closed([below])), "meta": {"role": "ground"}},
+        _area(f"Clearance, {profile.clearance:g} m above ground", closed([band]), {"role": "clearance"}),
+        _area("Ground", closed([below]), {"role": "ground"}),
     ]
 
 
 def _edge(profile: Profile, level: Floats) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": "Altitude band",
-        "x": packed(profile.distance),
-        "y": packed(level),
-        "hoverinfo": "skip",
-        "meta": {"role": "band"},
-    }
+    points = {"x": packed(profile.distance), "y": packed(level)}
+    return trace("scatter", "lines", "Altitude band", points, None, {"role": "band"})
 
 
 def _flight(track: Track, profile: Profile) -> list[Trace]:
-    name = plain(track.name)
-    line: Trace = {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": packed(profile.distance),
-        "y": packed(profile.points[:, 2]),
-        "line": {"color": track.colour, "width": 3},
-        "hovertemplate": _PLACE_IN_PROFILE + "<extra></extra>",
-        "meta": {"role": "flight"},
-    }
+    name, above = plain(track.name), {}
+    hover = _PLACE_IN_PROFILE + "<extra></extra>"
     if profile.ground is not None:
-        line["customdata"] = packed(profile.points[:, 2] - profile.ground)
-        line["hovertemplate"] = _PLACE_IN_PROFILE + ", %{customdata:,.1f} m above ground<extra></extra>"
-    ends = {
-        "type": "scatter",
-        "mode": "markers",
-        "name": "Start and end",
-        "x": [float(profile.distance[0]), float(profile.distance[-1])],
-        "y": [float(profile.points[0, 2]), float(profile.points[-1, 2])],
-        "marker": {"symbol": ["circle", "diamond"], "color": track.colour, "size": 11, "line": {"width": 1.5}},
-        "text": [f"{name}: start", f"{name}: end"],
-        "hovertemplate": "%{text}<extra></extra>",
-        "meta": {"role": "ends"},
-    }
+        above = {"customdata": packed(profile.points[:, 2] - profile.ground)}
+        hover = _PLACE_IN_PROFILE + ", %{customdata:,.1f} m above ground<extra></extra>"
+    points = {"x": packed(profile.distance), "y": packed(profile.points[:, 2])}
+    style = {"color": track.colour, "width": 3}
+    line = trace("scatter", "lines", name, points, hover, {"role": "flight"}, line=style, **above)
+    ends = trace(
+        "scatter",
+        "markers",
+        "Start and end",
+        {"x": profile.distance[[0, -1]].tolist(), "y": profile.points[[0, -1], 2].tolist()},
+        "%{text}<extra></extra>",
+        {"role": "ends"},
+        marker={"symbol": ["circle", "diamond"], "color": track.colour, "size": 11, "line": {"width": 1.5}},
+        text=[f"{name}: start", f"{name}: end"],
+    )
     return [line, ends]
 
 
-def _area(name: str, line: Floats) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "fill": "toself",
-        "name": name,
-        "x": packed(line[:, 0]),
-        "y": packed(line[:, 1]),
-        "hoverinfo": "skip",
-    }
+def _area(name: str, line: Floats, meta: Trace) -> Trace:
+    points = {"x": packed(line[:, 0]), "y": packed(line[:, 1])}
+    return trace("scatter", "lines", name, points, None, meta, fill="toself")

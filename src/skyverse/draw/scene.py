@@ -19,6 +19,8 @@ from skyverse.model.verdict import Fault, Verdict, Violation
 
 Thing = TypeVar("Thing")
 
+_TERMS = ("fuel", "divergence", "end", "altitude", "risk", "climb")
+
 MAX_PROFILE_POINTS = 10_000
 """The largest number of points of all profiles together."""
 
@@ -202,12 +204,7 @@ def _row(track: Track, result: Result | None) -> TableRow:
         cost=result.cost,
         optimum=result.bound,
         gap=_gap(result.cost, result.bound) if result.status.reached else None,
-        fuel=result.terms.get("fuel"),
-        divergence=result.terms.get("divergence"),
-        end=result.terms.get("end"),
-        altitude=result.terms.get("altitude"),
-        risk=result.terms.get("risk"),
-        climb=result.terms.get("climb"),
+        **{term: result.terms.get(term) for term in _TERMS},
         length=float(steps.sum()) if len(result.path) else None,
         duration=None if track.arrival is None else float(track.arrival - track.times[0]),
         generated_paths=result.effort.generated_paths,

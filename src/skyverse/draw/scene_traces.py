@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain
+from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
 from skyverse.draw.scene import Scene, SearchCurve
 from skyverse.draw.track import SAMPLING_TOLERANCE, Track, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
@@ -34,53 +34,46 @@ def of_track(track: Track, number: int, tolerance: float) -> list[Trace]:
     name = plain(track.name)
     kept = few(track.positions, tolerance)
     dash = PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]
-    path = {
-        "type": "scatter3d",
-        "mode": "lines",
-        "name": f"{name}: path",
-        **_xyz(track.path),
-        "line": {"color": track.colour, "width": 1.5 if len(track.times) else 4},
-        "hoverinfo": "skip",
-        "meta": {"role": "path", "uav": number},
-    }
-    trajectory = {
-        "type": "scatter3d",
-        "mode": "lines",
-        "name": f"{name}: trajectory",
-        **_xyz(track.positions[kept]),
-        "customdata": flat(track.times[kept]),
-        "line": {"color": track.colour, "width": 5, "dash": dash},
-        "hovertemplate": "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE_IN_SPACE,
-        "meta": {"role": "trajectory", "uav": number},
-    }
+    path = trace(
+        "scatter3d",
+        "lines",
+        f"{name}: path",
+        _xyz(track.path),
+        None,
+        {"role": "path", "uav": number},
+        line={"color": track.colour, "width": 1.5 if len(track.times) else 4},
+    )
+    trajectory = trace(
+        "scatter3d",
+        "lines",
+        f"{name}: trajectory",
+        _xyz(track.positions[kept]),
+        "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE_IN_SPACE,
+        {"role": "trajectory", "uav": number},
+        customdata=flat(track.times[kept]),
+        line={"color": track.colour, "width": 5, "dash": dash},
+    )
     ends, words, symbols = [track.start], [f"{name}: start"], ["circle"]
     if track.target is not None:
         ends, symbols = [track.start, track.target], ["circle", "diamond"]
         words.append(f"{name}: target {plain(track.target_name or '')}")
-    marks = {
-        "type": "scatter3d",
-        "mode": "markers",
-        "name": f"{name}: start and target",
-        **_xyz(np.array(ends, dtype=np.float64)),
-        "text": words,
-        "hovertemplate": "%{text}<br>" + _PLACE_IN_SPACE,
-        "marker": {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1},
-        "meta": {"role": "ends", "uav": number},
-    }
+    marks = trace(
+        "scatter3d",
+        "markers",
+        f"{name}: start and target",
+        _xyz(np.array(ends, dtype=np.float64)),
+        "%{text}<br>" + _PLACE_IN_SPACE,
+        {"role": "ends", "uav": number},
+        text=words,
+        marker={"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1},
+    )
     return [path, trajectory, marks]
 
 
 def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, role: str) -> Trace:
-    return {
-        "type": "scatter3d",
-        "mode": "markers",
-        "name": name,
-        **_xyz(np.array(list(points), dtype=np.float64).reshape(-1, 3)),
-        "text": words,
-        "hovertemplate": "%{text}<extra></extra>",
-        "marker": marker,
-        "meta": {"role": role},
-    }
+    places = _xyz(np.array(list(points), dtype=np.float64).reshape(-1, 3))
+    hover = "%{text}<extra></extra>"
+    return trace("scatter3d", "markers", name, places, hover, {"role": role}, text=words, marker=marker)
 
 
 def findings(scene: Scene) -> Trace:
@@ -101,17 +94,9 @@ def _apart(scene: Scene) -> bool:
 
 def fleet(scene: Scene) -> list[Trace]:
     """Return the trail of the fleet, which is empty at first, and the UAVs at their first instant."""
-    trail = {
-        "type": "scatter3d",
-        "mode": "lines",
-        "name": "Trail",
-        "x": [None],
-        "y": [None],
-        "z": [None],
-        "hoverinfo": "skip",
-        "line": {"width": 9, "color": []},
-        "meta": {"role": "trail"},
-    }
+    nowhere = {"x": [None], "y": [None], "z": [None]}
+    line: Trace = {"width": 9, "color": []}
+    trail = trace("scatter3d", "lines", "Trail", nowhere, None, {"role": "trail"}, line=line)
     names = [plain(shortened(track.name)) for track in scene.tracks]
     marker = {
         "color": [track.colour for track in scene.tracks],
@@ -135,7 +120,7 @@ def in_space(scene: Scene) -> list[Trace]:
         "spare",
     )
     fine = SAMPLING_TOLERANCE * float((scene.world.high - scene.world.low).max())
-    tracks = [trace for number, track in enumerate(scene.tracks) for trace in of_track(track, number, fine)]
+    tracks = [each for number, track in enumerate(scene.tracks) for each in of_track(track, number, fine)]
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
     return [*world, *tracks, spare, findings(scene), *fleet(scene)]
@@ -145,32 +130,30 @@ def of_curve(curve: SearchCurve, number: int, bound: str) -> list[Trace]:
     """Return the best cost so far of one search, and its bound as a dashed line that is named `bound`."""
     name = plain(curve.name)
     axes = {"iterations": curve.iterations.tolist(), "paths": curve.generated_paths.tolist()}
-    best = {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": axes["iterations"],
-        "y": flat(curve.cost),
-        "line": {"color": curve.colour, "width": 2, "shape": "hv"},
-        "hovertemplate": "%{fullData.name}<br>cost %{y:.2f} at %{x:,}<extra></extra>",
-        "meta": {"role": "cost", "curve": number, **axes},
-    }
+    best = trace(
+        "scatter",
+        "lines",
+        name,
+        {"x": axes["iterations"], "y": flat(curve.cost)},
+        "%{fullData.name}<br>cost %{y:.2f} at %{x:,}<extra></extra>",
+        {"role": "cost", "curve": number, **axes},
+        line={"color": curve.colour, "width": 2, "shape": "hv"},
+    )
     if curve.bound is None:
         return [best]
     ends = {axis: [values[0], values[-1]] for axis, values in axes.items()}
-    optimum = {
-        "type": "scatter",
-        "mode": "lines",
-        "name": f"{name}: {bound}",
-        "x": ends["iterations"],
-        "y": flat([curve.bound, curve.bound]),
-        "line": {"color": curve.colour, "width": 1.5, "dash": "dash"},
-        "hovertemplate": "%{fullData.name}<br>%{y:.2f}<extra></extra>",
-        "meta": {"role": "bound", "curve": number, **ends},
-    }
+    optimum = trace(
+        "scatter",
+        "lines",
+        f"{name}: {bound}",
+        {"x": ends["iterations"], "y": flat([curve.bound, curve.bound])},
+        "%{fullData.name}<br>%{y:.2f}<extra></extra>",
+        {"role": "bound", "curve": number, **ends},
+        line={"color": curve.colour, "width": 1.5, "dash": "dash"},
+    )
     return [optimum, best]
 
 
 def of_search(scene: Scene) -> list[Trace]:
     """Return all traces of the convergence chart."""
-    return [trace for number, curve in enumerate(scene.curves) for trace in of_curve(curve, number, scene.bound)]
+    return [each for number, curve in enumerate(scene.curves) for each in of_curve(curve, number, scene.bound)]

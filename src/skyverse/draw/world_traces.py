@@ -3,7 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.plotly_values import Trace, packed, plain
+from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import outline, surface
@@ -62,11 +62,11 @@ def edges(scene: Scene) -> list[Trace]:
     """Return the edges of each kind as one line; those of too many shapes are omitted, as they would hide the faces."""
     mapped = scene.world.mapped
     return [
-        {
-            **_line(np.concatenate([outline(shape, kind.sides) for shape in kind.shapes])),
-            "name": f"Edges: {plain(kind.name)}",
-            "meta": {"role": "edge", "kind": number},
-        }
+        _line(
+            f"Edges: {plain(kind.name)}",
+            np.concatenate([outline(shape, kind.sides) for shape in kind.shapes]),
+            {"role": "edge", "kind": number},
+        )
         for number, kind in enumerate(scene.world.kinds)
         if kind.shapes and (len(kind.shapes) <= MAX_EDGED_SHAPES if mapped else kind.hard)
     ]
@@ -76,11 +76,11 @@ def bounds(scene: Scene) -> Trace:
     """Return the edges of the bounds; an empty line where there is a terrain."""
     given = scene.scenario.bounds
     frame = np.empty((0, 3)) if scene.world.relief is not None else outline(Box(min=given.min, max=given.max))
-    return {**_line(frame), "name": "Bounds", "meta": {"role": "bounds"}}
+    return _line("Bounds", frame, {"role": "bounds"})
 
 
-def _line(points: Floats) -> Trace:
-    return {"type": "scatter3d", "mode": "lines", **_xyz(points), "hoverinfo": "skip"}
+def _line(name: str, points: Floats, meta: Trace) -> Trace:
+    return trace("scatter3d", "lines", name, _xyz(points), None, meta)
 
 
 def _xyz(points: Floats) -> Trace:

@@ -1,4 +1,4 @@
-"""Missions as files that ground stations, maps, robots and light shows open: one file a format, told by its suffix."""
+"""Missions as files for ground stations, maps, robots and light shows; the suffix of the file tells its format."""
 
 from skyverse.exports.export import export
 from skyverse.exports.route import Route

@@ -56,39 +56,38 @@ def export(
     allow_close: bool = False,
     on_note: Callable[[str], object] = _silent,
 ) -> list[Path]:
-    """Write a mission as a file that other software opens; its suffix tells which.
+    """Write a mission as a file for other software; the suffix tells the format.
 
     Parameters
     ----------
     mission
-        What was planned.
+        The mission.
     path
         ``.plan`` (QGroundControl), ``.waypoints`` (QGC WPL 110), ``.wpml.kmz`` (DJI), ``.kml``, ``.kmz``, ``.geojson``,
         ``.gpx``, ``.geo.csv``, ``.path.json``, ``.path.yaml``, ``.trajectory.json``, ``.trajectory.yaml`` (ROS),
-        ``.skybrush.zip`` (light shows), or what `write` writes. Of formats for one vehicle there is a file for each UAV
-        that flies: ``city.plan`` becomes ``city-uav-1.plan`` ... where there are several.
+        ``.skybrush.zip`` (light shows), or what `write` writes. Formats for one vehicle give a file for each UAV that
+        flies: where there are several, ``city.plan`` becomes ``city-uav-1.plan`` and so on.
     altitude
-        What altitudes are counted from: ``"amsl"``, mean sea level; ``"home"``, the ground below the UAV's start (its
-        `home`, or the terrain, or the start itself where there is neither); ``"agl"``, the ground below the UAV, which
-        needs a terrain.
+        The reference of altitudes: ``"amsl"``, mean sea level; ``"home"``, the ground below the UAV's start (its
+        `home`, or else the terrain, or else the start itself); ``"agl"``, the ground below the UAV, which needs a terrain.
     origin
-        Where the scenario's zero lies, in place of its own. Its geoid is needed for ``.geojson``, and for ``.wpml.kmz``
-        above the sea; it is the scenario's where it says none and is near.
+        The place of the scenario's zero, instead of the scenario's own origin. Its geoid is needed for ``.geojson``,
+        and for ``.wpml.kmz`` above the sea; if it has none, that of the scenario's own origin is taken where that is near.
     rate
-        Samples a second of what is sample_trajectories; 20 in ``.csv``, 4 in light shows, 10 in others when left out.
+        Samples a second of formats that are sampled; by default 20 in ``.csv``, 4 in light shows, 10 in others.
     radius
-        The acceptance radius to begin with, metres: how near to a waypoint an autopilot may turn to the next. It is
-        halved until every leg and every cut corner is proven clear.
+        The acceptance radius to begin with, metres: the distance from a waypoint at which an autopilot may turn to the
+        next. It is halved until every leg and every cut corner is proven clear.
     takeoff
-        Metres above home to climb straight up to before anything else, in ``.plan`` and ``.waypoints``; less where
-        there is no room.
+        The height above home, metres, to which the UAV first climbs vertically, in ``.plan`` and ``.waypoints``; less
+        where an obstacle is in the way.
     end
-        Whether the mission ends by staying at the target, or by landing below it, which is not proven.
+        ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, which is not proven to be safe.
     allow_close
-        Whether waypoints are written of UAVs that come closer than their separation when they fly straight between
-        them on schedule.
+        Whether waypoints are written even if UAVs come closer than their separation when they fly straight between
+        waypoints on schedule.
     on_note
-        Called with each sentence on what is proven of waypoints.
+        Called with each sentence on what is proven of the waypoints.
 
     Returns
     -------
@@ -98,8 +97,8 @@ def export(
     Raises
     ------
     InputError
-        If the suffix is unknown, the scenario has no origin and the format needs one, altitudes cannot be counted so,
-        legs cannot be proven, or UAVs come too close.
+        If the suffix is unknown, the format needs an origin and there is none, the reference of altitudes does not
+        suit format or scenario, legs cannot be proven clear, or UAVs come too close.
     """
     path = Path(path)
     suffix = export_suffix(path)

@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946): longitude, latitude, height; what is not a line or an area stands in the properties."""
+"""GeoJSON (RFC 7946): longitude, latitude and height; times, altitudes and names are properties."""
 
 import json
 from typing import Any
@@ -13,7 +13,7 @@ from skyverse.model.scenario import Scenario
 
 
 def geojson_text(scenario: Scenario, flights: list[SampledTrajectory], what: str = "GeoJSON") -> str:
-    """Return a ``.geojson`` text. Heights are above the ellipsoid, as the standard wants them."""
+    """Return a ``.geojson`` text, whose heights are above the ellipsoid, as the standard requires."""
     geoid = geoid_of(scenario, what)
     features = []
     for flight in flights:
@@ -53,7 +53,7 @@ def _feature(geometry: dict[str, Any], properties: dict[str, Any]) -> dict[str, 
 
 
 def _line(rows: Floats) -> dict[str, Any]:
-    """Return a line of (n, 3) longitude, latitude, height, cut where it crosses the antimeridian."""
+    """Return a line through (n, 3) longitudes, latitudes and heights, cut where it crosses the antimeridian."""
     jumps = np.flatnonzero(np.abs(np.diff(rows[:, 0])) > 180)
     if not len(jumps):
         return {"type": "LineString", "coordinates": _rounded(rows)}

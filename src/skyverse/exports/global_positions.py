@@ -1,4 +1,4 @@
-"""Local metres as an autopilot takes them: latitude, longitude, and an altitude that knows what it is counted from."""
+"""Local metres converted to latitude, longitude and altitude above one of three references."""
 
 from typing import Literal, NamedTuple
 
@@ -23,11 +23,11 @@ class GlobalPositions(NamedTuple):
     latitude, longitude
         (n,) WGS84 degrees.
     altitude
-        (n,) metres, above what `kind` says.
+        (n,) metres above the reference that `kind` names.
     sea
-        (n,) metres above mean sea level, whatever `kind` says.
+        (n,) metres above mean sea level.
     kind
-        What altitudes are counted from.
+        The reference of `altitude`.
     """
 
     latitude: Floats
@@ -38,14 +38,14 @@ class GlobalPositions(NamedTuple):
 
 
 GEOID_REACH = 0.2
-"""Degrees within which a known geoid holds for another origin, to half a metre or so."""
+"""Degrees: an origin this near to another has the same geoid height, to about half a metre."""
 
 
 def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
-    """Return the mission's scenario with an origin, or refuse to write `what` without one.
+    """Return the mission's scenario with an origin; raise `InputError` if there is none.
 
-    What is made of maps stays where it is. Of others a known geoid is kept where the new origin is near the old one and
-    does not say its own.
+    A scenario that is made of maps cannot be moved. If the new origin has no geoid height and is near the scenario's
+    own, it keeps the latter's. `what` names the output in messages.
     """
     scenario = mission.scenario
     if origin is not None:
@@ -72,13 +72,13 @@ def with_origin(mission: Mission, origin: Origin | None, what: str) -> Scenario:
 
 
 def origin_of(scenario: Scenario) -> Origin:
-    """Return where the zero lies, once `with_origin` has seen to it."""
+    """Return the origin of a scenario from `with_origin`, which has one."""
     assert scenario.frame.origin is not None
     return scenario.frame.origin
 
 
 def geoid_of(scenario: Scenario, what: str) -> float:
-    """Return how far mean sea level lies above the ellipsoid, or refuse to write `what` where it is not known."""
+    """Return how far mean sea level lies above the ellipsoid, metres; raise `InputError` where it is not known."""
     geoid = origin_of(scenario).geoid
     if geoid is None:
         raise InputError(
@@ -90,7 +90,7 @@ def geoid_of(scenario: Scenario, what: str) -> float:
 
 
 def require_reference(scenario: Scenario, reference: str, allowed: tuple[AltitudeReference, ...], what: str) -> None:
-    """Refuse altitudes that a format does not know, or that need a terrain where there is none."""
+    """Raise `InputError` if the format does not support the reference, or it needs a terrain and there is none."""
     if reference not in allowed:
         raise InputError(f"{what}: expected altitudes as {' or '.join(allowed)}, found {reference!r}")
     if reference == "agl" and scenario.terrain is None:
@@ -100,7 +100,7 @@ def require_reference(scenario: Scenario, reference: str, allowed: tuple[Altitud
 
 
 def global_positions(scenario: Scenario, uav: int, points: Floats, reference: AltitudeReference) -> GlobalPositions:
-    """Return (n, 3) local metres of a UAV as global_positions."""
+    """Return the global positions of a UAV's `points`, (n, 3) local metres."""
     origin = origin_of(scenario)
     latitude, longitude, sea = to_wgs84(origin, points).T
     if reference == "home":
@@ -116,9 +116,9 @@ def global_positions(scenario: Scenario, uav: int, points: Floats, reference: Al
 
 
 def home(scenario: Scenario, uav: int) -> Floats:
-    """Return where a UAV takes off, (3,) metres, straight below its start.
+    """Return the place below its start at which a UAV takes off, (3,) metres.
 
-    On the real ground, where the scenario has it; else on the terrain; else at the start itself.
+    It is on the real ground if the scenario states it, else on the terrain, else at the start itself.
     """
     at = np.array(scenario.uavs[uav].start)
     real = scenario.uavs[uav].home

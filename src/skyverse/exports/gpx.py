@@ -1,4 +1,4 @@
-"""GPX 1.1: a track for each UAV, with elevations above mean sea level and times from an arbitrary date on."""
+"""GPX 1.1: a track for each UAV, with elevations above mean sea level and times after an arbitrary date."""
 
 from xml.etree import ElementTree as ET
 

@@ -1,4 +1,4 @@
-"""KML, for Google Earth: paths with walls down to the ground, tracks in time, targets, obstacles and zones."""
+"""KML for Google Earth: paths with walls down to the ground, timed tracks, targets, obstacles and zones."""
 
 from xml.etree import ElementTree as ET
 
@@ -14,7 +14,7 @@ from skyverse.model.scenario import Scenario
 KML = "http://www.opengis.net/kml/2.2"
 GX = "http://www.google.com/kml/ext/2.2"
 KML_COLOURS = ("ff2f8bff", "ffd0a020", "ff50c850", "ffc050c0", "ff3030e0", "ffc0c020")
-"""aabbggrr."""
+"""Colours of UAVs, as alpha, blue, green and red in hexadecimal digits."""
 KML_ALTITUDE_MODES: dict[str, str] = {"amsl": "absolute", "agl": "relativeToGround"}
 
 
@@ -75,7 +75,7 @@ def _area(folder: ET.Element, outline: Outline, style: str) -> None:
 
 
 def coordinates(at: GlobalPositions) -> str:
-    """Return longitude,latitude,altitude of global_positions."""
+    """Return global positions as text: longitude,latitude,altitude of each."""
     rows = zip(at.longitude.tolist(), at.latitude.tolist(), at.altitude.tolist(), strict=True)
     return " ".join(f"{x:.9f},{y:.9f},{z:.4f}" for x, y, z in rows)
 

@@ -1,7 +1,7 @@
-"""Whether straight legs, flown as an autopilot flies them, keep clear: asked of the referee.
+"""Checks with the referee that straight legs, flown as an autopilot flies them, keep clear of obstacles.
 
 A leg that is straight in a file is not quite straight in local metres: Earth is round, altitudes above ground follow
-the ground, and MAVLink carries 1e-7 degrees. The difference is bounded, leg by leg, and added to the clearance.
+the ground, and MAVLink rounds to 1e-7 degrees. The difference is bounded for each leg and added to the clearance.
 """
 
 import math
@@ -20,27 +20,27 @@ from skyverse.referee.clearance import judge_segments
 from skyverse.referee.world import RefereeWorld, referee_world
 
 CLEARANCE_ALLOWANCE = 0.02
-"""Metres by which a leg may come nearer than the clearance, or be out of bounds: start and target may touch both."""
+"""Metres: a leg may violate clearance or bounds by this much, since starts and targets may lie on their limits."""
 MAVLINK_ROUNDING = 0.016
-"""Metres that 1e-7 degrees, cut off as QGroundControl does, and single-precision altitudes make at most."""
+"""Metres: the largest error of degrees that QGroundControl truncates to 1e-7 and of single-precision altitudes."""
 MIN_GROWTH = 0.01
-"""The least that is added to the clearance; what is added is this or twice, four times ... as much, metres."""
+"""Metres: the least growth of the clearance. Growths are this times powers of two, so that few worlds are built."""
 LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
-"""Half the distance of the lines by which a cut corner is judged, metres: the finer where the coarser do not do.
+"""Metres: half the distance between the lines by which a cut corner is judged, tried from coarse to fine.
 
-Where it is cut by more than `WIDE_CORNER`, they are as much wider, so that a large corner takes no more lines.
+With an acceptance radius above `WIDE_CORNER` they grow in proportion, so that a large corner takes no more lines.
 """
 WIDE_CORNER = 2.0
 """Metres."""
 LATE_SHARE = 1 / 8
-"""The share of those lines that is judged by itself, since they run together there."""
+"""The last share of those lines, judged by itself, because the lines converge there."""
 MIN_EARTH_RADIUS = 6_335_439.0
-"""The least radius of curvature of the ellipsoid, metres."""
+"""Metres: the least radius of curvature of the WGS84 ellipsoid."""
 
 
 @dataclass(frozen=True)
 class LegChecker:
-    """Judges legs of one scenario, in altitudes above one thing."""
+    """Judges the legs of one scenario, with altitudes of one reference; it remembers its answers."""
 
     scenario: Scenario
     reference: AltitudeReference
@@ -49,10 +49,10 @@ class LegChecker:
     _apart: dict[bytes, float] = field(default_factory=dict)
 
     def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str] | None:
-        """Return the first thing wrong with a polyline (n, 3) whose corners are cut within a radius.
+        """Return the first fault of a polyline, (n, 3), whose corners are cut within a radius, or ``None``.
 
-        `stops`, (n,), tells where it is not cut. The index is of the vertex behind the leg, or n plus the index of the
-        corner that is wrong.
+        Where `stops`, (n,), is not 0, the corner is not cut. A fault is an index and a sentence; the index is that of
+        the first vertex of the leg, or n plus that of the corner.
         """
         for k in range(len(points) - 1):
             said = self._remembered(self.leg, points[k : k + 2])
@@ -78,8 +78,8 @@ class LegChecker:
         return self._known[asked]
 
     def leg(self, a: Floats, b: Floats) -> str | None:
-        """Return what is wrong with a leg between (3,) metres, if anything."""
-        if self.reference == "agl":  # what is between two heights above ground is so everywhere along the leg
+        """Return the fault of a leg from a to b, (3,) metres each, or ``None``."""
+        if self.reference == "agl":  # heights above ground between the ends lie between those of the ends
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
             low = float((ends[:, 2] - self.scenario.terrain.height(ends[:, :2])).min())
@@ -89,17 +89,17 @@ class LegChecker:
         return self._meets(a[None], b[None], self.apart(a, b))
 
     def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> str | None:
-        """Return what is wrong with all that an autopilot may fly from a vertex on to the next.
+        """Return the fault of any way that an autopilot may fly around a corner to the next vertex, or ``None``.
 
-        It turns as soon as it is within the radius of `at`, and from there heads for `after`, or back to the leg: so it
-        stays between the leg and the straight line to `after` from where it turned. It comes from `before`, or from
-        `entered`, where it may have cut the corner there.
+        An autopilot turns within the radius of `at` and from there flies to `after` or back to the leg. It therefore
+        stays between the leg and the straight line from where it turned to `after`. It comes from `before`, or from
+        `entered` if it has cut the corner at `before`.
         """
         p, q = _within(before - at, radius), _within(entered - at, radius)
         on = after - at
         long = float(np.linalg.norm(on))
         if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < MIN_GROWTH / 10:
-            return None  # straight on
+            return None  # there is no corner
         apart = max(self.apart(before, at), self.apart(at, after))
         slope = 0.0 if self.reference == "agl" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
         said = None
@@ -108,12 +108,12 @@ class LegChecker:
             wide = _middles(float(np.linalg.norm(p - q)), width)
             sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
             starts = at + sides.reshape(-1, 3)
-            # whatever is flown is within this of one of the lines from here to `after`, and the nearer the later
+            # every possible way is at most this far from one of the lines to `after`, and nearer towards the end
             between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 + slope)
             whole = np.broadcast_to(after, starts.shape)
             hopeless = self._meets(starts, whole, apart)
             if hopeless is not None:
-                return hopeless  # finer lines would not help
+                return hopeless  # the line itself meets something, so finer lines would, too
             late = starts + (1 - LATE_SHARE) * (after - starts)
             said = self._meets(starts, late, apart + between) or self._meets(late, whole, apart + LATE_SHARE * between)
             if said is None:
@@ -121,9 +121,9 @@ class LegChecker:
         return said
 
     def apart(self, a: Floats, b: Floats) -> float:
-        """Return how far a flown leg can be from the straight line in local metres.
+        """Return how many metres a flown leg can deviate from the straight line in local metres.
 
-        Whether it follows the great circle, as PX4 does, or a straight line in latitude and longitude.
+        It covers great circles, which PX4 follows, and straight lines in latitude and longitude.
         """
         ends = np.stack([a, b])
         asked = ends.tobytes()
@@ -135,7 +135,7 @@ class LegChecker:
         origin = origin_of(self.scenario)
         level = float(np.linalg.norm((b - a)[:2]))
         globe = to_wgs84(origin, ends)
-        globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the short way, also over the antimeridian
+        globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the shorter way, also across the antimeridian
         middle = to_local(origin, globe.mean(axis=0, keepdims=True))[0]
         bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * MIN_EARTH_RADIUS))
         if self.reference == "agl":
@@ -144,7 +144,7 @@ class LegChecker:
         return MAVLINK_ROUNDING + 1.1 * bent
 
     def _meets(self, starts: Floats, ends: Floats, extra: float) -> str | None:
-        """Return why segments, grown by `extra`, are not clear."""
+        """Return the fault of segments from `starts` to `ends`, (n, 3) each, grown by `extra` metres, or ``None``."""
         step = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
         if step not in self._grown_worlds:
             self._grown_worlds[step] = referee_world(self._grown(step))
@@ -159,7 +159,7 @@ class LegChecker:
         return None if peaks.proven[0] else "whether it keeps the clearance could not be decided"
 
     def _grown(self, extra: float) -> Scenario:
-        """Return the scenario with clearances less what is let pass, and more by what is added."""
+        """Return the scenario with clearances less `CLEARANCE_ALLOWANCE` plus `extra` metres."""
         clearance = max(self.scenario.clearance - CLEARANCE_ALLOWANCE, 0.0) + extra
         terrain = self.scenario.terrain
         if terrain is not None:
@@ -170,7 +170,7 @@ class LegChecker:
 
 
 def require_home(scenario: Scenario, uav: int) -> None:
-    """Refuse a home that is not in the open below a UAV's start, as where it starts on a roof."""
+    """Raise `InputError` if an obstacle lies between a UAV's home and its start, as where it starts on a roof."""
     start, below = np.array(scenario.uavs[uav].start), home(scenario, uav)
     if not below[2] < start[2]:
         return
@@ -186,27 +186,27 @@ def require_home(scenario: Scenario, uav: int) -> None:
 
 
 def _within(way: Floats, radius: float) -> Floats:
-    """Return (3,) metres along a way, at most a radius of it."""
+    """Return a vector, (3,), cut to the length `radius`."""
     length = float(np.linalg.norm(way))
     shorter: Floats = way * min(radius / length, 1.0) if length else way
     return shorter
 
 
 def _middles(length: float, half: float) -> Floats:
-    """Return the middles, as shares, of as many even parts of a length as make none longer than twice a half."""
+    """Return the midpoints, as shares of a length, of the fewest equal parts that are at most 2 * `half` long."""
     count = max(math.ceil(length / (2 * half)), 1)
     return (np.arange(count) + 0.5) / count
 
 
 def _steepest(terrain: Terrain) -> float:
-    """Return the largest slope of the ground: on a bilinear surface it is along an edge of a cell."""
+    """Return a bound of the ground's slope, from the slopes along the edges of its bilinear cells."""
     east = np.abs(np.diff(terrain.heights, axis=0)).max() / terrain.step[0]
     north = np.abs(np.diff(terrain.heights, axis=1)).max() / terrain.step[1]
     return float(np.hypot(east, north))
 
 
 def _swell(terrain: Terrain, a: Floats, b: Floats) -> float:
-    """Return how far the ground under a leg is from the straight line between the ground under its ends, metres."""
+    """Return how many metres the ground under a leg deviates from the straight line between its heights at the ends."""
     shares = [0.0, 1.0]
     for axis in range(2):
         if a[axis] != b[axis]:
@@ -218,6 +218,6 @@ def _swell(terrain: Terrain, a: Floats, b: Floats) -> float:
     level = terrain.height(a[:2] + at[:, None] * (b - a)[:2])
     off = level - (level[0] + at * (level[-1] - level[0]))
     first, middle, last = off[:-2:2], off[1:-1:2], off[2::2]
-    # a quadratic in each cell: between its ends it exceeds the largest of the three by at most an eighth of this
+    # along the leg the ground is quadratic in each cell and exceeds its three samples by at most 1/8 of this
     bend = np.abs(first - 2 * middle + last)
     return float(np.max(np.maximum(np.maximum(np.abs(first), np.abs(middle)), np.abs(last)) + bend / 2))

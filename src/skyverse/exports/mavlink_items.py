@@ -1,4 +1,4 @@
-"""A route as the commands of a MAVLink mission, which .plan and .waypoints files both hold."""
+"""A route as the commands of a MAVLink mission, which ``.plan`` and ``.waypoints`` files contain."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -15,11 +15,11 @@ MAVLINK_FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGro
 MISSION_FRAME = 2
 """MAV_FRAME_MISSION."""
 SPEED_CHANGE = 1.05
-"""A new speed is set where it differs by more than this factor."""
+"""A new speed is commanded where it differs from the last by more than this factor."""
 
 
 class Command(IntEnum):
-    """MAV_CMD."""
+    """Numbers of MAV_CMD."""
 
     WAYPOINT = 16
     LOITER = 17
@@ -31,9 +31,9 @@ class Command(IntEnum):
 
 @dataclass(frozen=True)
 class MissionItem:
-    """One command: its frame and seven numbers, of which the last three may be latitude, longitude, altitude.
+    """One command: its frame and seven numbers, of which the last three may be latitude, longitude and altitude.
 
-    ``None`` is what the autopilot is to decide, such as the heading.
+    ``None`` leaves a number, such as the heading, to the autopilot.
     """
 
     command: Command
@@ -42,7 +42,7 @@ class MissionItem:
 
 
 def mission_items(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> list[MissionItem]:
-    """Return a mission: wait, take off, fly on at each leg's speed, and stay or land."""
+    """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter or land."""
     wing = scenario.uavs[route.uav].fixed_wing
     at = global_positions(scenario, route.uav, route.points, reference)
     where = list(zip(at.latitude.tolist(), at.longitude.tolist(), at.altitude.tolist(), strict=True))
@@ -61,7 +61,7 @@ def mission_items(scenario: Scenario, route: Route, reference: AltitudeReference
     for k in range(first + 1, len(where)):
         speed = max(float(route.speeds[k - 1]), 0.1)
         if not said / SPEED_CHANGE <= speed <= said * SPEED_CHANGE:
-            kind = 0.0 if wing is not None else 1.0  # of an aeroplane the airspeed
+            kind = 0.0 if wing is not None else 1.0  # airspeed for an aeroplane, ground speed otherwise
             made.append(MissionItem(Command.SPEED, MISSION_FRAME, (kind, round(speed, 3), -1.0, 0.0, 0.0, 0.0, 0.0)))
             said = speed
         made.append(
@@ -74,6 +74,6 @@ def mission_items(scenario: Scenario, route: Route, reference: AltitudeReference
         )
     else:
         around = wing.turn_radius if wing is not None else 0.0
-        yaw = 0.0 if at.kind is AboveGround else None  # such missions are ArduPilot's, and it wants a number here
+        yaw = 0.0 if at.kind is AboveGround else None  # ArduPilot, which flies such missions, needs a number here
         made.append(MissionItem(Command.LOITER, frame, (0.0, 0.0, around, yaw, *where[-1])))
     return made

@@ -1,4 +1,4 @@
-"""QGroundControl's .plan: the mission, a geofence that holds all of it, and a rally point."""
+"""QGroundControl's ``.plan``: the mission, a geofence around it, and a rally point."""
 
 import json
 import math
@@ -16,7 +16,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
 
 QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
-"""QGroundControl's own numbers for what an altitude is counted from."""
+"""QGroundControl's numbers for the references of altitudes."""
 PX4, ARDUPILOT = 12, 3
 
 
@@ -30,7 +30,7 @@ def plan_text(scenario: Scenario, route: Route, reference: AltitudeReference, en
     speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
     mission = {
         "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
-        "firmwareType": ARDUPILOT if reference == "agl" else PX4,  # PX4 does not know altitudes above ground
+        "firmwareType": ARDUPILOT if reference == "agl" else PX4,  # PX4 does not support altitudes above ground
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
         "items": [_item(k, item, mode) for k, item in enumerate(mission_items(scenario, route, reference, end), 1)],
@@ -67,9 +67,9 @@ def _item(number: int, item: MissionItem, mode: int) -> dict[str, object]:
 
 
 def geofence(scenario: Scenario) -> dict[str, object]:
-    """Return the bounds as what must be stayed in, and what must be kept out of, in latitude and longitude.
+    """Return the geofence: the bounds as the area to stay in, and obstacles as areas to stay out of.
 
-    A geofence has no floor and no ceiling: only those obstacles are in it that leave no room above or below.
+    A geofence has no floor and no ceiling, so it contains only obstacles without free space above or below.
     """
     (x0, y0, z0), (x1, y1, z1) = scenario.bounds.min, scenario.bounds.max
     ring = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
@@ -93,7 +93,7 @@ def geofence(scenario: Scenario) -> dict[str, object]:
 
 
 def _corners(scenario: Scenario, ring: Floats) -> list[list[float]]:
-    """Return [latitude, longitude] of (n, 2) x, y, at the height of the bounds' middle."""
+    """Return [latitude, longitude] of each place (x, y), (n, 2) metres, at mid-height of the bounds."""
     middle = math.fsum([scenario.bounds.min[2], scenario.bounds.max[2]]) / 2
     points = np.column_stack([ring, np.full(len(ring), middle)])
     corners: list[list[float]] = to_wgs84(origin_of(scenario), points)[:, :2].tolist()

@@ -6,9 +6,9 @@ from typing import Any
 from skyverse.exports.sampling import SampledTrajectory
 
 ROS_FRAME = "map"
-"""East, north, up, as REP 103 wants it."""
+"""The frame of coordinates: x east, y north, z up (REP 103)."""
 NO_ROTATION = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
-"""Headings are not planned."""
+"""The orientation of all poses, since headings are not planned."""
 
 
 def path_message(flight: SampledTrajectory) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def as_text(message: dict[str, Any], suffix: str) -> str:
 
 
 def _yaml(value: Any) -> list[str]:
-    """Return lines of YAML: mappings of numbers and words on one line, others in blocks."""
+    """Return lines of YAML; mappings of plain values are written on one line, all else in blocks."""
     if isinstance(value, list):
         return [("- " if k == 0 else "  ") + line for one in value for k, line in enumerate(_yaml(one))]
     if not isinstance(value, dict):
@@ -64,7 +64,7 @@ def _yaml(value: Any) -> list[str]:
 
 def _scalar(value: Any) -> str:
     text = json.dumps(value, allow_nan=False)
-    # to YAML 1.1, which ROS reads, 1e-07 is a word and 1.0e-07 a number
+    # in YAML 1.1, which ROS reads, 1e-07 is a string and 1.0e-07 a number
     return text.replace("e", ".0e") if isinstance(value, float) and "e" in text and "." not in text else text
 
 

@@ -1,4 +1,4 @@
-"""Waypoints from a trajectory, as few as keep it proven when an autopilot flies straight between them."""
+"""The waypoints of one UAV: few, and proven clear when an autopilot flies straight between them."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,14 +13,14 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 
 MIN_ACCEPTANCE_RADIUS = 0.05
-"""Metres: no autopilot can be asked for a smaller acceptance radius."""
+"""Metres: autopilots accept no smaller acceptance radius."""
 MAX_WAYPOINTS = 700
-"""Waypoints that autopilots take."""
+"""The largest number of waypoints that autopilots accept."""
 PLACES_PER_PIECE = 16
 """Places on each piece of a trajectory at which a waypoint may stand."""
 MAX_REPAIRS = 400
 MIN_RADIUS_SHARE = 0.25
-"""The share of the radius down to which it is halved before the UAV is told to stop at corners."""
+"""The share of the first radius down to which it is halved before the UAV may stop at corners instead."""
 MAX_PUSH = 2.0
 """How many radii a waypoint may be moved outwards."""
 MAX_SWELL = 10.0
@@ -34,19 +34,20 @@ class Route:
     Attributes
     ----------
     uav
-        Its index.
+        The index of the UAV.
     points
-        (n, 3) metres. The first is its start; with a takeoff the second is straight above it.
+        (n, 3) metres. The first is the start; with a takeoff the second lies vertically above it.
     times
-        (n,) seconds into the mission at which it arrives: as the trajectory does, but for the stops before.
+        (n,) seconds into the mission at which the UAV arrives: those of the trajectory plus all stops before.
     radius
-        The acceptance radius with which it is proven, metres; 0 where the UAV stops at every waypoint.
+        The acceptance radius with which the route is proven, metres; 0 where the UAV stops at every waypoint.
     takeoff
-        How far it climbs before it leaves its start, metres.
+        The height of the vertical climb from the start, metres.
     off
-        How far flown legs may be from the trajectory's samples, metres: above ground, also by its rise and fall.
+        The largest deviation of flown legs from the trajectory, metres; with altitudes above ground it includes the
+        rise and fall of the ground.
     holds
-        (n,) seconds to stay at each: above 0 where its corner must not be cut.
+        (n,) seconds that the UAV stops at each waypoint; above 0 where the corner must not be cut.
     """
 
     uav: int
@@ -65,7 +66,7 @@ class Route:
         return speeds
 
     def sentence(self, scenario: Scenario) -> str:
-        """Say what is proven."""
+        """Return a sentence on what is proven."""
         name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - CLEARANCE_ALLOWANCE, 0)
         low = max(scenario.ground_clearance - CLEARANCE_ALLOWANCE, 0)
         ground = "" if scenario.terrain is None else f", {low:.4g} m above ground"
@@ -93,22 +94,22 @@ def route(
     Parameters
     ----------
     scenario
-        With an origin.
+        The scenario, which has an origin.
     uav, trajectory
-        Whose, and along what.
+        The index of the UAV, and its trajectory.
     reference
-        What altitudes will be counted from, as between waypoints they change evenly in that.
+        The reference of altitudes, in which they change linearly between waypoints.
     radius
-        The acceptance radius wished for, metres. It is halved until the route can be proven.
+        The largest acceptance radius, metres. It is halved until the route can be proven.
     takeoff
-        Metres to climb first; halved likewise, then left out, where something is above the start.
+        The height of the first climb, metres; halved twice, then left out, where an obstacle is above the start.
     stops
         Whether the UAV stops at every waypoint and cuts no corner.
 
     Raises
     ------
     InputError
-        If no radius makes it provable, or it takes more waypoints than autopilots do.
+        If no radius gives a proven route, or it has more waypoints than autopilots accept.
     """
     legs = LegChecker(scenario, reference)
     instants, curve = _samples(trajectory)
@@ -136,7 +137,7 @@ def route(
 
 
 def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
-    """Return acceptance radii to try, and whether to stop where a corner is not clear."""
+    """Return the acceptance radii to try, and for each whether the UAV may stop where a corner is not clear."""
     halved = []
     while radius >= MIN_ACCEPTANCE_RADIUS:
         halved.append(radius)
@@ -153,7 +154,7 @@ def _made(
 ) -> Route:
     legs, curve, radius = search.legs, search.curve, search.radius
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
-    # the takeoff itself is no deviation
+    # the takeoff does not count as a deviation
     ends = [(0, curve[0]), *found[1:]]
     off = max(float(_off(curve[a : b + 1], p, q).max()) + legs.apart(p, q) for (a, p), (b, q) in pairwise(ends))
     holds = np.array([2 + radius if k in search.stopped else 0.0 for k, _ in found])
@@ -167,7 +168,7 @@ def _made(
 
 
 def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
-    """Return instants and global_positions of a trajectory, those left out where it stands still."""
+    """Return times and positions on a trajectory, without repetitions where it stands still."""
     shares = np.arange(PLACES_PER_PIECE) / PLACES_PER_PIECE
     t = np.concatenate(
         [(trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), [trajectory.end]]
@@ -177,7 +178,7 @@ def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
     keep = np.r_[True, moved]
     keep[-1] = True
     if keep[:-1].sum() > 1 and not moved[-1]:
-        keep[np.flatnonzero(keep[:-1])[-1]] = False  # the end stands for those that are at it
+        keep[np.flatnonzero(keep[:-1])[-1]] = False  # the end replaces the samples at the same place
     return t[keep], curve[keep]
 
 

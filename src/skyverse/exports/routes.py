@@ -61,22 +61,22 @@ def routes(
 
 
 def _climb(scenario: Scenario, uav: int, takeoff: float) -> float:
-    """Return how far a UAV is to climb from its start on; an aeroplane is in flight there."""
+    """Return how many metres a UAV has to climb from its start; 0 for an aeroplane, which is in flight there."""
     vehicle = scenario.uavs[uav]
     return 0.0 if vehicle.fixed_wing else max(takeoff - (vehicle.start[2] - float(home(scenario, uav)[2])), 0.0)
 
 
 def routes_apart(mission: Mission, flown: list[Route]) -> Certificate:
-    """Let the referee say whether UAVs are apart that fly straight from waypoint to waypoint, each leg on schedule.
+    """Return the referee's certificate on whether UAVs that fly straight between waypoints, on schedule, stay apart.
 
-    Autopilots hold speeds, not schedules: what is proven here holds as far as they do.
+    Autopilots keep speeds rather than schedules; the proof holds only as far as they also keep the schedule.
 
     Parameters
     ----------
     mission
-        What was planned.
+        The mission.
     flown
-        Its routes, from `routes`.
+        The routes of the mission, from `routes`.
     """
     trajectories: list[Trajectory | None] = [None] * len(mission.scenario.uavs)
     for one in flown:

@@ -1,4 +1,4 @@
-"""Trajectories at evenly spaced instants, and instants as the clocks of maps write them."""
+"""Trajectories sampled at even intervals, and times as map formats write them."""
 
 from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from skyverse.model.trajectory import Trajectory
 
 MAX_SAMPLES = 1e6
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
-"""A mission has no date: its second 0 is written as this instant."""
+"""The date and time that stand for second 0 of a mission, which has no date of its own."""
 
 
 class SampledTrajectory(NamedTuple):
@@ -27,7 +27,7 @@ class SampledTrajectory(NamedTuple):
 
 
 def sample_trajectories(mission: Mission, rate: float) -> list[SampledTrajectory]:
-    """Return every trajectory, `rate` times a second, at its ends, and where its pieces meet."""
+    """Return every trajectory sampled `rate` times a second, at its ends, and where its pieces meet."""
     if not 0 < rate < float("inf"):
         raise InputError(f"expected samples a second above 0, found {rate!r}", field="rate")
     made = []
@@ -39,7 +39,7 @@ def sample_trajectories(mission: Mission, rate: float) -> list[SampledTrajectory
 
 
 def instants(trajectory: Trajectory, rate: float) -> Floats:
-    """Return (n,) seconds, rising."""
+    """Return the times of the samples of a trajectory, (n,) seconds, rising."""
     count = (trajectory.end - trajectory.start) * rate
     if count > MAX_SAMPLES:
         raise InputError(
@@ -52,6 +52,6 @@ def instants(trajectory: Trajectory, rate: float) -> Floats:
 
 
 def clock(seconds: float) -> str:
-    """Return an instant as ISO 8601, to the microsecond."""
+    """Return a time in seconds into the mission as a date in ISO 8601, to the microsecond."""
     when = EPOCH + timedelta(seconds=seconds)
     return when.strftime("%Y-%m-%dT%H:%M:%S.%fZ")

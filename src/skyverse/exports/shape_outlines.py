@@ -1,4 +1,4 @@
-"""Shapes as outlines on the globe, for formats that draw polygons."""
+"""Outlines of shapes in latitude and longitude, for formats that draw polygons."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -13,20 +13,20 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 
 CIRCLE_CORNERS = 32
-"""Of a circle."""
+"""The number of corners of the polygon that stands for a circle."""
 
 
 class Outline(NamedTuple):
-    """A shape from above.
+    """The outline of a shape, seen from above.
 
     Attributes
     ----------
     name, kind
-        As in the scenario; the name is made up where there is none.
+        As in the scenario; a shape without a name gets one from its kind and number.
     top, bottom
-        (n, 3) latitude, longitude, metres above mean sea level; counter-clockwise, the first corner not repeated.
+        (n, 3) latitude, longitude, metres above mean sea level; counter-clockwise, without repeating the first corner.
     holes
-        (k, 3) each, at the top; clockwise.
+        (k, 3) each, as `top`, but clockwise.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Outline(NamedTuple):
 
 
 def outlines(scenario: Scenario, shapes: Sequence[Shape]) -> Iterator[Outline]:
-    """Yield outlines; voxels have none."""
+    """Yield the outlines of shapes; voxels have none."""
     origin = origin_of(scenario)
     for number, shape in enumerate(shapes, 1):
         if not isinstance(shape, Box | Cylinder | Prism | Sphere):

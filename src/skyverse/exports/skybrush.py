@@ -1,16 +1,16 @@
-"""Light shows: what Skybrush Studio for Blender imports as zipped CSV, a file for each drone."""
+"""Light shows for Skybrush Studio for Blender, which imports zipped CSV with a file for each drone."""
 
 import numpy as np
 
 from skyverse.exports.sampling import SampledTrajectory
 
 SHOW_HEADER = "Time_msec,X,Y,Z,R,G,B"
-"""As its own exporter writes it; its importer knows the header by its beginning."""
+"""The header that Skybrush writes itself, and whose beginning its importer recognises."""
 SHOW_COLOUR = "255,255,255"
 
 
 def show_csv(flight: SampledTrajectory, end: float) -> str:
-    """Return one drone's file: whole milliseconds, local metres, white; it holds its place before and after."""
+    """Return one drone's file: whole milliseconds, local metres, white light; it waits at its first and last place."""
     milliseconds = np.rint(flight.seconds * 1000).astype(np.int64)
     rows = [(int(t), p) for t, p in zip(milliseconds, flight.position.tolist(), strict=True)]
     if rows[0][0] > 0:

@@ -1,4 +1,4 @@
-"""QGC WPL 110, the text format of Mission Planner and many others: home, then a command a line."""
+"""QGC WPL 110, the text format of Mission Planner and others: home, then one command on each line."""
 
 import math
 
@@ -18,7 +18,7 @@ def waypoints_text(scenario: Scenario, route: Route, reference: AltitudeReferenc
 
 
 def _item(number: int, item: MissionItem) -> str:
-    # a heading that is the autopilot's to choose is NaN, as 0 is north; but to loiter ArduPilot takes only numbers
+    # NaN leaves the heading to the autopilot, as 0 is north; but for loiter ArduPilot accepts only numbers
     free = 0.0 if item.command is Command.LOITER else math.nan
     return _row(number, 0, item.frame, item.command, tuple(free if v is None else v for v in item.numbers))
 
@@ -29,5 +29,5 @@ def _row(number: int, current: int, frame: int, command: int, values: tuple[floa
 
 def _number(value: float) -> str:
     if math.isnan(value):
-        return "NaN"  # Mission Planner reads no other case
+        return "NaN"  # Mission Planner reads no other spelling
     return f"{value:.10f}".rstrip("0").rstrip(".") if value else "0"

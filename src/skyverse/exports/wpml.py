@@ -15,14 +15,14 @@ WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 MAX_WAYLINE_SPEED = 15.0
-"""m/s that a wayline may ask for."""
+"""m/s: the highest speed of a wayline."""
 STOP_AT_WAYPOINT = "toPointAndStopWithDiscontinuityCurvature"
 DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
-"""A Mavic 3E and its camera; the app asks for another where it differs."""
+"""A Mavic 3E and its camera; DJI's app lets the pilot choose another drone."""
 
 
 def wpml_parts(scenario: Scenario, route: Route, reference: AltitudeReference, end: str) -> dict[str, str]:
-    """Return the files in the archive."""
+    """Return the texts of the files in the archive, by name."""
     vehicle = scenario.uavs[route.uav]
     if vehicle.fixed_wing is not None:
         raise InputError(f"{vehicle.name}: DJI's waylines are for multirotors, and it is an aeroplane")
@@ -66,7 +66,9 @@ def _template(scenario: Scenario, route: Route, reference: AltitudeReference, en
     _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
     _add(folder, globalWaypointTurnMode=STOP_AT_WAYPOINT, globalUseStraightLine="1")
     geoid = origin_of(scenario).geoid
-    above_ellipsoid = at.altitude if geoid is None else at.sea + geoid  # not read where heights are not above the sea
+    above_ellipsoid = (
+        at.altitude if geoid is None else at.sea + geoid
+    )  # DJI reads these only with heights above the sea
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, ellipsoidHeight=_number(float(above_ellipsoid[k])), height=_number(float(at.altitude[k])))
@@ -98,7 +100,7 @@ def _waylines(scenario: Scenario, route: Route, reference: AltitudeReference, en
 
 
 def _hover(mark: ET.Element, seconds: float) -> None:
-    """Wait at the first waypoint, for a mission that sets out later."""
+    """Add a hover at the first waypoint, for a UAV that departs later than the mission begins."""
     group = ET.SubElement(mark, "wpml:actionGroup")
     _add(group, actionGroupId="0", actionGroupStartIndex="0", actionGroupEndIndex="0", actionGroupMode="sequence")
     _add(ET.SubElement(group, "wpml:actionTrigger"), actionTriggerType="reachPoint")
@@ -115,7 +117,7 @@ def _placemark(folder: ET.Element, longitude: float, latitude: float, index: int
 
 
 def _speeds(route: Route) -> list[float]:
-    """Return the speed from each waypoint on, m/s."""
+    """Return the speed after each waypoint, m/s."""
     speeds = np.clip(route.speeds, 0.1, MAX_WAYLINE_SPEED)
     return [*speeds.tolist(), float(speeds[-1])]
 

@@ -1,4 +1,4 @@
-"""A mission made easier to fly: slower, or farther from obstacles and ground."""
+"""Makes a mission easier to fly: slower, or farther from obstacles and ground."""
 
 from dataclasses import replace
 
@@ -16,14 +16,14 @@ _SLOWED = "Slowed down with the whole mission, to be flown safely."
 
 
 def slowed(mission: Mission, factor: float) -> Mission:
-    """Return a mission in which everything takes `factor` times as long, departures too.
+    """Return a mission in which all times are multiplied by `factor`, those of departures included.
 
-    Places and their order stay: what was clear of obstacles and apart still is.
+    All places and their order stay, so that UAVs keep clear of obstacles and apart as before.
 
     Raises
     ------
     InputError
-        If an aeroplane flies in it, whose airspeed is given.
+        If an aeroplane flies in it, since its airspeed is given.
     """
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
         if uav.fixed_wing is not None and trajectory is not None:
@@ -47,9 +47,9 @@ def _later(told: Deconfliction, factor: float) -> Deconfliction:
 
 
 def farther(mission: Mission, more: float, shape: Shape) -> Mission:
-    """Return a mission between the same starts and targets, planned by Taut with `more` metres of clearance.
+    """Return a mission with the same starts and targets, planned by Taut with `more` metres of additional clearance.
 
-    It is still an answer to the mission's own scenario, and judged against that.
+    It remains an answer to the mission's own scenario, and is judged with that clearance.
     """
     scenario = mission.scenario
     wider = scenario.model_copy(update={"clearance": scenario.clearance + more})
@@ -58,7 +58,7 @@ def farther(mission: Mission, more: float, shape: Shape) -> Mission:
         wider = wider.model_copy(update={"terrain": ground})
     apart = mission.deconfliction is not None
     sent = [target for target in mission.assignment if target is not None]
-    if len(sent) == len(mission.assignment):  # as it was assigned
+    if len(sent) == len(mission.assignment):  # keep the assignment
         wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})
         planned = plan_mission(
             wider, Taut(), rng=mission.provenance.seed, assignment="identity", shape=shape, keep_apart=apart
@@ -72,13 +72,13 @@ def farther(mission: Mission, more: float, shape: Shape) -> Mission:
 
 
 def _unbounded(result: Result) -> Result:
-    """Return a result that claims nothing of paths that are nearer to obstacles."""
+    """Return a result without claims of optimality, which do not hold among paths nearer to obstacles."""
     status = Status.COMPLETE if result.status is Status.OPTIMAL else result.status
     return replace(result, status=status, bound=None)
 
 
 def judged(mission: Mission) -> Mission:
-    """Return a mission with the referee's verdict on it as it is now."""
+    """Return a mission with new certificates and violations from the referee."""
     said = certify(mission.scenario, mission)
     fresh = replace(mission, certificates=said.trajectories, apart=said.apart)
     return replace(fresh, violations=tuple(check(fresh.scenario, fresh)))

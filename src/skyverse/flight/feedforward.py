@@ -1,8 +1,8 @@
-"""What the controller is told so that it follows: the acceleration that makes the vehicle fly the reference.
+"""The feedforward of the controller: the commanded acceleration with which the vehicle follows its trajectory.
 
-rotorpy's SE3 controller knows neither drag nor that attitude and motors lag. A quadrotor is differentially flat, with
-rotor drag too (Faessler, Franchi, Scaramuzza, "Differential flatness of quadrotor dynamics subject to rotor drag",
-IEEE RA-L 3, 2018): position in time tells its attitude, its turning and its thrust, and so what to command for them.
+rotorpy's SE3 controller accounts neither for drag nor for the lag of attitude and motors. A quadrotor is differentially
+flat, with rotor drag as well (Faessler, Franchi, Scaramuzza, "Differential flatness of quadrotor dynamics subject to
+rotor drag", IEEE RA-L 3, 2018): its position over time determines attitude, body rates and thrust, and so the command.
 """
 
 from typing import Any, NamedTuple
@@ -16,13 +16,13 @@ from skyverse.trajectory.limits import GRAVITY
 
 VERTICAL = np.array([0.0, 0.0, 1.0])
 _DIFFERENCE_STEP = 0.005
-"""Seconds between the instants from which turning is differenced."""
+"""Seconds between the attitudes of which differences give the body rates."""
 
 
 class Reference(NamedTuple):
     """What is commanded at some instants, (m, 3) each.
 
-    `acceleration` is not the trajectory's own, but what must be asked for to get it.
+    `acceleration` is not that of the trajectory, but the command that produces it.
     """
 
     position: Floats
@@ -31,11 +31,11 @@ class Reference(NamedTuple):
 
 
 def reference(trajectory: Trajectory, vehicle: Vehicle, gains: Any, times: Floats, hold: float) -> Reference:
-    """Return what to command at `times`, (m,) seconds, each command held for `hold` seconds.
+    """Return the commands at `times`, (m,) seconds, each of which is held for `hold` seconds.
 
-    The controller turns by -kp * (error of attitude) - kd * (rate), rate and not its error; to turn as the trajectory
-    does, attitude must be asked for ahead of it, by (kd * rate + rate's change) / kp. What motors do comes `tau_m` and
-    half of `hold` late: thrust and change of rate are asked for so much earlier.
+    The controller's angular acceleration is -kp * (attitude error) - kd * (rate), with the rate itself instead of its
+    error. To turn with the trajectory, the commanded attitude must lead it by (kd * rate + angular acceleration) / kp.
+    Motors respond `tau_m` + `hold` / 2 late, so thrust and angular acceleration are commanded that much earlier.
     """
     motion = trajectory.at(times)
     late = times + vehicle.parameters["tau_m"] + hold / 2
@@ -51,24 +51,24 @@ def reference(trajectory: Trajectory, vehicle: Vehicle, gains: Any, times: Float
     )
     ahead = (gains.kd_att * rate + bend / _DIFFERENCE_STEP**2) / gains.kp_att
     ahead -= np.sum(ahead * now, axis=1, keepdims=True) * now
-    reach = np.linalg.norm(ahead, axis=1, keepdims=True)  # the sine of the angle ahead
+    reach = np.linalg.norm(ahead, axis=1, keepdims=True)  # the sine of the lead angle
     ahead *= np.minimum(1.0, _MAX_LEAD_SINE / np.maximum(reach, 1e-12))
     level = np.sqrt(1.0 - np.minimum(reach, _MAX_LEAD_SINE) ** 2)
-    wanted = (now * level + ahead) * (thrust[:, None] / level)  # the controller thrusts by its share along `now`
+    wanted = (now * level + ahead) * (thrust[:, None] / level)  # the controller projects the thrust on `now`
     return Reference(motion.position, motion.velocity, wanted / vehicle.mass - GRAVITY * VERTICAL)
 
 
 _MAX_LEAD_SINE = 0.5
-"""The sine of the largest angle by which attitude is asked for ahead."""
+"""The sine of the largest angle by which the commanded attitude leads."""
 
 
 def _thrust(trajectory: Trajectory, vehicle: Vehicle, times: Floats) -> tuple[Floats, Floats]:
-    """Return the direction (m, 3) and the newtons (m,) of the rotors' thrust that fly the trajectory in still air."""
+    """Return direction, (m, 3), and newtons, (m,), of the rotors' thrust on the trajectory in still air."""
     made = vehicle.parameters
     motion = trajectory.at(times)
     force = vehicle.mass * (motion.acceleration + GRAVITY * VERTICAL)
     wanted = force
-    for _ in range(4):  # drag depends on attitude, and attitude on drag
+    for _ in range(4):  # a fixed-point iteration, since drag and attitude depend on each other
         thrust = np.linalg.norm(wanted, axis=1)
         up = wanted / thrust[:, None]
         wanted = force - _air(made, motion.velocity, up, thrust)
@@ -77,8 +77,8 @@ def _thrust(trajectory: Trajectory, vehicle: Vehicle, times: Floats) -> tuple[Fl
 
 
 def _air(made: dict[str, Any], velocity: Floats, up: Floats, thrust: Floats) -> Floats:
-    """Return what still air does to the vehicle as rotorpy has it, (m, 3) newtons, without the thrust; yaw is nil."""
-    speeds = np.sqrt(made["num_rotors"] * thrust / made["k_eta"])  # the sum of the rotors'
+    """Return rotorpy's aerodynamic force without the thrust, (m, 3) newtons, in still air and with a yaw of 0."""
+    speeds = np.sqrt(made["num_rotors"] * thrust / made["k_eta"])  # the sum of the rotors' speeds
     left = np.cross(up, [1.0, 0.0, 0.0])
     left /= np.linalg.norm(left, axis=1, keepdims=True)
     axes = np.stack([np.cross(left, up), left, up], axis=1)  # (m, axis, 3)

@@ -1,4 +1,4 @@
-"""A mission flown: every UAV in rotorpy, side by side, then judged."""
+"""Flies a mission in simulation, each UAV in rotorpy, and judges the flight."""
 
 import math
 import multiprocessing
@@ -16,7 +16,7 @@ from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
 
 OnFlown = Callable[[int, int], None]
-"""Called with how many UAVs have been flown, of how many."""
+"""Called with the number of UAVs that have been flown and the number of all UAVs to fly."""
 
 MAX_WIND = 100.0
 """m/s."""
@@ -35,39 +35,41 @@ def fly(
     workers: int = 1,
     on_progress: OnFlown | None = None,
 ) -> Flight:
-    """Fly every trajectory of a mission in rotorpy, a quadrotor simulator, and judge what comes of it.
+    """Fly every trajectory of a mission in rotorpy, a quadrotor simulator, and judge the flight.
 
-    rotorpy's SE3 controller follows each trajectory with its own gains; see the documentation's page on flight for
-    what it is told. Aeroplanes are not flown: the others are judged against their trajectories. The flight is safe
-    where it is nowhere nearer to an obstacle than the scenario's clearance less the margin, nor out of bounds by more
-    than the margin, ends within the margin of the targets, and where no two UAVs come into their ellipsoid of
-    separation, made smaller by twice the margin, nor, where they are given in it, nearer in it than they are given.
+    rotorpy's SE3 controller follows each trajectory with its own gains; the documentation's page on flight describes
+    the commands that it gets. Aeroplanes are not flown; the other UAVs are judged against their trajectories.
+
+    The flight is safe if every UAV keeps the scenario's clearance less the margin, leaves the bounds by at most the
+    margin, and ends within the margin of the end of its trajectory, and if no two UAVs enter each other's ellipsoid of
+    separation, made smaller by twice the margin. Where starts or targets are given closer than the separation, UAVs
+    must only keep the nearness that is given.
 
     Parameters
     ----------
     mission
-        Whose trajectories to fly; its scenario's limits say what the vehicle must be able to do.
+        The mission to fly; its scenario's limits say what the vehicle must be able to do.
     vehicle
         ``"thesis"``, ``"crazyflie"`` or ``"hummingbird"``.
     wind
-        Its velocity, (3,) m/s towards east, north and up; or its speed, m/s, and where it blows to, degrees from
-        east to north.
+        The velocity of the air, (3,) m/s towards east, north and up; or its speed, m/s, and the direction in which it
+        moves, degrees counter-clockwise from east.
     noise
-        Of what the controller is told: white and normal at every command, so many metres of position and m/s of
-        velocity (standard deviations, each axis).
+        The standard deviation, on each axis, of the white normal noise in what the controller measures: this many
+        metres of position and m/s of velocity.
     margin
-        How far a UAV may stray, metres; half the scenario's clearance by default.
+        The allowed deviation of a UAV, metres; half the scenario's clearance by default.
     rng
-        Seed or generator of the noise; every UAV draws from a stream of its own.
+        Seed or generator of the noise; every UAV has a random stream of its own.
     workers
-        Processes. With more than one, a script must start under ``if __name__ == "__main__":``.
+        The number of processes. A script that asks for more than 1 must start under ``if __name__ == "__main__":``.
     on_progress
         Called whenever a UAV has been flown.
 
     Raises
     ------
     InputError
-        If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or an option makes no sense.
+        If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or a parameter is out of range.
     """
     blown = _wind(wind)
     if not (isinstance(noise, (int, float)) and 0 <= noise <= MAX_NOISE):
@@ -121,12 +123,12 @@ def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _simulated(jobs: dict[int, SimulationJob], workers: int) -> Iterator[tuple[int, Samples]]:
-    """Yield each UAV's samples as it has been flown."""
+    """Yield the index and the samples of each UAV, as soon as it has been flown."""
     if workers == 1:
         for uav, job in jobs.items():
             yield uav, simulate(job)
         return
-    context = multiprocessing.get_context("spawn")  # a fork would inherit locks that others hold
+    context = multiprocessing.get_context("spawn")  # a forked process would inherit locks that other threads hold
     with ProcessPoolExecutor(workers, context, _deaf) as pool:
         waiting = {pool.submit(simulate, job): uav for uav, job in jobs.items()}
         try:
@@ -138,5 +140,5 @@ def _simulated(jobs: dict[int, SimulationJob], workers: int) -> Iterator[tuple[i
 
 
 def _deaf() -> None:
-    """Ignore Ctrl-C: the parent decides what it means."""
+    """Ignore Ctrl-C; the parent process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""Fly, make it easier, fly again, until it is safe."""
+"""Flies a mission repeatedly, made easier after each unsafe flight, until it is safe."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from skyverse.planners.base import Seed, seeded
 from skyverse.trajectory import Shape
 
 SLOWDOWN = 1.25
-"""How much longer a mission takes after a round."""
+"""The factor by which a mission takes longer after a round."""
 
 
 def fly_until_safe(
@@ -31,32 +31,33 @@ def fly_until_safe(
     on_progress: OnFlown | None = None,
     on_round: Callable[[str], None] | None = None,
 ) -> Flight:
-    """Fly a mission, and where that is not safe, make it easier and fly it again.
+    """Fly a mission; while the flight is not safe, make the mission easier and fly it again.
 
-    A round slows the whole mission down by a quarter, which keeps all that was proven of it. Where that did not halve
-    by how much a UAV came too near an obstacle, or is impossible because aeroplanes fly along, the next one plans it
-    anew instead: by Taut, at a clearance that is larger by what was missing, and as slow as it was before.
+    A round makes the whole mission take a quarter longer, which keeps all that is proven of it. If that did not halve
+    the distance by which a UAV came too near to an obstacle, or is impossible because of an aeroplane, the next round
+    instead plans the mission again with Taut, with the missing distance added to the clearance, and as slow as before.
 
     Parameters
     ----------
     rounds
-        The most that are made.
+        The largest number of rounds.
     shape
-        Of trajectories that are planned anew; see `plan_mission`.
+        The shape of trajectories that are planned again; see `plan_mission`.
     on_round
         Called with a sentence about each round.
 
-    Other parameters are those of `fly`; every round flies with the same noise.
+    The other parameters are those of `fly`; every round flies with the same noise.
 
     Returns
     -------
     Flight
-        The first that is safe, or the last. Its `mission` is what was flown; its `rounds` say what was done.
+        The first safe flight, or else the last. Its `mission` is the one that was flown; its `rounds` describe what was
+        changed.
 
     Raises
     ------
     InputError
-        As `fly`; or if `rounds` is no whole number from 1 on.
+        As for `fly`, or if `rounds` is not a whole number from 1 on.
     """
     if isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1:
         raise InputError(f"rounds is a whole number from 1 on, not {rounds!r}")
@@ -113,14 +114,14 @@ def _say(said: list[str], on_round: Callable[[str], None] | None, sentence: str)
 
 
 def _planned_close(flight: Flight) -> str:
-    """Return two UAVs that strayed into a separation that their trajectories do not keep either, or nothing."""
+    """Return the names of two UAVs whose planned trajectories also violate their separation, or an empty string."""
     names = [uav.name for uav in flight.mission.scenario.uavs]
     wrong = (violation.uavs for violation in flight.violations if violation.fault is Fault.SEPARATION)
     return next((f"{names[i]} and {names[j]}" for i, j in wrong if planned_close(flight.mission, i, j)), "")
 
 
 def _shortfall(flight: Flight) -> float:
-    """Return how many metres are missing to what must be left to obstacles and ground; 0 where none are."""
+    """Return the largest shortfall of clearance from obstacles and ground, metres; 0 where there is none."""
     scenario, missing = flight.mission.scenario, [0.0]
     near = {violation.uavs[0] for violation in flight.violations if violation.fault is Fault.TRAJECTORY_CLEARANCE}
     for flown in flight.flown:

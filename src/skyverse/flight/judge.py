@@ -1,4 +1,4 @@
-"""What a flight is worth: errors, distances as flown, and what went wrong."""
+"""Judges a flight: tracking errors, distances as flown, and violations."""
 
 import itertools
 
@@ -15,11 +15,11 @@ from skyverse.model.verdict import Fault, Violation
 from skyverse.space.world import World
 
 SEPARATION_ROUNDING = 1e-6
-"""Of nearness."""
+"""Nearness: distances in units of the separation are rounded, so that smaller differences do not count."""
 
 
 def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle: Vehicle) -> Flown:
-    """Return what one UAV's samples say, in a world of obstacles without the ground."""
+    """Return the record of one UAV's flight; `world` contains the obstacles, but not the terrain."""
     trajectory = mission.trajectories[uav]
     assert trajectory is not None
     commanded = trajectory.at(samples.times).position
@@ -50,11 +50,11 @@ def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle:
 
 
 def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -> tuple[list[Passing], list[Violation]]:
-    """Return every pair when it was closest, and those that strayed too far into their separation.
+    """Return the closest passing of every pair of UAVs, and the violations of pairs that came too close.
 
-    A UAV that was not flown is where its trajectory says, or stands at its start. Where starts or targets are given
-    too close, the nearness that is given must be kept until the pair is first apart, or from when it last is, as
-    planned; less the same share of it as the margin is of the separation.
+    A UAV that was not flown follows its trajectory exactly, or stays at its start. Where starts (or targets) are given
+    closer than the separation, a pair must keep the given nearness until it is first planned to be apart (or from when
+    it is last planned to be), less the share of it that the margin is of the separation.
     """
     uavs = mission.scenario.uavs
     ends = [f.times[-1] for f in flown if f is not None] + [mission.makespan]
@@ -91,7 +91,7 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
 
 
 def planned_close(mission: Mission, i: int, j: int) -> bool:
-    """Tell whether two UAVs come closer than is asked of them as planned already."""
+    """Return whether the planned trajectories of two UAVs already come closer than required."""
     times = np.arange(np.ceil(mission.makespan * COMMAND_RATE) + 1) / COMMAND_RATE
     meant = _nearness(_planned(mission, i, times) - _planned(mission, j, times), *_separation(mission, i, j))
     return bool(np.any(meant < _asked(mission, i, j, meant) - 10 * SEPARATION_ROUNDING))
@@ -119,7 +119,7 @@ def _nearness(apart: Floats, level: float, upright: float) -> Floats:
 
 
 def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
-    """Return the nearness to be kept, (m,): less than 1 while it is because starts, or targets, are given too close."""
+    """Return the required nearness, (m,): below 1 only while the given starts or targets are too close."""
     uavs, targets = mission.scenario.uavs, mission.scenario.targets
     asked = np.full(len(meant), 1.0 - SEPARATION_ROUNDING)
     clear = np.flatnonzero(meant >= 1.0 - SEPARATION_ROUNDING)
@@ -137,7 +137,7 @@ def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
 
 
 def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list[Violation]:
-    """Return what one UAV did wrong: too near obstacles or ground, out of bounds, off its target, lost too early."""
+    """Return the violations of one UAV: too near to obstacles or ground, out of bounds, off its target, or lost."""
     name, wrong = scenario.uavs[flown.uav].name, []
 
     def note(fault: Fault, message: str, k: int) -> None:

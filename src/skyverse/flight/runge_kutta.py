@@ -1,4 +1,4 @@
-"""Fixed steps for rotorpy's vehicles, which their default, adaptive integrator takes longer for."""
+"""A fixed-step integrator for rotorpy's vehicles, faster than their adaptive default."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from skyverse._typing import Floats
 
 
 class RungeKutta(OdeSolver):
-    """The classical fourth-order method in equal steps, none above `max_step`."""
+    """The classical fourth-order Runge-Kutta method in equal steps of at most `max_step`."""
 
     def __init__(
         self, fun: Any, t0: float, y0: Floats, t_bound: float, vectorized: bool = False, max_step: float = np.inf

@@ -1,4 +1,4 @@
-"""One UAV flown in rotorpy."""
+"""Flies one UAV in rotorpy."""
 
 from dataclasses import dataclass
 
@@ -14,16 +14,16 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.trajectory.limits import GRAVITY
 
 COMMAND_RATE = 100.0
-"""Commands, and samples, a second."""
+"""Commands, and samples, per second."""
 SETTLING_SECONDS = 1.0
-"""Seconds that a UAV is flown on for when it should have arrived."""
+"""Seconds for which a UAV is still simulated after its trajectory has ended."""
 LOST_DISTANCE = 20.0
-"""Metres off its trajectory at which a UAV is given up."""
+"""Metres: a UAV that is farther from its trajectory is lost."""
 
 
 @dataclass(frozen=True)
 class SimulationJob:
-    """What one UAV is to fly, and in what: vehicle by name, wind (m/s), noise (m and m/s), seed of the noise."""
+    """The flight of one UAV: trajectory, vehicle by name, wind (m/s), noise (m and m/s), seed of the noise."""
 
     trajectory: Trajectory
     vehicle: str
@@ -34,7 +34,7 @@ class SimulationJob:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """What one UAV did: (m,) seconds, (m, 3) metres and m/s, (m, 4) rotor speeds in rad/s, (m,) degrees of tilt."""
+    """The motion of one UAV: (m,) seconds, (m, 3) metres and m/s, (m, 4) rotor speeds (rad/s), (m,) degrees of tilt."""
 
     times: Floats
     positions: Floats
@@ -44,7 +44,7 @@ class Samples:
 
 
 def require_simulator() -> None:
-    """Raise `InputError` where rotorpy is not installed."""
+    """Raise `InputError` if rotorpy is not installed."""
     try:
         import rotorpy.vehicles.multirotor  # noqa: F401
     except ImportError:
@@ -52,7 +52,7 @@ def require_simulator() -> None:
 
 
 def simulate(job: SimulationJob) -> Samples:
-    """Fly one UAV from its departure until `SETTLING_SECONDS` seconds after it should have arrived.
+    """Fly one UAV from its departure until `SETTLING_SECONDS` after the end of its trajectory.
 
     The UAV departs from a hover. rotorpy's SE3 controller, with its own gains, commands the rotors `COMMAND_RATE` times
     a second. It follows the reference of `feedforward`, less the wind's acceleration that the observer has estimated,
@@ -109,7 +109,7 @@ def simulate(job: SimulationJob) -> Samples:
 
 
 def _within_tilt(acceleration: Floats, most: float | None) -> Floats:
-    """Return an acceleration whose thrust leans by `most` degrees at most; its vertical part stays."""
+    """Return an acceleration whose thrust tilts by at most `most` degrees, with its vertical part unchanged."""
     if most is None:
         return acceleration
     lift = max(acceleration[2] + GRAVITY, 0.0)

@@ -1,4 +1,4 @@
-"""The quadrotors that can fly a mission, by name: rotorpy's own, and the thesis's, completed."""
+"""The quadrotors that can fly a mission: those of rotorpy, and the thesis's with estimated parameters."""
 
 import math
 from collections.abc import Callable
@@ -24,9 +24,9 @@ class Vehicle:
     name
         One of `VEHICLES`.
     parameters
-        What rotorpy calls ``quad_params``.
+        rotorpy's ``quad_params``.
     max_tilt
-        Degrees between its commanded thrust and the vertical; ``None`` where nothing limits it.
+        The largest angle between commanded thrust and the vertical, degrees; ``None`` without a limit.
     """
 
     name: str
@@ -35,17 +35,17 @@ class Vehicle:
 
     @property
     def mass(self) -> float:
-        """Kilograms."""
+        """The mass, kilograms."""
         return float(self.parameters["mass"])
 
     @property
     def max_thrust(self) -> float:
-        """Of all rotors together, newtons."""
+        """The largest thrust of all rotors together, newtons."""
         return float(self.parameters["num_rotors"] * self.parameters["k_eta"] * self.parameters["rotor_speed_max"] ** 2)
 
     @property
     def thrust_to_weight(self) -> float:
-        """The most thrust, as a multiple of its weight."""
+        """The largest thrust as a multiple of the weight."""
         return self.max_thrust / (self.mass * GRAVITY)
 
 
@@ -57,7 +57,7 @@ def vehicle_of(name: str) -> Vehicle:
 
 
 def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...]) -> None:
-    """Refuse a vehicle that cannot do what the UAVs' limits allow their trajectories."""
+    """Raise `InputError` if the vehicle cannot fly what the UAVs' limits allow."""
     for uav in uavs:
         pull = uav.max_acceleration / GRAVITY
         thrust = min(uav.thrust_to_weight, 1.0 + pull)
@@ -81,13 +81,13 @@ def _of_rotorpy(name: str) -> Vehicle:
 
 
 def _thesis() -> Vehicle:
-    """Complete the thesis's quadrotor.
+    """Return the thesis's quadrotor, with estimates for what the thesis does not state.
 
-    Given by the thesis: mass, thrust and tilt. Its simulator is that of the University of Pennsylvania's course on
-    aerial robotics (the "nano plus"), which adds inertia, arm and least thrust (a twentieth of the weight). All else
-    lies between rotorpy's Crazyflie and Hummingbird, of whose arms (0.043 and 0.17 m) this one is the geometric mean:
-    so is whatever both have. Where the Crazyflie's is 0, areas tell: a quarter of the Hummingbird's. The rotors' yaw
-    moment per thrust is a length, and scales as the arm; the controller's gains are the Hummingbird's.
+    The thesis states mass, thrust and tilt. Its simulator is that of the University of Pennsylvania's course on aerial
+    robotics (the "nano plus"), which adds inertia, arm and least thrust (1/20 of the weight). The arm is the geometric
+    mean of those of rotorpy's Crazyflie and Hummingbird (0.043 and 0.17 m), and so is every other parameter that both
+    have. Where the Crazyflie's is 0, it is a quarter of the Hummingbird's, as areas scale. The rotors' yaw moment per
+    thrust is a length and scales with the arm; the controller's gains are the Hummingbird's.
     """
     mass = 0.176
     k_eta = math.sqrt(2.3e-8 * 5.57e-6)
@@ -131,4 +131,4 @@ VEHICLES: dict[str, Callable[[], Vehicle]] = {
     "crazyflie": lambda: _of_rotorpy("crazyflie"),
     "hummingbird": lambda: _of_rotorpy("hummingbird"),
 }
-"""What makes each vehicle; rotorpy's own need rotorpy."""
+"""The function that makes each vehicle; all but the thesis's need rotorpy."""

@@ -1,4 +1,4 @@
-"""The push of the wind, found while flying."""
+"""An observer that estimates the acceleration by the wind during the flight."""
 
 from typing import Any
 
@@ -10,18 +10,18 @@ from skyverse.flight.vehicle import Vehicle
 from skyverse.trajectory.limits import GRAVITY
 
 OBSERVER_BANDWIDTH = 8.0
-"""How fast the observer follows, 1/s."""
+"""The bandwidth of the observer, 1/s."""
 
 
 class WindObserver:
-    """Finds the push of the wind: what velocity does beyond what rotors and still air explain, smoothed."""
+    """Estimates the wind's acceleration as the smoothed change of velocity that rotors and still air do not explain."""
 
     def __init__(self, body: Any, kind: Vehicle) -> None:
         self._body, self._mass = body, kind.mass
         self._explained: Floats | None = None
 
     def push(self, told: dict[str, Floats], dt: float) -> Floats:
-        """Return the push, (3,) m/s^2, and take note of the state that is told."""
+        """Update the estimate with a measured state, and return it, (3,) m/s^2."""
         turned = _matrix(told["q"])
         if self._explained is None:
             self._explained = told["v"].copy()
@@ -32,7 +32,7 @@ class WindObserver:
 
 
 def _matrix(q: Floats) -> Floats:
-    """Return the rotation of a quaternion x, y, z, w."""
+    """Return the rotation matrix of a quaternion x, y, z, w."""
     x, y, z, w = q
     return np.array(
         [
@@ -44,5 +44,5 @@ def _matrix(q: Floats) -> Floats:
 
 
 def upward(q: Floats) -> Floats:
-    """Return where the rotors thrust to, (3,), at an attitude x, y, z, w."""
+    """Return the direction of the rotors' thrust, (3,), at an attitude given as a quaternion x, y, z, w."""
     return _matrix(q)[:, 2]

@@ -1,4 +1,4 @@
-"""One run, planned, judged and summed up in one row."""
+"""One run of a study: its mission planned, judged by the referee and summarised in one row."""
 
 import hashlib
 from collections.abc import Sequence
@@ -21,12 +21,12 @@ from skyverse.referee import check_result
 from skyverse.stop import MaxIterations, MaxPaths, MaxSeconds, Progress, Stop
 
 _MIN_PILOT_PATHS = 200
-"""Paths of the first pilot run, and of the shortest second one."""
+"""The budget of the first pilot run, in paths, and the least budget of the second."""
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A scenario under its label, and how its UAVs get their targets. Cases of equal content are equal."""
+    """A scenario, its label, and the assignment of its targets. Cases with the same content are equal."""
 
     label: str
     scenario: Scenario
@@ -34,7 +34,7 @@ class Case:
 
     @cached_property
     def digest(self) -> str:
-        """A digest of the content, without the label."""
+        """A digest of scenario and assignment, without the label."""
         return _digest(self.scenario.model_dump_json(), self.assignment)
 
     def __eq__(self, other: object) -> bool:
@@ -46,18 +46,18 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """One run to be done.
+    """One run to be made.
 
     Attributes
     ----------
     case
-        What is given; share one between jobs.
+        The scenario; jobs on the same scenario should share one case.
     planner, label
-        Who plans, and what it is called in the study.
+        The planner, and its label in the study.
     stop, budget
-        When each UAV's run ends, and what that is called. `MaxSeconds` alone measures a pilot run first.
+        The rule that ends each UAV's search, and its label. `MaxSeconds` alone is turned into paths by a pilot run.
     seed
-        A scenario of one UAV is planned with ``rng=seed``; of several, each with a stream of its own, as by
+        The search of a single UAV gets ``rng=seed``; those of several get a random stream each, as in
         `plan_mission`.
     """
 
@@ -70,12 +70,12 @@ class Job:
 
     @property
     def run(self) -> tuple[str, str, str, int]:
-        """Which run this is: scenario, planner and budget by their labels, and the seed."""
+        """The labels of scenario, planner and budget, and the seed, which identify the run in its study."""
         return self.case.label, self.label, self.budget, self.seed
 
     @cached_property
     def key(self) -> str:
-        """A digest of what the run is called, and of all that determines its answer, skyverse's version included."""
+        """A digest of the labels and of all that determines the answer, including the version of skyverse."""
         return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop), __version__)
 
     def __str__(self) -> str:
@@ -83,7 +83,7 @@ class Job:
 
 
 def run_job(job: Job) -> Row:
-    """Assign, plan and judge; what a scenario compiles to is kept for the next job on it."""
+    """Assign targets, plan and judge; the problems of a scenario are kept for the next job on it."""
     problems = _compiled(job.case)
     count = len(job.case.scenario.uavs)
     streams = np.random.default_rng(job.seed).spawn(count) if count > 1 else [job.seed]
@@ -98,9 +98,9 @@ def run_job(job: Job) -> Row:
 
 
 def warm_up(jobs: Sequence[Job]) -> None:
-    """Compile what the jobs' planners need, once, where numba keeps it for all processes of this machine."""
+    """Run one iteration of each job, so that all kernels which the jobs need are compiled and cached."""
     for job in jobs:
-        with suppress(Exception):  # what is wrong with a run, the run itself will tell
+        with suppress(Exception):  # the run itself will raise the same error
             run_job(replace(job, stop=MaxIterations(1)))
 
 
@@ -115,9 +115,9 @@ _rates: dict[tuple[str, str, int, str], float] = {}
 
 
 def _counted(job: Job, problem: Problem) -> Stop:
-    """Turn seconds into as many paths, as a pilot run of this planner on this problem has measured it here.
+    """Return a budget of paths for one of seconds, at the rate that pilot runs of this planner on this problem show.
 
-    The pace changes along a schedule, so that the second pilot has about the length of the run itself, up to a second.
+    The rate changes during a schedule, so the second pilot run is about as long as the run itself, but at most 1 s.
     """
     if not isinstance(job.stop, MaxSeconds):
         return job.stop
@@ -128,7 +128,7 @@ def _counted(job: Job, problem: Problem) -> Stop:
         for _ in range(2):
             pilot = job.planner.plan(problem, stop=MaxPaths(paths) | MaxSeconds(max(1.0, seconds)), rng=0)
             _rates[which] = max(pilot.effort.generated_paths, 1) / max(pilot.seconds, 1e-9)
-            if pilot.stopped_by == "finished":  # an exact planner ends by itself
+            if pilot.stopped_by == "finished":  # an exact planner ends before its budget
                 break
             paths = max(_MIN_PILOT_PATHS, int(_rates[which] * min(1.0, seconds)))
     return MaxPaths(max(1, round(_rates[which] * seconds))) | job.stop
@@ -176,7 +176,7 @@ def _versions(results: Sequence[Result]) -> str:
 
 
 def _history(results: Sequence[Result]) -> History:
-    """Add histories up row by row; one that is over keeps its last row, one that never began costs what it does."""
+    """Add the histories up, row by row; a shorter one repeats its last row, an empty one counts its final cost."""
     length = max((len(result.history.cost) for result in results), default=0)
     if length == 0:
         return no_history()

@@ -1,4 +1,4 @@
-"""Jobs to rows: what is not done yet is run, here, on several processes or on a cluster, and kept as it finishes."""
+"""Runs a study: in this process, on several processes or on a cluster; each row is stored as soon as its run ends."""
 
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
@@ -12,7 +12,7 @@ from skyverse.lab.study import Study
 from skyverse.lab.workers import in_process, on_workers
 
 OnRun = Callable[[int, int], None]
-"""Called with the number of runs that are done and of all runs: at the start, and after each run."""
+"""Called with the number of finished runs and the number of all runs, at the start and after each run."""
 
 
 def run_study(
@@ -23,22 +23,22 @@ def run_study(
     dask: str | None = None,
     on_run: OnRun | None = None,
 ) -> Rows:
-    """Run what a study asks for and is not in the file yet.
+    """Run those runs of a study that are not in the file yet.
 
     Parameters
     ----------
     study
         Scenarios x planners x budgets x seeds.
     path
-        The SQLite file of the rows, made if it is not there. Each row is kept as soon as its run is finished:
-        a study that was cut short, by whatever, goes on where it was.
+        The SQLite file of the rows, which is created if it does not exist. Each row is stored as soon as its run ends,
+        so that an interrupted study continues where it was.
     workers
-        How many processes share the runs; 1 runs them in this one. The rows are the same, their seconds apart.
-        A script that asks for more must begin its work under ``if __name__ == "__main__":``.
+        The number of processes that share the runs; 1 runs them in this process. The rows are the same except for their
+        seconds. A script that asks for more than 1 must start under ``if __name__ == "__main__":``.
     dask
-        The address of a Dask scheduler, whose workers share the runs instead.
+        The address of a Dask scheduler whose workers share the runs instead.
     on_run
-        Called with the number of runs done and of all runs, at the start and after each run.
+        Called with the number of finished runs and the number of all runs, at the start and after each run.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def run_study(
     Raises
     ------
     InputError
-        If the study cannot be run, or the file belongs to another one.
+        If the study cannot be run, or the file has rows of another study with the same labels.
     """
     rows = Rows(path)
     try:
@@ -69,12 +69,12 @@ def run_jobs(
 ) -> None:
     """Run those jobs that have no row yet; see `run_study`.
 
-    The rows are ordered as the labels first appear in the jobs.
+    Rows are returned in the order in which their labels first appear in the jobs.
 
     Raises
     ------
     InputError
-        If two jobs have the same labels and seed, or a row has them already but was made of something else.
+        If two jobs have the same labels and seed, or a row has them already but is the result of a different job.
     """
     if workers < 1:
         raise InputError(f"expected a whole number from 1 on, found {workers!r}", field="workers")

@@ -1,4 +1,4 @@
-"""What is compared: scenarios x planners x budgets x seeds, as a short file says it."""
+"""Studies: scenarios x planners x budgets x seeds, as objects and as files."""
 
 import os
 from collections.abc import Iterator
@@ -32,8 +32,8 @@ class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-class Given(_Model):
-    """A scenario by built-in name or file, and its label: the name, or the file's stem."""
+class StudyScenario(_Model):
+    """A scenario, by built-in name or file, and its label, which by default is the name or the stem of the file."""
 
     label: str = ""
     file: str
@@ -43,8 +43,8 @@ class Given(_Model):
         return self if self.label else self.model_copy(update={"label": _label(self.file)})
 
 
-class Contender(BaseModel):
-    """A planner by name, its settings, and its label: the name and what was set."""
+class StudyPlanner(BaseModel):
+    """A planner by name, its settings, and its label, which by default is the name followed by the settings."""
 
     model_config = ConfigDict(frozen=True, extra="allow", strict=True)
 
@@ -69,7 +69,7 @@ Count = Annotated[int, Field(ge=1)]
 
 
 class Budget(_Model):
-    """One of these, per UAV."""
+    """The budget of each UAV's search: exactly one of these limits."""
 
     paths: Count | None = None
     nodes: Count | None = None
@@ -93,12 +93,12 @@ class Budget(_Model):
 
     @property
     def label(self) -> str:
-        """How rows call it: ``"1000 paths"``, ``"0.1 seconds"``."""
+        """The label of the budget in rows, such as ``"1000 paths"`` or ``"0.1 seconds"``."""
         return f"{self._amount} {self._unit}"
 
     @property
     def stop(self) -> Stop:
-        """The rule that ends a run."""
+        """The rule that ends a search."""
         rule: Stop = _RULES[self._unit](self._amount)
         return rule
 
@@ -140,7 +140,7 @@ def _count_or_list(seeds: tuple[int, ...]) -> int | list[int]:
 
 
 class Study(_Model):
-    """Scenarios x planners x budgets x seeds.
+    """A comparison: all planners on all scenarios, with all budgets and seeds.
 
     Attributes
     ----------
@@ -149,22 +149,24 @@ class Study(_Model):
     scenarios
         Built-in names or files, or ``{"label": ..., "file": ...}``.
     planners
-        Names, or ``{"planner": ..., "label": ..., settings ...}``. Exact planners, which follow neither budget nor
-        seed, are run for each all the same, so that every planner has equally many rows.
+        Names, or ``{"planner": ..., "label": ..., settings ...}``. Exact planners, which depend on neither budget nor
+        seed, are also run for each of them, so that every planner has the same number of rows.
     seeds
-        How many, from 0 on, or a list.
+        The number of seeds, counted from 0, or a list of seeds.
     budget
-        One of ``paths``, ``nodes``, ``evaluations``, ``iterations`` or ``seconds``, or a list of such: what each UAV's
-        run may spend. Seconds are turned into paths by a pilot run.
+        The limit of each UAV's search, one of ``paths``, ``nodes``, ``evaluations``, ``iterations`` or ``seconds``, or
+        a list of limits. Seconds are turned into paths by a pilot run.
     assignment
-        How UAVs get their targets; see `plan_mission`.
+        How targets are assigned to UAVs; see `plan_mission`.
     """
 
     format: Literal["skyverse/study/1"] = "skyverse/study/1"
     name: Annotated[str, Field(min_length=1)] = "study"
-    scenarios: Annotated[tuple[Annotated[Given, _named("file")], ...], BeforeValidator(_listed), Field(min_length=1)]
+    scenarios: Annotated[
+        tuple[Annotated[StudyScenario, _named("file")], ...], BeforeValidator(_listed), Field(min_length=1)
+    ]
     planners: Annotated[
-        tuple[Annotated[Contender, _named("planner")], ...], BeforeValidator(_listed), Field(min_length=1)
+        tuple[Annotated[StudyPlanner, _named("planner")], ...], BeforeValidator(_listed), Field(min_length=1)
     ]
     seeds: Annotated[
         tuple[Annotated[int, Field(ge=0)], ...],
@@ -195,12 +197,12 @@ class Study(_Model):
         return self
 
     def jobs(self) -> Iterator[Job]:
-        """Read the scenarios, and yield one job a run.
+        """Read the scenarios, and yield one job for each run.
 
         Raises
         ------
         InputError
-            If a scenario cannot be read, or has no UAV or no target.
+            If a scenario cannot be read, has no UAV or no target, or has costs in a unit that not all planners share.
         """
         cases = [_case(given, self.assignment) for given in self.scenarios]
         for case in cases:
@@ -220,7 +222,7 @@ class Study(_Model):
             )
 
     def seen_from(self, folder: Path) -> "Study":
-        """Return the study with its scenarios' files as seen from a folder."""
+        """Return the study with the paths of its scenarios' files relative to `folder`."""
         given = tuple(
             scenario
             if scenario.file in BUILTIN_NAMES
@@ -231,13 +233,13 @@ class Study(_Model):
 
 
 def read_study(path: str | Path) -> Study:
-    """Read a study file, YAML or JSON; its scenarios' files are found relative to it."""
+    """Read a study file, YAML or JSON; the paths of scenarios in it are relative to the file."""
     path = Path(path)
     return study_from_data(path, parse(path, read_text(path)), path.parent)
 
 
 def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
-    """Validate a study's data, or raise `InputError` naming file and field; files are relative to the folder."""
+    """Return the study that `data` describes, or raise `InputError`; paths of scenarios are relative to `folder`."""
     if not isinstance(data, dict):
         raise InputError(
             f"{source}: expected a study, a mapping with the key 'scenarios' and others, found {data!r:.40}"
@@ -245,7 +247,7 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
     try:
         study = Study.model_validate(data)
     except ValidationError as error:
-        known = {*Study.model_fields, *Given.model_fields, *Contender.model_fields, *Budget.model_fields}
+        known = {*Study.model_fields, *StudyScenario.model_fields, *StudyPlanner.model_fields, *Budget.model_fields}
         raise explained(source, error, known) from None
     given = tuple(
         scenario
@@ -257,7 +259,7 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
 
 
 def write_study(study: Study, path: Path) -> None:
-    """Write a study file, from which `read_study` reads an equal study."""
+    """Write a study file from which `read_study` reads an equal study."""
     data = study.seen_from(path.parent).model_dump(mode="json")
     for things, key in ((data["scenarios"], "file"), (data["planners"], "planner")):
         for k, thing in enumerate(things):
@@ -266,7 +268,7 @@ def write_study(study: Study, path: Path) -> None:
     write_text(path, yaml_text(data))
 
 
-def _case(given: Given, assignment: Assignment) -> Case:
+def _case(given: StudyScenario, assignment: Assignment) -> Case:
     scenario = read_scenario(given.file)
     for kind, things in (("uavs", scenario.uavs), ("targets", scenario.targets)):
         if not things:

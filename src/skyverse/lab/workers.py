@@ -1,4 +1,4 @@
-"""Runs on this machine: in this process, or on several spawned ones."""
+"""The runs of a study on this machine: in this process, or on several spawned processes."""
 
 import multiprocessing
 import signal
@@ -16,11 +16,11 @@ from skyverse.lab.run_job import Job, run_job, warm_up
 
 
 class WorkerError(RuntimeError):
-    """A run ended the process that it ran in, twice."""
+    """A run ended its process twice, or the connection to a cluster was lost."""
 
 
 def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
-    """Run one job after another in this process; Ctrl-C takes effect after a run, a second one ends the program."""
+    """Run one job after another in this process; Ctrl-C takes effect after the run, a second Ctrl-C at once."""
     with _interrupts() as interrupts:
         for job in jobs:
             yield job, run_job(job)
@@ -30,7 +30,7 @@ def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
 
 @contextmanager
 def _interrupts() -> Iterator[list[int]]:
-    """Yield a list of the signals of Ctrl-C: an exception raised inside a kernel may crash the process."""
+    """Yield a list that collects Ctrl-C, because an exception raised inside a kernel may crash the process."""
     caught: list[int] = []
 
     def catch(number: int, _: object) -> None:
@@ -48,17 +48,17 @@ def _interrupts() -> Iterator[list[int]]:
 
 
 def on_workers(jobs: Sequence[Job], workers: int) -> Generator[tuple[Job, Row]]:
-    """Run jobs on as many spawned processes, and yield them as they finish; each holds one job at a time.
+    """Run jobs on spawned processes, each one job at a time, and yield each job with its row as it finishes.
 
-    The first process compiles what is not compiled yet, before the others begin. A process that dies is replaced and
-    its job run once more. Whatever ends the iteration ends the processes.
+    The first process compiles the kernels before the others begin. A process that dies is replaced, and its job is run
+    once more. The processes end when the iteration ends, for whatever reason.
 
     Raises
     ------
     WorkerError
-        If a job's second process dies, too.
+        If the second process of a job dies as well.
     """
-    context = multiprocessing.get_context("spawn")  # a fork would inherit locks that others hold
+    context = multiprocessing.get_context("spawn")  # a forked process would inherit locks that other threads hold
     staff = [_Worker(context) for _ in range(min(workers, len(jobs)))]
     waiting = deque((job, 1) for job in jobs)
     try:
@@ -82,7 +82,7 @@ def on_workers(jobs: Sequence[Job], workers: int) -> Generator[tuple[Job, Row]]:
                     staff[staff.index(worker)] = worker = _Worker(context)
                     worker.take(waiting)
                 else:
-                    worker.take(waiting)  # it works on while the row is stored
+                    worker.take(waiting)  # the process continues while the row is stored
                     yield job, row
     finally:
         for worker in staff:
@@ -90,7 +90,7 @@ def on_workers(jobs: Sequence[Job], workers: int) -> Generator[tuple[Job, Row]]:
 
 
 class _Worker:
-    """A process, the pipe to it, and the job that it has."""
+    """A process, the pipe to it, and its current job."""
 
     def __init__(self, context: Any) -> None:
         self.connection, theirs = context.Pipe()
@@ -106,11 +106,11 @@ class _Worker:
         self.job = None
         if waiting:
             self.job, self.attempt = waiting.popleft()
-            with suppress(OSError):  # it is dead, which its answer will tell
+            with suppress(OSError):  # the process has died, which `answer` reports
                 self.connection.send(self.job)
 
     def answer(self) -> Any:
-        """Return the answer, or raise what it raised; `EOFError` if the process has died."""
+        """Return the answer of the process, or raise the exception that it sent; `EOFError` if it has died."""
         try:
             answer = self.connection.recv()
         except OSError:
@@ -120,7 +120,7 @@ class _Worker:
         return answer
 
     def end(self) -> int | None:
-        """End the process, and return its exit code if it has ended by itself."""
+        """End the process; return its exit code if it had already ended by itself."""
         self.connection.close()
         died: int | None = self.process.exitcode
         self.process.kill()
@@ -130,7 +130,7 @@ class _Worker:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Let a process that is started here ignore Ctrl-C from its first instant: the parent decides what it means."""
+    """Let a process that is started here ignore Ctrl-C from its first instant; the parent process handles it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -142,15 +142,15 @@ def _deaf() -> Iterator[None]:
 
 
 def _prepare(worker: _Worker, jobs: list[Job]) -> None:
-    """Let one process compile; if it dies of that, the runs will tell."""
+    """Let one process compile the kernels; if it dies, the runs themselves will report why."""
     with suppress(OSError, EOFError):
         worker.connection.send(jobs)
         worker.answer()
 
 
 def _serve(connection: Connection) -> None:
-    """Do jobs until the other end of the pipe is closed, if only because that process is dead."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what Ctrl-C means
+    """Run the jobs that arrive through a pipe until its other end is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent process handles Ctrl-C
     with suppress(EOFError, OSError):
         while True:
             task = connection.recv()

@@ -1,4 +1,4 @@
-"""A circle of UAVs each of which has to get to the opposite side."""
+"""UAVs on a circle, each of which has to fly to the opposite side."""
 
 import math
 from numbers import Real
@@ -10,28 +10,28 @@ from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.uav import UAV
 
 CIRCLE_SPACE_HEIGHT = 20.0
-"""Metres of air under and over the circle, together."""
+"""Metres from the floor of the space to its ceiling; the circle is half-way up."""
 
 
 def circle_swap(uavs: int = 8, radius: float = 20.0) -> Scenario:
-    """Make a circle on which UAV i starts where the UAV opposite has its target: all straight ways meet at the centre.
+    """Make a circle on which each UAV's target is the start of the opposite one: all straight ways meet at the centre.
 
     Parameters
     ----------
     uavs
-        How many; an even number.
+        The number of UAVs, which is even.
     radius
-        Of the circle, metres.
+        The radius of the circle, metres.
 
     Returns
     -------
     Scenario
-        Without obstacles, costs in metres; target i is UAV i's, so plan it with the assignment ``"identity"``.
+        It has no obstacles and costs in metres. Target i is that of UAV i, so plan with the assignment ``"identity"``.
 
     Raises
     ------
     InputError
-        If the number is not even and positive, or the circle is too small for UAVs half a metre apart.
+        If the number is not even and positive, or the circle is too small for the separation of the UAVs.
     """
     if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or uavs < 2 or uavs % 2:
         raise InputError(f"circle_swap's uavs is an even number from 2 on, not {uavs!r}")

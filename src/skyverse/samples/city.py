@@ -10,7 +10,7 @@ from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
 
 CITY_DENSITY = 2000 / 2000.0**2
-"""Buildings per square metre: 2,000 on 2 km x 2 km."""
+"""Buildings per square metre, of 2,000 on 2 km x 2 km."""
 
 
 def random_city(
@@ -24,35 +24,35 @@ def random_city(
 ) -> Scenario:
     """Make a city of random buildings, and UAVs that have to cross it.
 
-    Footprints are rectangles of 10 to 40 m a side, anywhere, so that some touch or overlap; heights are log-normal
-    with median 25 m (sigma 0.6), so that some seven in a hundred reach through a ceiling of 60 m. The first UAV
-    crosses from corner to corner; the others start somewhere on one side of the square and have their target on the
-    opposite one.
+    Footprints are rectangles with sides of 10 to 40 m at random places, so that some touch or overlap. Heights are
+    log-normal with median 25 m (sigma 0.6), so that about 7 % exceed a ceiling of 60 m. The first UAV crosses from
+    corner to corner; the others start at a random place on one side of the square and have their target on the
+    opposite side.
 
     Parameters
     ----------
     buildings
-        How many.
+        The number of buildings.
     side
-        Of the square, metres; by default as many buildings per area as 2,000 on 2 km x 2 km have.
+        The side of the square, metres; by default it gives the density of 2,000 buildings on 2 km x 2 km.
     ceiling
-        The upper bound of flight, metres; the lower one is the ground.
+        The upper bound of flight, metres above the ground, which is the lower bound.
     clearance
-        Metres to keep from buildings.
+        The distance to keep from buildings, metres.
     uavs
-        How many UAVs and targets.
+        The number of UAVs, and of targets.
     seed
         The same seed makes the same city.
 
     Returns
     -------
     Scenario
-        With a lattice of steps of at most 5 m, 26-connected, and costs in metres.
+        It has a 26-connected lattice with steps of at most 5 m, and costs in metres.
 
     Raises
     ------
     InputError
-        If an argument cannot be, or the buildings leave no room for the starts and targets.
+        If an argument is out of range, or the buildings leave no space for starts and targets.
     """
     for name, number, least in (("buildings", buildings, 0), ("uavs", uavs, 0), ("seed", seed, 0)):
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < least:
@@ -71,7 +71,7 @@ def random_city(
     boxes = np.round(np.column_stack([low, np.zeros(buildings), high, height]), 2)
     boxes = boxes[np.all(boxes[:, 3:] > boxes[:, :3], axis=1)]
 
-    def stand(near: tuple[float, float], reach: tuple[float, float]) -> tuple[float, float, float]:
+    def free_place(near: tuple[float, float], reach: tuple[float, float]) -> tuple[float, float, float]:
         for _ in range(1000):
             xy = np.clip(np.array(near) + rng.uniform(-1.0, 1.0, 2) * reach, 0.0, side)
             p = np.floor([*100 * xy, 100 * rng.uniform(min(10.0, ceiling / 2), min(50.0, ceiling))]) / 100
@@ -90,7 +90,7 @@ def random_city(
             if across
             else ((side / 2, here), (side / 2, there), (side / 2, edge))
         )
-    ways = [(stand(a, reach), stand(b, reach)) for a, b, reach in ends[:uavs]]
+    ways = [(free_place(a, reach), free_place(b, reach)) for a, b, reach in ends[:uavs]]
     return Scenario(
         name=f"city-{buildings}-{seed}",
         description=f"{buildings} random buildings on {side:g} m x {side:g} m under {ceiling:g} m (seed {seed}).",

@@ -30,7 +30,7 @@ TERRAIN_SIDES = (11000.0, 7000.0)
 TERRAIN_STEP = 75.0
 """Metres."""
 END_HEIGHT = 40.0
-"""Metres: where UAVs start and end."""
+"""Metres above ground of starts and targets."""
 
 _STARTS = (
     (36.51020, -84.17420),
@@ -43,12 +43,12 @@ _TARGETS = ((36.5270, -84.2790), (36.5140, -84.2830), (36.5020, -84.2740), (36.4
 
 
 def jacksboro() -> Scenario:
-    """Make the scenario: flights of ten kilometres over ridges, 30 m or more above ground, 40 to 120 m where it pays.
+    """Make the scenario: flights of 10 km over ridges, at least 30 m above ground, in a band of 40 to 120 m if possible.
 
     Returns
     -------
     Scenario
-        With a lattice of 100 m, 25 m in height, 26-connected, for those who need one.
+        It has a 26-connected lattice with steps of 100 m, 25 m vertically, for planners that need one.
     """
     terrain = _terrain()
     heights = terrain.heights
@@ -84,7 +84,7 @@ def jacksboro() -> Scenario:
 
 
 def _terrain() -> Terrain:
-    """Bring the elevation model to the local frame: bilinear, and raised where one of its heights would stand out."""
+    """Return the elevation model in the local frame: bilinear, and raised so that none of its heights lies above it."""
     from matplotlib.cbook import get_sample_data
 
     file: Any = get_sample_data(ELEVATION_FILE)  # an opened .npz
@@ -114,7 +114,7 @@ def _terrain() -> Terrain:
 
 
 def _between(heights: Floats, row: Floats, column: Floats) -> Floats:
-    """Interpolate between heights at fractional rows and columns."""
+    """Return heights at fractional rows and columns, by bilinear interpolation."""
     i = np.clip(row.astype(int), 0, heights.shape[0] - 2)
     j = np.clip(column.astype(int), 0, heights.shape[1] - 2)
     u, v = row - i, column - j
@@ -124,7 +124,7 @@ def _between(heights: Floats, row: Floats, column: Floats) -> Floats:
 
 
 def _above(terrain: Terrain, places: tuple[tuple[float, float], ...]) -> list[tuple[float, float, float]]:
-    """Return local positions so much above the ground at places given as latitude and longitude."""
+    """Return local positions `END_HEIGHT` above the ground at places given as latitude and longitude."""
     flat = to_local(JACKSBORO_ORIGIN, [(*place, JACKSBORO_ORIGIN.altitude) for place in places])[:, :2].round(1)
     row, column = ((flat - terrain.origin) / terrain.step).T
     ground = _between(terrain.heights, row, column)

@@ -1,4 +1,4 @@
-"""Random rooms full of boxes, as bad as they get."""
+"""Random rooms full of boxes, with all difficulties that boxes can make."""
 
 import numpy as np
 
@@ -11,11 +11,11 @@ ROOM_GRID = 0.25
 
 
 def random_room(*, seed: int = 0) -> Scenario:
-    """Make a room that is hard to get right: for those who test planners.
+    """Make a random room that is difficult to plan in, for tests of planners.
 
-    A room of 6 to 16 m a side holds 0 to 200 boxes on quarters of a metre, many of them touching or overlapping; some
-    rooms have a wall with a slit, some a closed room within; start and target are anywhere, also inside boxes, and
-    often exactly on a grown wall. The clearance is 0 to 0.25 m.
+    A room with sides of 6 to 16 m contains 0 to 200 boxes on a grid of 0.25 m, many of which touch or overlap. Some
+    rooms have a wall with a slit, some a closed room inside. Start and target are at random places, also inside boxes,
+    and often exactly on the surface of a box grown by the clearance, which is 0 to 0.25 m.
 
     Parameters
     ----------
@@ -25,12 +25,12 @@ def random_room(*, seed: int = 0) -> Scenario:
     Returns
     -------
     Scenario
-        With a lattice of quarters of a metre, 26-connected, and costs in metres.
+        It has a 26-connected lattice with steps of 0.25 m, and costs in metres.
 
     Raises
     ------
     InputError
-        If the seed is none.
+        If the seed is not a whole number from 0 on.
     """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise InputError(f"random_room's seed is a whole number from 0 on, not {seed!r}")
@@ -64,7 +64,7 @@ def random_room(*, seed: int = 0) -> Scenario:
 
     def place() -> tuple[float, float, float]:
         p = rng.uniform(0, side)
-        if boxes and rng.random() < 0.4:  # on a wall
+        if boxes and rng.random() < 0.4:  # on the surface of a grown box
             a, b = boxes[rng.integers(len(boxes))]
             axis = rng.integers(3)
             p[axis] = (a - clearance if rng.random() < 0.5 else b + clearance)[axis]

@@ -1,4 +1,4 @@
-"""Random fields of threats: hard boxes, and soft zones that a path may cross at a risk."""
+"""Random fields of threats: boxes as obstacles, and zones that a path may cross at a risk."""
 
 import math
 
@@ -16,26 +16,26 @@ FIELD_SIDE, FIELD_CEILING, FIELD_CLEARANCE = 1000.0, 200.0, 5.0
 def random_threats(threats: int = 15, *, seed: int = 0) -> Scenario:
     """Make a field of 1000 m x 1000 m x 200 m with random threats in it, and a UAV that has to cross it.
 
-    Each threat is, with equal chance, a hard box, or a soft cylinder or prism with a risk of 0.5 to 3 a metre. Some
-    reach the ceiling; the others can be flown over, and some zones under, outside the altitude band. All terms of the
-    objective are priced at once: metres, joints, altitude, risk and climb.
+    Each threat is, with equal probability, a box as an obstacle, or a cylinder or a prism as a zone with a risk of 0.5
+    to 3 a metre. Some reach the ceiling; UAVs can fly over the others, and under some zones, outside the altitude band.
+    The objective has all terms: metres, turns, end, altitude, risk and climb.
 
     Parameters
     ----------
     threats
-        How many.
+        The number of threats.
     seed
         The same seed makes the same field.
 
     Returns
     -------
     Scenario
-        With a lattice of 20 m, 26-connected, for those who need one.
+        It has a 26-connected lattice with steps of 20 m, for planners that need one.
 
     Raises
     ------
     InputError
-        If the number of threats or the seed is no whole number from 0 on.
+        If the number of threats or the seed is not a whole number from 0 on.
     """
     for name, number in (("threats", threats), ("seed", seed)):
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < 0:
@@ -92,12 +92,12 @@ def _rounded(place: np.ndarray) -> tuple[float, float]:
 
 
 def _near(box: Box, end: tuple[float, float, float]) -> bool:
-    room = FIELD_CLEARANCE + 25.0  # as much as the lattice needs to stand beside it
+    room = FIELD_CLEARANCE + 25.0  # so that a lattice node beside the box is free
     return all(box.min[k] - room < end[k] < box.max[k] + room for k in range(2))
 
 
 def _star(rng: np.random.Generator, centre: np.ndarray) -> tuple[tuple[float, float], ...]:
-    """Draw a polygon of five to nine corners about a centre, seldom convex."""
+    """Return a random polygon of five to nine corners around a centre; it is rarely convex."""
     corners = int(rng.integers(5, 10))
     turn = 2 * math.pi * (np.arange(corners) + rng.uniform(-0.3, 0.3, corners)) / corners
     reach = rng.uniform(50.0, 160.0, corners)

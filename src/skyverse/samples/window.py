@@ -1,4 +1,4 @@
-"""A hundred UAVs that exchange places through a window."""
+"""Up to a hundred UAVs that exchange places through a window."""
 
 import numpy as np
 
@@ -8,31 +8,33 @@ from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
 
 SWAP_SPACING = (0.9, 0.9, 1.1)
-"""Metres between places."""
+"""Metres between neighbouring places, along x, y and z."""
 
 
 def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
-    """Let half of the UAVs start on either side of Map 1's window, each with its target where one of the others starts.
+    """Make a scenario with half of the UAVs on either side of Map 1's window, each of which flies to another's start.
 
-    UAV i of the first half and UAV i of the second exchange places: whoever arrives first finds the other gone only if
-    it has already left, and passed.
+    UAV i of the first half and UAV i of the second exchange places, so that each has to leave its place before the
+    other arrives, and both have to pass the window.
 
     Parameters
     ----------
     room
-        Whose bounds, obstacles and clearance to take: the built-in ``"map1"``, with its window between y = 2 and 2.5 m.
+        The scenario that gives bounds, obstacles and clearance: the built-in ``"map1"``, whose window lies between
+        y = 2 and 2.5 m.
     uavs
-        How many; an even number up to 100.
+        The number of UAVs, which is even and at most 100.
 
     Returns
     -------
     Scenario
-        Target i is UAV i's, so plan it with the assignment ``"identity"``. The separation is 0.3 m, 0.6 m above others.
+        Target i is that of UAV i, so plan with the assignment ``"identity"``. The separation is 0.3 m, and 0.6 m
+        vertically.
 
     Raises
     ------
     InputError
-        If the number is not even, or out of range, or a place is not free in the room.
+        If the number is odd or out of range, or a place is not free in the room.
     """
     if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or not 2 <= uavs <= 100 or uavs % 2:
         raise InputError(f"window_swap's uavs is an even number from 2 to 100, not {uavs!r}")
@@ -54,7 +56,7 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
 
 
 def _free(room: Scenario, place: tuple[float, float, float]) -> bool:
-    """Tell whether a place is in the room's bounds and clear of its boxes; of other shapes nothing is known."""
+    """Return whether a place is in the room's bounds and clear of its boxes; other shapes are ignored."""
     inside = all(low <= p <= high for low, p, high in zip(room.bounds.min, place, room.bounds.max, strict=True))
     return inside and not any(
         all(
@@ -67,7 +69,7 @@ def _free(room: Scenario, place: tuple[float, float, float]) -> bool:
 
 
 def _places(count: int, first: float, away: int) -> list[tuple[float, float, float]]:
-    """Return places in rows of ten, five high, from y = `first` on, away from the window."""
+    """Return places in rows of ten, five rows high, from y = `first` on, in the direction away from the window."""
     dx, dy, dz = SWAP_SPACING
     return [
         (round(1.0 + dx * (i % 10), 6), round(first + away * dy * (i // 50), 6), round(0.8 + dz * (i // 10 % 5), 6))
