@@ -69,10 +69,12 @@ def export(
         flies: where there are several, ``city.plan`` becomes ``city-uav-1.plan`` and so on.
     altitude
         The reference of altitudes: ``"amsl"``, mean sea level; ``"home"``, the ground below the UAV's start (its
-        `home`, or else the terrain, or else the start itself); ``"agl"``, the ground below the UAV, which needs a terrain.
+        `home`, or else the terrain, or else the start itself); ``"agl"``, the ground below the UAV, which needs a
+        terrain.
     origin
         The place of the scenario's zero, instead of the scenario's own origin. Its geoid is needed for ``.geojson``,
-        and for ``.wpml.kmz`` above the sea; if it has none, that of the scenario's own origin is taken where that is near.
+        and for ``.wpml.kmz`` above the sea; if it has none, that of the scenario's own origin is
+        taken where that is near.
     rate
         Samples a second of formats that are sampled; by default 20 in ``.csv``, 4 in light shows, 10 in others.
     radius

@@ -43,7 +43,7 @@ _TARGETS = ((36.5270, -84.2790), (36.5140, -84.2830), (36.5020, -84.2740), (36.4
 
 
 def jacksboro() -> Scenario:
-    """Make the scenario: flights of 10 km over ridges, at least 30 m above ground, in a band of 40 to 120 m if possible.
+    """Make the scenario: flights of 10 km over ridges, at least 30 m above ground, preferably 40 to 120 m.
 
     Returns
     -------
