@@ -1,4 +1,4 @@
-"""The objective's terms over lattice paths given as nodes (thesis, equations 3.2 to 3.4), and over straight legs."""
+"""The objective's terms of lattice paths, given as nodes (thesis, equations 3.2 to 3.4), and of straight legs."""
 
 import math
 from collections.abc import Sequence
@@ -20,24 +20,25 @@ from skyverse.space.voxels import boxes_of
 
 
 class Rates(NamedTuple):
-    """An objective compiled for straight legs; every number is weighted.
+    """An objective compiled for straight legs; every price includes its weight.
 
     Attributes
     ----------
     metre, turn, end
-        The price of a metre flown, of a joint that does not go straight on, of a metre between path's end and goal.
+        The prices of a metre flown, of a joint at which the path turns, of a metre between the path's end and the goal.
     soft
-        Whether any of what follows has a price.
+        Whether anything that follows has a price.
     altitude, low, high, above
-        The price of a metre flown a metre outside the band, the band, and whether it is counted from the ground.
+        The price of a metre flown a metre outside the altitude band, the band's limits in metres, and whether they are
+        counted from the ground.
     climb, steepest
-        The price of a metre flown a radian too steep, and the angle, radians, above which it is.
+        The price of a metre flown a radian too steeply, and the angle, radians, above which it is too steep.
     zones, risks
-        What may be flown through at a risk, in the order of its index; (n,) the price of a metre inside.
+        The zones that may be flown through at a risk, in the order of their index; (n,) the price of a metre inside.
     order
-        (n,) where each zone stands: cylinders first, then prisms, then others.
+        (n,) the numbers of the zones sorted by kind: cylinders first, then prisms, then others.
     ground
-        The terrain, where the band is counted from it.
+        The terrain, if the band is counted from it.
     """
 
     metre: float
@@ -84,6 +85,7 @@ def make_rates(scenario: Scenario) -> Rates:
 
 
 def _rank(zone: Zone) -> int:
+    """Return the number by which zones are sorted by kind."""
     return 0 if isinstance(zone, Cylinder) else 1 if isinstance(zone, Prism) else 2
 
 
@@ -94,23 +96,23 @@ _UNPRICED = Rates(
 
 
 def soft_terms(scenario: Scenario) -> tuple[str, ...]:
-    """Return which of ``altitude``, ``risk`` and ``climb`` a scenario prices."""
+    """Return those of ``altitude``, ``risk`` and ``climb`` that a scenario prices."""
     objective = scenario.objective
     priced = (objective.altitude is not None, objective.risk > 0 and bool(scenario.zones), objective.climb is not None)
     return tuple(name for name, on in zip(("altitude", "risk", "climb"), priced, strict=True) if on)
 
 
 class Pricing(NamedTuple):
-    """An objective compiled for one lattice; every number is weighted.
+    """An objective compiled for one lattice; every price includes its weight.
 
     Attributes
     ----------
     steps
-        (8,) the price of a move by the axes that it changes, ``ex + 2 ey + 4 ez``.
+        (8,) the price of a move, indexed by the axes that it changes: ``ex + 2 ey + 4 ez``.
     first
         The price of the path's first node.
     turn, end
-        The price of a turn, and of a metre between path's end and goal.
+        The prices of a turn, and of a metre between the path's end and the goal.
     rates
         The prices of straight legs, for the soft terms of moves.
     """
@@ -123,7 +125,7 @@ class Pricing(NamedTuple):
 
 
 def make_pricing(objective: Objective, step: Floats, rates: Rates | None = None) -> Pricing:
-    """Compile an objective's weights for a lattice with these metres per step, (3,); without rates, none is soft."""
+    """Compile an objective for a lattice with these metres per step, (3,); without rates there are no soft terms."""
     axes = [(e & 1, (e >> 1) & 1, e >> 2) for e in range(8)]
     lengths = [math.hypot(*(a * s for a, s in zip(used, step, strict=True))) for used in axes]
     by_nodes = objective.unit == "nodes"
@@ -134,13 +136,14 @@ def make_pricing(objective: Objective, step: Floats, rates: Rates | None = None)
 
 @inner
 def _moved(grid: Grid, a: int, b: int) -> tuple[int, int, int]:
+    """Return by how many nodes node b lies from node a along each axis."""
     ny, nz = grid.shape[1], grid.shape[2]
     return b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
 
 
 @kernel
 def fuel(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
-    """Return alpha_1 C_fuel, equation 3.2: the path's nodes, start included, or its length."""
+    """Return alpha_1 C_fuel, equation 3.2: for the number of the path's nodes, start included, or for its length."""
     if pricing.steps[1] == pricing.steps[7] and pricing.first > 0.0:
         return pricing.first * len(nodes)
     total = pricing.first
@@ -152,7 +155,7 @@ def fuel(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
 
 @kernel
 def divergence(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
-    """Return alpha_2 C_divergence: the number of non-zero cross products of consecutive steps."""
+    """Return alpha_2 C_divergence: for the number of non-zero cross products of consecutive steps."""
     turns = 0
     if pricing.turn > 0.0 and len(nodes) > 2:
         ax, ay, az = _moved(grid, nodes[0], nodes[1])
@@ -166,7 +169,7 @@ def divergence(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
 
 @kernel
 def end(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
-    """Return alpha_3 C_end, equation 3.3: the Euclidean metres from the path's end to the goal."""
+    """Return alpha_3 C_end, equation 3.3: for the Euclidean distance from the path's end to the goal, metres."""
     last = nodes[-1]
     if last == goal:
         return 0.0
@@ -189,7 +192,7 @@ def soft(grid: Grid, pricing: Pricing, nodes: Ints) -> Floats:
 
 @kernel
 def total(grid: Grid, pricing: Pricing, nodes: Ints, goal: int) -> float:
-    """Return C, equation 3.4, and the soft terms."""
+    """Return C, equation 3.4, plus the soft terms."""
     price = fuel(grid, pricing, nodes) + divergence(grid, pricing, nodes) + end(grid, pricing, nodes, goal)
     if pricing.rates.soft:
         price += soft(grid, pricing, nodes).sum()
@@ -218,7 +221,7 @@ def add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
 
 @inner
 def _mean_above(least: float, most: float) -> float:
-    """Return the mean of max(0, v) for v spread evenly from the least to the most."""
+    """Return the mean of max(0, v) for v distributed evenly between the least and the most."""
     if least >= 0.0:
         return (least + most) / 2
     if most <= 0.0:
@@ -230,7 +233,7 @@ def _mean_above(least: float, most: float) -> float:
 def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
     """Return the weighted shares of a path (n, 3) of straight legs, metres: (6,) in the order of `terms_of_legs`.
 
-    Its fuel is its length, whatever the objective's unit.
+    Fuel is paid for its length, whatever the objective's unit.
     """
     shares = np.zeros(6)
     soft_shares = shares[3:]
@@ -268,6 +271,7 @@ def terms_of_legs(scenario: Scenario, rates: Rates, path: Floats, goal: Floats) 
 
 
 def _named(scenario: Scenario, shares: Sequence[float]) -> dict[str, float]:
+    """Return the shares of those terms that the scenario prices, by name."""
     names = ("fuel", "divergence", "end", "altitude", "risk", "climb")
     priced = {*names[:3], *soft_terms(scenario)}
     return {name: share for name, share in zip(names, shares, strict=True) if name in priced}

@@ -23,7 +23,7 @@ class Airspace:
     Parameters
     ----------
     scenario
-        Whose space to compile.
+        The scenario that is compiled.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -44,7 +44,7 @@ class Airspace:
 
     @cached_property
     def cells(self) -> Cells:
-        """Free space, cut into boxes."""
+        """Free space, cut into cells, which are boxes."""
         return make_cells(self.world.space, self.scenario.clearance + 3 * SEAM_MARGIN)
 
     @cached_property
@@ -59,12 +59,12 @@ class Airspace:
 
 
 class Problem:
-    """One UAV's way to one target.
+    """One UAV that has to reach one target.
 
     Parameters
     ----------
     scenario
-        What is given; an `Airspace` of it saves compiling it again for each of its problems.
+        The scenario; an `Airspace` of it in its place saves compiling it again for each of its problems.
     uav, target
         Indices into the scenario's UAVs and targets.
 
@@ -130,7 +130,7 @@ class Problem:
 
     @cached_property
     def route(self) -> LatticePath | None:
-        """The exact answer: a cheapest path on this lattice, or ``None`` where none joins start and goal."""
+        """The exact answer: a cheapest path on this lattice, or ``None`` where no path joins start and goal."""
         if self.refusal is not None:
             return None
         return shortest_route(self.airspace.grid, self.airspace.pricing, self.source, self.goal)
@@ -141,7 +141,7 @@ class Problem:
 
 
 def snap_endpoint(airspace: Airspace, point: ArrayLike, start: bool) -> tuple[int, Status | None]:
-    """Find the node that stands for a UAV's start or a target, -1 for none, and the status that refuses it."""
+    """Find the lattice node that stands for a UAV's start or a target, -1 for none, and the status that refuses it."""
     p = np.array(point, dtype=np.float64)
     space, grid = airspace.world.space, airspace.grid
     if np.any(p < space.low) or np.any(p > space.high):

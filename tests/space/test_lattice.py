@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 import skyverse as sky
-from skyverse.space import box, lattice
+from skyverse.space import blocks, lattice
 from worlds import exits_of, grown, indices_of, neighbours, scenarios, shape_of, whole
 
 
@@ -211,7 +211,7 @@ def test_the_kernels_say_what_their_plain_python_says(scenario):
     space = sky.World(scenario).space
     grid = grid_of(scenario)
     touched = [np.zeros(tuple(grid.shape), np.uint8) for _ in range(2)]
-    for kernel, array in zip((box.touch, plain(box.touch)), touched, strict=True):
+    for kernel, array in zip((blocks.mark_boxes, plain(blocks.mark_boxes)), touched, strict=True):
         kernel(space.boxes, space.clearance, grid.origin, grid.step, grid.shape, array)
     np.testing.assert_array_equal(*touched)
     np.testing.assert_array_equal(plain(lattice._safe_moves)(touched[0], grid.moves), grid.exits)

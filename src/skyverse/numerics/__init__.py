@@ -1,1 +1,1 @@
-"""The numerical ground floor: how kernels are compiled, heaps, Bernstein polynomials, arrays."""
+"""What all kernels build on: compilation, tolerances, norms, heaps, Bernstein polynomials, arrays."""

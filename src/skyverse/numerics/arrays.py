@@ -18,7 +18,7 @@ def put(rows: Floats, i: int, row: Floats) -> None:
 
 @inner_query
 def put_all(rows: Floats, i: int, others: Floats) -> None:
-    """Write rows i, i + 1 ..."""
+    """Write other rows into row i and those that follow."""
     for k in range(len(others)):
         for column in range(others.shape[1]):
             rows[i + k, column] = others[k, column]
@@ -26,14 +26,14 @@ def put_all(rows: Floats, i: int, others: Floats) -> None:
 
 @inner_query
 def put_box(boxes: Floats, i: int, low: Floats, high: Floats) -> None:
-    """Write box i, between two corners."""
+    """Write box i, which lies between two corners (3,)."""
     for axis in range(3):
         boxes[i, axis], boxes[i, axis + 3] = low[axis], high[axis]
 
 
 @inner
 def towards(a: Floats, b: Floats, share: float) -> Floats:
-    """Return the point after a share of the way from a to b, (3,)."""
+    """Return the point (3,) that lies a share of the segment a-b from a."""
     point = np.empty(3)
     for axis in range(3):
         point[axis] = a[axis] + share * (b[axis] - a[axis])
@@ -52,5 +52,5 @@ def doubled(rows: NDArray[Any]) -> NDArray[Any]:
 
 @inner
 def order_of(keys: Floats) -> Ints:
-    """Return which number is the least, which the next ...; one sort for all, since numba takes seconds for each."""
+    """Return the indices that sort the numbers; all kernels share this one sort, which takes seconds to compile."""
     return np.argsort(keys)

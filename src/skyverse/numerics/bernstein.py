@@ -1,8 +1,8 @@
-"""Polynomials in Bernstein form: their coefficients enclose their values, and halving them tightens that.
+"""Polynomials in Bernstein form: the coefficients enclose the values, and halving the interval tightens that.
 
-A polynomial of degree n on [0, duration] is n + 1 coefficients, or as many rows of them; over the whole interval it
-stays between the least and the largest (Farouki, "The Bernstein polynomial basis: a centennial retrospective", Computer
-Aided Geometric Design 29 (2012) 379-419).
+A polynomial of degree n on [0, duration] has n + 1 coefficients, or as many rows of them for several polynomials. On
+the whole interval it stays between the least and the greatest coefficient (Farouki, "The Bernstein polynomial basis: a
+centennial retrospective", Computer Aided Geometric Design 29 (2012) 379-419).
 """
 
 import numpy as np
@@ -49,7 +49,7 @@ def halve(b: Floats) -> tuple[Floats, Floats]:
 
 @inner
 def split(b: Floats, left: Floats, k: int) -> None:
-    """Halve without new arrays: `b` becomes its right half, `left` the left one; rows of k laid end to end."""
+    """Halve the interval without new arrays: `b` becomes the right half, `left` the left one; rows of k, end to end."""
     last = len(b) - k
     for column in range(k):
         left[column] = b[column]
@@ -70,6 +70,7 @@ def part(b: Floats, u: float, v: float) -> Floats:
 
 @inner
 def _cut(b: Floats, u: float) -> tuple[Floats, Floats]:
+    """Return the coefficients (n + 1, k) before and after the share u of the interval."""
     n, k = len(b) - 1, b.shape[1]
     left, right = np.empty((n + 1, k)), np.empty((n + 1, k))
     for column in range(k):  # numbers, not rows: slices of arrays are slow to make

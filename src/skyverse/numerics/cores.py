@@ -1,4 +1,4 @@
-"""How much may run side by side."""
+"""How many threads or processes may run side by side."""
 
 import os
 

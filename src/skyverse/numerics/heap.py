@@ -1,4 +1,4 @@
-"""A binary heap of numbered entries in two arrays, the least key first."""
+"""A binary heap of entries, which are numbers, in two arrays; the entry with the least key comes first."""
 
 from typing import NamedTuple
 
@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.numerics.arrays import doubled
-from skyverse.numerics.kernel import inner
+from skyverse.numerics.kernel import inner, inner_query
 
 
 class Heap(NamedTuple):
-    """Keys and entries (capacity,), and how many there are, (1,)."""
+    """The keys and entries, (capacity,) each, and how many there are, (1,)."""
 
     key: NDArray[np.float64]
     entry: NDArray[np.int64]
@@ -25,7 +25,7 @@ def make_heap(capacity: int) -> Heap:
 
 @inner
 def push(heap: Heap, key: float, entry: int) -> Heap:
-    """Add an entry; return the heap, in larger arrays if it was full."""
+    """Add an entry; return the heap, which has larger arrays if it was full."""
     n = heap.size[0]
     if n == len(heap.key):
         heap = Heap(doubled(heap.key), doubled(heap.entry), heap.size)
@@ -34,11 +34,9 @@ def push(heap: Heap, key: float, entry: int) -> Heap:
         parent = (i - 1) >> 1
         if heap.key[parent] <= key:
             break
-        heap.key[i] = heap.key[parent]
-        heap.entry[i] = heap.entry[parent]
+        _write(heap, i, heap.key[parent], heap.entry[parent])
         i = parent
-    heap.key[i] = key
-    heap.entry[i] = entry
+    _write(heap, i, key, entry)
     heap.size[0] = n + 1
     return heap
 
@@ -57,9 +55,14 @@ def pop(heap: Heap) -> tuple[float, int]:
             child += 1
         if heap.key[child] >= key:
             break
-        heap.key[i] = heap.key[child]
-        heap.entry[i] = heap.entry[child]
+        _write(heap, i, heap.key[child], heap.entry[child])
         i = child
-    heap.key[i] = key
-    heap.entry[i] = last
+    _write(heap, i, key, last)
     return least, entry
+
+
+@inner_query
+def _write(heap: Heap, i: int, key: float, entry: int) -> None:
+    """Write one place of the heap."""
+    heap.key[i] = key
+    heap.entry[i] = entry

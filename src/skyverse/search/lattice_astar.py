@@ -1,9 +1,9 @@
 """Cheapest lattice paths, exactly: A* and Dijkstra over nodes, or over nodes and headings where turns are priced.
 
-A turn is a non-zero cross product of consecutive steps, which does not tell a direction from its opposite: the state
-is therefore node and *axis* of the last move, half as many as node and direction. States wait in buckets of f, one
-bucket as wide as the cheapest step; within a bucket a state that improves is opened again, so that the order inside
-does not matter and the answer is exact for any weights.
+A turn is a non-zero cross product of consecutive steps, which does not tell a direction from its opposite. So a state
+is a node and the *axis* of the last move, which makes half as many states as nodes and directions would. States wait in
+buckets by their f = g + h; a bucket is as wide as the cheapest step. Within a bucket a state that improves is opened
+again, so that the order inside does not matter and the answer is exact for any weights.
 """
 
 import math
@@ -20,7 +20,7 @@ from skyverse.numerics.tolerances import PRICE_ROUNDING
 from skyverse.space.lattice import Grid, write_position
 
 BYTES_PER_STATE = 9
-"""g (float64) and one byte of flags and parent; of the waiting list, 16 bytes for each state on the frontier."""
+"""A float64 for g, and a byte for flags and parent; each state that waits takes another 16 bytes."""
 
 _SEEN = 64
 _CLOSED = 128
@@ -39,11 +39,11 @@ class LatticePath(NamedTuple):
 def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> LatticePath | None:
     """Find a cheapest path between two nodes under fuel, turns and soft terms, or ``None`` where there is no path.
 
-    Soft terms are paid move by move; the bounds on what is left do without, since none is below 0.
+    Soft terms are paid move by move. The bounds on the price that is left do without them, since none is below 0.
 
     Where turns are priced, a search backward from the goal over nodes alone first gives the exact length left from
-    every node that can matter: the search over node and axis is guided by it, and cut off at the full price of the
-    path that the first search found.
+    every node that can matter. The search over node and axis is guided by it, and cut off at the full price of the path
+    that the first search found.
     """
     unguided = np.empty(0)
     if pricing.turn == 0.0:
@@ -68,7 +68,21 @@ def prices_to(grid: Grid, pricing: Pricing, source: int, goals: Ints) -> Floats:
 
 
 class _Settled(NamedTuple):
-    """The path to the last goal settled (nodes,), empty without; the goals' prices; lengths (nodes,) of the settled."""
+    """What a search found.
+
+    Attributes
+    ----------
+    nodes
+        (n,) the path to the goal that was settled last; empty if none was.
+    prices
+        The goals' prices.
+    lengths
+        (nodes,) the length to each settled node, infinite for others; empty where it is not needed.
+    ceiling
+        The f above which states were dropped in the end.
+    expanded
+        How many states were expanded.
+    """
 
     nodes: Ints
     prices: Floats
@@ -79,11 +93,11 @@ class _Settled(NamedTuple):
 
 @kernel
 def _steps_left(grid: Grid, pricing: Pricing, x: int, y: int, z: int) -> float:
-    """Price the steps that lead x, y, z nodes on as if nothing stood in the way."""
+    """Return the price of the steps that lead x, y, z nodes farther, without obstacles."""
     dx, dy, dz = abs(x), abs(y), abs(z)
     if len(grid.offsets) == 6:
         return pricing.steps[1] * dx + pricing.steps[2] * dy + pricing.steps[4] * dz
-    # a step along several axes costs less than one after another (the price is submodular): share all that can be
+    # a step along several axes costs less than one along each (the price is submodular): combine as many as possible
     three = min(dx, dy, dz)
     rx, ry, rz = dx - three, dy - three, dz - three
     if rz == 0:
@@ -98,7 +112,7 @@ def _steps_left(grid: Grid, pricing: Pricing, x: int, y: int, z: int) -> float:
 
 @kernel
 def _turns_left(grid: Grid, axis: int, x: int, y: int, z: int) -> int:
-    """Count the turns that lead x, y, z nodes on at least, after a move along an axis."""
+    """Return how many turns a path at least makes that goes x, y, z nodes farther after a move along an axis."""
     if len(grid.offsets) == 6:
         axes_left = (1 if x else 0) + (1 if y else 0) + (1 if z else 0)
         along = (axis == 0 and x != 0) or (axis == 1 and y != 0) or (axis == 2 and z != 0)
@@ -130,6 +144,7 @@ def _walk_back(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> In
 
 @inner
 def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
+    """Return the state from which a state was reached."""
     flags = info[state]
     if axes == 1:
         return state - grid.offsets[flags & _ORIGIN]
@@ -139,7 +154,7 @@ def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
 
 @inner
 def _turns(grid: Grid, nodes: Ints) -> int:
-    """Count the turns of a path whose nodes are neighbours."""
+    """Return the number of turns of a path whose consecutive nodes are neighbours."""
     turns = 0
     ny, nz = grid.shape[1], grid.shape[2]
     last = -1
@@ -155,7 +170,7 @@ def _turns(grid: Grid, nodes: Ints) -> int:
 
 @inner
 def _index(goals: Ints, node: int) -> int:
-    """Return where a node stands, or would stand, among sorted goals."""
+    """Return the place of a node among sorted goals, or where it would be inserted."""
     low, high = 0, len(goals)
     while low < high:
         middle = (low + high) // 2
@@ -177,19 +192,19 @@ def _search(
     guide: Floats,
     ceiling: float,
 ) -> _Settled:
-    """Search from one node until every goal is settled, and every state whose f is at most the ceiling.
+    """Search from one node until every goal is settled, and every state whose f is at most the ceiling, too.
 
     Parameters
     ----------
     turning
-        Whether the state has an axis and turns are paid; if not, and turns have a price, the ceiling in the end is
-        the full price of the first path, and every state below it is settled.
+        Whether states have an axis and turns are paid. If not, and turns have a price, the ceiling becomes the full
+        price of the first path, and every state below it is settled.
     goals
         Sorted nodes.
     towards
-        The node that the free-space bound aims at; -1 for none (Dijkstra).
+        The goal of the bound that ignores obstacles; -1 for no bound (Dijkstra).
     guide
-        (nodes,) exact lengths left, or empty.
+        (nodes,) exact lengths left to the goal, or empty.
     ceiling
         States whose f lies above it are dropped.
     """
@@ -207,7 +222,7 @@ def _search(
     widest = 2.0 * dearest + pricing.turn * 2.0
     buckets = math.ceil(widest / width) + 3
     soft = pricing.rates.soft
-    if soft:  # a move may cost any amount; states farther off than all buckets wait in the last one, and move on
+    if soft:  # moves may cost any amount: a state that belongs beyond all buckets waits in the last one
         buckets = max(buckets, _SOFT_BUCKETS)
     shares = np.zeros(3)
     a, b = np.empty(3), np.empty(3)

@@ -1,1 +1,1 @@
-"""Where a UAV may be: the compiled world, and the lattice over it."""
+"""Where a UAV may be: a scenario's space compiled to arrays, and the lattice over it."""

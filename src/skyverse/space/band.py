@@ -1,4 +1,4 @@
-"""How far outside a band of heights above ground a segment runs, on average: exact."""
+"""How far outside a band of heights above ground a segment is on average, exactly."""
 
 import math
 
@@ -11,7 +11,12 @@ from skyverse.space.ground import Ground, bilinear
 def outside(ground: Ground, low: float, high: float, a: Floats, b: Floats) -> float:
     """Return the mean over the segment a-b of the metres that its height above ground is outside low to high.
 
-    Over each cell of the ground the height is a quadratic. Beyond the terrain its outermost cells go on.
+    Over each cell of the ground, with the share s of the segment's part in it, the height above ground is
+
+        begin + (end - begin - curved) s + curved s^2,   curved = -twist du dv
+
+    where `twist` is the cell's mixed difference of heights and du, dv are the part's extents in steps. Beyond the
+    terrain, its outermost cells are continued.
     """
     u, v = (a[0] - ground.origin[0]) / ground.step[0], (a[1] - ground.origin[1]) / ground.step[1]
     du, dv = (b[0] - a[0]) / ground.step[0], (b[1] - a[1]) / ground.step[1]
@@ -46,13 +51,13 @@ def outside(ground: Ground, low: float, high: float, a: Floats, b: Floats) -> fl
 
 @inner_query
 def _line_ahead(at: float, d: float) -> float:
-    """Return the first line of the grid that is ahead, in steps."""
+    """Return the first line of the terrain's grid ahead of a place, in steps."""
     return math.floor(at) + 1.0 if d > 0.0 else math.ceil(at) - 1.0
 
 
 @inner_query
 def _reached(line: float, at: float, d: float) -> float:
-    """Return the share of the segment at which it reaches a line."""
+    """Return the share of the segment at which it reaches a line of the grid."""
     return (line - at) / d if d != 0.0 else math.inf
 
 
@@ -65,7 +70,7 @@ def _mean_above_zero(c0: float, c1: float, c2: float) -> float:
         return c0 + c1 / 2 + c2 / 3
     if most <= 0.0 and c2 >= 0.0:
         return 0.0
-    one = other = 0.0  # where it is zero
+    one = other = 0.0  # the roots
     square = c1 * c1 - 4.0 * c0 * c2
     if square > 0.0:
         q = -(c1 + math.copysign(math.sqrt(square), c1)) / 2

@@ -1,7 +1,11 @@
-"""Which blocks of the lattice solids and the ground touch; the bits are those of `box.touch`.
+"""Which blocks of the lattice are touched by boxes, by other solids and by the ground.
 
-Above and below, whatever fills a column of blocks does so between two altitudes: so first come the columns, on the
-map, and then how far up and down.
+A block is a point, an edge, a face or a cell of the lattice. Bit ``e = ex + 2 ey + 4 ez`` of ``touched[i, j, k]``
+stands for the block from node (i, j, k) to node (i + ex, j + ey, k + ez). A move is safe if its block is not touched,
+so a wall thinner than a step cannot be missed.
+
+What a solid fills of a column of blocks lies between two altitudes. So the columns that it touches are found on the map
+first, and then from which block up to which it fills them.
 """
 
 import math
@@ -21,15 +25,34 @@ Blocks = NDArray[np.uint8]
 
 
 @kernel
-def touch_solids(solids: Solids, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
-    """Mark the lattice's points, edges, faces and cells that a closed grown solid touches."""
+def mark_boxes(boxes: Floats, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
+    """Mark the blocks that a closed box, grown by `growth`, touches."""
+    first = np.empty(3, np.int64)
+    last = np.empty(3, np.int64)
+    for b in range(boxes.shape[0]):
+        for e in range(8):
+            for axis in range(3):
+                reach = (e >> axis) & 1
+                low = (boxes[b, axis] - growth - origin[axis]) / step[axis]
+                high = (boxes[b, axis + 3] + growth - origin[axis]) / step[axis]
+                first[axis] = max(0, math.ceil(low - reach - BLOCK_CONTACT))
+                last[axis] = min(shape[axis] - 1 - reach, math.floor(high + BLOCK_CONTACT))
+            for i in range(first[0], last[0] + 1):
+                for j in range(first[1], last[1] + 1):
+                    for k in range(first[2], last[2] + 1):
+                        touched[i, j, k] |= 1 << e
+
+
+@kernel
+def mark_solids(solids: Solids, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
+    """Mark the blocks that a closed solid, grown by `growth`, touches."""
     for s in range(len(solids.bounds)):
         i0, i1 = _range(solids.bounds[s, 0] - growth, solids.bounds[s, 3] + growth, origin[0], step[0], shape[0], 1)
         j0, j1 = _range(solids.bounds[s, 1] - growth, solids.bounds[s, 4] + growth, origin[1], step[1], shape[1], 1)
         if i1 < i0 or j1 < j0:
             continue
         if solids.kind[s, 0] == SPHERE:
-            _touch_sphere(solids.round[s], growth, origin, step, shape, touched)
+            _mark_sphere(solids.round[s], growth, origin, step, shape, touched)
             continue
         columns = np.zeros((i1 - i0 + 1, j1 - j0 + 1), np.uint8)
         if solids.kind[s, 0] == PRISM:
@@ -58,7 +81,7 @@ def _range(low: float, high: float, origin: float, step: float, nodes: int, reac
 
 @inner
 def _within(bits: int, i: int, j: int, shape: Ints) -> int:
-    """Drop the blocks that reach beyond the lattice's last nodes."""
+    """Return the bits of those blocks of a column that do not reach beyond the lattice's last nodes."""
     if i == shape[0] - 1:
         bits &= 5
     if j == shape[1] - 1:
@@ -84,7 +107,8 @@ def _disc_columns(
 
 
 @inner
-def _touch_sphere(round_: Floats, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
+def _mark_sphere(round_: Floats, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
+    """Mark the blocks that a closed sphere, grown by `growth`, touches."""
     reach = round_[3] + growth + BLOCK_CONTACT
     i0, i1 = _range(round_[0] - reach, round_[0] + reach, origin[0], step[0], shape[0], 1)
     j0, j1 = _range(round_[1] - reach, round_[1] + reach, origin[1], step[1], shape[1], 1)
@@ -114,7 +138,7 @@ def _prism_columns(
 ) -> None:
     """Mark by bit ``ex + 2 ey`` the rectangles that a grown polygon touches, each from node (i0 + i, j0 + j) on.
 
-    Those near an edge, edge by edge and row by row; of the others, those whose first node is inside.
+    Rectangles near an edge are found edge by edge and row by row; the others are inside if their first node is.
     """
     rows, lines = columns.shape
     x0, y0 = origin[0] + i0 * step[0], origin[1] + j0 * step[1]
@@ -125,7 +149,7 @@ def _prism_columns(
         j_first, j_last = _range(min(ay, by) - growth, max(ay, by) + growth, y0, step[1], lines, 1)
         for j in range(j_first, j_last + 1):
             y = y0 + j * step[1]
-            # where the edge passes by this row, and half a circle beyond either end
+            # the part of the edge that passes this row, with half a circle beyond either end
             begin, end = 0.0, 1.0
             if by != ay:
                 one, other = (y - growth - ay) / (by - ay), (y + step[1] + growth - ay) / (by - ay)
@@ -141,7 +165,7 @@ def _prism_columns(
                         )
                         if apart <= squared:
                             columns[i, j] |= 1 << f
-            if (ay > y) != (by > y):  # nodes to the right of it have it on their left
+            if (ay > y) != (by > y):  # the edge is to the left of the nodes beyond it
                 beyond = math.floor((ax + (y - ay) / (by - ay) * (bx - ax) - x0) / step[0]) + 1
                 if beyond < rows:
                     odd[max(beyond, 0), j] ^= 1
@@ -154,16 +178,19 @@ def _prism_columns(
 
 
 @kernel
-def touch_ground(ground: Ground, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
-    """Mark the lattice's points, edges, faces and cells that are not wholly higher above ground than required.
+def mark_ground(ground: Ground, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
+    """Mark the blocks that are not wholly higher above the ground than required.
 
-    The ground over a rectangle is highest on one of its sides, or at one of the given heights within; over a side, at
-    one of its ends, or where it passes from one of the ground's cells to the next.
+    Within a rectangle the ground is highest on one of the rectangle's sides, or at one of the terrain's given heights;
+    along a side it is highest at one of the side's ends, or where the side passes from one of the terrain's cells to
+    the next.
     """
     if len(ground.heights) == 0:
         return
     nx, ny = shape[0], shape[1]
-    tops = np.full((4, nx, ny), -math.inf)  # by bit, as above: of nodes, of sides along x and along y, of rectangles
+    tops = np.full(
+        (4, nx, ny), -math.inf
+    )  # the ground's greatest z at nodes, along sides in x, along sides in y, in rectangles
     for i in range(nx):
         x = origin[0] + i * step[0]
         for j in range(ny):

@@ -1,17 +1,14 @@
-"""Boxes as one shape of the world: ``boxes`` is (n, 6) metres, min corner then max corner, not yet grown.
+"""Questions about one box: ``boxes`` is (n, 6) metres, min corner then max corner, not yet grown.
 
-A shape is a file like this one: holds, meets, gap, touch. The world's index asks those of its shapes that are near.
+`solids` answers the same questions about other shapes, `tree` about all boxes.
 """
 
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from skyverse._typing import Floats, Ints
-from skyverse.numerics.kernel import inner_query, kernel, query
-from skyverse.numerics.tolerances import BLOCK_CONTACT, NO_EXTENT, SURFACE_DEPTH
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner_query, query
+from skyverse.numerics.tolerances import NO_EXTENT, SURFACE_DEPTH
 
 
 @query
@@ -45,7 +42,7 @@ def reaches(boxes: Floats, i: int, growth: float, low: Floats, high: Floats) -> 
 
 
 class Ray(NamedTuple):
-    """A segment made ready for many slab tests: where it begins, and one over its extent on each axis, 0 for none."""
+    """A segment prepared for slab tests: where it begins, and 1 over its extent on each axis, or 0 for no extent."""
 
     x: float
     y: float
@@ -57,7 +54,7 @@ class Ray(NamedTuple):
 
 @query
 def ray(a: Floats, b: Floats) -> Ray:
-    """Make the segment from a to b ready."""
+    """Prepare the segment from a to b."""
     dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     return Ray(
         a[0],
@@ -81,7 +78,7 @@ def meets(boxes: Floats, i: int, growth: float, r: Ray) -> bool:
 
 @inner_query
 def _between(low: float, high: float, a: float, per: float, enter: float, leave: float) -> tuple[float, float]:
-    """Narrow the share of a segment that lies within other slabs to that within this one; empty ones end before 0."""
+    """Narrow a segment's shares to those in this open slab; where none are left, the first is the greater one."""
     if per == 0.0:
         return (enter, leave) if low < a < high else (1.0, -1.0)
     t1, t2 = (low - a) * per, (high - a) * per
@@ -96,26 +93,3 @@ def gap(boxes: Floats, i: int, x: float, y: float, z: float) -> float:
     dz = max(boxes[i, 2] - z, z - boxes[i, 5])
     outside = math.sqrt(max(dx, 0.0) ** 2 + max(dy, 0.0) ** 2 + max(dz, 0.0) ** 2)
     return outside if outside > 0.0 else max(dx, dy, dz)
-
-
-@kernel
-def touch(boxes: Floats, growth: float, origin: Floats, step: Floats, shape: Ints, touched: NDArray[np.uint8]) -> None:
-    """Mark the lattice's points, edges, faces and cells that a closed grown box touches.
-
-    Bit ``e = ex + 2 ey + 4 ez`` of ``touched[i, j, k]`` stands for the block from node (i, j, k) to node
-    (i + ex, j + ey, k + ez). A move is safe if its block is untouched, so a wall thinner than a step cannot be missed.
-    """
-    first = np.empty(3, np.int64)
-    last = np.empty(3, np.int64)
-    for b in range(boxes.shape[0]):
-        for e in range(8):
-            for axis in range(3):
-                reach = (e >> axis) & 1
-                low = (boxes[b, axis] - growth - origin[axis]) / step[axis]
-                high = (boxes[b, axis + 3] + growth - origin[axis]) / step[axis]
-                first[axis] = max(0, math.ceil(low - reach - BLOCK_CONTACT))
-                last[axis] = min(shape[axis] - 1 - reach, math.floor(high + BLOCK_CONTACT))
-            for i in range(first[0], last[0] + 1):
-                for j in range(first[1], last[1] + 1):
-                    for k in range(first[2], last[2] + 1):
-                        touched[i, j, k] |= 1 << e

@@ -1,6 +1,6 @@
-"""Free space cut into boxes, exactly: what a way is found through where there is one, and proven absent where not.
+"""Free space cut exactly into cells, which are boxes: a search over them finds a path, or proves that there is none.
 
-A binary space partition: every cut is along a face of a grown obstacle, until a cell is free or inside one of them.
+It is a binary space partition: cells are cut along faces of grown obstacles until each is free, or inside one of them.
 """
 
 from typing import NamedTuple
@@ -21,13 +21,13 @@ class Cells(NamedTuple):
     low, high
         (m, 3) metres.
     axis
-        (m,) what a node is cut across: an axis, or -1 for a free cell, -2 for one inside an obstacle.
+        (m,) the axis across which a node is cut; `FREE` for a free cell, `SHUT` for one inside an obstacle.
     cut
-        (m,) where, metres.
+        (m,) where it is cut, metres.
     below
-        (m,) the child below the cut; the one above follows it.
+        (m,) the child below the cut; the child above the cut is the next node.
     depth
-        Of the tree.
+        The depth of the tree.
     """
 
     low: Floats
@@ -55,8 +55,8 @@ def make_cells(space: Space, growth: float) -> Cells:
     put(low, 0, space.low)
     put(high, 0, space.high)
     count = 1
-    lists = np.empty(4 * n + 64, np.int64)  # the boxes that reach into each of the nodes that wait
-    waiting = np.empty((64, 4), np.int64)  # node, its range of `lists`, and its level
+    lists = np.empty(4 * n + 64, np.int64)  # the boxes that reach into each of the waiting nodes
+    waiting = np.empty((64, 4), np.int64)  # a node, its range of `lists`, and its level
     deepest = 0
     reach = 0
     for i in range(n):
@@ -94,7 +94,7 @@ def make_cells(space: Space, growth: float) -> Cells:
         if depth + 2 > len(waiting):
             waiting = doubled(waiting)
         top = stop
-        for child in (count + 1, count):  # the last one waits on top, so that its list may be overwritten when done
+        for child in (count + 1, count):  # the child taken next is put last: its list may be overwritten
             begin = top
             for k in range(first, stop):
                 if _reaches(lows, highs, lists[k], low[child], high[child]):
@@ -109,7 +109,7 @@ def make_cells(space: Space, growth: float) -> Cells:
 
 @inner
 def _best_cut(lows: Floats, highs: Floats, some: Ints, low: Floats, high: Floats, faces: Floats) -> tuple[int, float]:
-    """Choose where to cut: few boxes cut in two, and as many on one side as on the other."""
+    """Choose an axis and a place to cut: few boxes are cut in two, and as many lie on one side as on the other."""
     best_axis, best_cut, least = 0, 0.0, np.inf
     for axis in range(3):
         count = 0
@@ -136,6 +136,7 @@ def _best_cut(lows: Floats, highs: Floats, some: Ints, low: Floats, high: Floats
 
 @inner
 def _holds(lows: Floats, highs: Floats, i: int, low: Floats, high: Floats) -> bool:
+    """Tell whether grown box i holds all of a cell."""
     hold = True
     for axis in range(3):
         hold &= lows[i, axis] <= low[axis] and highs[i, axis] >= high[axis]
@@ -144,6 +145,7 @@ def _holds(lows: Floats, highs: Floats, i: int, low: Floats, high: Floats) -> bo
 
 @inner
 def _reaches(lows: Floats, highs: Floats, i: int, low: Floats, high: Floats) -> bool:
+    """Tell whether grown box i reaches into a cell."""
     meet = True
     for axis in range(3):
         meet &= lows[i, axis] < high[axis] and highs[i, axis] > low[axis]
@@ -174,7 +176,7 @@ def cell_of(cells: Cells, p: Floats) -> int:
 
 @inner
 def neighbours(cells: Cells, cell: int, found: Ints) -> int:
-    """Find the free cells that share a part of a face with one; return how many were written into `found`."""
+    """Write into `found` the free cells that share a part of a face with a cell; return how many there are."""
     waiting = np.empty(cells.depth + 2, np.int64)
     count = 0
     low, high = cells.low[cell], cells.high[cell]

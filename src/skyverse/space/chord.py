@@ -1,4 +1,4 @@
-"""How much of a segment lies inside a solid as given: what a metre's price of a zone is paid for."""
+"""How much of a segment lies inside a zone's solid as given: for that much, the zone's price a metre is paid."""
 
 import math
 
@@ -6,7 +6,8 @@ from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner_query
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box
-from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids
+from skyverse.space.slab import clip
+from skyverse.space.solids import BOX, CYLINDER, SPHERE, Solids, nearest_share
 from skyverse.space.tree import FIRST, SKIP, STOP
 
 
@@ -14,7 +15,7 @@ from skyverse.space.tree import FIRST, SKIP, STOP
 def priced(solids: Solids, prices: Floats, a: Floats, b: Floats) -> float:
     """Return the sum over solids (n,) of the share of the segment a-b that lies inside, times the solid's price.
 
-    Along a surface a segment may count as inside or as outside, but there and back alike.
+    A segment along a surface may count as inside or as outside, but always the same in both directions.
     """
     if b[0] < a[0] or (b[0] == a[0] and (b[1] < a[1] or (b[1] == a[1] and b[2] < a[2]))):
         a, b = b, a
@@ -39,10 +40,10 @@ def chord(solids: Solids, i: int, a: Floats, b: Floats) -> float:
     kind = solids.kind[i, 0]
     if kind == SPHERE:
         return _in_round(solids.round, i, 3, a, b, 0.0, 1.0)
-    enter, leave = _between(solids.bounds[i, 2], solids.bounds[i, 5], a[2], b[2], 0.0, 1.0)
+    enter, leave = clip(solids.bounds[i, 2], solids.bounds[i, 5], a[2], b[2] - a[2], 0.0, 1.0)
     if kind == BOX:
-        enter, leave = _between(solids.bounds[i, 0], solids.bounds[i, 3], a[0], b[0], enter, leave)
-        enter, leave = _between(solids.bounds[i, 1], solids.bounds[i, 4], a[1], b[1], enter, leave)
+        enter, leave = clip(solids.bounds[i, 0], solids.bounds[i, 3], a[0], b[0] - a[0], enter, leave)
+        enter, leave = clip(solids.bounds[i, 1], solids.bounds[i, 4], a[1], b[1] - a[1], enter, leave)
         return max(0.0, leave - enter)
     if enter >= leave:
         return 0.0
@@ -52,23 +53,9 @@ def chord(solids: Solids, i: int, a: Floats, b: Floats) -> float:
 
 
 @inner_query
-def _between(low: float, high: float, a: float, b: float, enter: float, leave: float) -> tuple[float, float]:
-    """Narrow the shares of a segment to those within a closed slab; none are left if they are swapped."""
-    if a == b:
-        return (enter, leave) if low <= a <= high else (1.0, 0.0)
-    one, other = (low - a) / (b - a), (high - a) / (b - a)
-    return max(enter, min(one, other)), min(leave, max(one, other))
-
-
-@inner_query
 def _in_round(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
-    """Return how much of a segment is within a circle, or a sphere, between two of its shares."""
-    squared = along = 0.0
-    for axis in range(axes):
-        d = b[axis] - a[axis]
-        squared += d * d
-        along += (a[axis] - round_[i, axis]) * d
-    middle = -along / squared if squared > 0.0 else 0.0
+    """Return how much of a segment is within circle i (2 axes) or sphere i (3 axes) between two of its shares."""
+    squared, middle = nearest_share(round_, i, axes, a, b)
     half = round_[i, 3] ** 2
     for axis in range(axes):
         half -= (a[axis] + middle * (b[axis] - a[axis]) - round_[i, axis]) ** 2
@@ -84,12 +71,13 @@ def _in_round(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: fl
 def _in_polygon(edges: Floats, first: int, stop: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
     """Return how much of a segment is over a polygon between two of its shares.
 
-    A line enters and leaves a polygon in turn, and crosses its rings in opposite senses, holes turning the other way:
-    the signed sum of where it does, each clipped to the segment, is what lies inside. Nothing need be sorted.
+    A line enters and leaves a polygon in turn, and crosses its rings in opposite senses, because holes turn the other
+    way. So the signed sum of the shares at which it crosses them, each clipped to the segment, is what lies inside, and
+    the crossings need not be sorted.
     """
     dx, dy = b[0] - a[0], b[1] - a[1]
     squared = dx * dx + dy * dy
-    ray = squared == 0.0  # straight up or down: look along x whether the place is inside
+    ray = squared == 0.0  # straight up or down: a ray along x tells whether the place is inside
     if ray:
         dx = squared = 1.0
     inside = 0.0

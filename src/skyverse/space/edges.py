@@ -1,7 +1,7 @@
 """The convex edges of free space: where a shortest path can bend.
 
-A shortest path among boxes is straight but where it wraps around an edge of a grown box. Edges end at the bounds and
-where other boxes cover them; what is left are pieces, each parallel to an axis.
+A shortest path among boxes is straight except where it wraps around an edge of a grown box. Edges end at the bounds and
+where other boxes cover them. What is left of them are pieces, each parallel to an axis.
 """
 
 from typing import NamedTuple
@@ -18,18 +18,18 @@ from skyverse.space.world import Space
 
 
 class Edges(NamedTuple):
-    """Pieces of edges, in an order of their own index.
+    """Pieces of edges, in the order of their index.
 
     Attributes
     ----------
     ends
-        (k, 6) metres: min and max corner of each piece, equal on all axes but its own.
+        (k, 6) metres: min and max corner of each piece; they differ only on its own axis.
     axis
-        (k,) the axis that each is parallel to.
+        (k,) the axis that each piece is parallel to.
     side
-        (k, 2) by the two axes that follow: +1 where free space lies above the piece on that axis, -1 where below.
+        (k, 2) on the two axes that follow its own: +1 where free space lies above the piece, -1 where it lies below.
     box
-        (k,) whose edge it is.
+        (k,) the box whose edge each is.
     tree
         The index over the pieces.
     """
@@ -47,7 +47,7 @@ def make_edges(space: Space, growth: float) -> Edges:
 
     Left out is what lies inside other boxes, which are grown by `SEAM_MARGIN` less.
     """
-    hair = 1.5 * SEAM_MARGIN  # how far beside an edge there must be a passage: coplanar faces of two boxes have none
+    hair = 1.5 * SEAM_MARGIN  # there must be a passage so far beside an edge: between coplanar faces there is none
     others = growth - SEAM_MARGIN
     ends = np.empty((64, 6))
     kind = np.empty((64, 4), np.int64)
@@ -105,7 +105,7 @@ def make_edges(space: Space, growth: float) -> Edges:
 def _shuts(
     boxes: Floats, j: int, growth: float, b: int, at_b: float, hair_b: float, c: int, at_c: float, hair_c: float
 ) -> bool:
-    """Tell whether box j holds an edge, or the passage along one of its faces, in the plane across it."""
+    """Tell whether box j holds an edge, or the passage along one of its two faces, in the plane across the edge."""
     low_b, high_b = boxes[j, b] - growth, boxes[j, b + 3] + growth
     low_c, high_c = boxes[j, c] - growth, boxes[j, c + 3] + growth
     return (

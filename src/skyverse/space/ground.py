@@ -1,7 +1,7 @@
-"""The ground: heights on a grid, bilinear in each cell, under a pyramid of least and greatest heights of blocks.
+"""The ground: heights on a grid, bilinear in each cell, with a pyramid of the least and greatest heights of blocks.
 
-Level 0 are the cells; a block of level L are two by two of level L - 1. A query goes down where the ground may be in
-the way, block by block in a fixed order, without a stack.
+The blocks of level 0 are the cells; a block of level L consists of two by two blocks of level L - 1. A query visits the
+blocks in a fixed order, without a stack, and goes into those where the ground may be in the way.
 """
 
 import math
@@ -13,6 +13,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.model.shapes import Terrain
 from skyverse.numerics.kernel import inner_query, query
 from skyverse.numerics.tolerances import SURFACE_DEPTH, TERRAIN_RIM
+from skyverse.space.slab import clip
 
 
 class Ground(NamedTuple):
@@ -25,13 +26,13 @@ class Ground(NamedTuple):
     origin, step
         (2,) x, y in metres.
     extra
-        Metres by which its clearance is above the scenario's, which is the other obstacles' growth.
+        Metres by which the ground's clearance exceeds the scenario's, by which the other obstacles are grown.
     slope
-        The steepest slope anywhere, metres upward a metre.
+        The steepest slope anywhere, metres of height a metre.
     extremes
         (k, 2) metres: the least and the greatest height of every block, level after level from level 1.
     levels
-        (top + 1, 3) of every level: where it begins in `extremes`, and its rows and columns.
+        (top + 1, 3) for every level: where it begins in `extremes`, and how many rows and columns of blocks it has.
     """
 
     heights: Floats
@@ -48,7 +49,7 @@ def make_ground(terrain: Terrain | None, extra: float = 0.0) -> Ground:
     if terrain is None:
         none = np.zeros(0)
         return Ground(np.zeros((0, 0)), none, none, 0.0, 0.0, np.zeros((0, 2)), np.zeros((0, 3), np.int64))
-    heights = terrain.heights.copy()  # kernels are compiled for arrays that could be written to
+    heights = terrain.heights.copy()  # a copy that is not read-only: for other arrays kernels would be compiled anew
     extremes, levels = _pyramid(heights)
     dx, dy = terrain.step
     slope = math.hypot(np.abs(np.diff(heights, axis=0)).max() / dx, np.abs(np.diff(heights, axis=1)).max() / dy)
@@ -76,7 +77,7 @@ def _halved(values: Floats, least: np.ufunc) -> Floats:
 
 @inner_query
 def _cell(ground: Ground, axis: int, at: float) -> tuple[int, float]:
-    """Return the row or column that a coordinate lies in, and the share of the way through it; -1 beyond the rim."""
+    """Return the row or column of cells that holds a coordinate, -1 beyond the rim, and the share of it before that."""
     along = at - ground.origin[axis]
     cells = ground.heights.shape[axis] - 1
     if not -TERRAIN_RIM <= along <= cells * ground.step[axis] + TERRAIN_RIM:
@@ -88,7 +89,7 @@ def _cell(ground: Ground, axis: int, at: float) -> tuple[int, float]:
 
 @inner_query
 def bilinear(ground: Ground, i: int, j: int, u: float, v: float) -> float:
-    """Return the ground's z in cell (i, j), these shares of the way through it."""
+    """Return the ground's z in cell (i, j), at the shares u of its extent in x and v of its extent in y."""
     h = ground.heights
     return (h[i, j] * (1.0 - u) + h[i + 1, j] * u) * (1.0 - v) + (h[i, j + 1] * (1.0 - u) + h[i + 1, j + 1] * u) * v
 
@@ -125,7 +126,7 @@ def _extreme(ground: Ground, level: int, i: int, j: int, greatest: bool) -> floa
 
 @inner_query
 def _next(level: int, i: int, j: int, top: int) -> tuple[int, int, int]:
-    """Return the block that follows one and all that is in it; of a level above the top after the last."""
+    """Return level, row and column of the block after a block and all in it; after the last, a level above `top`."""
     while level < top and i & 1 and j & 1:
         level, i, j = level + 1, i >> 1, j >> 1
     if level == top:
@@ -133,21 +134,12 @@ def _next(level: int, i: int, j: int, top: int) -> tuple[int, int, int]:
     return (level, i - 1, j + 1) if i & 1 else (level, i + 1, j)
 
 
-@inner_query
-def _clipped(low: float, high: float, a: float, d: float, enter: float, leave: float) -> tuple[float, float]:
-    """Narrow the shares of a segment to those within a slab; none are left if they are swapped."""
-    if d == 0.0:
-        return (enter, leave) if low <= a <= high else (2.0, -1.0)
-    one, other = (low - a) / d, (high - a) / d
-    return max(enter, min(one, other)), min(leave, max(one, other))
-
-
 @query
 def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> bool:
     """Tell whether what is within `dev` of the segment a-b may come nearer than a margin above ground.
 
-    Exact for a `dev` of 0, by the least of a quadratic in every cell. Otherwise each cell, with the slope that is
-    steepest in it, stands for what is above it; it is never False where it should be True.
+    For a `dev` of 0 the answer is exact, by the least value of a quadratic in every cell. Otherwise the slope in each
+    cell is bounded by its steepest, and the answer is never False where it should be True.
     """
     if len(ground.heights) == 0:
         return False
@@ -158,10 +150,10 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> 
     while level <= top:
         if i < ground.levels[level, 1] and j < ground.levels[level, 2]:
             x0, x1 = _side(ground, 0, level, i)
-            enter, leave = _clipped(x0 - dev, x1 + dev, a[0], dx, 0.0, 1.0)
+            enter, leave = clip(x0 - dev, x1 + dev, a[0], dx, 0.0, 1.0)
             if enter <= leave:
                 y0, y1 = _side(ground, 1, level, j)
-                enter, leave = _clipped(y0 - dev, y1 + dev, a[1], dy, enter, leave)
+                enter, leave = clip(y0 - dev, y1 + dev, a[1], dy, enter, leave)
             if enter <= leave:
                 lowest = a[2] + min(enter * rise, leave * rise) - dev
                 if lowest < _extreme(ground, level, i, j, True) + margin:
@@ -176,7 +168,10 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> 
 
 @inner_query
 def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, enter: float, leave: float) -> float:
-    """Return the least height of a segment above a cell's ground between two shares, less what `dev` may take."""
+    """Return the least height of a segment above a cell's ground between two shares, less what `dev` may take away.
+
+    With the share s between the two, the height is begin + (end - begin - curved) s + curved s^2.
+    """
     sx, sy = ground.step[0], ground.step[1]
     u, v = (a[0] - ground.origin[0]) / sx - i, (a[1] - ground.origin[1]) / sy - j
     du, dv = (b[0] - a[0]) / sx, (b[1] - a[1]) / sy
@@ -185,7 +180,7 @@ def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, ent
     twist = h[i, j] + h[i + 1, j + 1] - h[i + 1, j] - h[i, j + 1]
     begin = a[2] + enter * rise - bilinear(ground, i, j, u + enter * du, v + enter * dv)
     end = a[2] + leave * rise - bilinear(ground, i, j, u + leave * du, v + leave * dv)
-    curved = -twist * du * dv * (leave - enter) ** 2  # the height is begin + (end - begin - curved) s + curved s^2
+    curved = -twist * du * dv * (leave - enter) ** 2
     least = min(begin, end)
     if curved > 0.0:
         at = (begin + curved - end) / (2.0 * curved)
@@ -201,7 +196,7 @@ def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, ent
 
 @inner_query
 def highest(ground: Ground, above: float, x0: float, y0: float, x1: float, y1: float) -> float:
-    """Return the ground's greatest z in a closed rectangle, or `above` if nothing there is higher: exact."""
+    """Return exactly the ground's greatest z in a closed rectangle, or `above` if nothing there is higher."""
     if len(ground.heights) == 0:
         return above
     top = len(ground.levels) - 1

@@ -1,7 +1,7 @@
-"""The lattice over a world: nodes, which moves lead on from each, and snapping.
+"""The lattice over a world: its nodes, the safe moves from each, and the nodes that stand for given points.
 
-A node is an integer, ``(i * ny + j) * nz + k`` of its indices. Moves come in opposite pairs: move ``m`` and
-``m ^ 1`` undo each other, and ``m >> 1`` is their common axis. ``exits[node]`` has bit m set where move m is safe.
+The node with the indices (i, j, k) is the integer ``(i * ny + j) * nz + k``. Moves come in opposite pairs: moves ``m``
+and ``m ^ 1`` undo each other, and ``m >> 1`` is their common axis. ``exits[node]`` has bit m set where move m is safe.
 """
 
 import itertools
@@ -15,7 +15,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import GRID_INDEX
-from skyverse.space import blocks, box
+from skyverse.space import blocks
 from skyverse.space.world import Space, World, segment_free
 
 
@@ -25,13 +25,14 @@ class Grid(NamedTuple):
     Attributes
     ----------
     origin, step, shape
-        (3,) metres, metres and nodes per axis.
+        (3,) each: the first node's place in metres, the metres between nodes, and the nodes along each axis.
     exits
         (nodes,) int32, the safe moves of each node as bits; 0 for a blocked or enclosed node.
     moves, offsets
         (k, 3) index steps and (k,) steps in node numbers.
     toward
-        (27,) the moves, as bits, that come nearer on every axis they change, by the signs of the way left.
+        (27,) the moves, as bits, that lead nearer to a goal on every axis that they change; indexed by the signs of the
+        steps left to it on the three axes.
     """
 
     origin: Floats
@@ -57,9 +58,9 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     step = np.array(lattice.step)
     shape = np.floor((space.high - space.low) / step + GRID_INDEX).astype(np.int64) + 1
     touched = np.zeros(tuple(shape), np.uint8)
-    box.touch(space.boxes, space.clearance, space.low, step, shape, touched)
-    blocks.touch_solids(space.solids, space.clearance, space.low, step, shape, touched)
-    blocks.touch_ground(space.ground, space.clearance, space.low, step, shape, touched)
+    blocks.mark_boxes(space.boxes, space.clearance, space.low, step, shape, touched)
+    blocks.mark_solids(space.solids, space.clearance, space.low, step, shape, touched)
+    blocks.mark_ground(space.ground, space.clearance, space.low, step, shape, touched)
     moves = lattice_moves(lattice.connectivity)
     offsets = moves @ np.array([shape[1] * shape[2], shape[2], 1])
     exits = _safe_moves(touched, moves)
@@ -120,16 +121,16 @@ def positions(grid: Grid, nodes: ArrayLike) -> Floats:
 
 
 def snap(grid: Grid, space: Space, point: Floats) -> tuple[int, bool]:
-    """Find the node that stands for a point: one within a step on every axis, in a straight line from it.
+    """Find the node that stands for a point: within a step of it on every axis, and seen from it.
 
-    The lower corner of the point's cell comes first, as the thesis snaps down; then the others by distance.
+    The lower corner of the point's cell is tried first, because the thesis rounds down, then others by distance.
 
     Returns
     -------
     node
-        -1 where none can be reached.
+        Its number; -1 where none can be reached.
     shut_in
-        Whether no move leads on from any that can be reached.
+        Whether no safe move leads on from any node that can be reached.
     """
     cell = (point - grid.origin) / grid.step
     lowest = np.clip(np.floor(cell + GRID_INDEX).astype(np.int64), 0, grid.shape - 1)

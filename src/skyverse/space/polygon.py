@@ -1,12 +1,13 @@
 """Polygons on the map, with or without holes: the edges of all their rings, (m, 4) rows x, y, x, y in metres.
 
-One array holds the edges of many; ``first`` and ``stop`` say which are a polygon's.
+One array holds the edges of many polygons; those of one are the rows from ``first`` up to before ``stop``.
 """
 
 import math
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner_query
+from skyverse.space.slab import clip
 
 
 @inner_query
@@ -41,7 +42,7 @@ def to_outline(edges: Floats, first: int, stop: int, x: float, y: float) -> floa
 
 @inner_query
 def holds(edges: Floats, first: int, stop: int, margin: float, x: float, y: float) -> bool:
-    """Tell whether a place lies less than a margin from a polygon; for one below 0, more than it inside."""
+    """Tell whether a place is nearer to a polygon than a margin; if that is below 0, deeper inside than it."""
     if margin > 0.0:
         for e in range(first, stop):
             if to_edge(edges, e, x, y) < margin * margin:
@@ -52,7 +53,7 @@ def holds(edges: Floats, first: int, stop: int, margin: float, x: float, y: floa
 
 @inner_query
 def crosses(edges: Floats, first: int, stop: int, margin: float, ax: float, ay: float, bx: float, by: float) -> bool:
-    """Tell whether a segment comes nearer to a polygon than a margin; for one below 0, deeper than it inside."""
+    """Tell whether a segment comes nearer to a polygon than a margin; if that is below 0, deeper inside than it."""
     if margin <= 0.0:
         return _dives(edges, first, stop, -margin, ax, ay, bx, by)
     low_x, high_x = min(ax, bx) - margin, max(ax, bx) + margin
@@ -92,13 +93,13 @@ def _to_segment(x: float, y: float, ax: float, ay: float, dx: float, dy: float) 
 def _dives(edges: Floats, first: int, stop: int, depth: float, ax: float, ay: float, bx: float, by: float) -> bool:
     """Tell whether a segment goes deeper into a polygon than `depth`.
 
-    Where it is nearer to an edge than that, it is not deep; what is left are pieces that no edge meets, each of them
-    inside, or outside, as a whole.
+    Where it is nearer to an edge than that, it is not deep. What is left of it are pieces that meet no edge; each of
+    them is inside or outside as a whole.
     """
     at = 0.0
     while True:
         moved = True
-        while moved:  # past every edge that is near to here
+        while moved:  # go past every edge that is near to this place
             moved = False
             following = 1.0
             for e in range(first, stop):
@@ -118,7 +119,11 @@ def _dives(edges: Floats, first: int, stop: int, depth: float, ax: float, ay: fl
 
 @inner_query
 def _near(edges: Floats, e: int, reach: float, ax: float, ay: float, bx: float, by: float) -> tuple[float, float]:
-    """Return the shares of a segment between which an edge is no farther than `reach`; none if they are swapped."""
+    """Return between which shares of a segment an edge is no farther than `reach`; without any, the first is greater.
+
+    In coordinates along the edge and across it, these are the shares within a rectangle around the edge, or within a
+    disc around either of its ends.
+    """
     px, py = edges[e, 0], edges[e, 1]
     ex, ey = edges[e, 2] - px, edges[e, 3] - py
     size = math.sqrt(ex * ex + ey * ey)
@@ -126,11 +131,10 @@ def _near(edges: Floats, e: int, reach: float, ax: float, ay: float, bx: float, 
         return 2.0, -1.0
     ex, ey = ex / size, ey / size
     dx, dy = bx - ax, by - ay
-    # along the edge and across it: the segment against a rectangle about the edge, and a disc about either end
     u, v = (ax - px) * ex + (ay - py) * ey, (ay - py) * ex - (ax - px) * ey
     du, dv = dx * ex + dy * ey, dy * ex - dx * ey
-    enter, leave = _slab(0.0, size, u, du, 0.0, 1.0)
-    enter, leave = _slab(-reach, reach, v, dv, enter, leave)
+    enter, leave = clip(0.0, size, u, du, 0.0, 1.0)
+    enter, leave = clip(-reach, reach, v, dv, enter, leave)
     if enter > leave:
         enter, leave = 2.0, -1.0
     squared = dx * dx + dy * dy
@@ -148,17 +152,9 @@ def _near(edges: Floats, e: int, reach: float, ax: float, ay: float, bx: float, 
 
 
 @inner_query
-def _slab(low: float, high: float, a: float, d: float, enter: float, leave: float) -> tuple[float, float]:
-    if d == 0.0:
-        return (enter, leave) if low <= a <= high else (2.0, -1.0)
-    one, other = (low - a) / d, (high - a) / d
-    return max(enter, min(one, other)), min(leave, max(one, other))
-
-
-@inner_query
 def reaches(edges: Floats, first: int, stop: int, margin: float, x0: float, y0: float, x1: float, y1: float) -> bool:
-    """Tell whether a rectangle comes nearer to a polygon than a margin; for one of 0 or less, meets it at all."""
-    if margin <= 0.0:  # what is deeper than -margin inside leaves room for half as much about it
+    """Tell whether a rectangle comes nearer to a polygon than a margin; if that is 0 or less, whether it meets it."""
+    if margin <= 0.0:  # what is deeper inside than -margin has half as much of the polygon around it
         shrink_x, shrink_y = min(-margin / 2, (x1 - x0) / 2), min(-margin / 2, (y1 - y0) / 2)
         x0, x1, y0, y1 = x0 + shrink_x, x1 - shrink_x, y0 + shrink_y, y1 - shrink_y
     squared = margin * margin
@@ -172,8 +168,8 @@ def reaches(edges: Floats, first: int, stop: int, margin: float, x0: float, y0: 
 @inner_query
 def to_rectangle(px: float, py: float, qx: float, qy: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Return the squared distance between the segment p-q and a rectangle."""
-    enter, leave = _slab(x0, x1, px, qx - px, 0.0, 1.0)
-    enter, leave = _slab(y0, y1, py, qy - py, enter, leave)
+    enter, leave = clip(x0, x1, px, qx - px, 0.0, 1.0)
+    enter, leave = clip(y0, y1, py, qy - py, enter, leave)
     if enter <= leave:
         return 0.0
     dx, dy = qx - px, qy - py

@@ -14,7 +14,7 @@ from skyverse.space import box, polygon, tree
 from skyverse.space.tree import FIRST, SKIP, STOP, Tree
 
 BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
-"""Kinds. Obstacles that are boxes have a table of their own; among zones, they stand here."""
+"""Kinds of solids. Boxes that are obstacles have a table of their own; boxes that are zones are solids."""
 
 
 class Solids(NamedTuple):
@@ -27,9 +27,10 @@ class Solids(NamedTuple):
     round
         (n, 4) metres: centre and radius of cylinders and spheres.
     kind
-        (n, 3) what each is, and which `edges` are its: the first, and the one after the last.
+        (n, 3) the kind of each, and its first edge in `edges` and the one after its last.
     edges
-        (m, 4) x, y, x, y in metres: of all rings of all prisms; outlines counterclockwise, holes clockwise.
+        (m, 4) x, y, x, y in metres: the edges of all rings of all prisms; outlines run counterclockwise, holes
+        clockwise.
     tree
         The index over `bounds`.
     """
@@ -42,7 +43,7 @@ class Solids(NamedTuple):
 
 
 def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Solids, Ints]:
-    """Compile solids; return them, and (n,) which of the shapes each is."""
+    """Compile shapes to solids; return the solids, and (n,) which of the shapes each solid is."""
     count = len(shapes)
     bounds, round_ = np.zeros((count, 6)), np.zeros((count, 4))
     kind = np.zeros((count, 3), np.int64)
@@ -68,7 +69,7 @@ def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Soli
 
 
 def _add_edges(prisms: Sequence[Prism | None], bounds: Floats, kind: Ints) -> Floats:
-    """Return the edges of all prisms, (m, 4); note where they are, and the bounds of each."""
+    """Return the edges of all prisms, (m, 4); write into `kind` where those of each are, and its bounds."""
     rings = [ring for prism in prisms if prism for ring in (prism.vertices, *prism.holes)]
     if not rings:
         return np.zeros((0, 4))
@@ -114,7 +115,7 @@ def holds(solids: Solids, i: int, growth: float, x: float, y: float, z: float) -
 
 @inner_query
 def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
-    """Tell whether a segment that meets the interior of solid i's grown bounds meets that of the grown solid: exact."""
+    """Tell exactly whether a segment that meets solid i's bounds, grown by `growth`, meets the solid's interior."""
     margin = growth - SURFACE_DEPTH
     kind = solids.kind[i, 0]
     if kind == BOX:
@@ -144,16 +145,26 @@ def meets(solids: Solids, i: int, growth: float, a: Floats, b: Floats) -> bool:
 @inner_query
 def _nearest(round_: Floats, i: int, axes: int, a: Floats, b: Floats, enter: float, leave: float) -> float:
     """Return the least squared distance to a centre, over two axes or three, between two shares of a segment."""
+    squared, t = nearest_share(round_, i, axes, a, b)
+    t = min(max(t, enter), leave) if squared > 0.0 else enter
+    least = 0.0
+    for axis in range(axes):
+        least += (a[axis] + t * (b[axis] - a[axis]) - round_[i, axis]) ** 2
+    return least
+
+
+@inner_query
+def nearest_share(round_: Floats, i: int, axes: int, a: Floats, b: Floats) -> tuple[float, float]:
+    """Return a segment's squared length over two axes or three, and at which share its line is nearest to centre i.
+
+    With the extent d of the segment and its begin a, the share is (centre - a) . d / (d . d); it is 0 where d is 0.
+    """
     squared = along = 0.0
     for axis in range(axes):
         d = b[axis] - a[axis]
         squared += d * d
         along += (round_[i, axis] - a[axis]) * d
-    t = min(max(along / squared, enter), leave) if squared > 0.0 else enter
-    least = 0.0
-    for axis in range(axes):
-        least += (a[axis] + t * (b[axis] - a[axis]) - round_[i, axis]) ** 2
-    return least
+    return squared, along / squared if squared > 0.0 else 0.0
 
 
 @inner_query

@@ -1,7 +1,7 @@
 """The spatial index: a hierarchy of bounding boxes over the shapes, built once a world and walked without a stack.
 
-Nodes stand in preorder. A query that misses a node jumps where its links say (`SKIP`), past all below it; otherwise
-it goes on to the next one. So a walk is a loop over one rising number, and nothing is allocated.
+Nodes are stored in preorder. A query that misses a node's bounds goes on at the node's `SKIP` link, past all nodes
+below it; otherwise it goes on at the next node. So a walk is a loop over one rising number, and nothing is allocated.
 """
 
 from typing import NamedTuple
@@ -16,20 +16,20 @@ from skyverse.space import box
 LEAF = 4
 """Shapes in a leaf at most."""
 
-
 SKIP, FIRST, STOP = 0, 1, 2
+"""Columns of `Tree.links`."""
 
 
 class Tree(NamedTuple):
-    """An index over boxes that stand in the tree's order.
+    """An index over boxes that are stored in the tree's order.
 
     Attributes
     ----------
     bounds
-        (nodes, 6) metres: min and max corner of what is below.
+        (nodes, 6) metres: min and max corner of all boxes below each node.
     links
-        (nodes, 3) where a walk goes on that misses the node (`SKIP`), and a leaf's boxes, from `FIRST` up to before
-        `STOP`; none (0, 0) in other nodes.
+        (nodes, 3): the node at which a walk goes on that misses this one (`SKIP`), and a leaf's boxes, from `FIRST` up
+        to before `STOP`; both are 0 in other nodes.
     """
 
     bounds: Floats
@@ -38,10 +38,10 @@ class Tree(NamedTuple):
 
 @kernel
 def build(boxes: Floats) -> tuple[Tree, Ints]:
-    """Index (n, 6) boxes; return the tree, and (n,) the order in which it wants them."""
+    """Index (n, 6) boxes; return the tree, and (n,) the order in which the boxes have to be stored for it."""
     n = len(boxes)
     order = np.arange(n)
-    sizes = np.ones(n + 1, np.int64)  # how many nodes a tree over so many boxes has
+    sizes = np.ones(n + 1, np.int64)  # nodes of a tree over so many boxes
     for count in range(LEAF + 1, n + 1):
         sizes[count] = 1 + sizes[count // 2] + sizes[count - count // 2]
     nodes = sizes[n] if n else 0

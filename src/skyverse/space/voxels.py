@@ -1,4 +1,4 @@
-"""Voxels as boxes: occupied cells that fill a box together are one."""
+"""Voxels as boxes: occupied cells that fill a box together become one box."""
 
 from itertools import product
 
@@ -19,8 +19,9 @@ def merged(voxels: Voxels) -> Floats:
 def seamless(voxels: Voxels) -> Floats:
     """Return boxes (n, 6), metres, whose open interiors together are that of all occupied cells together.
 
-    They overlap, so that no face, edge or corner between occupied cells is on the surface of all. Each of those lies
-    within two, four or eight cells; so blocks of two cells along some axes are merged as cells are, the largest first.
+    The boxes overlap, so that each face, edge or corner between occupied cells lies inside one of them. Two cells share
+    a face, four an edge, eight a corner: so blocks of two cells along some of the axes are merged as single cells are,
+    the largest blocks first.
     """
     found = np.zeros((0, 6), np.int64)
     for wide in product((1, 0), repeat=3):
@@ -47,7 +48,7 @@ def boxes_of(voxels: Voxels) -> list[Box]:
 def _merged(left: NDArray[np.uint8]) -> Ints:
     """Return the first cell of each box and the one beyond its last, (n, 6); `left` is used up.
 
-    From every cell that is left, a box grows as far as it can along z, then y, then x.
+    From each cell that is left, in order, a box is extended as far as possible along z, then y, then x.
     """
     nx, ny, nz = left.shape
     found = np.empty((64, 6), np.int64)
@@ -75,7 +76,7 @@ def _merged(left: NDArray[np.uint8]) -> Ints:
 
 @kernel
 def _take_out(left: NDArray[np.uint8], boxes: Ints) -> None:
-    """Take the cells of boxes (n, 6) out of what is left."""
+    """Remove the cells of boxes (n, 6) from those that are left."""
     for n in range(len(boxes)):
         for x in range(boxes[n, 0], boxes[n, 3]):
             for y in range(boxes[n, 1], boxes[n, 4]):

@@ -1,4 +1,4 @@
-"""A scenario's space compiled to arrays: which points and segments are free, how far obstacles are."""
+"""A scenario's space compiled to arrays: which points and segments are free, and how far away obstacles are."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from skyverse.space.voxels import merged, seamless
 
 
 class Space(NamedTuple):
-    """What the kernels see: one type for all worlds, with empty arrays for what is not there.
+    """What kernels know of a world; what a world does not have is an empty array, so that there is one type for all.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Space(NamedTuple):
     boxes
         (n, 6) metres, in the order of `tree`: obstacles that are boxes, and voxels merged into boxes.
     clearance
-        The scenario's, metres.
+        Metres to keep from every obstacle.
     tree
         The index over `boxes`.
     solids
@@ -55,10 +55,10 @@ def in_bounds(space: Space, p: Floats) -> bool:
 
 
 @inner_query
-def shut(space: Space, growth: float, p: Floats) -> bool:
+def inside_obstacle(space: Space, growth: float, p: Floats) -> bool:
     """Tell whether the interior of some obstacle, grown by `growth`, holds a point.
 
-    A growth other than the clearance raises or lowers the ground's own clearance by the difference.
+    The ground is raised by `growth` and by what its own clearance exceeds the scenario's.
     """
     return (
         tree.containing(space.tree, space.boxes, growth, p[0], p[1], p[2]) >= 0
@@ -69,7 +69,7 @@ def shut(space: Space, growth: float, p: Floats) -> bool:
 
 @query
 def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
-    """Tell whether a segment meets the interior of some obstacle, grown by `growth`: exact."""
+    """Tell exactly whether a segment meets the interior of some obstacle, grown by `growth`."""
     return (
         tree.crossed(space.tree, space.boxes, growth, a, b) >= 0
         or solids.crossed(space.solids, growth, a, b) >= 0
@@ -79,14 +79,14 @@ def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
 
 @query
 def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
-    """Tell whether the ground, raised as `growth` raises it, reaches into the open box between two corners."""
+    """Tell whether the ground, raised by `growth`, reaches into the open box between two corners."""
     floor = low[2] - growth - space.ground.extra + SURFACE_DEPTH
     return ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor
 
 
 @inner_query
-def gap(space: Space, p: Floats) -> float:
-    """Return the metres to the nearest obstacle as given, or to the ground below: the least; negative inside."""
+def obstacle_distance(space: Space, p: Floats) -> float:
+    """Return the metres to the nearest obstacle as given, or down to the ground if that is less; negative inside."""
     nearest = min(
         tree.distance(space.tree, space.boxes, p[0], p[1], p[2]), p[2] - ground.height(space.ground, p[0], p[1])
     )
@@ -96,7 +96,7 @@ def gap(space: Space, p: Floats) -> float:
 @query
 def point_free(space: Space, p: Floats) -> bool:
     """Tell whether a point is in bounds and outside every grown obstacle."""
-    return in_bounds(space, p) and not shut(space, space.clearance, p)
+    return in_bounds(space, p) and not inside_obstacle(space, space.clearance, p)
 
 
 @query
@@ -154,7 +154,7 @@ def _segments_free(space: Space, starts: Floats, ends: Floats) -> NDArray[np.boo
 def _distances(space: Space, points: Floats) -> Floats:
     distances = np.empty(len(points))
     for i in range(len(points)):
-        distances[i] = gap(space, points[i])
+        distances[i] = obstacle_distance(space, points[i])
     return distances
 
 
@@ -166,12 +166,13 @@ class World:
     Parameters
     ----------
     scenario
-        Whose space to compile.
+        The scenario whose space is compiled.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
-        filled = merged if scenario.clearance > SURFACE_DEPTH else seamless  # where nothing grows, seams would be open
+        # without clearance, the seams between boxes that only touch would be open
+        filled = merged if scenario.clearance > SURFACE_DEPTH else seamless
         for number, obstacle in enumerate(scenario.obstacles):
             if isinstance(obstacle, Box | Voxels):
                 rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else filled(obstacle)
@@ -208,14 +209,15 @@ class World:
         return _segments_free(self.space, a, b)
 
     def distance(self, points: ArrayLike) -> Floats:
-        """Return for each of (m, 3) points the metres to the nearest obstacle as given, or above ground; the least.
+        """Return for each of (m, 3) points the metres to the nearest obstacle, or above ground if that is less.
 
-        Euclidean to obstacles, vertical to the ground; negative inside.
+        Obstacles count as given, without clearance. The distance to them is Euclidean, that to the ground is vertical;
+        inside it is negative.
         """
         return _distances(self.space, _rows(points))
 
     def why_unsafe(self, point: ArrayLike) -> str | None:
-        """Say in words why a point is unsafe, or return ``None``."""
+        """Return a sentence's end that says why a point is unsafe, or ``None`` if it is safe."""
         p = _rows(point)[0]
         if not in_bounds(self.space, p):
             low, high = (", ".join(f"{v:g}" for v in side) for side in (self.space.low, self.space.high))
@@ -239,7 +241,7 @@ class World:
         return int(self._solids[found]) if found >= 0 else None
 
     def named(self, number: int) -> str:
-        """Return an obstacle in words: its place in the scenario, and its name and kind where it has them."""
+        """Describe an obstacle: its number in the scenario, and its name and kind where it has them."""
         obstacle = self._obstacles[number]
         known = [repr(obstacle.name)] * bool(obstacle.name) + [str(obstacle.kind)] * bool(obstacle.kind)
         return f"obstacles[{number}]" + (f" ({', '.join(known)})" if known else "")
