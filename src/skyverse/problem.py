@@ -97,6 +97,7 @@ class Problem:
 
     @cached_property
     def _endpoints(self) -> tuple[tuple[int, Status | None], tuple[int, Status | None]]:
+        """The nodes that stand for the start and the target, each with the status that refuses it."""
         return snap_endpoint(self.airspace, self.start, start=True), snap_endpoint(self.airspace, self.end, start=False)
 
     @property

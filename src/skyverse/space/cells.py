@@ -39,6 +39,7 @@ class Cells(NamedTuple):
 
 
 FREE, SHUT = -1, -2
+"""What `Cells.axis` holds for cells that are not cut: those that are free, and those inside an obstacle."""
 
 
 @kernel

@@ -47,7 +47,7 @@ def make_edges(space: Space, growth: float) -> Edges:
 
     Left out is what lies inside other boxes, which are grown by `SEAM_MARGIN` less.
     """
-    hair = 1.5 * SEAM_MARGIN  # there must be a passage so far beside an edge: between coplanar faces there is none
+    aside = 1.5 * SEAM_MARGIN  # there must be a passage so far beside an edge: between coplanar faces there is none
     others = growth - SEAM_MARGIN
     ends = np.empty((64, 6))
     kind = np.empty((64, 4), np.int64)
@@ -62,8 +62,8 @@ def make_edges(space: Space, growth: float) -> Edges:
                 at_b = space.boxes[i, b + 3] + growth if up_b > 0 else space.boxes[i, b] - growth
                 at_c = space.boxes[i, c + 3] + growth if up_c > 0 else space.boxes[i, c] - growth
                 if not (
-                    space.low[b] + hair < at_b < space.high[b] - hair
-                    and space.low[c] + hair < at_c < space.high[c] - hair
+                    space.low[b] + aside < at_b < space.high[b] - aside
+                    and space.low[c] + aside < at_c < space.high[c] - aside
                 ):
                     continue
                 low[axis] = max(space.boxes[i, axis] - growth, space.low[axis])
@@ -71,8 +71,8 @@ def make_edges(space: Space, growth: float) -> Edges:
                 low[b] = high[b] = at_b
                 low[c] = high[c] = at_c
                 found = 0
-                for j in tree.touching(space.tree, space.boxes, others + hair, low, high):
-                    if j != i and _shuts(space.boxes, j, others, b, at_b, up_b * hair, c, at_c, up_c * hair):
+                for j in tree.touching(space.tree, space.boxes, others + aside, low, high):
+                    if j != i and _shuts(space.boxes, j, others, b, at_b, up_b * aside, c, at_c, up_c * aside):
                         if found == len(cuts):
                             cuts = doubled(cuts)
                         cuts[found, 0] = space.boxes[j, axis] - growth
@@ -103,13 +103,13 @@ def make_edges(space: Space, growth: float) -> Edges:
 
 @inner
 def _shuts(
-    boxes: Floats, j: int, growth: float, b: int, at_b: float, hair_b: float, c: int, at_c: float, hair_c: float
+    boxes: Floats, j: int, growth: float, b: int, at_b: float, aside_b: float, c: int, at_c: float, aside_c: float
 ) -> bool:
     """Tell whether box j holds an edge, or the passage along one of its two faces, in the plane across the edge."""
     low_b, high_b = boxes[j, b] - growth, boxes[j, b + 3] + growth
     low_c, high_c = boxes[j, c] - growth, boxes[j, c + 3] + growth
     return (
         (low_b < at_b < high_b and low_c < at_c < high_c)
-        or (low_b < at_b + hair_b < high_b and low_c < at_c - hair_c < high_c)
-        or (low_b < at_b - hair_b < high_b and low_c < at_c + hair_c < high_c)
+        or (low_b < at_b + aside_b < high_b and low_c < at_c - aside_c < high_c)
+        or (low_b < at_b - aside_b < high_b and low_c < at_c + aside_c < high_c)
     )

@@ -57,6 +57,7 @@ def make_ground(terrain: Terrain | None, extra: float = 0.0) -> Ground:
 
 
 def _pyramid(heights: Floats) -> tuple[Floats, Ints]:
+    """Return `Ground.extremes` and `Ground.levels` of a terrain's heights."""
     low = np.minimum(np.minimum(heights[:-1, :-1], heights[1:, :-1]), np.minimum(heights[:-1, 1:], heights[1:, 1:]))
     high = np.maximum(np.maximum(heights[:-1, :-1], heights[1:, :-1]), np.maximum(heights[:-1, 1:], heights[1:, 1:]))
     levels, extremes, total = [(0, *low.shape)], [np.zeros((0, 2))], 0
@@ -69,6 +70,7 @@ def _pyramid(heights: Floats) -> tuple[Floats, Ints]:
 
 
 def _halved(values: Floats, least: np.ufunc) -> Floats:
+    """Return the least, or greatest, of two by two values each, for half as many rows and columns."""
     n, m = values.shape
     values = np.pad(values, ((0, n % 2), (0, m % 2)), mode="edge")
     values = least(values[::2], values[1::2])

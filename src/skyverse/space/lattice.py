@@ -68,6 +68,7 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
 
 
 def _toward(moves: Ints) -> Ints:
+    """Return `Grid.toward` for these moves."""
     masks = np.zeros(27, np.int64)
     for code, signs in enumerate(itertools.product((-1, 0, 1), repeat=3)):
         for m, move in enumerate(moves):
@@ -78,6 +79,7 @@ def _toward(moves: Ints) -> Ints:
 
 @kernel
 def _safe_moves(touched: NDArray[np.uint8], moves: Ints) -> NDArray[np.int32]:
+    """Return `Grid.exits`: the moves whose blocks are not touched, from nodes that are not touched."""
     nx, ny, nz = touched.shape
     exits = np.zeros(nx * ny * nz, np.int32)
     for i in range(nx):

@@ -84,6 +84,7 @@ def between_segments(ax: float, ay: float, bx: float, by: float, px: float, py: 
 
 @inner_query
 def _to_segment(x: float, y: float, ax: float, ay: float, dx: float, dy: float) -> float:
+    """Return the squared distance from a place to the segment that begins at (ax, ay) and extends by (dx, dy)."""
     squared = dx * dx + dy * dy
     t = min(max(((x - ax) * dx + (y - ay) * dy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
     return (ax + t * dx - x) ** 2 + (ay + t * dy - y) ** 2

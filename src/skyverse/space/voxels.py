@@ -17,7 +17,7 @@ def merged(voxels: Voxels) -> Floats:
 
 
 def seamless(voxels: Voxels) -> Floats:
-    """Return boxes (n, 6), metres, whose open interiors together are that of all occupied cells together.
+    """Return boxes (n, 6), metres, whose open interiors together are the interior of the union of all occupied cells.
 
     The boxes overlap, so that each face, edge or corner between occupied cells lies inside one of them. Two cells share
     a face, four an edge, eight a corner: so blocks of two cells along some of the axes are merged as single cells are,
@@ -35,12 +35,13 @@ def seamless(voxels: Voxels) -> Floats:
 
 
 def _placed(voxels: Voxels, cells: Ints) -> Floats:
+    """Return the boxes (n, 6), metres, that lie between cells and the cells beyond their last, (n, 6) indices."""
     origin, step = np.array(voxels.origin), np.array(voxels.step)
     return np.hstack((origin + cells[:, :3] * step, origin + cells[:, 3:] * step))
 
 
 def boxes_of(voxels: Voxels) -> list[Box]:
-    """Return the same as boxes of the voxels' risk."""
+    """Return boxes that fill what the occupied cells fill, with the voxels' risk."""
     return [Box(min=tuple(row[:3]), max=tuple(row[3:]), risk=voxels.risk) for row in merged(voxels).tolist()]
 
 
@@ -86,6 +87,7 @@ def _take_out(left: NDArray[np.uint8], boxes: Ints) -> None:
 
 @inner
 def _full(left: NDArray[np.uint8], i: int, i1: int, j: int, j1: int, k: int, k1: int) -> bool:
+    """Tell whether all cells from (i, j, k) up to before (i1, j1, k1) are left."""
     for x in range(i, i1):
         for y in range(j, j1):
             for z in range(k, k1):

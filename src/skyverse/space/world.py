@@ -136,6 +136,7 @@ def without_seams(space: Space) -> Space:
 
 @kernel
 def _points_free(space: Space, points: Floats) -> NDArray[np.bool_]:
+    """Tell for each of (m, 3) points whether it is free, (m,)."""
     free = np.empty(len(points), np.bool_)
     for i in range(len(points)):
         free[i] = point_free(space, points[i])
@@ -144,6 +145,7 @@ def _points_free(space: Space, points: Floats) -> NDArray[np.bool_]:
 
 @kernel
 def _segments_free(space: Space, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
+    """Tell for each of m segments whether it is free, (m,)."""
     free = np.empty(len(starts), np.bool_)
     for i in range(len(starts)):
         free[i] = segment_free(space, starts[i], ends[i])
@@ -152,6 +154,7 @@ def _segments_free(space: Space, starts: Floats, ends: Floats) -> NDArray[np.boo
 
 @kernel
 def _distances(space: Space, points: Floats) -> Floats:
+    """Return `obstacle_distance` of each of (m, 3) points, (m,)."""
     distances = np.empty(len(points))
     for i in range(len(points)):
         distances[i] = obstacle_distance(space, points[i])
@@ -248,6 +251,7 @@ class World:
 
 
 def _rows(points: ArrayLike) -> Floats:
+    """Return points as (m, 3) numbers that kernels take."""
     rows = np.atleast_2d(writable(points))
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f"points are rows of x, y, z, but the array has shape {np.shape(points)}")
