@@ -7,7 +7,7 @@ from skyverse.errors import InputError
 from skyverse.model.altitude import AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
-    from skyverse.maps.assembly.options import Place
+    from skyverse.maps.assembly.options import GlobalPlace
     from skyverse.model.scenario import Origin
 
 
@@ -44,9 +44,9 @@ def altitude_above_sea(option: str, text: str) -> AboveSea:
     return altitude
 
 
-def places_of(option: str, kind: str, texts: Sequence[str]) -> "dict[str, Place]":
+def places_of(option: str, kind: str, texts: Sequence[str]) -> "dict[str, GlobalPlace]":
     """Read places by name, as in ``alpha=46.81,9.85,60 m agl``; those without a name are numbered."""
-    places: dict[str, Place] = {}
+    places: dict[str, GlobalPlace] = {}
     for number, text in enumerate(texts, 1):
         name, equals, rest = text.partition("=")
         key = name.strip() if equals else f"{kind}-{number}"
@@ -56,7 +56,7 @@ def places_of(option: str, kind: str, texts: Sequence[str]) -> "dict[str, Place]
     return places
 
 
-def _place_of(option: str, text: str) -> "Place":
+def _place_of(option: str, text: str) -> "GlobalPlace":
     words = text.split(",", 2)
     try:
         latitude, longitude = float(words[0]), float(words[1])

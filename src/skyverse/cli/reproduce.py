@@ -11,13 +11,13 @@ from skyverse.cli.settings import whole_number
 from skyverse.cli.watch import StudyWatch
 from skyverse.numerics.cores import cores
 
-Whole = Annotated[int, Parameter(converter=whole_number)]
+WholeNumber = Annotated[int, Parameter(converter=whole_number)]
 
 
 def reproduce(
     *parts: str,
-    runs: Whole = 50,
-    seed: Whole = 0,
+    runs: WholeNumber = 50,
+    seed: WholeNumber = 0,
     output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out/reproduction"),
     workers: Annotated[int | None, Parameter(converter=whole_number)] = None,
 ) -> int:

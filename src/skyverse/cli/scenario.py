@@ -55,7 +55,7 @@ def _fill(text: str) -> float | str:
         raise InputError(f"--fill-nodata: expected metres above sea level, or nearest, found {text!r}") from None
 
 
-class _Text(NamedTuple):
+class _TextOption(NamedTuple):
     """An option whose value is written otherwise than the parameter that it stands for.
 
     Attributes
@@ -78,34 +78,34 @@ class _Text(NamedTuple):
 
 _several = Parameter(consume_multiple=True)
 _TEXTS = {
-    "terrain": _Text(list[Path], settings=_several),
-    "buildings": _Text(list[Path], settings=_several),
-    "zones": _Text(list[Path], settings=_several),
-    "voxels": _Text(list[Path], settings=_several),
-    "soft_zones": _Text(list[str], "`FILE=RISK`", lambda words: list(map(_risk, words)), _several),
-    "licence": _Text(list[str], "`FILE=TEXT`", lambda words: dict(map(_licence, words)), _several),
-    "uav": _Text(
+    "terrain": _TextOption(list[Path], settings=_several),
+    "buildings": _TextOption(list[Path], settings=_several),
+    "zones": _TextOption(list[Path], settings=_several),
+    "voxels": _TextOption(list[Path], settings=_several),
+    "soft_zones": _TextOption(list[str], "`FILE=RISK`", lambda words: list(map(_risk, words)), _several),
+    "licence": _TextOption(list[str], "`FILE=TEXT`", lambda words: dict(map(_licence, words)), _several),
+    "uav": _TextOption(
         list[str],
         "`46.81,9.85,60 m agl`, or `alpha=46.81,9.85,60 m agl` with a name; repeat --uav for more",
         lambda texts: places_of("--uav", "uav", texts),
     ),
-    "target": _Text(
+    "target": _TextOption(
         list[str],
         "`46.806,9.845,60 m agl`; repeat --target for more",
         lambda texts: places_of("--target", "target", texts),
     ),
-    "area": _Text(
+    "area": _TextOption(
         str, "`9.84,46.79,9.87,46.81`", lambda text: numbers_of("--area", "west,south,east,north in degrees", text, 4)
     ),
-    "origin": _Text(str, "`46.81,9.85,1560 m amsl`", origin_of),
-    "ground": _Text(str, "`0 m amsl`", lambda text: altitude_above_sea("--ground", text)),
-    "ceiling": _Text(str, "`120 m agl`", lambda text: altitude_of("--ceiling", text), Parameter()),
-    "band": _Text(
+    "origin": _TextOption(str, "`46.81,9.85,1560 m amsl`", origin_of),
+    "ground": _TextOption(str, "`0 m amsl`", lambda text: altitude_above_sea("--ground", text)),
+    "ceiling": _TextOption(str, "`120 m agl`", lambda text: altitude_of("--ceiling", text), Parameter()),
+    "band": _TextOption(
         str, "`40,80`", lambda text: numbers_of("--band", "low,high in metres above ground", text, 2), Parameter()
     ),
-    "fill_nodata": _Text(str, "`1550` or `nearest`", _fill),
-    "terrain_unit": _Text(Literal["m", "ft", "us-ft"], settings=Parameter()),
-    "nodata": _Text(float),
+    "fill_nodata": _TextOption(str, "`1550` or `nearest`", _fill),
+    "terrain_unit": _TextOption(Literal["m", "ft", "us-ft"], settings=Parameter()),
+    "nodata": _TextOption(float),
 }
 """By the option's name; the values of all others are numbers and words, written as they are."""
 _GROUPS = {MapFiles: what, MapRegion: where, MapDetail: where, Raster: terrain_files, Reading: other_files}
@@ -125,7 +125,7 @@ def _options() -> Iterator[inspect.Parameter]:
             if name == "path":  # of a raster: these are the files of --terrain
                 continue
             said = re.sub(r'``"?(.*?)"?``', r"`\1`", " ".join(documented[field.name].split()))
-            text = _TEXTS.get(name, _Text(None, settings=Parameter()))
+            text = _TEXTS.get(name, _TextOption(None, settings=Parameter()))
             yield inspect.Parameter(
                 name,
                 inspect.Parameter.KEYWORD_ONLY,

@@ -20,7 +20,7 @@ _MAP1_BOXES = (
     ((0, 15, 1), (10, 16, 3.5)),
     ((0, 18, 4.5), (10, 19, 6)),
 )
-_THESIS_MAPS: dict[int, tuple[tuple[Corner, Corner], tuple[tuple[Corner, Corner], ...]]] = {
+_BUILTIN_MAPS: dict[int, tuple[tuple[Corner, Corner], tuple[tuple[Corner, Corner], ...]]] = {
     1: (_LONG_BOUNDS, _MAP1_BOXES),
     2: (
         ((0, 0, 0), (20, 5, 6)),
@@ -49,7 +49,7 @@ _THESIS_MAPS: dict[int, tuple[tuple[Corner, Corner], tuple[tuple[Corner, Corner]
 }
 
 # by name: the number of the map, a description, starts, targets
-_THESIS_FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...]]] = {
+_BUILTIN_FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...]]] = {
     "map1": (1, "One UAV on Map 1 (Table 4.1)", ((0, -4, 1),), ((2, 17, 3),)),
     "map2": (2, "One UAV on Map 2 (Table 4.1)", ((0, 1, 5),), ((19, 1, 5),)),
     "map3": (3, "One UAV on Map 3 (Table 4.1)", ((0, -4, 1),), ((2, 17, 3),)),
@@ -97,7 +97,7 @@ _THESIS_FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...]
     ),
 }
 
-BUILTIN_NAMES = (*_THESIS_FLEETS, "jacksboro")
+BUILTIN_NAMES = (*_BUILTIN_FLEETS, "jacksboro")
 
 
 def builtin(name: str) -> Scenario:
@@ -106,8 +106,8 @@ def builtin(name: str) -> Scenario:
         from skyverse.samples.jacksboro import jacksboro
 
         return jacksboro()
-    number, what, starts, targets = _THESIS_FLEETS[name]
-    (low, high), boxes = _THESIS_MAPS[number]
+    number, what, starts, targets = _BUILTIN_FLEETS[name]
+    (low, high), boxes = _BUILTIN_MAPS[number]
     return Scenario(
         name=name,
         description=f"{what}.",

@@ -16,7 +16,7 @@ from skyverse.maps.assembly.ground import level_ground, z_at_altitude
 from skyverse.maps.assembly.inputs import open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.licence import licence_of, licensed
 from skyverse.maps.assembly.obstacles import local_features, prisms, refuse_inside, simplified, within_bounds
-from skyverse.maps.assembly.options import BuildOptions, Note, Place, keywords_of
+from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note, keywords_of
 from skyverse.maps.assembly.places import (
     homes,
     local_points,
@@ -158,8 +158,8 @@ class _Survey:
 def _survey(
     options: BuildOptions,
     rasters: list[Raster],
-    starts: Mapping[str, Place],
-    goals: Mapping[str, Place],
+    starts: Mapping[str, GlobalPlace],
+    goals: Mapping[str, GlobalPlace],
     corners: Floats,
 ) -> _Survey:
     """Find out where a scenario lies, from its area, places, rasters, or the corners (n, 2) of what stands in it."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
-from skyverse.maps.assembly.options import Place
+from skyverse.maps.assembly.options import GlobalPlace
 from skyverse.maps.assembly.places import flat_points
 from skyverse.maps.assembly.region import MAX_WIDTH, Area, around, covered
 from skyverse.maps.georeference.rectangle import Rectangle, intersection
@@ -21,7 +21,11 @@ DEFAULT_MARGIN = 250.0
 
 
 def middle_of(
-    area: Area | None, places: Sequence[Place], rasters: Sequence[OpenRaster], corners: Floats, geoid: float | None
+    area: Area | None,
+    places: Sequence[GlobalPlace],
+    rasters: Sequence[OpenRaster],
+    corners: Floats,
+    geoid: float | None,
 ) -> Origin:
     """Return the middle of what a scenario is to hold, at sea level.
 
@@ -82,7 +86,7 @@ def _middle(places: Floats) -> tuple[float, float]:
 def region_of(
     area: Area | None,
     margin: float | None,
-    places: Sequence[Place],
+    places: Sequence[GlobalPlace],
     rasters: Sequence[OpenRaster],
     corners: Floats,
     origin: Origin,

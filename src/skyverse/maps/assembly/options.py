@@ -16,9 +16,9 @@ from skyverse.model.altitude import AboveSea, Altitude
 if TYPE_CHECKING:
     from skyverse.model.scenario import Origin
 
-Place = tuple[float, float, Altitude]
+GlobalPlace = tuple[float, float, Altitude]
 """Latitude, longitude, degrees; altitude."""
-Places = Mapping[str, Place] | Sequence[Place]
+GlobalPlaces = Mapping[str, GlobalPlace] | Sequence[GlobalPlace]
 """Places with names, or without."""
 MAX_NUMBER = 1e6
 """The largest length or weight, metres, that is taken for one."""
@@ -77,8 +77,8 @@ class MapFiles:
     zones: Sequence[str | Path] = ()
     soft_zones: Sequence[tuple[str | Path, float]] = ()
     voxels: Sequence[str | Path] = ()
-    uavs: Places = ()
-    targets: Places = ()
+    uavs: GlobalPlaces = ()
+    targets: GlobalPlaces = ()
     licences: Mapping[str, str] | None = None
 
 

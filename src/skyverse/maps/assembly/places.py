@@ -9,7 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.maps.assembly.ground import GIVE_GROUND
-from skyverse.maps.assembly.options import Place, Places
+from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.rectangle import Rectangle, contains
 from skyverse.maps.readers.raster import OpenRaster
@@ -19,7 +19,7 @@ from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
 
-def named_places(places: Places, kind: str) -> dict[str, Place]:
+def named_places(places: GlobalPlaces, kind: str) -> dict[str, GlobalPlace]:
     """Return places by name, which is such as ``uav-1`` where none is given; refuse what is not a place."""
     given = places if isinstance(places, Mapping) else {f"{kind}-{k}": place for k, place in enumerate(places, 1)}
     for name, place in given.items():
@@ -38,7 +38,7 @@ def named_places(places: Places, kind: str) -> dict[str, Place]:
     return dict(given)
 
 
-def flat_points(places: Sequence[Place], origin: Origin) -> Floats:
+def flat_points(places: Sequence[GlobalPlace], origin: Origin) -> Floats:
     """Return local points (n, 3) of places, at the origin's altitude where theirs above the sea is not known."""
     rows = [
         (lat, lon, altitude.metres if isinstance(altitude, AboveSea) else origin.altitude)
@@ -47,7 +47,7 @@ def flat_points(places: Sequence[Place], origin: Origin) -> Floats:
     return to_local(origin, rows) if rows else np.empty((0, 3))
 
 
-def refuse_off_map(places: Mapping[str, Place], rasters: Sequence[OpenRaster]) -> None:
+def refuse_off_map(places: Mapping[str, GlobalPlace], rasters: Sequence[OpenRaster]) -> None:
     """Raise `InputError` for a place that is on none of the terrain's rasters."""
 
     def known(latitude: float, longitude: float) -> bool:
@@ -65,7 +65,9 @@ def refuse_off_map(places: Mapping[str, Place], rasters: Sequence[OpenRaster]) -
         )
 
 
-def refuse_outside(names: Sequence[str], places: Sequence[Place], origin: Origin, region: Rectangle, what: str) -> None:
+def refuse_outside(
+    names: Sequence[str], places: Sequence[GlobalPlace], origin: Origin, region: Rectangle, what: str
+) -> None:
     """Raise `InputError` for a place that is not over the region, which `what` names in the message."""
     for name, place, point in zip(names, places, flat_points(places, origin), strict=True):
         if contains(region, point):
@@ -83,7 +85,7 @@ def refuse_swapped(path: str, found: Sequence[Feature], origin: Origin, region: 
     """Raise `InputError` for a file that lies over the region only if latitude and longitude are swapped."""
     corners = np.concatenate([feature.outline for feature in found])
     swapped = corners[np.abs(corners[:, 0]) <= 90]
-    flat: list[Place] = [(float(first), float(second), AboveSea(origin.altitude)) for first, second in swapped]
+    flat: list[GlobalPlace] = [(float(first), float(second), AboveSea(origin.altitude)) for first, second in swapped]
     if flat and any(contains(region, point) for point in flat_points(flat, origin)):
         raise InputError(
             f"{path}: nothing of it lies in the area, but would with latitude and longitude swapped; longitude comes "
@@ -98,7 +100,7 @@ def _distance(point: Floats, region: Rectangle) -> str:
     return f"{metres:.0f} m" if metres < 10_000 else f"{metres / 1000:.0f} km"
 
 
-def homes(starts: Mapping[str, Place], rasters: Sequence[OpenRaster], geoid: float | None) -> dict[str, float]:
+def homes(starts: Mapping[str, GlobalPlace], rasters: Sequence[OpenRaster], geoid: float | None) -> dict[str, float]:
     """Return the altitude of the real ground below each start, metres above the sea; of several rasters, the highest.
 
     It is the ground of the rasters, not that of the scenario, which is raised. A start beside holes is left out.
@@ -113,8 +115,8 @@ def homes(starts: Mapping[str, Place], rasters: Sequence[OpenRaster], geoid: flo
 
 
 def local_points(
-    given: Mapping[str, Place],
-    starts: Mapping[str, Place],
+    given: Mapping[str, GlobalPlace],
+    starts: Mapping[str, GlobalPlace],
     origin: Origin,
     terrain: Terrain | None,
     homes: Mapping[str, float],

@@ -23,7 +23,7 @@ _REFERENCES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
     **dict.fromkeys(("amsl", "msl", "sea", "abovesealevel", "abovemeansealevel", "alt"), AboveSea),
     **dict.fromkeys(("home", "takeoff", "abovehome"), AboveHome),
 }
-_METRES_PER_UNIT = {
+_METRES_PER_LIMIT_UNIT = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
     **dict.fromkeys(("ft", "foot", "feet"), FOOT),
 }
@@ -73,11 +73,11 @@ def _altitude(value: object, field: str, side: str, fields: Fields, where: str, 
         if plain(value) in ("unl", "unlimited", "unltd") and side == "upper":
             return None
         written = _WRITTEN_NUMBER.fullmatch(value)
-        if written is None or (written[2] and written[2].lower() not in _METRES_PER_UNIT):
+        if written is None or (written[2] and written[2].lower() not in _METRES_PER_LIMIT_UNIT):
             return _parsed(value, place)
         value, unit = float(written[1]), written[2].lower() or None
     number = number_of(value, place)
-    scale = _METRES_PER_UNIT[unit] if unit else _scale(fields, side, where, choices, number)
+    scale = _METRES_PER_LIMIT_UNIT[unit] if unit else _scale(fields, side, where, choices, number)
     return _reference(fields, side, place, choices)(number * scale)
 
 
@@ -93,12 +93,12 @@ def _parsed(text: str, place: str) -> Altitude:
 def _scale(fields: Fields, side: str, where: str, choices: Choices, number: float) -> float:
     """Return the metres in a unit of one limit."""
     for field, value in fields.of(*(side + name for name in _SIDE_UNIT_FIELDS), *UNIT_FIELDS):
-        scale = _METRES_PER_UNIT.get(plain(value)) if isinstance(value, str) else None
+        scale = _METRES_PER_LIMIT_UNIT.get(plain(value)) if isinstance(value, str) else None
         if scale is None:
             raise InputError(f"{where}: {field!r}: expected M or FT, found {shown(value)}")
         return scale
     if choices.unit is not None:
-        return _METRES_PER_UNIT[choices.unit]
+        return _METRES_PER_LIMIT_UNIT[choices.unit]
     if number != 0:
         choices.count("limits without a unit taken as metres", Remedy("Reading.unit", "ft", "to take them as feet"))
     return 1.0

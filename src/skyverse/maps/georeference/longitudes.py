@@ -17,7 +17,7 @@ UNAMBIGUOUS_EDGE = 179.0
 """Degrees of longitude; an edge up to this long is read as it stands."""
 CROSSING_EDGE = 90.0
 """Degrees; a longer edge crosses the antimeridian if the way across is at most this long, else it could be either."""
-REACH = 10.0
+SCENARIO_REACH = 10.0
 """Degrees of latitude, and about as far east and west, that no scenario reaches away from its frame's origin."""
 
 
@@ -101,7 +101,7 @@ def pieces(geometry: BaseGeometry) -> list[Polygon]:
 
 
 def features_around(features: Sequence[Feature], longitude: float, latitude: float) -> list[Feature]:
-    """Return the parts of features within `REACH` of a place; in a plane, what is far away would fall on what is near.
+    """Return the parts of features within `SCENARIO_REACH` of a place; in a plane, others would fall on what is near.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ def features_around(features: Sequence[Feature], longitude: float, latitude: flo
     sizes = np.array([len(feature.outline) for feature in features])
     corners, starts = np.concatenate([feature.outline for feature in features]), np.cumsum(sizes) - sizes
     low, high = np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
-    farthest = abs(latitude) + REACH
-    wide = 180.0 if farthest >= 85 else REACH / math.cos(math.radians(farthest))
-    frame = shapely.box(longitude - wide, latitude - REACH, longitude + wide, latitude + REACH)
+    farthest = abs(latitude) + SCENARIO_REACH
+    wide = 180.0 if farthest >= 85 else SCENARIO_REACH / math.cos(math.radians(farthest))
+    frame = shapely.box(longitude - wide, latitude - SCENARIO_REACH, longitude + wide, latitude + SCENARIO_REACH)
     west, south, east, north = frame.bounds
     level = (low[:, 1] <= north) & (high[:, 1] >= south)
     inside = (low[:, 1] >= south) & (high[:, 1] <= north)

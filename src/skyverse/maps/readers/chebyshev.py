@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 
-NODES = 16
+CHEBYSHEV_NODES = 16
 """Chebyshev points along each side of the rectangle."""
 
 
@@ -37,7 +37,7 @@ class ChebyshevMap:
         self._ranges = first, second
         a, b = (low + (high - low) * _POINTS for low, high in self._ranges)
         each, other = np.meshgrid(a, b, indexing="ij")
-        self._values = function(each.ravel(), other.ravel()).reshape(-1, NODES, NODES)
+        self._values = function(each.ravel(), other.ravel()).reshape(-1, CHEBYSHEV_NODES, CHEBYSHEV_NODES)
 
     def grid(self, first: NDArray[Any], second: NDArray[Any]) -> Floats:
         """Return the values (k, n, m) at every pair of one of `first` (n,) and one of `second` (m,)."""
@@ -46,13 +46,13 @@ class ChebyshevMap:
         return values
 
 
-_ANGLES = (2 * np.arange(NODES) + 1) * np.pi / (2 * NODES)
+_ANGLES = (2 * np.arange(CHEBYSHEV_NODES) + 1) * np.pi / (2 * CHEBYSHEV_NODES)
 _POINTS = (1 - np.cos(_ANGLES)) / 2
-_BARYCENTRIC_WEIGHTS = (-1.0) ** np.arange(NODES) * np.sin(_ANGLES)
+_BARYCENTRIC_WEIGHTS = (-1.0) ** np.arange(CHEBYSHEV_NODES) * np.sin(_ANGLES)
 
 
 def _weights(at: NDArray[Any], low: float, high: float) -> Floats:
-    """Return the weight (n, NODES) of each Chebyshev point's value at each place, by the barycentric formula."""
+    """Return the weight (n, nodes) of each Chebyshev point's value at each place, by the barycentric formula."""
     apart = ((at - low) / (high - low))[:, None] - _POINTS
     met = apart == 0
     shares = _BARYCENTRIC_WEIGHTS / np.where(met, 1.0, apart)

@@ -11,7 +11,7 @@ from skyverse.maps.georeference.fields import Fields, plain, shown
 from skyverse.maps.readers.building_heights import length_in_metres
 from skyverse.model.altitude import FOOT
 
-METRES_PER_UNIT = {
+METRES_PER_RADIUS_UNIT = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres", "mtr"), 1.0),
     **dict.fromkeys(("km", "kilometer", "kilometers", "kilometre", "kilometres"), 1000.0),
     **dict.fromkeys(("ft", "foot", "feet"), FOOT),
@@ -26,7 +26,7 @@ _RADIUS_UNIT_FIELDS = (
     *(f"{word}radius" for word in _UNIT_WORDS),
 )
 _FIELDS_WITH_UNIT = {
-    f"radius{between}{unit}": scale for unit, scale in METRES_PER_UNIT.items() for between in ("", "in")
+    f"radius{between}{unit}": scale for unit, scale in METRES_PER_RADIUS_UNIT.items() for between in ("", "in")
 }
 _WRITTEN_RADIUS = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*([a-z][a-z ]*)?", re.IGNORECASE)
 
@@ -83,7 +83,7 @@ def _metres(value: object, field: str, fields: Fields, where: str, choices: Choi
 
 def _scale(said: object, place: str) -> float:
     """Return the metres in a unit."""
-    scale = METRES_PER_UNIT.get(plain(said)) if isinstance(said, str) else None
+    scale = METRES_PER_RADIUS_UNIT.get(plain(said)) if isinstance(said, str) else None
     if scale is None:
         raise InputError(f"{place}: expected m, km, ft, NM or mi, found {shown(said)}")
     return scale

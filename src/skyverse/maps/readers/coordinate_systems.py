@@ -17,7 +17,7 @@ from skyverse.maps.georeference.fields import printable
 WGS84 = pyproj.CRS("OGC:CRS84")
 MAX_EDGE = 500.0
 """Metres; longer edges in projected coordinates get corners between, as a straight edge is not one on the globe."""
-MAX_CORNERS = 1e5
+MAX_ADDED_CORNERS = 1e5
 """Corners at most along the whole width of a file that get between: edges are longer where a file is wider."""
 OUTSIDE_AREA_OF_USE = 10.0
 """Degrees that coordinates may lie outside of the area in which their system is used."""
@@ -76,7 +76,7 @@ def to_globe(
     if flat.is_projected:
         unit = flat.axis_info[0].unit_conversion_factor or 1.0
         _require_finite(geometries, names)
-        step = max(MAX_EDGE / unit, _width(geometries) / MAX_CORNERS)
+        step = max(MAX_EDGE / unit, _width(geometries) / MAX_ADDED_CORNERS)
         geometries = np.array([*(densified(geometry, step) for geometry in geometries), None], dtype=object)[:-1]
 
     def moved(places: Floats) -> Floats:

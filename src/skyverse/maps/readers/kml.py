@@ -26,7 +26,7 @@ _ALTITUDE_MODES = ("clampToGround", "relativeToGround", "absolute")
 
 def records(path: Path) -> list[GeometryRecord]:
     """Return the placemarks of a KML or KMZ file, several records for one whose parts count altitudes differently."""
-    parser = _Parser(path)
+    parser = _KmlParser(path)
     with _opened(path) as stream:
         parse(stream, path, parser.start, parser.end, parser.text)
     return parser.records
@@ -79,7 +79,7 @@ class _PartialGeometry:
         return LineString([place[: min(len(one) for one in rings[0])] for place in rings[0]])
 
 
-class _Parser:
+class _KmlParser:
     """The state of the parser within a KML file."""
 
     def __init__(self, path: Path) -> None:

@@ -82,7 +82,7 @@ class _Element:
     ways: list[tuple[int, str]] = field(default_factory=list)
 
 
-class _Parser:
+class _OsmParser:
     """What an extract holds, as far as buildings may need it."""
 
     def __init__(self, path: Path) -> None:
@@ -142,7 +142,7 @@ class _Parser:
 
 
 def _xml(path: Path, choices: Choices) -> Iterator[GeometryRecord]:
-    parser = _Parser(path)
+    parser = _OsmParser(path)
     try:
         with path.open("rb") as stream:
             parse(stream, path, parser.start, parser.end)

@@ -18,7 +18,7 @@ from skyverse.maps.readers.coordinate_systems import stepped
 Tell = Callable[[str], object]
 MAX_EDGE_DEGREES = 0.005
 """Degrees; longer edges get corners between, as a straight edge in a file is not quite straight on the ground."""
-CIRCLE_SIDES = 64
+BUFFER_SIDES = 64
 """Sides of the polygon that is drawn around a circle."""
 PLANE_LENGTH = 0.5
 """Degrees of a line that are drawn in one plane."""
@@ -106,10 +106,10 @@ def _band(places: Floats, metres: float, where: str) -> Polygon:
     flat = np.column_stack(plane(places[:, 0], places[:, 1]))
     reach = metres + float(np.ptp(flat, axis=0).max())
     slack = min(BAND_SLACK, 3e-4 * reach)
-    width = (metres + slack) / math.cos(math.pi / CIRCLE_SIDES)
+    width = (metres + slack) / math.cos(math.pi / BUFFER_SIDES)
     # edge by edge, as GEOS loses most of the band around a line that goes back on itself
     edges = np.stack([flat[:-1], flat[1:]], axis=1) if len(flat) > 1 else np.stack([flat, flat], axis=1)
-    wide = shapely.union_all(shapely.buffer(shapely.linestrings(edges), width, quad_segs=CIRCLE_SIDES // 4))
+    wide = shapely.union_all(shapely.buffer(shapely.linestrings(edges), width, quad_segs=BUFFER_SIDES // 4))
     steepest = math.tan(math.radians(min(abs(y) + reach / 1.1e5, 89.99)))
     outline = shapely.transform(
         shapely.segmentize(wide, BAND_STEP / math.sqrt(max(1.0, steepest))),

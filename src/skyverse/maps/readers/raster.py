@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyproj import CRS
 
 
-METRES_PER_UNIT = {"m": 1.0, "ft": FOOT, "us-ft": 1200 / 3937}
+METRES_PER_HEIGHT_UNIT = {"m": 1.0, "ft": FOOT, "us-ft": 1200 / 3937}
 _SPELLINGS = {
     **dict.fromkeys(("", "m", "metre", "metres", "meter", "meters"), "m"),
     **dict.fromkeys(("ft", "foot", "feet", "international foot"), "ft"),
@@ -68,9 +68,9 @@ class OpenRaster:
         self.crs, metres, self.ellipsoidal = self._coordinates(raster.crs)
         said = raster.unit if raster.unit is not None else (data.units[self.band - 1] or "")
         if said.strip().lower() not in _SPELLINGS:
-            units = [Remedy("Raster.unit", unit) for unit in METRES_PER_UNIT]
+            units = [Remedy("Raster.unit", unit) for unit in METRES_PER_HEIGHT_UNIT]
             raise InputError(f"{self.path}: its heights are in {said!r}, not metres or feet", give=units)
-        self.unit = METRES_PER_UNIT[_SPELLINGS[said.strip().lower()]]
+        self.unit = METRES_PER_HEIGHT_UNIT[_SPELLINGS[said.strip().lower()]]
         self.says_unit = said != "" or metres is not None
         if said == "" and metres is not None:
             self.unit = metres
