@@ -97,7 +97,7 @@ def _write_generated_pages() -> None:
     worlds = [skyverse.read_scenario(name) for name in BUILTIN_NAMES]
     rows = [f"| `{world.name}` | {world.description} | {len(world.uavs)} |" for world in worlds]
     _write_table(folder / "builtins.md", "| scenario | what it is | UAVs |", rows)
-    rows = [f"| `{name}` | {_first_sentence(type(planners.make_planner(name)))} |" for name in planners.NAMES]
+    rows = [f"| `{name}` | {_first_sentence(type(planners.make_planner(name)))} |" for name in planners.PLANNER_NAMES]
     _write_table(folder / "planners.md", "| planner | what it does |", rows)
 
 

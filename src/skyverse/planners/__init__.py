@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from skyverse.planners.base import Planner
 
-_HOMES = {
+_CLASSES = {
     "mvo": "mvo.MVO",
     "hybrid-mvo": "hybrid.HybridMVO",
     "gso": "gso.GSO",
@@ -30,7 +30,7 @@ _HOMES = {
     }.items()
 }
 
-NAMES = tuple(_HOMES)
+PLANNER_NAMES = tuple(_CLASSES)
 """The names of the planners on the command line and in files."""
 
 
@@ -44,8 +44,8 @@ def make_planner(name: str, **settings: object) -> "Planner":
     TypeError
         If there is no such setting.
     """
-    if name not in _HOMES:
-        raise ValueError(f"there is no planner {name!r}; there are {', '.join(NAMES)}")
-    module, _, cls = _HOMES[name].partition(".")
+    if name not in _CLASSES:
+        raise ValueError(f"there is no planner {name!r}; there are {', '.join(PLANNER_NAMES)}")
+    module, _, cls = _CLASSES[name].partition(".")
     planner: Planner = getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
     return planner

@@ -42,7 +42,7 @@ _ROADMAP_SHARE = 0.5
 _ANOTHER_MOVE = 0.2
 """The probability that a move is followed by another one before the path is priced."""
 
-_SLACK = 0.1
+_DEARER_SHARE = 0.1
 """The share by which a universe other than the best may get dearer at TDR = 1."""
 
 
@@ -183,7 +183,7 @@ def _iterate(
             else:
                 length = _splice(U, i, order[0], rng, draft)
             _accept_draft(task, workspace, U, i, best, draft, length, 0.0)
-        slack = _SLACK * settings.tdr if rank else 0.0
+        slack = _DEARER_SHARE * settings.tdr if rank else 0.0
         safe = _is_safe(task, U.points[i], U.length[i])
         for _ in range(round(2.0 * settings.tries * (1.0 - rank / alive))):
             if exhausted(workspace):

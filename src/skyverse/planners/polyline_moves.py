@@ -102,10 +102,10 @@ def smooth(rng: Generator, path: Floats, n: int) -> int:
     j = 1 + int(rng.random() * (n - 2))
     before, after = math.sqrt(((path[j] - path[j - 1]) ** 2).sum()), math.sqrt(((path[j + 1] - path[j]) ** 2).sum())
     if before + after > 0.0:
-        share, pull = before / (before + after), rng.random()
+        share, weight = before / (before + after), rng.random()
         for axis in range(3):
             on_line = path[j - 1, axis] + share * (path[j + 1, axis] - path[j - 1, axis])
-            path[j, axis] += pull * (on_line - path[j, axis])
+            path[j, axis] += weight * (on_line - path[j, axis])
     return n
 
 
