@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.trajectory.corridor import NARROW, grow_corridor
+from skyverse.numerics.tolerances import MIN_OVERLAP
+from skyverse.trajectory.corridor import grow_corridor
 
 
 def assert_a_corridor(scenario, path, boxes):
@@ -21,7 +22,7 @@ def assert_a_corridor(scenario, path, boxes):
     assert (low >= np.array(scenario.bounds.min) - 1e-12).all()
     assert (high <= np.array(scenario.bounds.max) + 1e-12).all()
     joints = np.minimum(high[:-1], high[1:]) - np.maximum(low[:-1], low[1:])
-    assert (joints >= NARROW).all()
+    assert (joints >= MIN_OVERLAP).all()
     shares = np.linspace(0, 1, 201)[:, None]
     at = 0  # the path goes through the boxes in their order
     for a, b in itertools.pairwise(path):

@@ -17,8 +17,8 @@ from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.world import referee_world
 from skyverse.trajectory import rest_to_rest
-from skyverse.trajectory.along import SLOWER
-from skyverse.trajectory.limits import stretch
+from skyverse.trajectory.limits import least_time_scale
+from skyverse.trajectory.path_to_trajectory import SLOWDOWN
 from skyverse.trajectory.proof import DEMANDS, prove
 from worlds import ROOM
 
@@ -120,7 +120,7 @@ def at_one(trajectory, k, instant):
 
 @given(trajectories(3), LIMITS)
 def test_a_trajectory_that_is_stretched_just_keeps_its_limits(trajectory, uav):
-    factor = stretch(uav, trajectory)
+    factor = least_time_scale(uav, trajectory)
     assume(factor > 1e-3)
     longer = stretched(trajectory, factor)
     names = "speed", "acceleration", "jerk", "thrust", "tilt"
@@ -145,12 +145,12 @@ def stretched(trajectory, factor):
 def test_rest_to_rest_whose_peaks_are_exactly_at_the_limits_is_not_refuted_and_proven_a_little_slower(waypoints, uav):
     flight = rest_to_rest(waypoints, uav)
     assert prove(OPEN, uav, flight).verdict is not Verdict.REFUTED  # near free fall the tilt is hard to tell
-    assert prove(OPEN, uav, flight.retimed(0.0, SLOWER)).verdict is Verdict.PROVEN
+    assert prove(OPEN, uav, flight.retimed(0.0, SLOWDOWN)).verdict is Verdict.PROVEN
 
 
 @given(trajectories(2), LIMITS)
 def test_what_is_proven_at_the_very_limit_the_referee_proves_too(trajectory, uav):
-    factor = stretch(uav, trajectory)
+    factor = least_time_scale(uav, trajectory)
     assume(factor > 1e-3)
     at_the_limit = stretched(trajectory, factor)
     for scale in (1.0, 1 - 1e-7, 1 - 4e-7, 1 - 1e-6):

@@ -12,10 +12,11 @@ from skyverse.model.shapes import Cylinder, Prism, Sphere, Terrain
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import FixedWing
 from skyverse.model.verdict import Verdict
-from skyverse.trajectory.corridor import NARROW, grow_corridor
+from skyverse.numerics.tolerances import MIN_OVERLAP
+from skyverse.trajectory.corridor import grow_corridor
+from skyverse.trajectory.inset_path import inset_path
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
-from skyverse.trajectory.room import with_room
 
 RIDGE = Terrain(
     origin=(0, 0), step=(20, 60), heights=np.array([[0.0, 0], [0, 0], [16, 10], [2, 4], [0, 0], [0, 0]]), clearance=2.0
@@ -71,11 +72,11 @@ def test_a_corridor_is_free_and_joined_along_the_path(name, room):
     problem = sky.Problem(scenario)
     world = problem.airspace.world
     path = sky.Taut().plan(problem).path
-    path = with_room(world, path, room)
+    path = inset_path(world, path, room)
     boxes = grow_corridor(world.space, path, 10.0, math.inf)
     assert len(boxes)
     low, high = boxes[:, :3], boxes[:, 3:]
-    assert (np.minimum(high[:-1], high[1:]) - np.maximum(low[:-1], low[1:]) >= NARROW).all()
+    assert (np.minimum(high[:-1], high[1:]) - np.maximum(low[:-1], low[1:]) >= MIN_OVERLAP).all()
     shares = np.random.default_rng(0).random((4000, 3))
     shares[:2000] = np.round(shares[:2000])  # corners
     for k in range(len(boxes)):

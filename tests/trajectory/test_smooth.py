@@ -8,9 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.trajectory.equations import FIXED, Task, assemble
-from skyverse.trajectory.newton import BAND, System
-from skyverse.trajectory.smooth import _binding, first_guess, rooms, smooth, value, weight_of
+from skyverse.trajectory.interior_point import objective
+from skyverse.trajectory.newton_equations import FIXED, SplineProblem, assemble
+from skyverse.trajectory.newton_step import BAND, NewtonSystem
+from skyverse.trajectory.smooth import binding_limits, energy_weight, smooth
+from skyverse.trajectory.spline_guess import control_point_bounds, first_guess
 
 
 def world_of(*obstacles, size=(40, 40, 20)):
@@ -97,12 +99,12 @@ def test_each_shape_is_the_better_one_by_its_own_measure():
         begin, end = 6 * rows[:, 3], 6 * rows[:, 3] + 24 * rows[:, 4] * h[:, None]
         jerk = float(np.sum(h[:, None] / 3 * (begin**2 + begin * end + end**2)))
         snap = float(np.sum(h[:, None] * (24 * rows[:, 4]) ** 2))
-        prices.append([trajectory.end + weight_of(_binding(uav), k) * e for k, e in ((3, jerk), (4, snap))])
+        prices.append([trajectory.end + energy_weight(binding_limits(uav), k) * e for k, e in ((3, jerk), (4, snap))])
     assert prices[0][0] < prices[1][0]
     assert prices[1][1] < prices[0][1]
 
 
-def test_who_is_there_already_has_nowhere_to_fly():
+def test_a_uav_at_its_target_has_nowhere_to_fly():
     uav = sky.UAV(start=(1, 20, 10))
     assert smooth(world_of(), np.array([(1, 20, 10), (1, 20, 10.0)]), uav, 4) is None
 
@@ -112,36 +114,36 @@ def test_the_equations_hold_the_gradient_and_the_hessian_of_objective_and_barrie
     rng = np.random.default_rng(seed)
     boxes = np.array([[0, 0, 0, 10, 10, 10], [8, 3, 2, 20, 8, 9], [15, 5, -5, 25, 30, 8.0]])
     box_of = np.repeat([0, 1, 2], 6)
-    low, high = rooms(boxes, box_of)
+    low, high = control_point_bounds(boxes, box_of)
     points, spans = first_guess(np.array([(1, 1, 1), (12, 5, 5), (20, 20, 2.0)]), low, high, box_of)
     uav = sky.UAV(
         start=(0, 0, 0), **({"max_acceleration": 9.0, "max_tilt": 20, "thrust_to_weight": 1.5} if tilting else {})
     )
-    task = Task(low, high, box_of, _binding(uav), 1e-3, order)
+    problem = SplineProblem(low, high, box_of, binding_limits(uav), 1e-3, order)
     points[FIXED:-FIXED] += rng.uniform(-0.01, 0.01, points[FIXED:-FIXED].shape)
     spans *= rng.uniform(0.8, 1.2, 3)[box_of]
-    while not np.isfinite(value(task, spans, points, 1.0)):
+    while not np.isfinite(objective(problem, spans, points, 1.0)):
         spans *= 1.3
     spans *= 1.2
     mu, boxes_n, free = 0.37, 3, 3 * (len(points) - 2 * FIXED)
-    system = System(
+    system = NewtonSystem(
         np.empty((free, BAND)),
         np.empty(free),
         np.empty((boxes_n, free)),
         np.empty((boxes_n, boxes_n)),
         np.empty(boxes_n),
     )
-    assemble(task, spans, points, mu, system, np.empty((2, 5, 5, 6)), np.empty((6, 6)), np.empty((6, 6)))
+    assemble(problem, spans, points, mu, system, np.empty((2, 5, 5, 6)), np.empty((6, 6)), np.empty((6, 6)))
     by_points, by_times = rng.normal(size=free), rng.normal(size=3)
 
     def along(s):
         moved = points.copy()
         moved[FIXED:-FIXED] += s * by_points.reshape(-1, 3)
-        return value(task, spans * np.exp(s * by_times[box_of]), moved, mu)
+        return objective(problem, spans * np.exp(s * by_times[box_of]), moved, mu)
 
     h = 1e-5
     slope = (along(h) - along(-h)) / (2 * h)
-    assert np.isclose(slope, system.rise @ by_points + system.slope @ by_times, rtol=1e-4, atol=1e-4)
+    assert np.isclose(slope, system.by_points @ by_points + system.by_durations @ by_times, rtol=1e-4, atol=1e-4)
     h = 1e-4
     bend = (along(h) - 2 * along(0.0) + along(-h)) / h**2
     whole = np.zeros((free, free))

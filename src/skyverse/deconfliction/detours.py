@@ -12,6 +12,7 @@ from skyverse.model.result import Result
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import MIN_COMPARED_LENGTH
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
@@ -72,7 +73,7 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     offsets = steps[:, :1] * right + steps[:, 1:] * up
     centres = passed + offsets
     lengths = np.linalg.norm(centres - candidate.start, axis=1) + np.linalg.norm(centres - candidate.end, axis=1)
-    ratios = np.maximum(lengths / max(candidate.metres, 1e-9), 1.0)
+    ratios = np.maximum(lengths / max(candidate.metres, MIN_COMPARED_LENGTH), 1.0)
     free = airspace.world.free(centres)
     chosen = [k for k in np.argsort(ratios, kind="stable").tolist() if free[k]]
     axis = int(np.argmax(np.abs(ahead)))

@@ -22,7 +22,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Conflict
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.numerics.tolerances import SEPARATION_FORGIVEN
+from skyverse.numerics.tolerances import MIN_HORIZON, SEPARATION_FORGIVEN
 
 SLICE = 0.25
 """Seconds of a slice of time: pairs whose bounding boxes are far apart in every slice need no closer look."""
@@ -69,7 +69,7 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     for a, b in close_pairs(curves, schedule, semi_axis_xy, semi_axis_z, end):
         xy, z = max(semi_axis_xy[a], semi_axis_xy[b]), max(semi_axis_z[a], semi_axis_z[b])
         one, other = TimedCurve(a, departure[a], 1.0), TimedCurve(b, departure[b], 1.0)
-        spans = conflict_spans(curves, one, other, xy, z, max(end, 1e-3), False)
+        spans = conflict_spans(curves, one, other, xy, z, max(end, MIN_HORIZON), False)
         begins, ends = nearness_at_ends(curves, a, b, xy, z)
         if absent[a] or absent[b]:
             ends = np.inf

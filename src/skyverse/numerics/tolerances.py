@@ -55,6 +55,12 @@ MIN_FLOWN = 1e-9
 BOX_SLACK = 1e-9
 """Metres by which boxes around a curve are widened, for the rounding of the curve's points."""
 
+MIN_COMPARED_LENGTH = 1e-9
+"""Metres: the length of a detour is divided by at least this, so that a path of length 0 divides nothing by 0."""
+
+CORRIDOR_PROGRESS = 1e-9
+"""The share of a leg by which every box of a corridor must lead on; otherwise there is no corridor."""
+
 COLLINEAR = 1e-9
 """The sine of an angle below which two consecutive legs count as one straight line."""
 
@@ -126,7 +132,7 @@ MIN_CONFLICT = 1e-6
 TURN_BACK = 1e-6
 """The length of a sum of two unit directions below which a path turns straight back."""
 
-MIN_TURN_ANGLE = 1e-6
+MIN_PLAIN_WAY = 1e-6
 """Turn radii: a plain way that is shorter needs a full turn, as it has no length to climb along."""
 
 PATH_CONVERGED = 1e-6
@@ -174,6 +180,9 @@ MIN_WINDOW_SHARE = 1e-3
 
 STRAIGHT_ENOUGH = 1e-3
 """Relative: the lattice is not searched for another path where one is known that exceeds the straight line by less."""
+
+MIN_HORIZON = 1e-3
+"""Seconds for which conflicts are looked for at least, also where nobody flies."""
 
 MIN_OVERLAP = 2e-3
 """Metres that consecutive boxes of a corridor overlap at least: a spline could not pass through less."""

@@ -1,8 +1,9 @@
-"""A safe corridor: free boxes along a path, each overlapping the next.
+"""A safe corridor: free boxes along a path, each of which overlaps the next.
 
-A box begins as the bounding box of as long a stretch of the path as is free, and is then cut out of all that is within
-reach: every box that it holds is cut off by the face that costs least. Where obstacles of other shapes or the ground
-reach into what is left, it is grown anew, face by face, as far as it is free.
+A box begins as the bounding box of the longest stretch of the path for which it is free, its seed. It is widened by the
+reach, and every obstacle that is a box is cut off again by the face that leaves the widest box. Where obstacles of
+other shapes or the ground reach into what is left, the box is grown anew from its seed, face by face, as far as it is
+free.
 """
 
 import numpy as np
@@ -10,28 +11,33 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.numerics.arrays import order_of, towards
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.numerics.tolerances import SURFACE_DEPTH
+from skyverse.numerics.tolerances import CORRIDOR_PROGRESS, MIN_OVERLAP, SURFACE_DEPTH, THIN_OVERLAP
 from skyverse.space import box, solids, tree
 from skyverse.space.tree import FIRST, SKIP, STOP
 from skyverse.space.world import Space, ground_reaches
 
-MOST = 400
-"""Boxes at most; a path that needs more is too tight to be smoothed."""
-
-THIN = 0.2
-"""Metres of overlap below which a third box is put between two."""
-NARROW = 2e-3
-"""Metres of overlap below which there is no corridor."""
+MAX_BOXES = 400
+"""Boxes of a corridor at most: a path that needs more is too intricate to be smoothed in seconds."""
+BISECTIONS = 30
+"""Halvings by which the part of a leg that still belongs to a box is found."""
+SHRINKINGS = 20
+"""How often a box between two others is halved until it is free."""
+FACE_BISECTIONS = 6
+"""Halvings by which the last free place of a face is found while a box grows."""
+GROWTH_STAGES = (0.1, 0.3, 1.0)
+"""Shares of the way to the largest box to which all faces grow, one stage after another."""
+FACES_IN_TURN = (5, 0, 1, 3, 4, 2)
+"""The order in which the faces of a box grow: up first, down last."""
 
 
 @kernel
-def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: int = MOST) -> Floats:
-    """Return free boxes (m, 6) along a path (n, 3), metres; none if they cannot be joined.
+def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: int = MAX_BOXES) -> Floats:
+    """Return free boxes (m, 6) along a path (n, 3), metres; none if they do not overlap enough.
 
     Parameters
     ----------
     space
-        Where the path is free.
+        With the obstacles, among which the path is free.
     reach
         How far a box may extend beyond its stretch of the path, metres.
     width
@@ -56,7 +62,7 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: 
             at += 1
         if at < len(path) - 1:
             low, high = (share if at == leg else 0.0), 1.0
-            for _ in range(30):
+            for _ in range(BISECTIONS):
                 middle = 0.5 * (low + high)
                 longer = _joined(seed, towards(path[at], path[at + 1], middle))
                 if _across(longer) <= width and _is_free(space, longer):
@@ -65,7 +71,7 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: 
                     high = middle
             seed = _joined(seed, towards(path[at], path[at + 1], low))
         free = _cut_free(space, seed, reach)
-        if count and _overlap(boxes[count - 1], free)[1] < THIN and count < most - 1:
+        if count and _overlap(boxes[count - 1], free)[1] < THIN_OVERLAP and count < most - 1:
             joint = _between(space, boxes[count - 1], free, begin, reach)
             for k in range(6):
                 boxes[count, k] = joint[k]
@@ -74,11 +80,11 @@ def grow_corridor(space: Space, path: Floats, reach: float, width: float, most: 
             boxes[count, k] = free[k]
         count += 1
         further, how_far = _leaves(boxes[count - 1], path, leg)
-        if further == leg and how_far <= share + 1e-9:
+        if further == leg and how_far <= share + CORRIDOR_PROGRESS:
             return boxes[:0]
         leg, share = further, how_far
     for i in range(count - 1):
-        if _overlap(boxes[i], boxes[i + 1])[1] < NARROW:
+        if _overlap(boxes[i], boxes[i + 1])[1] < MIN_OVERLAP:
             return boxes[:0]
     return boxes[:count]
 
@@ -96,11 +102,11 @@ def _overlap(a: Floats, b: Floats) -> tuple[int, float]:
 
 @inner
 def _between(space: Space, a: Floats, b: Floats, p: Floats, reach: float) -> Floats:
-    """Return a free box through p, at which two boxes hardly do more than touch, that overlaps both."""
+    """Return a free box through p that overlaps two boxes, which hardly do more than touch each other there."""
     axis, _ = _overlap(a, b)
     far = 1.0
     seed = _around(p)
-    for _ in range(20):
+    for _ in range(SHRINKINGS):
         seed = _around(p)
         seed[axis] = max(p[axis] - far, min(a[axis], b[axis]))
         seed[axis + 3] = min(p[axis] + far, max(a[axis + 3], b[axis + 3]))
@@ -112,6 +118,7 @@ def _between(space: Space, a: Floats, b: Floats, p: Floats, reach: float) -> Flo
 
 @inner
 def _around(p: Floats) -> Floats:
+    """Return the box that is a single point."""
     b = np.empty(6)
     for axis in range(3):
         b[axis] = b[axis + 3] = p[axis]
@@ -120,6 +127,7 @@ def _around(p: Floats) -> Floats:
 
 @inner
 def _joined(b: Floats, p: Floats) -> Floats:
+    """Return the smallest box that holds a box and a point."""
     joined = b.copy()
     for axis in range(3):
         joined[axis], joined[axis + 3] = min(b[axis], p[axis]), max(b[axis + 3], p[axis])
@@ -161,6 +169,7 @@ def _shapes_reach(space: Space, b: Floats) -> bool:
 
 @inner
 def _reaches(space: Space, i: int, b: Floats) -> bool:
+    """Tell whether obstacle i, which is a box, reaches into the box when grown by the clearance."""
     growth = space.clearance - SURFACE_DEPTH
     meet = True
     for axis in range(3):
@@ -170,7 +179,7 @@ def _reaches(space: Space, i: int, b: Floats) -> bool:
 
 @inner
 def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
-    """Return a free box around a free one."""
+    """Return a free box around a free one, its seed, that extends beyond it by the reach at most."""
     b = seed.copy()
     for axis in range(3):
         b[axis] = max(seed[axis] - reach, space.low[axis])
@@ -201,13 +210,13 @@ def _cut_free(space: Space, seed: Floats, reach: float) -> Floats:
 
 @inner
 def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
-    """Grow a free box towards a larger one, all faces by and by, as far as no shape reaches in."""
+    """Return a free box grown from its seed towards a larger one, face by face, as far as no shape reaches into it."""
     b = seed.copy()
     stuck = np.zeros(6, np.bool_)
     before = 0.0
-    for share in (0.1, 0.3, 1.0):
+    for share in GROWTH_STAGES:
         for k in range(6):
-            face = (5, 0, 1, 3, 4, 2)[k]  # up first, down last
+            face = FACES_IN_TURN[k]
             if stuck[face]:
                 continue
             far = most[face] - seed[face]
@@ -215,7 +224,7 @@ def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
             if _shapes_reach(space, b):
                 stuck[face] = True
                 inside, outside = before, share
-                for _ in range(6):
+                for _ in range(FACE_BISECTIONS):
                     middle = 0.5 * (inside + outside)
                     b[face] = seed[face] + middle * far
                     if _shapes_reach(space, b):
@@ -229,7 +238,7 @@ def _grown(space: Space, seed: Floats, most: Floats) -> Floats:
 
 @inner
 def _leaves(b: Floats, path: Floats, leg: int) -> tuple[int, float]:
-    """Return the leg, and the share of it, at which a path that is in the box on `leg` leaves it."""
+    """Return the leg, and the share of that leg, at which a path leaves a box that it is in on a leg."""
     for at in range(leg, len(path) - 1):
         share = 1.0
         for axis in range(3):

@@ -1,8 +1,8 @@
-"""Dubins paths: the shortest ways in the plane between two poses for what flies on and turns with a least radius.
+"""Dubins paths: the shortest paths in the plane between two poses for a vehicle that moves forwards only.
 
-A shortest path is one of six words of three letters, an L or an R for a turn of the least radius and an S for a
-straight line (L. E. Dubins, American Journal of Mathematics 79, 1957). Three of them are solved by the centres of their
-first and last circles; the others are their mirror images.
+It turns with a least radius. A shortest path is one of six words of three letters: L and R stand for a turn of the
+least radius to the left and to the right, S for a straight line (L. E. Dubins, American Journal of Mathematics 79,
+1957). Three of the words are solved by the centres of their first and last circles; the others are their mirror images.
 """
 
 import math
@@ -12,24 +12,23 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import SAME_CIRCLE
 
 WORDS = ("LSL", "RSR", "LSR", "RSL", "LRL", "RLR")
-"""By number; the odd ones mirror the even ones."""
-_SAME = 1e-10
-"""Turn radii between circles that count as one, and radians short of a full turn that count as none."""
+"""By number; each odd one is the mirror image of the even one before it."""
 
 
 class DubinsPath(NamedTuple):
-    """A way from `start`, (3,) x and y in metres and heading in radians, by one of the `WORDS`.
+    """A path from a pose by one of the `WORDS`.
 
     Attributes
     ----------
     start
-        x, y, heading.
+        (3,) x and y in metres, heading in radians.
     word
-        Its number.
+        The number of its word.
     lengths
-        (3,) metres flown on each of the word's letters.
+        (3,) metres of each of the word's letters.
     radius
         Of its turns, metres.
     """
@@ -41,11 +40,11 @@ class DubinsPath(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Metres."""
+        """The length of the path, metres."""
         return float(self.lengths.sum())
 
     def at(self, s: Floats) -> Floats:
-        """Return (m, 3) x, y and heading after `s`, (m,) metres."""
+        """Return the poses (m, 3), x, y and heading, after `s`, (m,) metres of the path."""
         return _sample(self.start, self.word, self.lengths, self.radius, np.asarray(s, dtype=np.float64))
 
 
@@ -62,7 +61,7 @@ def shortest_path(start: Floats, end: Floats, radius: float) -> DubinsPath:
     Returns
     -------
     DubinsPath
-        With the first of the `WORDS` that is as short as any.
+        Of several shortest ones that of the first word.
     """
     start, end = np.array(start, dtype=np.float64), np.array(end, dtype=np.float64)
     every = all_words(start[0], start[1], start[2], end[0], end[1], end[2], radius)
@@ -72,7 +71,7 @@ def shortest_path(start: Floats, end: Floats, radius: float) -> DubinsPath:
 
 @kernel
 def all_words(x: float, y: float, heading: float, x1: float, y1: float, heading1: float, radius: float) -> Floats:
-    """Return the metres (6, 3) of the letters of all words between two poses; infinite where a word has no way."""
+    """Return the metres (6, 3) of the letters of all words between two poses; infinite where a word has no path."""
     towards = math.atan2(y1 - y, x1 - x)
     apart = math.hypot(x1 - x, y1 - y) / radius
     lengths = np.empty((6, 3))
@@ -93,15 +92,15 @@ def all_words(x: float, y: float, heading: float, x1: float, y1: float, heading1
 def pose(
     x: float, y: float, heading: float, word: int, t: float, p: float, radius: float, s: float
 ) -> tuple[float, float, float]:
-    """Return the pose after s metres on a word whose first two letters are t and p metres long."""
+    """Return the pose after s metres of a word whose first two letters are t and p metres long."""
     side = 1.0 if word % 2 == 0 else -1.0
-    x, y, heading = _on(x, y, heading, side / radius, min(s, t))
+    x, y, heading = _arc(x, y, heading, side / radius, min(s, t))
     if s > t:
         middle = 0.0 if word < 4 else -side / radius
-        x, y, heading = _on(x, y, heading, middle, min(s - t, p))
+        x, y, heading = _arc(x, y, heading, middle, min(s - t, p))
     if s > t + p:
         last = -side if word in (2, 3) else side
-        x, y, heading = _on(x, y, heading, last / radius, s - t - p)
+        x, y, heading = _arc(x, y, heading, last / radius, s - t - p)
     return x, y, heading
 
 
@@ -115,8 +114,8 @@ def curvature(word: int, letter: int, radius: float) -> float:
 
 
 @inner
-def _on(x: float, y: float, heading: float, bend: float, s: float) -> tuple[float, float, float]:
-    """Fly on for s metres at a constant curvature."""
+def _arc(x: float, y: float, heading: float, bend: float, s: float) -> tuple[float, float, float]:
+    """Return the pose after s metres of a constant curvature, 1/m."""
     half = 0.5 * bend * s
     chord = s if half == 0.0 else s * math.sin(half) / half
     return x + chord * math.cos(heading + half), y + chord * math.sin(heading + half), heading + 2.0 * half
@@ -124,16 +123,17 @@ def _on(x: float, y: float, heading: float, bend: float, s: float) -> tuple[floa
 
 @inner
 def _turn(angle: float) -> float:
-    """Return the angle in [0, 2 pi), and 0 for what is short of a full turn by rounding alone."""
+    """Return an angle in [0, 2 pi); 0 for one that falls short of a full turn by rounding alone."""
     angle -= 2.0 * math.pi * math.floor(angle / (2.0 * math.pi))
-    return angle if angle < 2.0 * math.pi - _SAME else 0.0
+    return angle if angle < 2.0 * math.pi - SAME_CIRCLE else 0.0
 
 
 @inner
 def _lsl(apart: float, a: float, b: float) -> tuple[float, float, float]:
+    """Return the lengths of LSL in radii, between poses that many radii apart, headings against the line of both."""
     along, across = apart + math.sin(a) - math.sin(b), math.cos(b) - math.cos(a)  # from centre to centre
     gap = math.hypot(along, across)
-    if gap < _SAME:  # one circle
+    if gap < SAME_CIRCLE:  # both circles are one
         return _turn(b - a), 0.0, 0.0
     heading = math.atan2(across, along)
     return _turn(heading - a), gap, _turn(b - heading)
@@ -141,9 +141,10 @@ def _lsl(apart: float, a: float, b: float) -> tuple[float, float, float]:
 
 @inner
 def _lsr(apart: float, a: float, b: float) -> tuple[float, float, float]:
+    """Return the lengths of LSR; see `_lsl`."""
     along, across = apart + math.sin(a) + math.sin(b), -math.cos(a) - math.cos(b)
     square = along * along + across * across - 4.0
-    if square < -_SAME:  # the circles overlap
+    if square < -SAME_CIRCLE:  # the circles overlap
         return math.inf, math.inf, math.inf
     straight = math.sqrt(max(square, 0.0))
     heading = math.atan2(across, along) + math.atan2(2.0, straight)
@@ -152,18 +153,20 @@ def _lsr(apart: float, a: float, b: float) -> tuple[float, float, float]:
 
 @inner
 def _lrl(apart: float, a: float, b: float) -> tuple[float, float, float]:
+    """Return the lengths of LRL; see `_lsl`."""
     along, across = apart + math.sin(a) - math.sin(b), math.cos(b) - math.cos(a)
     share = 0.25 * math.hypot(along, across)
-    if share > 1.0 + _SAME:  # no circle touches both
+    if share > 1.0 + SAME_CIRCLE:  # no circle touches both
         return math.inf, math.inf, math.inf
     share = min(share, 1.0)
     first = _turn(math.atan2(across, along) + math.acos(share) + 0.5 * math.pi - a)
-    middle = 2.0 * math.pi - 2.0 * math.asin(share)  # the shorter arc is never the shortest path
+    middle = 2.0 * math.pi - 2.0 * math.asin(share)  # a path with the shorter arc is never the shortest
     return first, middle, _turn(b - a - first + middle)
 
 
 @kernel
 def _sample(start: Floats, word: int, lengths: Floats, radius: float, s: Floats) -> Floats:
+    """Return the poses (m, 3) after s, (m,) metres of a word."""
     poses = np.empty((len(s), 3))
     for i in range(len(s)):
         poses[i, 0], poses[i, 1], poses[i, 2] = pose(

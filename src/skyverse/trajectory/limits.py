@@ -1,8 +1,9 @@
 """How much of its UAV's limits a trajectory uses, bounded at every instant.
 
-Speed, acceleration, jerk, thrust and tilt each keep a vector inside a convex set around 0. The factor by which the set
-must be scaled to reach the vector (its gauge) is a convex function, so over a piece it is nowhere larger than at the
-piece's Bernstein coefficients. Halving the piece tightens this. What an aeroplane must keep is a polynomial instead.
+The limits on speed, acceleration, jerk, thrust and tilt each keep a vector inside a convex set around 0. The factor by
+which the set must be scaled to reach the vector (its gauge) is a convex function of the vector, so over a piece of a
+trajectory it is nowhere larger than at the piece's Bernstein coefficients. Halving the piece tightens this bound. The
+limits of an aeroplane's airspeed, turn and climb are polynomials instead, which must not exceed 1.
 """
 
 import math
@@ -16,27 +17,43 @@ from skyverse.model.uav import UAV
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import product, split, to_bernstein
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import LIMIT_MARGIN, PEAK_TIGHTNESS
 
 GRAVITY = 9.81
-LIFT = 0.01
-"""The share of its weight that a multirotor's thrust carries at least: without thrust there is no tilt to speak of."""
-DEPTH = 40
-"""How often a piece is cut in two at most, one half within the other."""
-MOST = 20_000
-"""How often a piece is cut in two at most, in all."""
-_TIGHT = 1e-5
-"""A peak is enclosed this closely, relatively."""
-_ROOM = 1e-9
+"""Metres per second squared."""
+MIN_LIFT = 0.01
+"""The share of its weight that a multirotor's thrust always carries: without thrust its tilt would be undefined."""
+MAX_DEPTH = 40
+"""How often a piece is halved at most, each time one of the halves again."""
+MAX_HALVINGS = 20_000
+"""How often a piece and its parts are halved at most, in all."""
+AIRSPEED_SHARE = 0.01
+"""The share of its airspeed by which an aeroplane's horizontal speed may differ from it."""
 
 SPEED, ACCELERATION, JERK, THRUST, TILT, AIRSPEED, TURN, CLIMB = range(8)
-ORDER = (1, 2, 3, 2, 2)
-"""Which derivative of the position each of the first five limits."""
+DERIVATIVE = (1, 2, 3, 2, 2)
+"""Which derivative of the position each of the first five limits bounds."""
 
 
 class Limits(NamedTuple):
-    """A UAV's limits in SI units: `thrust` per mass, `tilt` and `climb` as tangents; `airspeed` 0 for a multirotor.
+    """A UAV's limits in SI units.
 
-    `fall` is what it may accelerate downwards.
+    Attributes
+    ----------
+    speed, acceleration, jerk
+        The largest norms, m/s, m/s^2, m/s^3.
+    thrust
+        The largest thrust of a multirotor per kilogram, m/s^2.
+    tilt
+        The tangent of the largest angle between a multirotor's thrust and the vertical.
+    fall
+        The largest acceleration downwards of a multirotor, m/s^2.
+    airspeed
+        An aeroplane's horizontal speed, m/s; 0 for a multirotor.
+    turn_radius
+        An aeroplane's least turn radius seen from above, metres.
+    climb
+        The tangent of an aeroplane's steepest climb.
     """
 
     speed: float
@@ -51,7 +68,7 @@ class Limits(NamedTuple):
 
 
 def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
-    """Return what a UAV must keep, all limits but the airspeed eased by a relative tolerance."""
+    """Return the limits of a UAV, all but the airspeed eased by a relative tolerance."""
     more = 1.0 + tolerance
     wing = uav.fixed_wing
     return Limits(
@@ -60,54 +77,56 @@ def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
         jerk=uav.max_jerk * more,
         thrust=uav.thrust_to_weight * GRAVITY * more,
         tilt=math.tan(math.radians(uav.max_tilt)) * more,
-        fall=(1.0 - LIFT) * GRAVITY * more,
+        fall=(1.0 - MIN_LIFT) * GRAVITY * more,
         airspeed=wing.speed if wing else 0.0,
         turn_radius=wing.turn_radius / more if wing else 0.0,
         climb=math.tan(math.radians(wing.climb)) * more if wing else 0.0,
     )
 
 
-def stretch(uav: UAV, trajectory: Trajectory) -> float:
+def least_time_scale(uav: UAV, trajectory: Trajectory) -> float:
     """Return the factor on all durations at which the trajectory just keeps the UAV's limits.
 
-    The least such factor is at most 1e-5, relatively, smaller. Below 1 it could go faster; 0 says that it does not
-    move. Of an aeroplane only speed and acceleration are looked at, as its airspeed is given.
+    The least such factor is smaller by a relative `PEAK_TIGHTNESS` at most. A factor below 1 says that the trajectory
+    could be flown faster, 0 that it does not move. For an aeroplane only the limits on speed and acceleration are
+    regarded, since its airspeed is given.
     """
-    return float(peaks(limits_of(uav), trajectory.knots.copy(), trajectory.coefficients.copy()).max()) * (1.0 + _ROOM)
+    factors = peaks(limits_of(uav), trajectory.knots.copy(), trajectory.coefficients.copy())
+    return float(factors.max()) * (1.0 + LIMIT_MARGIN)
 
 
 @kernel
 def peaks(limits: Limits, knots: Floats, coefficients: Floats) -> Floats:
-    """Return how much longer a trajectory must take for each of the five limits, (5,) factors; 0 where none applies.
+    """Return how many times as long a trajectory must take for each of the first five limits, (5,) factors.
 
-    Upper bounds, tight to 1e-5: of speed the peak's share of the limit, of acceleration, thrust and tilt its square
-    root, of jerk its cube root.
+    They are upper bounds, to a relative `PEAK_TIGHTNESS`: for speed the peak's share of the limit, for acceleration,
+    thrust and tilt its square root, for jerk its cube root. A limit that does not apply has the factor 0.
     """
     greatest = np.zeros(5)
     for k in range(len(coefficients)):
         duration = knots[k + 1] - knots[k]
         rows = coefficients[k]
         for order in range(1, 4):
-            rows = rate(rows)
+            rows = derivative(rows)
             b = to_bernstein(rows, duration)
             for limit in range(5):
-                if ORDER[limit] == order and applies(limits, limit):
-                    upper, _, _, _ = peak(limits, limit, b, greatest[limit], _TIGHT)
+                if DERIVATIVE[limit] == order and applies(limits, limit):
+                    upper, _, _, _ = peak(limits, limit, b, greatest[limit], PEAK_TIGHTNESS)
                     greatest[limit] = max(greatest[limit], upper)
     for limit in range(5):
-        greatest[limit] = greatest[limit] ** (1.0 / ORDER[limit])
+        greatest[limit] = greatest[limit] ** (1.0 / DERIVATIVE[limit])
     return greatest
 
 
 @inner
 def applies(limits: Limits, limit: int) -> bool:
-    """Tell whether a UAV has this limit: speed and acceleration, then a multirotor's or an aeroplane's."""
+    """Tell whether a limit applies: speed and acceleration always do, the others to multirotors or aeroplanes only."""
     return limit <= ACCELERATION or (limit >= AIRSPEED) == (limits.airspeed > 0.0)
 
 
 @inner
-def rate(rows: Floats) -> Floats:
-    """Return the power-basis coefficients (max(n, 1), 3) of the rate of change of (n + 1, 3)."""
+def derivative(rows: Floats) -> Floats:
+    """Return the power-basis coefficients (max(n, 1), 3) of the derivative of a polynomial with (n + 1, 3)."""
     less = np.zeros((max(len(rows) - 1, 1), rows.shape[1]))
     for i in range(1, len(rows)):
         for column in range(rows.shape[1]):
@@ -122,17 +141,17 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
     Parameters
     ----------
     b
-        Bernstein coefficients of the derivative that is limited, (n + 1, 3), or of an aeroplane's `demand`.
+        Bernstein coefficients of the derivative that is limited, (n + 1, 3), or those from `aeroplane_demand`.
     floor
-        Smaller shares are of no interest.
+        Shares below this are not enclosed any closer.
     tight
-        How closely to enclose larger ones, relatively.
+        How closely to enclose larger shares, relatively.
 
     Returns
     -------
     tuple
-        The largest share is at most the first (or `floor`), at least the second, reached at the third, a share of the
-        piece; and how often it was cut in two.
+        An upper bound of the largest share (or `floor`, where that is more); a lower bound; where in the piece, as a
+        share of it, the lower bound is reached; and how often the piece was halved.
     """
     whole = b.copy().reshape(-1)
     lower, last, hull = _shares(limits, limit, whole)
@@ -141,18 +160,18 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
         lower, where = last, 1.0
     if hull <= max(floor, lower * (1.0 + tight)):
         return hull, lower, where, 0
-    pieces = np.empty((DEPTH + 1, b.size))  # waiting to be looked at, the earliest on top
-    begin, hulls, level = np.zeros(DEPTH + 1), np.empty(DEPTH + 1), np.zeros(DEPTH + 1, np.int64)
+    pieces = np.empty((MAX_DEPTH + 1, b.size))  # a stack of parts that are not decided, the earliest on top
+    begin, hulls, level = np.zeros(MAX_DEPTH + 1), np.empty(MAX_DEPTH + 1), np.zeros(MAX_DEPTH + 1, np.int64)
     put(pieces, 0, whole)
     hulls[0] = hull
-    waiting, cuts, upper = 1, 0, lower
+    waiting, halvings, upper = 1, 0, lower
     while waiting:
         top = waiting - 1
-        if hulls[top] <= max(floor, lower * (1.0 + tight)) or level[top] == DEPTH or cuts == MOST:
+        if hulls[top] <= max(floor, lower * (1.0 + tight)) or level[top] == MAX_DEPTH or halvings == MAX_HALVINGS:
             upper = max(upper, hulls[top])
             waiting -= 1
             continue
-        cuts += 1
+        halvings += 1
         split(pieces[top], pieces[waiting], 3)
         level[top] += 1
         begin[waiting], level[waiting] = begin[top], level[top]
@@ -162,26 +181,26 @@ def peak(limits: Limits, limit: int, b: Floats, floor: float, tight: float) -> t
         if middle > lower:
             lower, where = middle, begin[top]
         waiting += 1
-    return upper, lower, where, cuts
+    return upper, lower, where, halvings
 
 
 @inner
 def _shares(limits: Limits, limit: int, b: Floats) -> tuple[float, float, float]:
-    """Return the shares at both ends of a piece, and the largest at its coefficients."""
-    first = share(limits, limit, b[0], b[1], b[2])
+    """Return how much of a limit is used at both ends of a piece, and the most at any of its coefficients."""
+    first = used_share(limits, limit, b[0], b[1], b[2])
     last, most = first, first
     for i in range(3, len(b), 3):
-        last = share(limits, limit, b[i], b[i + 1], b[i + 2])
+        last = used_share(limits, limit, b[i], b[i + 1], b[i + 2])
         most = max(most, last)
     return first, last, most
 
 
 @inner
-def share(limits: Limits, limit: int, x: float, y: float, z: float) -> float:
-    """Return how much of a limit a vector uses; 1 is all. It is a convex function of the vector.
+def used_share(limits: Limits, limit: int, x: float, y: float, z: float) -> float:
+    """Return which share of a limit a vector uses, a convex function of the vector; 1 is all of the limit.
 
-    Thrust and tilt are told of the acceleration: it may grow by one over its share until gravity and it together take
-    all the thrust, or all the tilt.
+    For thrust and tilt the vector is the acceleration a. Its share s is such that the acceleration a / s, and gravity
+    with it, would take all of the thrust, or all of the tilt.
     """
     if limit >= AIRSPEED:
         return max(x, y, z)
@@ -189,8 +208,8 @@ def share(limits: Limits, limit: int, x: float, y: float, z: float) -> float:
         return max((math.sqrt(x * x + y * y) / limits.tilt - z) / GRAVITY, -z / limits.fall)
     squared = x * x + y * y + z * z
     if limit == THRUST:
-        room = limits.thrust**2 - GRAVITY**2
-        return (z * GRAVITY + math.sqrt((z * GRAVITY) ** 2 + squared * room)) / room
+        spare = limits.thrust**2 - GRAVITY**2
+        return (z * GRAVITY + math.sqrt((z * GRAVITY) ** 2 + squared * spare)) / spare
     if limit == SPEED:
         return math.sqrt(squared) / limits.speed
     if limit == ACCELERATION:
@@ -199,11 +218,21 @@ def share(limits: Limits, limit: int, x: float, y: float, z: float) -> float:
 
 
 @inner
-def demand(limits: Limits, limit: int, velocity: Floats, acceleration: Floats) -> Floats:
-    """Return Bernstein coefficients, (m, 3), none of which is above 1 while an aeroplane keeps a limit.
+def aeroplane_demand(limits: Limits, limit: int, velocity: Floats, acceleration: Floats) -> Floats:
+    """Return Bernstein coefficients, (m, 3), of polynomials that do not exceed 1 while an aeroplane keeps a limit.
 
-    They are made of those of velocity and acceleration, (n, 3). The turn is kept while
-    ``(vx ay - vy ax)^2 R^2 <= (vx^2 + vy^2)^3``.
+    With the airspeed V, the steepest climb's tangent c and the least turn radius R, an aeroplane keeps its
+
+    - airspeed while ``(0.99 V)^2 <= vx^2 + vy^2 <= (1.01 V)^2``,
+    - turn while ``(vx ay - vy ax)^2 R^2 <= (vx^2 + vy^2)^3``,
+    - climb while ``vz^2 <= c^2 (vx^2 + vy^2)``.
+
+    Parameters
+    ----------
+    limits, limit
+        `AIRSPEED`, `TURN` or `CLIMB` of an aeroplane's limits.
+    velocity, acceleration
+        Their Bernstein coefficients over a piece, (n, 3) each.
     """
     vx, vy, vz = velocity[:, 0].copy(), velocity[:, 1].copy(), velocity[:, 2].copy()
     level = _sum(product(vx, vx), 1.0, product(vy, vy), 1.0)
@@ -215,19 +244,21 @@ def demand(limits: Limits, limit: int, velocity: Floats, acceleration: Floats) -
     if limit == AIRSPEED:
         columns = np.zeros((len(level), 3))
         for k in range(len(level)):
-            columns[k, 0], columns[k, 1] = level[k] / 1.01**2, 2.0 - level[k] / 0.99**2
+            columns[k, 0] = level[k] / (1.0 + AIRSPEED_SHARE) ** 2
+            columns[k, 1] = 2.0 - level[k] / (1.0 - AIRSPEED_SHARE) ** 2
         return columns
     ax, ay = acceleration[:, 0].copy(), acceleration[:, 1].copy()
     turn = limits.turn_radius / limits.airspeed**3
     across = _sum(product(vx, ay), turn, product(vy, ax), -turn)
-    pace = product(product(level, level), level)
+    cube = product(product(level, level), level)
     bend = product(across, across)
-    bend = product(bend, np.ones(len(pace) - len(bend) + 1))  # times one: of the same degree
-    return _column(_sum(bend, 1.0, pace, -1.0))
+    bend = product(bend, np.ones(len(cube) - len(bend) + 1))  # times 1: raised to the same degree
+    return _column(_sum(bend, 1.0, cube, -1.0))
 
 
 @inner
 def _sum(a: Floats, of_a: float, b: Floats, of_b: float) -> Floats:
+    """Return ``of_a a + of_b b``."""
     total = np.empty(len(a))
     for k in range(len(a)):
         total[k] = of_a * a[k] + of_b * b[k]
@@ -236,6 +267,7 @@ def _sum(a: Floats, of_a: float, b: Floats, of_b: float) -> Floats:
 
 @inner
 def _column(less: Floats) -> Floats:
+    """Return 1 and a polynomial in the first of three columns."""
     columns = np.zeros((len(less), 3))
     for k in range(len(less)):
         columns[k, 0] = 1.0 + less[k]

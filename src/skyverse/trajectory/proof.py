@@ -1,9 +1,9 @@
-"""What planners prove of a trajectory before they hand it out: safe and within limits at every instant.
+"""The planners' own proof of a trajectory before they hand it out: it is clear and within limits at every instant.
 
-A piece lies inside the box around its Bernstein coefficients, and no farther from its chord than they. Where that box
-is out of bounds or touches an obstacle that is a box, or where one of another shape comes that near to the chord, the
-piece is cut in two, until all are free or an instant is found that is not. Half of what the referee tolerates is
-tolerated, which leaves the other half for rounding.
+A piece lies inside the box around its Bernstein coefficients, and no farther from its chord than they do. Where that
+box exceeds the bounds or touches an obstacle that is a box, or where an obstacle of another shape comes that near to
+the chord, the piece is halved, until all parts are clear or an instant is found at which the trajectory is not. Half of
+what the referee tolerates is tolerated here, which leaves the other half for rounding.
 """
 
 import math
@@ -18,27 +18,25 @@ from skyverse.model.verdict import Verdict
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import split, to_bernstein
 from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_TIGHTNESS
 from skyverse.space import box, ground, solids, tree
 from skyverse.space.world import Space, World, ground_reaches
 from skyverse.trajectory.limits import (
     AIRSPEED,
     CLIMB,
-    DEPTH,
-    MOST,
-    ORDER,
+    DERIVATIVE,
+    MAX_DEPTH,
+    MAX_HALVINGS,
     Limits,
+    aeroplane_demand,
     applies,
-    demand,
+    derivative,
     limits_of,
     peak,
-    rate,
 )
 
-_METRES = 0.5e-6
-_RELATIVE = 0.5e-6
-_ALL = 1.0 - 1e-9
-"""The share of the eased limits that may be used: a hair is left."""
-_TIGHT = 1e-7
+_USABLE = 1.0 - LIMIT_MARGIN
+"""The share of the eased limits that may be used."""
 
 DEMANDS = ("speed", "acceleration", "jerk", "thrust", "tilt", "airspeed", "turn", "climb", "bounds", "clearance")
 _BOUNDS, _CLEARANCE = 8, 9
@@ -47,7 +45,7 @@ _PROVEN, _REFUTED, _UNDECIDED = range(3)
 
 
 class Proof(NamedTuple):
-    """What is known of a trajectory at every instant.
+    """Whether a trajectory meets all demands at every instant.
 
     Attributes
     ----------
@@ -56,9 +54,9 @@ class Proof(NamedTuple):
     what
         The demand that is not met or not decided, one of `DEMANDS`; empty when all are proven.
     instant
-        When, seconds.
+        When it is not met or not decided, seconds.
     subdivisions
-        How often pieces were cut in two.
+        How often pieces were halved.
     """
 
     verdict: Verdict
@@ -70,10 +68,10 @@ class Proof(NamedTuple):
 def prove(world: World, uav: UAV, trajectory: Trajectory) -> Proof:
     """Prove that a trajectory is clear, in bounds and within its UAV's limits at every instant, or say what is not.
 
-    Whether it is continuous, and at rest where it should be, is not asked.
+    Whether it is continuous, and at rest at its ends, is not examined.
     """
     code, what, instant, cuts = _prove(
-        world.space, limits_of(uav, _RELATIVE), trajectory.knots.copy(), trajectory.coefficients.copy()
+        world.space, limits_of(uav, LIMIT_EASE), trajectory.knots.copy(), trajectory.coefficients.copy()
     )
     verdict = _VERDICTS[code]
     if verdict is Verdict.PROVEN:
@@ -83,6 +81,7 @@ def prove(world: World, uav: UAV, trajectory: Trajectory) -> Proof:
 
 @kernel
 def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) -> tuple[int, int, float, int]:
+    """Judge a trajectory: verdict, demand and instant as in `Proof`, and how often pieces were halved."""
     cuts = 0
     doubt = (_PROVEN, 0, 0.0)
     for k in range(len(coefficients)):
@@ -94,25 +93,30 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
             return code, what, knots[k] + where * duration, cuts
         if code == _UNDECIDED:
             doubt = (code, what, knots[k] + where * duration)
-        once, twice, thrice = rate(rows), rate(rate(rows)), rate(rate(rate(rows)))
-        rates = (to_bernstein(once, duration), to_bernstein(twice, duration), to_bernstein(thrice, duration))
+        velocity = derivative(rows)
+        acceleration, jerk = derivative(velocity), derivative(derivative(velocity))
+        rates = (to_bernstein(velocity, duration), to_bernstein(acceleration, duration), to_bernstein(jerk, duration))
         for limit in range(CLIMB + 1):
             if not applies(limits, limit):
                 continue
-            b = demand(limits, limit, rates[0], rates[1]) if limit >= AIRSPEED else rates[ORDER[limit] - 1]
-            upper, lower, where, more = peak(limits, limit, b, _ALL, _TIGHT)
+            b = (
+                aeroplane_demand(limits, limit, rates[0], rates[1])
+                if limit >= AIRSPEED
+                else rates[DERIVATIVE[limit] - 1]
+            )
+            upper, lower, where, more = peak(limits, limit, b, _USABLE, PROOF_TIGHTNESS)
             cuts += more
-            if lower > _ALL:
+            if lower > _USABLE:
                 return _REFUTED, limit, knots[k] + where * duration, cuts
-            if not upper <= _ALL:
+            if not upper <= _USABLE:
                 doubt = (_UNDECIDED, limit, knots[k] + where * duration)
     return doubt[0], doubt[1], doubt[2], cuts
 
 
 @inner
 def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
-    """Judge a piece: verdict, demand, the share of the piece where it fails, and how often it was cut in two."""
-    pieces = np.empty((DEPTH + 1, b.size))  # waiting to be looked at, the earliest on top
+    """Judge whether a piece is clear: verdict, demand, the share of the piece where it fails, and halvings."""
+    pieces = np.empty((MAX_DEPTH + 1, b.size))  # a stack of parts that are not decided, the earliest on top
     put(pieces, 0, b.copy().reshape(-1))
     low, high = np.empty(3), np.empty(3)
     _enclose(pieces[0], low, high)
@@ -121,20 +125,20 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
         what = _fault(space, near, b[share * (len(b) - 1)])
         if what:
             return _REFUTED, what, float(share), 0
-    begin, level = np.zeros(DEPTH + 1), np.zeros(DEPTH + 1, np.int64)
-    count = np.full(DEPTH + 1, len(near))  # so many of the boxes, from the first on, touched the piece it came from
+    begin, level = np.zeros(MAX_DEPTH + 1), np.zeros(MAX_DEPTH + 1, np.int64)
+    count = np.full(MAX_DEPTH + 1, len(near))  # that many of the boxes, the first ones, touched the part it is half of
     waiting, cuts = 1, 0
     while waiting:
         top = waiting - 1
         _enclose(pieces[top], low, high)
         inside = True
         for axis in range(3):
-            inside &= space.low[axis] - _METRES <= low[axis] and high[axis] <= space.high[axis] + _METRES
+            inside &= space.low[axis] - LIMIT_EASE <= low[axis] and high[axis] <= space.high[axis] + LIMIT_EASE
         count[top] = _keep(space, near, count[top], low, high)
         if inside and count[top] == 0 and _clear_of_shapes(space, pieces[top], low, high):
             waiting -= 1
             continue
-        if level[top] == DEPTH or cuts == MOST:
+        if level[top] == MAX_DEPTH or cuts == MAX_HALVINGS:
             return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top], cuts
         cuts += 1
         split(pieces[top], pieces[waiting], 3)
@@ -150,7 +154,7 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
 
 @inner
 def _enclose(b: Floats, low: Floats, high: Floats) -> None:
-    """Fill in the corners of the box around coefficients, rows of 3 laid end to end."""
+    """Write the corners of the box around coefficients, rows of 3 laid end to end."""
     for axis in range(3):
         low[axis] = high[axis] = b[axis]
         for i in range(axis + 3, len(b), 3):
@@ -160,8 +164,11 @@ def _enclose(b: Floats, low: Floats, high: Floats) -> None:
 
 @inner
 def _clear_of_shapes(space: Space, b: Floats, low: Floats, high: Floats) -> bool:
-    """Tell whether a piece, coefficients laid end to end in the box between two corners, is clear of all but boxes."""
-    growth = space.clearance - _METRES
+    """Tell whether a piece is clear of the ground and of all shapes but boxes.
+
+    Its coefficients are laid end to end, and lie in the box between two corners.
+    """
+    growth = space.clearance - LIMIT_EASE
     if solids.reaching(space.solids, growth, low, high) < 0 and not ground_reaches(space, growth, low, high):
         return True
     first, last = b[:3], b[len(b) - 3 :]
@@ -196,7 +203,7 @@ def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> in
     """Move those of the first `count` boxes to the front that touch the box between two corners; return how many."""
     kept = 0
     for i in range(count):
-        if box.touches(space.boxes, near[i], space.clearance - _METRES, low, high):
+        if box.touches(space.boxes, near[i], space.clearance - LIMIT_EASE, low, high):
             near[i], near[kept] = near[kept], near[i]
             kept += 1
     return kept
@@ -204,14 +211,14 @@ def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> in
 
 @inner
 def _fault(space: Space, near: Ints, p: Floats) -> int:
-    """Return which demand a place does not meet, given the boxes near it, or 0."""
+    """Return which demand a position does not meet, given the boxes near it, or 0 where it meets all."""
     for axis in range(3):
-        if not space.low[axis] - _METRES <= p[axis] <= space.high[axis] + _METRES:
+        if not space.low[axis] - LIMIT_EASE <= p[axis] <= space.high[axis] + LIMIT_EASE:
             return _BOUNDS
     for i in near:
-        if box.holds(space.boxes, i, space.clearance - _METRES, p[0], p[1], p[2]):
+        if box.holds(space.boxes, i, space.clearance - LIMIT_EASE, p[0], p[1], p[2]):
             return _CLEARANCE
-    growth = space.clearance - _METRES
+    growth = space.clearance - LIMIT_EASE
     if solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0:
         return _CLEARANCE
     floor = ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra

@@ -1,8 +1,8 @@
-"""Rest-to-rest quintics: the UAV stands still at every waypoint, as the thesis flies it.
+"""Rest-to-rest quintics: the UAV stops at every waypoint, as in the thesis.
 
-Along a segment of L metres it moves by ``L (10 s^3 - 15 s^4 + 6 s^5)``, ``s = t / T``: at most 15/8 L/T fast,
-accelerating by at most 10/sqrt(3) L/T^2, either way, with a jerk of at most 60 L/T^3. The thesis takes
-T = 1.3 sqrt(L) s, whatever the UAV can do; here T is the shortest that keeps its limits.
+Along a segment of L metres that takes T seconds it moves by ``L (10 s^3 - 15 s^4 + 6 s^5)`` with ``s = t / T``. Its
+speed is at most ``15/8 L / T``, its acceleration ``10/sqrt(3) L / T^2`` forwards and backwards, and its jerk
+``60 L / T^3``. The thesis takes T = 1.3 sqrt(L) s for every UAV; here T is the shortest that keeps the UAV's limits.
 """
 
 import math
@@ -12,37 +12,37 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_SEGMENT
 from skyverse.trajectory.limits import GRAVITY, limits_of
 
 _PEAK_SPEED = 15.0 / 8.0
 _PEAK_ACCELERATION = 10.0 / math.sqrt(3.0)
 _PEAK_JERK = 60.0
-_STANDSTILL = 1e-12
-"""Metres below which a segment is passed over: its duration would be lost in rounding."""
 _SHAPE = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+"""Coefficients of the way along a segment, by powers of s."""
 
 
 def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0) -> Trajectory:
-    """Fly straight from waypoint to waypoint, standing still at each.
+    """Fly straight from waypoint to waypoint and stop at each.
 
     Parameters
     ----------
     waypoints
-        (n, 3) metres, n >= 2 unless the UAV is to stay where it is.
+        (n, 3) metres; a single one for a UAV that stays where it is.
     uav
-        A multirotor, whose limits to keep.
+        A multirotor, whose limits are kept.
     start
         The first instant, seconds.
 
     Returns
     -------
     Trajectory
-        One quintic piece a segment; a single piece of no motion for one waypoint.
+        One quintic piece for each segment; a single piece that does not move where the UAV stays.
     """
     points = np.asarray(waypoints, dtype=np.float64)
     steps = np.diff(points, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    moving = lengths > _STANDSTILL
+    moving = lengths > MIN_SEGMENT
     if not moving.any():
         stay = np.zeros((1, 6, 3))
         stay[0, 0] = points[0]
@@ -56,15 +56,14 @@ def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0) -> Trajectory:
         ],
         axis=0,
     )
-    # rounding must not push a peak past its limit
-    durations *= 1.0 + 1e-9
+    durations *= 1.0 + LIMIT_MARGIN
     coefficients = _SHAPE[None, :, None] / durations[:, None, None] ** np.arange(6)[None, :, None] * steps[:, None, :]
     coefficients[:, 0] = begins
     return Trajectory(start + np.r_[0.0, np.cumsum(durations)], coefficients)
 
 
 def _either_way(directions: Floats, uav: UAV) -> Floats:
-    """Return how hard a multirotor may accelerate both along unit vectors (n, 3) and against them, (n,) m/s^2."""
+    """Return the acceleration, (n,) m/s^2, that a multirotor may have both along and against unit vectors (n, 3)."""
     limits = limits_of(uav)
     up, level = np.abs(directions[:, 2]), np.hypot(directions[:, 0], directions[:, 1])
     by_thrust = np.sqrt((GRAVITY * up) ** 2 + limits.thrust**2 - GRAVITY**2) - GRAVITY * up

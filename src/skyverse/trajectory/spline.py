@@ -1,11 +1,18 @@
-"""Quartic splines over spans of unequal duration, by their control points: C3, each span within the hull of its five.
+"""Quartic splines over spans of unequal durations h_0, h_1, and so on, by their control points P_0, P_1, and so on.
 
-The control points of a derivative are differences of those above, divided by the time that some spans take:
-``V_i = 4 (P_{i+1} - P_i) / (h_{i-3} + ... + h_i)``, then ``3 (V_{i+1} - V_i) / (h_{i-2} + ... + h_i)`` and so on; spans
-before the first and after the last take no time. So control point i of a derivative is a row of coefficients over the
-points from i on, and what changes the row is how long the boxes of the corridor take that its spans lie in: two boxes
-at most. A row is kept with its derivatives by the logarithms of the two durations, as jets:
-value, by the first, by the second, by the first twice, by both, by the second twice.
+They are three times continuously differentiable, and each span lies within the hull of its five control points. The
+control points of a derivative are differences of those of the derivative before it, divided by the duration of some
+spans; spans before the first and after the last take no time:
+
+    velocity        V_i = 4 (P_{i+1} - P_i) / (h_{i-3} + ... + h_i)
+    acceleration    A_i = 3 (V_{i+1} - V_i) / (h_{i-2} + ... + h_i)
+    jerk            J_i = 2 (A_{i+1} - A_i) / (h_{i-1} + h_i)
+    snap            S_i =   (J_{i+1} - J_i) / h_i.
+
+So control point i of a derivative is a row of coefficients times the control points from P_i on. The row depends on the
+durations of the corridor boxes in which its spans lie, and these are two boxes at most. With each coefficient its
+derivatives by the logarithms of both durations are kept, together a jet of six numbers: the value; its derivatives by
+the first and by the second; its second derivatives by the first twice, by both, and by the second twice.
 """
 
 import numpy as np
@@ -15,13 +22,11 @@ from skyverse.numerics.kernel import inner, kernel
 
 DEGREE = 4
 JET = 6
-LEAST = 6
-"""Spans in a box at least, so that no row hangs on three boxes."""
 
 
 @kernel
 def time_of(spans: Floats, first: int, last: int) -> float:
-    """Return what spans `first` to `last`, both included, take; seconds."""
+    """Return the duration of spans `first` to `last`, both included, seconds; spans that do not exist take no time."""
     total = 0.0
     for k in range(max(first, 0), min(last, len(spans) - 1) + 1):
         total += spans[k]
@@ -30,7 +35,7 @@ def time_of(spans: Floats, first: int, last: int) -> float:
 
 @kernel
 def make_rows(spans: Floats, order: int) -> Floats:
-    """Return the rows (N - order, order + 1) of a derivative: of velocity (1) to snap (4)."""
+    """Return the rows (N - order, order + 1) of the derivative of an order: 1 for velocity to 4 for snap."""
     n = len(spans) + DEGREE
     rows = np.ones((n, 1))
     for k in range(1, order + 1):
@@ -46,7 +51,7 @@ def make_rows(spans: Floats, order: int) -> Floats:
 
 @inner
 def multiply(a: Floats, b: Floats, out: Floats, sign: float) -> None:
-    """Add the product of two jets, times a sign, to a third."""
+    """Add the product of two jets, times a sign, to a third jet (Leibniz's rule)."""
     out[0] += sign * a[0] * b[0]
     out[1] += sign * (a[1] * b[0] + a[0] * b[1])
     out[2] += sign * (a[2] * b[0] + a[0] * b[2])
@@ -75,9 +80,9 @@ def _per_time(spans: Floats, box_of: Ints, left: int, first: int, last: int, deg
 
 @kernel
 def row_jet(spans: Floats, box_of: Ints, left: int, i: int, order: int, work: Floats, out: Floats) -> None:
-    """Write the jets of row i of a derivative, ``out[: order + 1]``; by `left`'s duration, and the other one's.
+    """Write the jets of row i of a derivative into ``out[: order + 1]``, by the durations of box `left` and the next.
 
-    `work` is (2, 5, 5, 6): the rows of two derivatives in turn, from i on.
+    `work`, (2, 5, 5, 6), holds the rows from i on of two successive derivatives in turn.
     """
     per = work[0, 4, 4]
     for j in range(order + 1):
@@ -103,9 +108,9 @@ def row_jet(spans: Floats, box_of: Ints, left: int, i: int, order: int, work: Fl
 
 @kernel
 def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
-    """Return the same spline over finer spans: each is cut into so many parts. Its points move nearer to it.
+    """Return the control points and spans of the same spline with every span cut into a number of equal parts.
 
-    A control point is the spline's polar form, taken at four knots in a row.
+    A control point is the value of the spline's polar form (blossom) at four consecutive knots.
     """
     begins = _instants(spans)
     count = parts.sum()
@@ -121,7 +126,7 @@ def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
     result = np.empty((n, 3))
     work = np.empty((DEGREE + 1, 3))
     for i in range(n):
-        k = old[min(max(i - DEGREE // 2, 0), count - 1)]  # the span in the middle of those that the point rules
+        k = old[min(max(i - DEGREE // 2, 0), count - 1)]  # the middle one of the spans that the point influences
         for j in range(DEGREE + 1):
             for a in range(3):
                 work[j, a] = points[k + j, a]
@@ -140,6 +145,7 @@ def refine(points: Floats, spans: Floats, parts: Ints) -> tuple[Floats, Floats]:
 
 @inner
 def _instants(spans: Floats) -> Floats:
+    """Return the instants (S + 1,) at which the spans begin and the last one ends."""
     instants = np.zeros(len(spans) + 1)
     for k in range(len(spans)):
         instants[k + 1] = instants[k] + spans[k]

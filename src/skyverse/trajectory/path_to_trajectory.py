@@ -1,4 +1,4 @@
-"""A result's path flown: the trajectory that a mission carries, proven."""
+"""From a result's path to the trajectory that a mission carries, proven at every instant."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,46 +13,45 @@ from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
-from skyverse.numerics.tolerances import SEAM_MARGIN
+from skyverse.numerics.tolerances import MIN_PATH, SEAM_MARGIN
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.world import World, with_margin
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest
-from skyverse.trajectory.smooth import STANDSTILL, smooth
+from skyverse.trajectory.smooth import smooth
 
 Shape = Literal["minimum-snap", "minimum-jerk", "stop-and-go"]
-SLOWER = 1.1
-"""How much longer a trajectory takes that is tried more slowly."""
+SLOWDOWN = 1.1
+"""How many times as long a trajectory takes that is tried more slowly."""
 
 
 def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -> Trajectory | None:
     """Turn a result's path into a trajectory from the UAV's true start to its true target, proven at every instant.
 
-    Nodes on a straight line go, and a line-of-sight shortcut leaves what is needed (unless the objective prices
-    altitude, risk or climb, which it would not heed: then the trajectory keeps close to the path, too). A multirotor
-    flies through a corridor around that; where this is not proven, slower, then closer to the path, and at last
-    from waypoint to waypoint. An aeroplane flies a Dubins path.
+    Nodes on a straight line are dropped, and line-of-sight shortcuts leave out further ones. Where the objective prices
+    altitude, risk or climb, which shortcuts would ignore, there are none, and the trajectory keeps close to the path. A
+    multirotor flies through a corridor around the path; where this is not proven, it flies more slowly, then closer to
+    the path, and at last from waypoint to waypoint. An aeroplane flies Dubins paths.
 
     Parameters
     ----------
     problem, result
-        What was planned.
+        The path that was planned, and for what.
     shape
-        Of a multirotor's trajectory: of the least integral of squared snap, or jerk, that costs little time; or at
-        rest at every waypoint.
+        Of a multirotor's trajectory: with little snap, with little jerk, or at rest at every waypoint.
 
     Returns
     -------
     Trajectory or None
-        Its `form` says which it is, and its `note` why it is not what was asked for. ``None`` if there is no path, or
-        nothing along it can be proven, as for an aeroplane without room to turn.
+        Its `form` says what it is, and its `note` why it is not the shape that was asked for. ``None`` if there is no
+        path, or if no trajectory along it can be proven, as for an aeroplane that has no space to turn.
 
     Raises
     ------
     InputError
-        If the shape is none.
+        If there is no such shape.
     """
     if shape not in get_args(Shape):
         raise InputError(f"shape is one of {', '.join(map(repr, get_args(Shape)))}, not {shape!r}")
@@ -64,14 +63,14 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -
     priced = bool(soft_terms(scenario))
     if not priced:
         waypoints = shortcut(with_margin(world.space, SEAM_MARGIN), waypoints)
-    for trajectory in _ladder(world, uav, waypoints, shape, priced):
+    for trajectory in _attempts(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
             return trajectory
     return None
 
 
-def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool) -> Iterator[Trajectory]:
-    """Yield trajectories, the best first."""
+def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool) -> Iterator[Trajectory]:
+    """Yield trajectories along waypoints, the best first; `close` keeps a multirotor close to them."""
     if uav.fixed_wing is not None:
         flown = fly_aeroplane(world, waypoints, uav)
         if flown is not None:
@@ -79,7 +78,7 @@ def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool
         return
     note = ""
     stops = rest_to_rest(waypoints, uav)
-    moves = np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() > STANDSTILL
+    moves = np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() > MIN_PATH
     if shape != "stop-and-go" and moves:
         order = 4 if shape == "minimum-snap" else 3
         flown = smooth(world, waypoints, uav, order, close=close)
@@ -90,10 +89,10 @@ def _ladder(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool
         else:
             yield flown
             note = "The faster trajectory could not be proven safe."
-            yield replace(flown.retimed(flown.start, SLOWER), note=note)
+            yield replace(flown.retimed(flown.start, SLOWDOWN), note=note)
             straight = smooth(world, waypoints, uav, order, close=True)
             if straight is not None:
                 yield replace(straight, form="straightened", note=note)
     yield replace(stops, note=note)
     note = note or "As fast as its limits allow it could not be proven safe."
-    yield replace(stops.retimed(stops.start, SLOWER), note=note)
+    yield replace(stops.retimed(stops.start, SLOWDOWN), note=note)

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from skyverse.trajectory.pieces import pieces_of
 from skyverse.trajectory.spline import DEGREE
+from skyverse.trajectory.spline_pieces import polynomial_pieces
 
 
 def curve(spans, far):
@@ -26,7 +26,7 @@ def curve(spans, far):
 def test_pieces_are_the_spline_and_no_derivative_jumps_up_to_the_third(lasting, far):
     spans = np.repeat(lasting, 6)
     points, whole = curve(spans, far)
-    knots, rows = pieces_of(points, spans)
+    knots, rows = polynomial_pieces(points, spans)
     spline = BSpline(whole, points, DEGREE)
     duration = np.diff(knots)[:, None]
     for order in range(DEGREE):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.trajectory import along, fly_along
+from skyverse.trajectory import fly_along, path_to_trajectory
 from skyverse.trajectory.proof import Proof
 
 
@@ -88,7 +88,7 @@ def test_what_is_not_proven_is_slowed_then_straightened_then_stopped(monkeypatch
         forms.append(trajectory.form)
         return Proof(sky.Verdict.UNDECIDED, "clearance", 0.0, 0)
 
-    monkeypatch.setattr(along, "prove", refuse)
+    monkeypatch.setattr(path_to_trajectory, "prove", refuse)
     assert flown(hall_with_slit(2.0)) is None
     assert forms == ["smooth", "slowed", "straightened", "stop-and-go", "stop-and-go"]
 

@@ -1,4 +1,4 @@
-"""A quartic spline as polynomials, one a span."""
+"""A quartic spline as polynomials, one for each span."""
 
 import math
 
@@ -6,14 +6,14 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from skyverse._typing import Floats
+from skyverse.numerics.tolerances import JERK_JUMP
 from skyverse.trajectory.spline import DEGREE, time_of
 
-STEADY = 1e-7
-"""Metres per second cubed by which rounding may let jerk jump at a knot."""
 
+def polynomial_pieces(points: Floats, spans: Floats) -> tuple[Floats, Floats]:
+    """Return the knots (S + 1,) of a spline, seconds, and the coefficients (S, 5, 3) of its pieces.
 
-def pieces_of(points: Floats, spans: Floats) -> tuple[Floats, Floats]:
-    """Return a spline's knots (S + 1,), and its pieces (S, 5, 3) by powers of the time since their knots.
+    A piece is a polynomial of the time since its first knot.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def pieces_of(points: Floats, spans: Floats) -> tuple[Floats, Floats]:
     spline = BSpline(np.r_[[0.0] * DEGREE, knots, [knots[-1]] * DEGREE], points, DEGREE)
     rows = np.stack([spline(knots[:-1], nu=j) / math.factorial(j) for j in range(DEGREE + 1)], axis=1)
     jumps = 6.0 * (rows[:-1, 3] + 4.0 * lasting[:-1] * rows[:-1, 4] - rows[1:, 3])
-    if np.any(np.abs(jumps) > STEADY):  # far off, in short spans: then both sides of a knot share one rounded jerk
+    if np.any(np.abs(jumps) > JERK_JUMP):  # far from 0, in short spans: share one jerk at each knot
         jerk = points
         for k in range(1, DEGREE):
             times = np.array([time_of(spans, i - DEGREE + k, i) for i in range(len(jerk) - 1)])

@@ -1,4 +1,26 @@
-"""Newton's equations of a spline through a corridor: gradient and Hessian of objective and barriers."""
+"""Newton's equations of a spline through a corridor: gradient and Hessian of its objective and barriers.
+
+With the control points P, the logarithms x of the corridor boxes' durations and a weight mu of the barriers, the
+objective is
+
+    f(P, x) = sum of durations + weight * integral |jerk or snap|^2 dt - mu * sum of log(slack),
+
+with a slack for each coordinate of a control point towards either side of its bounds, and, for each control point d of
+velocity, acceleration and jerk,
+
+    limit^2 - |d|^2,    thrust^2 - |d + g|^2,    tilt^2 (d_z + fall)^2 - d_x^2 - d_y^2,
+
+the last two for accelerations only. Every such d, and every value of jerk or snap that the integral needs, is
+``d = sum of r_i P_i`` with a row r of at most five coefficients that depend on x. A function phi(d) with gradient g and
+Hessian H by d adds, by the chain rule,
+
+    df/dP_i = r_i g                            d2f/dP_i dP_j = r_i r_j H
+    df/dx_e = g . d_e                          d2f/dx_e dx_f = d_e . H d_f + g . d_ef
+    d2f/dx_e dP_i = r_i H d_e + r_i,e g
+
+where an index e or f after d or r stands for a derivative by x_e or x_f. Where all spans of a row lie in one box,
+``d = c exp(-m x_e)`` for a derivative of order m, hence ``d_e = -m d`` and ``d_ee = m^2 d``.
+"""
 
 from typing import NamedTuple
 
@@ -7,27 +29,27 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.trajectory.limits import GRAVITY, Limits
-from skyverse.trajectory.newton import System
+from skyverse.trajectory.newton_step import NewtonSystem
 from skyverse.trajectory.spline import JET, make_rows, multiply, row_jet
 
 FIXED = 4
-"""Control points at either end that are one: at rest, starting and stopping without a jerk."""
+"""Control points at either end that stay at one point, so that the flight starts and stops at rest and without jerk."""
 ROOT_12 = np.sqrt(12.0)
 
 
-class Task(NamedTuple):
-    """What does not change while a spline is improved.
+class SplineProblem(NamedTuple):
+    """The constraints and the objective of a spline, which stay the same while it is improved.
 
     Attributes
     ----------
     low, high
-        (N, 3) where each control point may be, metres.
+        (N, 3) bounds of each control point, metres.
     box_of
-        (S,) the box that each span lies in, rising from 0.
+        (S,) the number of the corridor box of each span, rising from 0.
     limits
-        Thrust and tilt are infinite where the limit on acceleration implies them.
+        Of the UAV; thrust and tilt are infinite where the limit on acceleration implies them.
     weight
-        Of the integral of the squared jerk or snap.
+        Of the integral of squared jerk or snap.
     order
         3 for jerk, 4 for snap.
     """
@@ -42,45 +64,69 @@ class Task(NamedTuple):
 
 @kernel
 def assemble(
-    task: Task, spans: Floats, points: Floats, mu: float, system: System, work: Floats, jets: Floats, other: Floats
+    problem: SplineProblem,
+    spans: Floats,
+    points: Floats,
+    mu: float,
+    system: NewtonSystem,
+    work: Floats,
+    jets: Floats,
+    other: Floats,
 ) -> None:
-    """Write Newton's equations."""
+    """Write Newton's equations of a spline.
+
+    Parameters
+    ----------
+    problem
+        Constraints and objective.
+    spans
+        (S,) durations, seconds.
+    points
+        (N, 3) control points, metres.
+    mu
+        The weight of the barriers.
+    system
+        Is written.
+    work, jets, other
+        (2, 5, 5, 6), (6, 6) and (6, 6): room for intermediate results.
+    """
     n, s = len(points), len(spans)
-    system.rise.fill(0.0)
-    system.slope.fill(0.0)
+    system.by_points.fill(0.0)
+    system.by_durations.fill(0.0)
     for blocks in (system.band, system.cross, system.small):
         blocks.fill(0.0)
     for k in range(s):
-        system.slope[task.box_of[k]] += spans[k]
-        system.small[task.box_of[k], task.box_of[k]] += spans[k]
+        system.by_durations[problem.box_of[k]] += spans[k]
+        system.small[problem.box_of[k], problem.box_of[k]] += spans[k]
     for i in range(FIXED, n - FIXED):
         for a in range(3):
-            below, above = points[i, a] - task.low[i, a], task.high[i, a] - points[i, a]
-            system.rise[3 * (i - FIXED) + a] += mu * (1.0 / above - 1.0 / below)
+            below, above = points[i, a] - problem.low[i, a], problem.high[i, a] - points[i, a]
+            system.by_points[3 * (i - FIXED) + a] += mu * (1.0 / above - 1.0 / below)
             system.band[3 * (i - FIXED) + a, 0] += mu * (1.0 / above**2 + 1.0 / below**2)
     g, h, d = np.empty(3), np.empty((3, 3)), np.empty((6, 3))
     row = np.empty(5)
     for order in range(1, 4):
         rows = make_rows(spans, order)
         for i in range(n - order):
-            left, right = task.box_of[max(i - 3, 0)], task.box_of[min(i + order - 1, s - 1)]
+            left, right = problem.box_of[max(i - 3, 0)], problem.box_of[min(i + order - 1, s - 1)]
             if left == right:
                 _combine(rows[i], points, i, order + 1, d)
-                _bend(task.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
+                _limit_barriers(problem.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
                 _add_within(system, rows[i], i, order + 1, n, left, float(order), d, g, h)
             else:
-                row_jet(spans, task.box_of, left, i, order, work, jets)
-                _place(jets, points, i, order + 1, d)
-                _bend(task.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
+                row_jet(spans, problem.box_of, left, i, order, work, jets)
+                _combine_jets(jets, points, i, order + 1, d)
+                _limit_barriers(problem.limits, order, d[0, 0], d[0, 1], d[0, 2], mu, g, h)
                 _add(system, jets, i, order + 1, n, left, right, d, g, h)
-    rows = make_rows(spans, task.order)
+    rows = make_rows(spans, problem.order)
     for k in range(s):
-        left, right = task.box_of[max(k - 3, 0)], task.box_of[min(k + 3, s - 1)]
-        # jerk goes in a line from a to b over the span: h/3 (a^2 + ab + b^2) = h (a + b)^2 / 4 + h (b - a)^2 / 12
-        for part in range(5 - task.order):
+        left, right = problem.box_of[max(k - 3, 0)], problem.box_of[min(k + 3, s - 1)]
+        # jerk is linear over the span, from a to b, and the integral of its square two squares,
+        # h/3 (a^2 + ab + b^2) = h (a + b)^2 / 4 + h (b - a)^2 / 12
+        for part in range(5 - problem.order):
             if left == right:
                 root = np.sqrt(spans[k])
-                if task.order == 4:
+                if problem.order == 4:
                     for c in range(5):
                         row[c] = root * rows[k, c]
                 else:
@@ -90,16 +136,16 @@ def assemble(
                         row[c] += near * rows[k, c]
                         row[c + 1] += far * rows[k + 1, c]
                 _combine(row, points, k, 5, d)
-                _square(task, d, g, h)
-                _add_within(system, row, k, 5, n, left, task.order - 0.5, d, g, h)
+                _square(problem, d, g, h)
+                _add_within(system, row, k, 5, n, left, problem.order - 0.5, d, g, h)
                 continue
-            if task.order == 4:
-                row_jet(spans, task.box_of, left, k, 4, work, jets)
+            if problem.order == 4:
+                row_jet(spans, problem.box_of, left, k, 4, work, jets)
             elif part == 0:
-                row_jet(spans, task.box_of, left, k, 3, work, other)
+                row_jet(spans, problem.box_of, left, k, 3, work, other)
                 for e in range(JET):
                     other[4, e] = 0.0
-                row_jet(spans, task.box_of, left, k + 1, 3, work, jets)
+                row_jet(spans, problem.box_of, left, k + 1, 3, work, jets)
                 for e in range(JET):
                     for c in range(4, 0, -1):
                         jets[c, e] = jets[c - 1, e]
@@ -112,15 +158,15 @@ def assemble(
                 for c in range(5):
                     for e in range(JET):
                         jets[c, e] = other[c, e]
-            _times_root(jets, 5, spans[k], task.box_of[k] == left)
-            _place(jets, points, k, 5, d)
-            _square(task, d, g, h)
+            _times_root(jets, 5, spans[k], problem.box_of[k] == left)
+            _combine_jets(jets, points, k, 5, d)
+            _square(problem, d, g, h)
             _add(system, jets, k, 5, n, left, right, d, g, h)
 
 
 @inner
 def _times_root(jets: Floats, m: int, span: float, in_left: bool) -> None:
-    """Multiply m jets by the root of a span's duration."""
+    """Multiply m jets by the square root of a span's duration."""
     root = np.sqrt(span)
     scale = np.zeros(6)
     scale[0] = root
@@ -136,7 +182,7 @@ def _times_root(jets: Floats, m: int, span: float, in_left: bool) -> None:
 
 @inner
 def _combine(row: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
-    """Write a control point of a derivative into d[0]."""
+    """Write a control point of a derivative, a row times the points from i on, into d[0]."""
     for a in range(3):
         d[0, a] = 0.0
         for c in range(m):
@@ -144,8 +190,8 @@ def _combine(row: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
 
 
 @inner
-def _place(jets: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
-    """Write a control point of a derivative, and its own derivatives by the durations, (6, 3)."""
+def _combine_jets(jets: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
+    """Write a control point of a derivative and its derivatives by two durations, a jet of (6, 3)."""
     d.fill(0.0)
     for c in range(m):
         for e in range(6):
@@ -154,17 +200,17 @@ def _place(jets: Floats, points: Floats, i: int, m: int, d: Floats) -> None:
 
 
 @inner
-def _square(task: Task, d: Floats, g: Floats, h: Floats) -> None:
+def _square(problem: SplineProblem, d: Floats, g: Floats, h: Floats) -> None:
     """Write gradient and Hessian of the weighted square of d[0]."""
     h.fill(0.0)
     for a in range(3):
-        g[a] = 2.0 * task.weight * d[0, a]
-        h[a, a] = 2.0 * task.weight
+        g[a] = 2.0 * problem.weight * d[0, a]
+        h[a, a] = 2.0 * problem.weight
 
 
 @inner
-def _bend(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g: Floats, h: Floats) -> None:
-    """Write gradient and Hessian of the barriers of a control point of a derivative."""
+def _limit_barriers(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g: Floats, h: Floats) -> None:
+    """Write gradient and Hessian of the barriers of a control point of velocity, acceleration or jerk."""
     g.fill(0.0)
     h.fill(0.0)
     _ball(x, y, z, limits.speed if order == 1 else (limits.acceleration if order == 2 else limits.jerk), mu, g, h)
@@ -176,11 +222,11 @@ def _bend(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g
     if limits.tilt < np.inf:
         t, up = limits.tilt**2, z + limits.fall
         slack = t * up**2 - x * x - y * y
-        rise = (-2.0 * x, -2.0 * y, 2.0 * t * up)
+        slope = (-2.0 * x, -2.0 * y, 2.0 * t * up)
         for a in range(3):
-            g[a] -= mu * rise[a] / slack
+            g[a] -= mu * slope[a] / slack
             for b in range(3):
-                h[a, b] += mu * rise[a] * rise[b] / slack**2
+                h[a, b] += mu * slope[a] * slope[b] / slack**2
         h[0, 0] += 2.0 * mu / slack
         h[1, 1] += 2.0 * mu / slack
         h[2, 2] -= 2.0 * mu * t / slack
@@ -188,6 +234,7 @@ def _bend(limits: Limits, order: int, x: float, y: float, z: float, mu: float, g
 
 @inner
 def _ball(x: float, y: float, z: float, radius: float, mu: float, g: Floats, h: Floats) -> None:
+    """Add gradient and Hessian of ``-mu log(radius^2 - x^2 - y^2 - z^2)``."""
     per = 2.0 / (radius**2 - x * x - y * y - z * z)
     d = (x, y, z)
     for a in range(3):
@@ -199,15 +246,15 @@ def _ball(x: float, y: float, z: float, radius: float, mu: float, g: Floats, h: 
 
 @inner
 def _add(
-    system: System, jets: Floats, i: int, m: int, n: int, left: int, right: int, d: Floats, g: Floats, h: Floats
+    system: NewtonSystem, jets: Floats, i: int, m: int, n: int, left: int, right: int, d: Floats, g: Floats, h: Floats
 ) -> None:
-    """Add a function of one control point of a derivative: its gradient and Hessian by points and durations."""
+    """Add a function of a control point of a derivative, whose spans lie in one box or in two."""
     for p in range(m):
         if not FIXED <= i + p < n - FIXED:
             continue
         row = 3 * (i + p - FIXED)
         for a in range(3):
-            system.rise[row + a] += jets[p, 0] * g[a]
+            system.by_points[row + a] += jets[p, 0] * g[a]
         for q in range(p, m):
             if i + q >= n - FIXED:
                 break
@@ -218,7 +265,7 @@ def _add(
     for e in range(1, 2 if left == right else 3):
         box = left if e == 1 else right
         for a in range(3):
-            system.slope[box] += g[a] * d[e, a]
+            system.by_durations[box] += g[a] * d[e, a]
             pushed = h[a, 0] * d[e, 0] + h[a, 1] * d[e, 1] + h[a, 2] * d[e, 2]
             for p in range(m):
                 if FIXED <= i + p < n - FIXED:
@@ -232,22 +279,22 @@ def _add(
 
 @inner
 def _add_within(
-    system: System, row: Floats, i: int, m: int, n: int, box: int, power: float, d: Floats, g: Floats, h: Floats
+    system: NewtonSystem, row: Floats, i: int, m: int, n: int, box: int, power: float, d: Floats, g: Floats, h: Floats
 ) -> None:
-    """Add one all of whose spans lie in one box: it falls with a power of the duration."""
+    """Add a function of one all of whose spans lie in one box: ``d`` is proportional to its duration to the -power."""
     along = bent = 0.0
     for a in range(3):
         along += g[a] * d[0, a]
         d[1, a] = h[a, 0] * d[0, 0] + h[a, 1] * d[0, 1] + h[a, 2] * d[0, 2]
         bent += d[0, a] * d[1, a]
-    system.slope[box] -= power * along
+    system.by_durations[box] -= power * along
     system.small[box, box] += power * power * (bent + along)
     for p in range(m):
         if not FIXED <= i + p < n - FIXED:
             continue
         at = 3 * (i + p - FIXED)
         for a in range(3):
-            system.rise[at + a] += row[p] * g[a]
+            system.by_points[at + a] += row[p] * g[a]
             system.cross[box, at + a] -= power * row[p] * (d[1, a] + g[a])
         for q in range(p, m):
             if i + q >= n - FIXED:

@@ -1,6 +1,17 @@
-"""Newton's equations, solved: points hang on their neighbours only, and a few durations border them.
+"""The Newton step of a spline: a banded matrix for its control points, bordered by a few durations.
 
-A banded Cholesky factorisation, and a small dense Schur complement.
+With the gradients p of the control points and x of the logarithms of durations, the step (dp, dx) solves
+
+    [ A    C^T ] [ dp ]     [ p ]
+    [ C    D   ] [ dx ] = - [ x ].
+
+A is banded, since a control point depends on its neighbours only, and is factored as ``A = L L^T`` (Cholesky). With
+``w = L^-1 p`` and ``K = C L^-T`` the durations follow from the small Schur complement S,
+
+    S dx = -(x - K w),    S = D - K K^T,    and then    dp = -L^-T (w + K^T dx).
+
+The square of the Newton decrement, by which the objective decreases per unit of the step, is
+``w . w + (x - K w) . S^-1 (x - K w)``.
 """
 
 from typing import NamedTuple
@@ -9,54 +20,59 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner
+from skyverse.numerics.tolerances import MIN_PIVOT
 
 BAND = 15
-"""Entries of a row of the banded matrix from its diagonal on: five points, three axes."""
+"""Entries of a row of A from its diagonal on: five control points of three coordinates."""
+FIRST_SHIFT, SHIFT_FACTOR, MAX_SHIFT = 1e-3, 4.0, 1e12
+"""Multiples of D's diagonal that are added to S where it is not positive definite: the first, the next, the largest."""
+DIAGONAL_FLOOR = 1e-9
+"""Added to the diagonal that these are multiples of."""
 
 
-class System(NamedTuple):
-    """Newton's equations: points (free ones only) and logarithms of durations.
+class NewtonSystem(NamedTuple):
+    """Newton's equations by the coordinates of F free control points and by the logarithms of B durations.
 
     Attributes
     ----------
     band
-        (3 F, BAND) the upper half of the points' matrix.
-    rise
-        (3 F,) the gradient by the points.
+        (3 F, BAND) the upper half of A, row by row from its diagonal on.
+    by_points
+        (3 F,) the gradient p.
     cross
-        (B, 3 F) points and durations.
+        (B, 3 F) the block C.
     small
-        (B, B) durations.
-    slope
-        (B,) the gradient by the durations.
+        (B, B) the block D.
+    by_durations
+        (B,) the gradient x.
     """
 
     band: Floats
-    rise: Floats
+    by_points: Floats
     cross: Floats
     small: Floats
-    slope: Floats
+    by_durations: Floats
 
 
 @inner
-def solve(system: System) -> float:
-    """Solve the equations in place; return the decrease that the step promises.
+def solve_newton_system(system: NewtonSystem) -> float:
+    """Replace the gradients by the step, and return the square of the Newton decrement.
 
-    Where they are not convex by the durations, those are made to move less.
+    Where S is not positive definite, multiples of D's diagonal are added to it, so that the durations change less.
     """
-    band, n, boxes = system.band, len(system.rise), len(system.slope)
+    band, n, boxes = system.band, len(system.by_points), len(system.by_durations)
     _factor(band)
     first = np.zeros(boxes, np.int64)
     for b in range(boxes):
         while first[b] < n and system.cross[b, first[b]] == 0.0:
             first[b] += 1
         _forward(band, system.cross[b], first[b])
-    step = system.rise.copy()
+    step = system.by_points.copy()
     _forward(band, step, 0)
-    promise = 0.0
+    decrement = 0.0
     for i in range(n):
-        promise += step[i] ** 2
-    schur, slope = system.small.copy(), system.slope.copy()
+        decrement += step[i] ** 2
+    schur, slope = system.small.copy(), system.by_durations.copy()
     for b in range(boxes):
         for i in range(first[b], n):
             slope[b] -= system.cross[b, i] * step[i]
@@ -68,14 +84,14 @@ def solve(system: System) -> float:
     more = 0.0
     factor = schur.copy()
     while not _cholesky(factor):
-        more = max(4.0 * more, 1e-3)
-        if not more < 1e12:  # numbers have overflowed: no step is worth taking
-            system.rise.fill(0.0)
-            system.slope.fill(0.0)
+        more = max(SHIFT_FACTOR * more, FIRST_SHIFT)
+        if not more < MAX_SHIFT:  # numbers have overflowed: return no step
+            system.by_points.fill(0.0)
+            system.by_durations.fill(0.0)
             return 0.0
         factor = schur.copy()
         for b in range(boxes):
-            factor[b, b] += more * (abs(system.small[b, b]) + 1e-9)
+            factor[b, b] += more * (abs(system.small[b, b]) + DIAGONAL_FLOOR)
     change = np.empty(boxes)
     for b in range(boxes):
         change[b] = -slope[b]
@@ -87,20 +103,20 @@ def solve(system: System) -> float:
             change[b] -= factor[c, b] * change[c]
         change[b] /= factor[b, b]
     for b in range(boxes):
-        promise -= slope[b] * change[b]
+        decrement -= slope[b] * change[b]
         for i in range(first[b], n):
             step[i] += system.cross[b, i] * change[b]
     _backward(band, step)
     for i in range(n):
-        system.rise[i] = -step[i]
+        system.by_points[i] = -step[i]
     for b in range(boxes):
-        system.slope[b] = change[b]
-    return promise
+        system.by_durations[b] = change[b]
+    return decrement
 
 
 @inner
 def _cholesky(a: Floats) -> bool:
-    """Factor a symmetric matrix in place, lower half; tell whether it is positive definite."""
+    """Factor the lower half of a symmetric matrix in place (Cholesky); tell whether it is positive definite."""
     n = len(a)
     for i in range(n):
         for j in range(i + 1):
@@ -118,10 +134,10 @@ def _cholesky(a: Floats) -> bool:
 
 @inner
 def _factor(band: Floats) -> None:
-    """Factor a banded positive definite matrix in place, by Cholesky's method."""
+    """Factor a banded positive definite matrix in place (Cholesky)."""
     n = len(band)
     for i in range(n):
-        pivot = 1.0 / np.sqrt(max(band[i, 0], 1e-300))
+        pivot = 1.0 / np.sqrt(max(band[i, 0], MIN_PIVOT))
         last = min(BAND, n - i)
         for j in range(last):
             band[i, j] *= pivot
@@ -134,7 +150,7 @@ def _factor(band: Floats) -> None:
 
 @inner
 def _forward(band: Floats, x: Floats, first: int) -> None:
-    """Solve by the lower factor in place, from the first entry that is not zero."""
+    """Multiply x by L^-1 in place; its entries before `first` are 0."""
     n = len(x)
     for i in range(first, n):
         x[i] /= band[i, 0]
@@ -144,7 +160,7 @@ def _forward(band: Floats, x: Floats, first: int) -> None:
 
 @inner
 def _backward(band: Floats, x: Floats) -> None:
-    """Solve by the upper factor in place."""
+    """Multiply x by L^-T in place."""
     n = len(x)
     for i in range(n - 1, -1, -1):
         for p in range(1, min(BAND, n - i)):

@@ -1,0 +1,131 @@
+"""A leg of an aeroplane's way: a Dubins path seen from above, and one climb or descent between two levels.
+
+Where a leg is too short for its climb, full turns are flown at its first or its last turn (M. Owen, R. W. Beard,
+T. W. McLain, "Implementing Dubins Airplane Paths on Fixed-Wing UAVs", 2015: "high altitude").
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import MIN_FLOWN
+from skyverse.trajectory.climb import Climb, height_gained
+from skyverse.trajectory.dubins import curvature, pose
+
+MAX_ARC = math.pi / 12.0
+"""Radians that one polynomial turns at most: it leaves its arc by 2e-12 radii, and its velocity differs by 1e-10."""
+LEG_DEGREE = 7
+"""Of the polynomials."""
+
+
+class DubinsLeg(NamedTuple):
+    """A Dubins path with a climb; level at both ends.
+
+    Attributes
+    ----------
+    x, y, z, heading
+        The pose at its beginning, metres and radians.
+    word
+        The number of its Dubins word.
+    a, b, c
+        The lengths of the word's three letters, metres.
+    radius
+        Of its turns, metres.
+    climb
+        Along it.
+    """
+
+    x: float
+    y: float
+    z: float
+    heading: float
+    word: int
+    a: float
+    b: float
+    c: float
+    radius: float
+    climb: Climb
+
+
+@inner
+def pose_on_leg(leg: DubinsLeg, s: float) -> tuple[float, float, float, float]:
+    """Return x, y, z and heading after s metres of way."""
+    x, y, heading = pose(leg.x, leg.y, leg.heading, leg.word, leg.a, leg.b, leg.radius, s)
+    return x, y, leg.z + height_gained(leg.climb, s)[0], heading
+
+
+@inner
+def leg_marks(leg: DubinsLeg) -> Floats:
+    """Return the metres of way, in rising order, at which a leg's letters and the parts of its climb begin and end."""
+    climb = leg.climb
+    marks = np.empty(8)
+    length = leg.a + leg.b + leg.c
+    marks[0], marks[1], marks[2], marks[3] = 0.0, leg.a, leg.a + leg.b, length
+    marks[4] = climb.begin
+    marks[5] = climb.begin + climb.ramp
+    marks[6] = marks[5] + climb.hold
+    marks[7] = marks[6] + climb.ramp
+    marks = np.sort(np.minimum(marks, length))
+    count = 1
+    for mark in marks[1:]:
+        if mark > marks[count - 1] + MIN_FLOWN:
+            marks[count] = mark
+            count += 1
+    marks[count - 1] = length
+    return marks[:count]
+
+
+@inner
+def leg_curvature(leg: DubinsLeg, s: float) -> float:
+    """Return the signed curvature seen from above after s metres of way, 1/m, positive to the left."""
+    letter = 0 if s < leg.a else 1 if s < leg.a + leg.b else 2
+    return curvature(leg.word, letter, leg.radius)
+
+
+@kernel
+def leg_pieces(leg: DubinsLeg, speed: float) -> tuple[Floats, Floats]:
+    """Return durations (n,) and power-basis coefficients (n, 8, 3) of a leg flown at a horizontal speed.
+
+    Each arc is replaced by its Taylor polynomial about the middle, which is then shifted to the beginning of the piece.
+    """
+    marks = leg_marks(leg)
+    counts = np.empty(len(marks) - 1, np.int64)
+    for k in range(len(counts)):
+        bend = abs(leg_curvature(leg, 0.5 * (marks[k] + marks[k + 1])))
+        counts[k] = max(1, math.ceil(bend * (marks[k + 1] - marks[k]) / MAX_ARC))
+    durations = np.empty(counts.sum())
+    pieces = np.zeros((len(durations), LEG_DEGREE + 1, 3))
+    at = 0
+    for k in range(len(counts)):
+        span = (marks[k + 1] - marks[k]) / counts[k]
+        for part in range(counts[k]):
+            half = 0.5 * span
+            middle = marks[k] + (part + 0.5) * span
+            x, y, _, heading = pose_on_leg(leg, middle)
+            bend = leg_curvature(leg, middle)
+            about = np.zeros((LEG_DEGREE + 1, 3))  # coefficients by powers of the metres of way from the middle
+            about[0, 0], about[0, 1] = x, y
+            scale = 1.0
+            for j in range(1, LEG_DEGREE + 1):
+                scale = 1.0 / j if j == 1 else scale * bend / j
+                about[j, 0] = scale * math.cos(heading + 0.5 * math.pi * (j - 1))
+                about[j, 1] = scale * math.sin(heading + 0.5 * math.pi * (j - 1))
+            gained = height_gained(leg.climb, middle)
+            factor = 1.0
+            for j in range(5):
+                about[j, 2] = gained[j] / factor
+                factor *= j + 1
+            about[0, 2] += leg.z
+            for low in range(LEG_DEGREE):  # Horner's scheme shifts the polynomial to the beginning
+                for j in range(LEG_DEGREE - 1, low - 1, -1):
+                    about[j] -= half * about[j + 1]
+            power = 1.0
+            for j in range(LEG_DEGREE + 1):
+                pieces[at, j] = about[j] * power
+                power *= speed
+            durations[at] = span / speed
+            at += 1
+    return durations, pieces
