@@ -1,0 +1,34 @@
+"""What a store holds, against each trajectory by itself."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skyverse as sky
+from curves import random_flight
+from skyverse.deconfliction.curve_store import CurveStore
+from skyverse.deconfliction.curves import make_curves, position_at
+from skyverse.deconfliction.swept_volume_tree import grow_tree
+
+
+@given(st.integers(0, 2**32), st.lists(st.integers(0, 9), min_size=1, max_size=8))
+def test_curves_and_trees_are_those_of_each_trajectory_by_itself_whatever_came_before(seed, degrees):
+    rng = np.random.default_rng(seed)
+    store, flights = CurveStore(), []
+    for degree in degrees:
+        flight = random_flight(rng)
+        rows = np.zeros((len(flight.coefficients), max(degree + 1, flight.coefficients.shape[1]), 3))
+        rows[:, : flight.coefficients.shape[1]] = flight.coefficients
+        flights.append(sky.Trajectory(flight.knots, rows))
+        assert store.add(flights[-1]) == len(flights) - 1
+    curves, trees = store.arrays
+    assert store.trajectories == flights
+    for c, flight in enumerate(flights):
+        padded = np.zeros((len(flight.coefficients), curves.rows.shape[1], 3))
+        padded[:, : flight.coefficients.shape[1]] = flight.coefficients
+        alone = make_curves([sky.Trajectory(flight.knots, padded)])
+        assert np.isclose(store.seconds[c], flight.end - flight.start)
+        for local in rng.uniform(-0.5, store.seconds[c] + 0.5, 5):
+            np.testing.assert_array_equal(position_at(curves, c, local), position_at(alone, 0, local))
+        boxes = trees.boxes[trees.base[c] : trees.base[c] + 2 * trees.leaves[c] + 1]
+        np.testing.assert_array_equal(boxes, grow_tree(alone, 0))
