@@ -1,4 +1,4 @@
-"""The one error that bad input ends in, and sentences that name parameters as data.
+"""The one error that bad input ends in, and sentences that carry the names of parameters as data.
 
 A user of the library reads names of parameters, a user of the command line the options that stand for them.
 """
@@ -97,3 +97,8 @@ class InputError(ValueError):
         whole = message if isinstance(message, Sentence) else Sentence(message, field=field, give=give)
         super().__init__(whole)
         self.sentence = whole
+
+
+def first_line(error: BaseException) -> str:
+    """Return the first line of what an error of another library says, its name where it says nothing."""
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError
+from skyverse.maps.georeference.latitude_longitude import require_on_globe
 from skyverse.model.altitude import AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
@@ -82,9 +83,5 @@ def origin_of(text: str) -> "Origin":
             "--origin: expected latitude,longitude,altitude above mean sea level, as in '46.81,9.85,1560 m amsl', "
             f"found {text!r}"
         )
-    if not abs(latitude) <= 90:
-        hint = "; are latitude and longitude swapped?" if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
-        raise InputError(f"--origin: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
-    if not abs(longitude) <= 180:
-        raise InputError(f"--origin: expected a longitude from -180 to 180 degrees, found {longitude:g}")
+    require_on_globe("--origin", latitude, longitude)
     return Origin(latitude=latitude, longitude=longitude, altitude=altitude.metres)

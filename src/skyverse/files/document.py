@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, first_line
 from skyverse.files.grid_archive import arrays_beside
 from skyverse.files.yaml import load_yaml, unique_keys
 
@@ -37,7 +37,7 @@ def parse(path: Path, text: str) -> Any:
         problem = str(error.problem or error.context).strip().splitlines()[0]
         raise InputError(f"{path}: {line}is not YAML: {problem}") from None
     except (YAMLError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: {_first_line(error)}") from None
+        raise InputError(f"{path}: {first_line(error)}") from None
 
 
 _SHAPE_TAGS = ("box", "cylinder", "sphere", "prism", "voxels")
@@ -111,7 +111,3 @@ def _place(loc: tuple[int | str, ...]) -> str:
 def _short(value: object) -> str:
     shown = repr(value)
     return shown if len(shown) <= 60 else f"{shown[:57]}..."
-
-
-def _first_line(error: BaseException) -> str:
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]

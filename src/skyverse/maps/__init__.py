@@ -1,1 +1,4 @@
-"""Other people's maps: terrain, buildings, zones, voxels; each reader a file, and how a scenario is built of them."""
+"""Scenarios from other people's maps: terrain, buildings, zones and voxels.
+
+`readers` hold one format each, `georeference` what files say about places on Earth, and `assembly` builds a scenario.
+"""

@@ -10,6 +10,7 @@ from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.options import GlobalPlace
 from skyverse.maps.assembly.places import flat_points
 from skyverse.maps.assembly.region import MAX_WIDTH, Area, around, covered
+from skyverse.maps.georeference.latitude_longitude import SWAPPED
 from skyverse.maps.georeference.rectangle import Rectangle, intersection
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveSea
@@ -67,7 +68,7 @@ def refuse_far(origin: Origin, middle: Origin) -> None:
     if found <= MAX_WIDTH:
         return
     swapped = abs(origin.longitude) <= 90 and away(origin.longitude, origin.latitude) <= MAX_WIDTH
-    hint = "; are latitude and longitude swapped?" if swapped else ""
+    hint = SWAPPED if swapped else ""
     raise InputError(
         f"expected one within {MAX_WIDTH / 1000:g} km of latitude {middle.latitude:g}, longitude "
         f"{middle.longitude:g}, found latitude {origin.latitude:g}, longitude {origin.longitude:g}, "

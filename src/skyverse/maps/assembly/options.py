@@ -218,6 +218,8 @@ def keywords_of(options: Callable[P, Options]) -> Callable[[Callable[[Options], 
         returned: Any = inspect.signature(function).return_annotation
         signature = inspect.signature(options).replace(return_annotation=returned)
         called.__signature__ = signature  # type: ignore[attr-defined]
+        called.__annotations__ = {one.name: one.annotation for one in signature.parameters.values()}
+        called.__annotations__["return"] = returned
         parameters = documentation(options)
         section = "".join(f"{name}\n{textwrap.indent(parameters[name], '    ')}\n" for name in signature.parameters)
         before, returns, after = inspect.cleandoc(function.__doc__ or "").partition("Returns\n-------\n")

@@ -11,6 +11,7 @@ from skyverse.errors import InputError
 from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
 from skyverse.maps.georeference.feature import Feature
+from skyverse.maps.georeference.latitude_longitude import SWAPPED, require_on_globe
 from skyverse.maps.georeference.rectangle import Rectangle, contains
 from skyverse.maps.readers.raster import OpenRaster
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
@@ -28,11 +29,7 @@ def named_places(places: GlobalPlaces, kind: str) -> dict[str, GlobalPlace]:
                 f"{name}: expected latitude, longitude and an altitude such as AboveGround(60), found {place!r:.60}"
             )
         latitude, longitude, altitude = place
-        if not abs(latitude) <= 90:
-            hint = "; are latitude and longitude swapped?" if abs(latitude) <= 180 and abs(longitude) <= 90 else ""
-            raise InputError(f"{name}: expected a latitude from -90 to 90 degrees, found {latitude:g}{hint}")
-        if not abs(longitude) <= 180:
-            raise InputError(f"{name}: expected a longitude from -180 to 180 degrees, found {longitude:g}")
+        require_on_globe(name, latitude, longitude)
         if not np.isfinite(altitude.metres):
             raise InputError(f"{name}: expected an altitude in metres, found {altitude.metres:g}")
     return dict(given)
@@ -56,9 +53,7 @@ def refuse_off_map(places: Mapping[str, GlobalPlace], rasters: Sequence[OpenRast
     for name, (latitude, longitude, _) in places.items():
         if known(latitude, longitude):
             continue
-        hint = ""
-        if abs(longitude) <= 90 and known(longitude, latitude):
-            hint = "; are latitude and longitude swapped?"
+        hint = SWAPPED if abs(longitude) <= 90 and known(longitude, latitude) else ""
         raise InputError(
             f"{name}: expected a place on {', '.join(raster.path for raster in rasters)}, found latitude {latitude:g}, "
             f"longitude {longitude:g}, which is outside{hint}"
@@ -74,7 +69,7 @@ def refuse_outside(
             continue
         latitude, longitude, altitude = place
         swapped = abs(longitude) <= 90 and contains(region, flat_points([(longitude, latitude, altitude)], origin)[0])
-        hint = "; are latitude and longitude swapped?" if swapped else ""
+        hint = SWAPPED if swapped else ""
         raise InputError(
             f"{name}: expected a place in {what}, which ends {_distance(point, region)} from latitude {latitude:g}, "
             f"longitude {longitude:g}{hint}"

@@ -151,9 +151,8 @@ class _TerrainGrid:
             column, row, altitude, column_up, row_up, altitude_up = tile.pixel.grid(self.x[part], self.y)
             rise = LEVELS[1] - LEVELS[0]
             z = np.full_like(column, np.nanmean(tile.heights) if np.isfinite(tile.heights).any() else 0.0)
-            for _ in range(
-                2
-            ):  # the vertical line through a node leans towards other pixels, the more the farther the origin is
+            # twice, as the vertical line through a node leans towards other pixels, the more the farther the origin is
+            for _ in range(2):
                 share = (z - LEVELS[0]) / rise
                 found, inside = _between(tile, column + share * (column_up - column), row + share * (row_up - row))
                 there = LEVELS[0] + (found - altitude) / (altitude_up - altitude) * rise

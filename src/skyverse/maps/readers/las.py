@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, first_line
 from skyverse.maps.readers.las_header import require_sound_header
 
 
@@ -23,5 +23,4 @@ def open_las(path: Path) -> Iterator[Any]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except BaseException as error:  # a panic of the unpacker, which is written in Rust, is no `Exception`
-        said = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{path}: cannot be read as LAS: {said[:200]}") from None
+        raise InputError(f"{path}: cannot be read as LAS: {first_line(error)[:200]}") from None

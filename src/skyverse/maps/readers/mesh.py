@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, first_line
 from skyverse.maps.georeference.libraries import require_libraries
 from skyverse.maps.readers.point_cloud import voxels_of_points
 from skyverse.maps.readers.voxel_grid import grid_around, voxels_of_grid
@@ -102,8 +102,7 @@ def _loaded(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except Exception as error:
-        said = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {said[:200]}") from None
+        raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {first_line(error)[:200]}") from None
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise InputError(f"{path}: expected x, y and z of every vertex, found {vertices.shape[-1]} numbers")
     wrong = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError, Remedy, first_line
 from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.libraries import require_libraries
 from skyverse.model.altitude import FOOT
@@ -189,7 +189,8 @@ class OpenRaster:
                 raw = self.data.read(self.band, window=window, masked=True)
                 values: Floats = np.ma.getdata(raw).astype(np.float64)
         except rasterio.errors.RasterioError as error:
-            raise InputError(f"{self.path}: cannot be read, it is cut off or damaged: {_first_line(error)}") from None
+            cause = first_line(error.__cause__ or error)
+            raise InputError(f"{self.path}: cannot be read, it is cut off or damaged: {cause}") from None
         holes = np.ma.getmaskarray(raw) | ~np.isfinite(values)
         if self.nodata is not None:
             with np.errstate(over="ignore"):  # a float32 file holds the float32 nearest to -9999.9
@@ -260,8 +261,9 @@ def open_raster(raster: Raster) -> Iterator[OpenRaster]:
         try:
             data = rasterio.open(path)
         except (rasterio.errors.RasterioError, rasterio.errors.CRSError, UnicodeError) as error:
+            cause = first_line(error.__cause__ or error)
             raise InputError(
-                f"{path}: expected a raster such as a GeoTIFF, found it cut off or something else: {_first_line(error)}"
+                f"{path}: expected a raster such as a GeoTIFF, found it cut off or something else: {cause}"
             ) from None
         with data:
             yield OpenRaster(raster, data)
@@ -276,7 +278,3 @@ def _refuse_references(path: Path) -> None:
             f"{path}: expected a raster such as a GeoTIFF, found a file that only points to others (such as a .vrt); "
             "give those themselves"
         )
-
-
-def _first_line(error: BaseException) -> str:
-    return (str(error.__cause__ or error).strip().splitlines() or [type(error).__name__])[0]
