@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyverse.draw.figure_files import moment, write_stills
-from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, blank, ends, legend, line, map_figure, plain, ring
+from skyverse.draw.map_figure import (
+    GRID,
+    INK,
+    LINE_STYLES,
+    blank,
+    ends,
+    legend,
+    line,
+    logarithmic,
+    map_figure,
+    plain,
+    ring,
+)
 from skyverse.draw.scene import Scene, SearchCurve, scene
 from skyverse.model.mission import Mission
 
@@ -95,7 +107,7 @@ def convergence(drawn: Scene) -> "Figure":
     costs = np.concatenate([curve.cost for curve in drawn.curves])
     costs = costs[np.isfinite(costs) & (costs > 0)]
     if len(costs) and costs.max() > 12 * costs.min():
-        _decades(both[0])
+        logarithmic(both[0], "y", (1.0, 2.0, 5.0))
     both[0].set_ylabel("best cost so far")
     dashed = any(curve.bound is not None for curve in drawn.curves)
     heading = f"{plain(drawn.scenario.name)}: convergence{f' (dashed: the {drawn.bound})' if dashed else ''}"
@@ -115,12 +127,3 @@ def _curve(axes: Any, curve: SearchCurve, x: Any) -> None:
     axes.step(x, cost, where="post", color=curve.colour, linestyle=dash, linewidth=1.8)
     if curve.bound is not None:
         axes.hlines(curve.bound, x[0], x[-1], color=curve.colour, linestyles=(0, (4, 3)), linewidth=1.1)
-
-
-def _decades(axes: Any) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())

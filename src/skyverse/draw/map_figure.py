@@ -1,6 +1,7 @@
 """The map as a matplotlib figure in true proportions, and the marks that are drawn into it."""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,6 +103,17 @@ def legend(figure: "Figure", drawn: Scene) -> None:
         labelcolor=INK,
         **shape,
     )
+
+
+def logarithmic(axes: Any, name: str, steps: Sequence[float]) -> None:
+    """Make the axis ``"x"`` or ``"y"`` logarithmic, with plain numbers at these multiples of powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis = getattr(axes, f"{name}axis")
+    getattr(axes, f"set_{name}scale")("log")
+    axis.set_major_locator(LogLocator(subs=steps))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def plain(text: str) -> str:

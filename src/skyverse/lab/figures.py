@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, plain
+from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, logarithmic, plain
 from skyverse.lab.curves import Band
 from skyverse.lab.formatting import one_line
 from skyverse.lab.statistics import Ranking, quantile
@@ -170,7 +170,7 @@ def profiles(labels: Sequence[str], curves: Sequence[tuple[Floats, Floats]], aga
         y = np.concatenate([[0.0], share, share[-1:] if len(share) else [0.0]])
         axes.step(x, y, where="post", color=_colour(index), linestyle=_dash(index), linewidth=1.7)
     if end > 4:
-        _decades(axes)
+        logarithmic(axes, "x", (1.0, 2.0, 5.0))
     axes.set_xlim(1.0, end)
     axes.set_ylim(0.0, 1.02)
     axes.set_xlabel(f"cost / {against}")
@@ -302,15 +302,6 @@ def _columns(labels: Sequence[str]) -> int:
 
 def _legend_height(labels: Sequence[str]) -> float:
     return 0.25 + 0.2 * math.ceil((len(labels) + 1) / _columns(labels))
-
-
-def _decades(axes: Any) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _amount(value: float) -> str:

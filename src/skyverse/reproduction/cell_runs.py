@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -20,11 +21,14 @@ from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.mvo import MVO
 from skyverse.planners.restart import RandomRestart
 from skyverse.problem import Airspace, Problem
+from skyverse.reproduction.published import METHODS
 from skyverse.stop import MaxIterations, MaxNodes, MaxPaths, Stop
 
 FORMS = ("as run", "as described")
 """The methods as run in the published experiments, and as described by the text and the original papers."""
 
+FORM_HEADS = [f"{method} {form}" for method in METHODS for form in ("thesis", *FORMS)]
+"""The heads of columns with the thesis's number and ours for each method."""
 HISTORY_VALUES = ("cost", "generated_paths", "generated_nodes", "evaluations")
 LAST_ITERATION = 50
 SCHEDULED = ("MVO",)
@@ -58,6 +62,17 @@ def cell(given: Case, method: str, form: str, population: int, iterations: int, 
     stop, budget = MaxIterations(iterations), f"{iterations} iterations"
     for seed in seeds:
         yield Job(given, made, label(method, form, population), stop, budget, seed)
+
+
+def all_methods(cases: Iterable[Case], sizes: Iterable[tuple[int, int]], seeds: Iterable[int]) -> Iterator[Job]:
+    """Yield the runs of all methods and forms on these cases, with these populations and iterations."""
+    for given, (population, iterations), method, form in product(cases, sizes, METHODS, FORMS):
+        yield from cell(given, method, form, population, iterations, seeds)
+
+
+def no_jobs(seeds: Sequence[int]) -> Iterable[Job]:
+    """Return the runs of a part that needs none."""
+    return ()
 
 
 def equal(given: Case, method: str, form: str, population: int, seeds: Iterable[int]) -> Iterator[Job]:

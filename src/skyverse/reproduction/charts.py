@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyverse.draw.map_figure import SOFT, blank
+from skyverse.draw.map_figure import SOFT, blank, logarithmic
 from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class ChartSeries:
 
 def lines(series: Sequence[ChartSeries], x: str, y: str, *, bound: float | None = None, log: bool = False) -> "Figure":
     """Draw a line for each series, in the colour of its method and with the dash of its form."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+    from matplotlib.ticker import MaxNLocator
 
     figure, axes = _chart(4.6)
     for one in series:
@@ -53,10 +53,7 @@ def lines(series: Sequence[ChartSeries], x: str, y: str, *, bound: float | None 
     if bound is not None:
         axes.axhline(bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1, label="exact optimum")
     if log:
-        axes.set_yscale("log")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        logarithmic(axes, "y", (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
     else:
         _counted(axes)
     axes.xaxis.set_major_locator(MaxNLocator(steps=[1, 2, 5, 10], integer=True))

@@ -7,6 +7,7 @@ from skyverse.lab.figures import Panel, boxes
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run_job import Case, Job
 from skyverse.reproduction.cell_runs import (
+    FORM_HEADS,
     FORMS,
     LAST_ITERATION,
     SCHEDULED,
@@ -71,10 +72,9 @@ def _table(cells: CellRuns) -> list[Block]:
             paths = cells.values("generated_paths", given, "MVO", FORMS[1], CONVERGENCE_POPULATION, t)
             row.append(f"{cells.restart(given, float(paths.mean())).mean():.0f}")
             rows.append(row)
-        head = ["iterations", *(f"{m} {form}" for m in METHODS for form in ("thesis", "as run", "as described"))]
         blocks.append(
             Table(
-                [*head, "random restart"],
+                ["iterations", *FORM_HEADS, "random restart"],
                 rows,
                 f"**Table 4.5**, {MAP_TITLES[name]}: mean best cost, population {CONVERGENCE_POPULATION}. The exact "
                 f"optimum is {optimum(given):g}.",

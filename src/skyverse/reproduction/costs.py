@@ -8,7 +8,7 @@ import numpy as np
 from skyverse.lab.report import Block, Figure, Table, Text
 from skyverse.lab.run_job import Job
 from skyverse.lab.statistics import SIGNIFICANCE_LEVEL, holm
-from skyverse.reproduction.cell_runs import FORMS, CellRuns, ThesisPart, case, cell, mean, optimum, restarts
+from skyverse.reproduction.cell_runs import FORMS, CellRuns, ThesisPart, all_methods, case, mean, optimum, restarts
 from skyverse.reproduction.charts import ChartSeries, bars
 from skyverse.reproduction.published import CASES, CELL_RUNS, COSTS, METHODS, THESIS_MAPS
 
@@ -83,10 +83,7 @@ def difference(cells: CellRuns, name: str, method: str, population: int, iterati
 
 def _jobs(maps: Sequence[str], cases: Sequence[tuple[int, int]], seeds: Sequence[int]) -> Iterable[Job]:
     for name in maps:
-        for population, iterations in cases:
-            for method in METHODS:
-                for form in FORMS:
-                    yield from cell(case(name), method, form, population, iterations, seeds)
+        yield from all_methods([case(name)], cases, seeds)
         yield from restarts(case(name), seeds)
 
 
@@ -113,20 +110,10 @@ def _table(name: str, k: int, cells: CellRuns) -> list[Block]:
                     f"{optimum(given):g}",
                 ]
             )
-            efforts.append(
-                [
-                    which,
-                    f"{published.deviation:g}",
-                    f"{run.std(ddof=1):.1f}",
-                    f"{told.std(ddof=1):.1f}",
-                    f"{reached[0].mean():.0%}",
-                    f"{reached[1].mean():.0%}",
-                    f"{paths[0].mean():,.0f}",
-                    f"{paths[1].mean():,.0f}",
-                    f"{nodes[0].mean() / 1000:,.1f}",
-                    f"{nodes[1].mean() / 1000:,.1f}",
-                ]
-            )
+            spreads = [f"{costs.std(ddof=1):.1f}" for costs in (run, told)]
+            shares = [f"{success.mean():.0%}" for success in reached]
+            counts = [f"{count.mean():,.0f}" for count in paths] + [f"{n.mean() / 1000:,.1f}" for n in nodes]
+            efforts.append([which, f"{published.deviation:g}", *spreads, *shares, *counts])
     number = f"4.{2 + k}"
     return [
         Table(

@@ -8,7 +8,18 @@ import numpy as np
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
-from skyverse.reproduction.cell_runs import FORMS, CellRuns, ThesisPart, case, cell, mean, optimum
+from skyverse.reproduction.cell_runs import (
+    FORM_HEADS,
+    FORMS,
+    CellRuns,
+    ThesisPart,
+    all_methods,
+    case,
+    cell,
+    mean,
+    no_jobs,
+    optimum,
+)
 from skyverse.reproduction.charts import ChartSeries, bars, lines
 from skyverse.reproduction.convergence import up_to
 from skyverse.reproduction.costs import MAP_TITLES
@@ -31,8 +42,8 @@ def parts() -> list[ThesisPart]:
     """Return the table and figures of this page of the thesis."""
     return [
         ThesisPart("table-4.10", _table_jobs, partial(_table, "generated_nodes"), partial(_table, "seconds")),
-        ThesisPart("fig-4.26", _no_jobs, lambda _: [fleet_trajectories("fig-4.26", "euclidean")]),
-        ThesisPart("fig-4.27", _no_jobs, lambda _: [fleet_trajectories("fig-4.27", "identity")]),
+        ThesisPart("fig-4.26", no_jobs, lambda _: [fleet_trajectories("fig-4.26", "euclidean")]),
+        ThesisPart("fig-4.27", no_jobs, lambda _: [fleet_trajectories("fig-4.27", "identity")]),
         ThesisPart("fig-4.28", _total_jobs, _totals),
         *(
             ThesisPart(f"fig-4.{29 + k}", partial(_line_jobs, name), partial(_lines, name, k))
@@ -46,16 +57,9 @@ def coordinated(how: Assignment) -> Case:
     return case("table-4.8", how)
 
 
-def _no_jobs(seeds: Sequence[int]) -> Iterable[Job]:
-    return ()
-
-
 def _table_jobs(seeds: Sequence[int]) -> Iterable[Job]:
-    for name in FLEET_SCENARIOS.values():
-        for population, iterations in CASES:
-            for method in METHODS:
-                for form in FORMS:
-                    yield from cell(case(name, "euclidean"), method, form, population, iterations, seeds[:FLEET_RUNS])
+    fleets = [case(name, "euclidean") for name in FLEET_SCENARIOS.values()]
+    yield from all_methods(fleets, CASES, seeds[:FLEET_RUNS])
 
 
 def _table(column: str, cells: CellRuns) -> list[Block]:
@@ -71,7 +75,6 @@ def _table(column: str, cells: CellRuns) -> list[Block]:
                 row.append(f"{FLEET_TIMES[method, population, iterations][place]:g}")
                 row += [form_of.format(scale * float(np.median(values))) for values in ours]
             rows.append(row)
-    head = [f"{m} {form}" for m in METHODS for form in ("thesis", "as run", "as described")]
     caption = (
         "**Table 4.10**, counted: thousands of generated nodes of a fleet's runs on Map 2 with Munkres, beside the "
         "thesis's seconds."
@@ -82,7 +85,7 @@ def _table(column: str, cells: CellRuns) -> list[Block]:
         f"The thesis does not give the coordinates of its five UAVs; those of Table 4.12 are taken. {cells.runs} runs "
         "a cell."
     )
-    return [Table(["population x iterations", "UAVs", *head], rows, caption, [note])]
+    return [Table(["population x iterations", "UAVs", *FORM_HEADS], rows, caption, [note])]
 
 
 def _total_jobs(seeds: Sequence[int]) -> Iterable[Job]:

@@ -9,14 +9,13 @@ from skyverse.draw.scene import Scene, scene
 from skyverse.lab.report import Block, Figure
 from skyverse.mission.plan_mission import Assignment, plan_mission
 from skyverse.model.mission import Mission
-from skyverse.reproduction.cell_runs import CellRuns, ThesisPart, case, planner
+from skyverse.reproduction.cell_runs import CellRuns, ThesisPart, case, no_jobs, planner
 from skyverse.reproduction.published import CASES, THESIS_MAPS
 from skyverse.stop import MaxIterations
 
 if TYPE_CHECKING:
     from matplotlib import figure
 
-    from skyverse.lab.run_job import Job
 
 POPULATION, ITERATIONS = CASES[1]
 FIGURE_SEED = 0
@@ -47,11 +46,7 @@ def fleet_trajectories(name: str, assignment: Assignment) -> Figure:
 
 
 def _part(name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]") -> ThesisPart:
-    return ThesisPart(name, _no_jobs, partial(_blocks, name, what, scenario, draw))
-
-
-def _no_jobs(seeds: Sequence[int]) -> "Sequence[Job]":
-    return ()
+    return ThesisPart(name, no_jobs, partial(_blocks, name, what, scenario, draw))
 
 
 def _blocks(

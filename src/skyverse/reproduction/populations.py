@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run_job import Job
-from skyverse.reproduction.cell_runs import FORMS, CellRuns, ThesisPart, case, cell
+from skyverse.reproduction.cell_runs import FORM_HEADS, FORMS, CellRuns, ThesisPart, all_methods, case
 from skyverse.reproduction.charts import ChartSeries, lines
 from skyverse.reproduction.costs import MAP_TITLES
 from skyverse.reproduction.published import CASES, METHODS, POPULATIONS, THESIS_MAPS, TIMES
@@ -42,11 +42,8 @@ def parts() -> list[ThesisPart]:
 
 
 def _jobs(maps: Sequence[str], iterations: int, seeds: Sequence[int]) -> Iterable[Job]:
-    for name in maps:
-        for population in POPULATIONS:
-            for method in METHODS:
-                for form in FORMS:
-                    yield from cell(case(name), method, form, population, iterations, seeds)
+    sizes = [(population, iterations) for population in POPULATIONS]
+    yield from all_methods([case(name) for name in maps], sizes, seeds)
 
 
 def _table(k: int, iterations: int, cells: CellRuns) -> list[Block]:
@@ -72,8 +69,7 @@ def _tabled(caption: str, column: str, factor: float, form_of: str, iterations: 
                 row.append(f"{TIMES[name, method, iterations][place]:g}")
                 row += [form_of.format(factor * float(np.median(values))) for values in ours]
             rows.append(row)
-    head = [f"{m} {form}" for m in METHODS for form in ("thesis", "as run", "as described")]
-    return [Table(["map", "population", *head], rows, caption)]
+    return [Table(["map", "population", *FORM_HEADS], rows, caption)]
 
 
 def _lines(number: str, name: str, iterations: int, column: str, cells: CellRuns) -> list[Block]:
