@@ -18,6 +18,7 @@ from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace
 from skyverse.planners.results import SearchRecord, any_angle_result, refused_result
 from skyverse.planners.run import Run, make_workspace
 from skyverse.problem import Problem
+from skyverse.search.path_shortening.shortcut import drop_repeated
 from skyverse.space import ground, solids
 from skyverse.space.world import Space, point_free, segment_free, without_seams
 from skyverse.stop import Stop
@@ -112,8 +113,7 @@ def joined_to_ends(problem: Problem, path: Floats) -> Floats:
     """Return a path (n, 3) with the UAV's start before it and its target after it, no point twice in a row."""
     if np.array_equal(problem.start, problem.end):
         return problem.start[None]
-    path = np.vstack([problem.start, path, problem.end])
-    return path[np.r_[True, np.any(np.diff(path, axis=0) != 0.0, axis=1)]]
+    return drop_repeated(np.vstack([problem.start, path, problem.end]))
 
 
 def lower_bound(problem: Problem) -> float:
