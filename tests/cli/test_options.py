@@ -39,8 +39,8 @@ def test_every_parameter_that_a_message_names_has_an_option():
     known = options()
     named = fields() | set(OPTIONS) | set(PLACEHOLDERS)
     assert {"ceiling", "Raster.nodata", "allow_close"} <= named
-    # of the readers of voxels, which no verb gives these, and of what only Python can give
-    assert {field for field in named if option_of(field) not in known} <= {"size", "at_least"}
+    # no verb gives the readers of voxels a size
+    assert {field for field in named if option_of(field) not in known} <= {"size"}
 
 
 def test_the_library_does_not_speak_of_options():

@@ -22,7 +22,7 @@ MAX_VOXEL_COLUMNS = 2e9
 """Columns of voxels below all triangles at most; they take some tens of seconds."""
 
 
-def read_mesh(path: Path, size: float | None = None, at_least: int = 1) -> Voxels:
+def read_mesh(path: Path, size: float | None = None) -> Voxels:
     """Read a mesh, or a PLY file of points, in metres.
 
     Parameters
@@ -32,8 +32,6 @@ def read_mesh(path: Path, size: float | None = None, at_least: int = 1) -> Voxel
     size
         How long a voxel is, metres; see `skyverse.maps.readers.voxel_grid.DEFAULT_VOXEL_SIZE`. A voxel is occupied if
         a triangle touches it, or if it is inside a closed mesh.
-    at_least
-        In a file of points, a voxel with fewer points is free.
 
     Raises
     ------
@@ -47,7 +45,7 @@ def read_mesh(path: Path, size: float | None = None, at_least: int = 1) -> Voxel
         def once() -> Iterator[NDArray[np.float64]]:
             yield vertices
 
-        return voxels_of_points(path, once, size, at_least)
+        return voxels_of_points(path, once, size)
     corners = vertices[faces]
     if not np.isfinite(corners).all():
         raise InputError(f"{path}: expected coordinates, found NaN or infinity")

@@ -17,7 +17,7 @@ PointParts = Callable[[], Iterator[NDArray[np.float64]]]
 """Yields all points in parts (n, 3), from the beginning at each call."""
 
 
-def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels:
+def read_las(path: Path, size: float | None = None) -> Voxels:
     """Read a point cloud, .las or .laz, in metres.
 
     Parameters
@@ -26,8 +26,6 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
         The file.
     size
         How long a voxel is, metres; see `skyverse.maps.readers.voxel_grid.DEFAULT_VOXEL_SIZE`.
-    at_least
-        A voxel with fewer points is free.
 
     Raises
     ------
@@ -42,7 +40,7 @@ def read_las(path: Path, size: float | None = None, at_least: int = 1) -> Voxels
             for chunk in file.chunk_iterator(POINTS_AT_A_TIME):
                 yield np.column_stack([chunk.x, chunk.y, chunk.z]).astype(np.float64)
 
-    return voxels_of_points(path, parts, size, at_least)
+    return voxels_of_points(path, parts, size)
 
 
 def _require_metres(path: Path) -> None:
@@ -53,10 +51,8 @@ def _require_metres(path: Path) -> None:
             raise InputError(f"{path}: expected coordinates in metres, found {axis.name} in {axis.unit_name}")
 
 
-def voxels_of_points(where: object, parts: PointParts, size: float | None = None, at_least: int = 1) -> Voxels:
-    """Return the voxels that hold at least so many points; see `read_las`."""
-    if at_least < 1:
-        raise InputError(f"expected one point or more, found {at_least}", field="at_least")
+def voxels_of_points(where: object, parts: PointParts, size: float | None = None) -> Voxels:
+    """Return the voxels that hold points; see `read_las`."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for points in parts():
         if not np.isfinite(points).all():
@@ -66,12 +62,9 @@ def voxels_of_points(where: object, parts: PointParts, size: float | None = None
     if not low[0] <= high[0]:
         raise InputError(f"{where}: expected points, found none")
     length, first, counts = grid_around(where, low, high, size)
-    found = np.zeros(counts[0] * counts[1] * counts[2], dtype=np.int64)
+    occupied = np.zeros(counts, dtype=bool)
     for points in parts():
         x, y, z = (np.floor(points / length).astype(np.int64) - first).clip(0, np.array(counts) - 1).T
-        found += np.bincount((x * counts[1] + y) * counts[2] + z, minlength=len(found))
-    occupied = (found >= at_least).reshape(counts)
-    if not occupied.any():
-        raise InputError(f"{where}: expected {at_least} points in some voxel, found {found.max()} at most")
+        occupied[x, y, z] = True
     first, occupied = trimmed(first, occupied)
     return voxels_of_grid(first, length, occupied)
