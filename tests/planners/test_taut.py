@@ -52,7 +52,7 @@ def test_the_maps_near_exact_lengths_are_met(name, clearance, length):
     np.testing.assert_array_equal(result.path[0], sky.read(name).uavs[0].start)
 
 
-def test_an_open_way_is_a_straight_line_and_called_optimal():
+def test_without_obstacles_in_between_the_path_is_a_straight_line_and_called_optimal():
     result = taut(hall(((4, 0, 0), (5, 4, 5))))
     assert result.status is sky.Status.OPTIMAL
     assert len(result.path) == 2
@@ -68,7 +68,7 @@ def test_around_one_pillar_the_shorter_side_is_taken(clearance):
 
 
 def test_over_one_wall_and_under_the_next_the_bends_lie_where_the_path_is_shortest():
-    """Two walls across the whole hall: the bends' places along the walls' edges, by another optimiser."""
+    """Two walls cross the whole hall; another optimiser finds where on the walls' edges the path bends."""
     scenario = hall(((3, 0, 0), (3.5, 10, 3)), ((6, 0, 1), (6.5, 10, 5)), start=(1, 1, 1), target=(9, 8, 4))
     edges = np.array([(3, 3), (3.5, 3), (6, 1), (6.5, 1)])  # x and z of the edges that it must pass
 
@@ -111,7 +111,7 @@ def test_a_seam_is_no_short_cut_where_there_is_a_way_around():
 
 
 @pytest.mark.parametrize("width", [1e-7, 3e-7, 5e-7, 6.5e-7, 9e-7, 1.2e-6, 3e-6, 1e-5, 1e-3])
-def test_a_bend_within_a_hair_of_a_slit_is_found_or_the_slit_is_shut(width):
+def test_where_a_path_bends_at_a_very_narrow_slit_it_is_found_or_the_slit_counts_as_closed(width):
     scenario = hall(((4, 0, 0), (5, 5, 5)), ((4, 5 + width, 0), (5, 10, 5)), start=(1, 2, 1), target=(9, 3, 4))
     result = taut(scenario, proof=5000)
     assert result.status.reached == (width > 6e-7)
@@ -130,12 +130,12 @@ def test_a_slit_just_wide_enough_is_found_and_a_narrower_one_is_not():
 
 
 @pytest.mark.parametrize("start", [(4, 5, 2), (5, 5, 2), (4, 3, 2), (4, 3, 0), (4, 3, 5), (4.5, 3, 2)])
-def test_a_start_on_a_wall_or_its_edge_is_left(start):
+def test_a_path_leads_away_from_a_start_on_a_wall_or_on_its_edge(start):
     scenario = hall(((4, 3, 0), (5, 6, 5)), start=start)
     assert taut(scenario).status.reached
 
 
-def test_what_cannot_begin_is_refused_with_its_reason():
+def test_a_start_or_target_that_is_unsafe_is_refused_with_the_reason():
     closed = [((3, 3, 1), (4, 6, 4)), ((4, 3, 1), (5, 6, 4))]
     assert taut(hall(*closed, start=(4, 4, 2))).status is sky.Status.START_SHUT_IN
     assert taut(hall(*closed, start=(3.5, 4, 2))).status is sky.Status.START_UNSAFE
@@ -144,7 +144,7 @@ def test_what_cannot_begin_is_refused_with_its_reason():
     assert taut(hall(target=(11, 4, 2))).status is sky.Status.TARGET_OUT_OF_BOUNDS
 
 
-def test_start_and_target_in_one_place_need_no_way():
+def test_a_target_at_the_start_needs_no_path():
     result = taut(hall(target=(1, 5, 2)))
     assert result.cost == 0.0
     assert result.status is sky.Status.OPTIMAL
@@ -191,8 +191,8 @@ def test_the_cells_are_free_or_shut_as_points_in_them_are(scenario, seed):
     sizes = (cells.high - cells.low)[leaves]
     assert sizes.prod(axis=1).sum() == pytest.approx((space.high - space.low).prod())
     rng = np.random.default_rng(seed)
-    roomy = leaves[(sizes > 1e-5).all(axis=1)]
-    for leaf in rng.choice(roomy, min(20, len(roomy)), replace=False):
+    wide = leaves[(sizes > 1e-5).all(axis=1)]
+    for leaf in rng.choice(wide, min(20, len(wide)), replace=False):
         p = cells.low[leaf] + rng.uniform(0.1, 0.9, 3) * (cells.high - cells.low)[leaf]
         assert cells.axis[leaf] in (FREE, SHUT)
         assert sky.World(scenario).free(p)[0] == (cells.axis[leaf] == FREE)

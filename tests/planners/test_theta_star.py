@@ -54,7 +54,7 @@ def test_in_an_empty_world_the_path_is_the_straight_line_between_the_true_ends(c
 
 @either
 @pytest.mark.parametrize("thickness", [0.02, 1.5])
-def test_over_a_wall_the_path_is_the_taut_string_over_its_edges(connectivity, thickness):
+def test_over_a_wall_the_path_is_the_shortest_one_over_its_edges(connectivity, thickness):
     clearance, top = 0.25, 6.2
     wall = ((5 - thickness / 2, 0, 0), (5 + thickness / 2, 10, top))
     result = plan(hall((1, 5, 2), (9, 5, 2), wall, clearance=clearance, connectivity=connectivity))
@@ -65,7 +65,7 @@ def test_over_a_wall_the_path_is_the_taut_string_over_its_edges(connectivity, th
     assert result.bound == 8
 
 
-def test_round_a_pillar_the_path_touches_the_two_corners_on_the_shorter_side():
+def test_around_a_pillar_the_path_touches_the_two_corners_on_the_shorter_side():
     result = plan(hall((1, 5, 5), (9, 5, 5), ((4, 2.1, 0), (6, 6.3, 10)), step=0.5))
     best = 2 * math.hypot(3, 1.3) + 2
     assert best <= result.cost <= 1.002 * best
@@ -156,7 +156,7 @@ def test_the_path_is_never_longer_than_the_lattices_shortest_and_the_referee_agr
 
 @given(scenarios(most_nodes=7))
 @settings(max_examples=60, deadline=None)
-def test_corners_see_each_other_and_a_path_pulled_tight_keeps_its_ends(scenario):
+def test_corners_see_each_other_and_a_shortened_path_keeps_its_ends(scenario):
     problem = sky.Problem(scenario)
     if problem.route is None:
         return

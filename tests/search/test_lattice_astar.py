@@ -143,7 +143,7 @@ def test_prices_to_many_goals_are_what_dijkstra_finds(scenario, data):
 @pytest.mark.parametrize("connectivity", [6, 26])
 @pytest.mark.parametrize("unit", ["nodes", "metres"])
 @pytest.mark.parametrize("step", [(1, 1, 1), (0.1, 0.25, 1), (1, 0.1, 0.25), (0.25, 1, 0.1)])
-def test_what_guides_the_search_is_the_truth_of_an_empty_lattice_and_never_more_with_turns(connectivity, unit, step):
+def test_the_heuristic_is_exact_on_an_empty_lattice_and_never_too_high_with_turns(connectivity, unit, step):
     scenario = sky.Scenario(
         name="empty",
         bounds=sky.Bounds(min=(0, 0, 0), max=[6 * s for s in step]),
@@ -186,7 +186,7 @@ def pay(objective):
     return 7 if objective == "thesis" else 7.3
 
 
-def test_the_way_from_a_node_to_itself_is_that_node():
+def test_the_path_from_a_node_to_itself_is_that_node():
     scenario = sky.read("map1")
     airspace = sky.Airspace(scenario)
     for pricing in (airspace.pricing, airspace.pricing._replace(turn=0.3)):

@@ -91,10 +91,10 @@ def test_a_shortcut_leaves_a_subsequence_whose_every_segment_is_free_and_greedil
     np.testing.assert_array_equal(kept[[0, -1]], path[[0, -1]])
     assert compiled.segments_free(kept[:-1], kept[1:]).all()
     # the greedy rule, spelt out, with the margin that keeps lines of sight out of seams
-    roomy = sky.World(scenario.model_copy(update={"clearance": scenario.clearance + 1e-7}))
+    spaced = sky.World(scenario.model_copy(update={"clearance": scenario.clearance + 1e-7}))
     at, wanted = 0, [0]
     while at < len(path) - 1:
-        at = max(j for j in range(at + 1, len(path)) if j == at + 1 or roomy.segments_free(path[at], path[j])[0])
+        at = max(j for j in range(at + 1, len(path)) if j == at + 1 or spaced.segments_free(path[at], path[j])[0])
         wanted.append(at)
     np.testing.assert_array_equal(kept, path[wanted])
 

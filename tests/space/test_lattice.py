@@ -156,7 +156,7 @@ def test_a_point_on_a_node_snaps_to_it_whatever_rounding_does():
         assert snapped(scenario, (i / 10, 3 + i / 10, 5))[0] == pytest.approx((i / 10, 3 + i / 10, 5), abs=1e-9)
 
 
-def test_where_the_lower_corner_cannot_be_reached_the_nearest_other_stands_in():
+def test_where_the_lower_corner_cannot_be_reached_the_nearest_other_corner_is_taken():
     # a plate over the cell's floor, at z 0.4: of the upper corners (1, 0, 1) is nearest
     plate = sky.Box(min=(0, 0, 0.35), max=(1, 1, 0.4))
     place, shut_in = snapped(hall(obstacles=(plate,)), (0.8, 0.1, 0.7))
@@ -164,7 +164,7 @@ def test_where_the_lower_corner_cannot_be_reached_the_nearest_other_stands_in():
     assert not shut_in
 
 
-def test_a_corner_without_moves_is_passed_over_for_one_with():
+def test_a_corner_with_safe_moves_is_preferred_to_one_without():
     # the node (1, 1, 1) is caged in; (1.4, 1.4, 1.4) sees it, and the open node (2, 2, 2) too
     cage = [sky.Box(min=np.array(c) - 0.1, max=np.array(c) + 0.1) for c in np.array([1, 1, 1]) + neighbours(6) * 0.5]
     place, shut_in = snapped(hall(obstacles=tuple(cage)), (1.4, 1.4, 1.4))

@@ -76,7 +76,7 @@ def z_of_ground(terrain, at):
 
 
 def depth(scenario, at, growth=None):
-    """How deep (n, 3) points are in what is shut: above 0 inside, below outside, as the largest over all shapes."""
+    """How deep (n, 3) points are inside grown obstacles: the largest over all shapes, below 0 outside."""
     c = scenario.clearance if growth is None else growth
     deepest = np.full(len(at), -np.inf)
     for shape in scenario.obstacles:
@@ -123,7 +123,7 @@ def along(a, b, n=2001):
 
 @settings(max_examples=60)
 @given(worlds(), st.lists(points, min_size=1, max_size=8))
-def test_a_point_is_free_outside_of_all_that_is_grown(scenario, at):
+def test_a_point_is_free_outside_of_all_grown_obstacles(scenario, at):
     at = np.array(at)
     deep, free = depth(scenario, at), sky.World(scenario).free(at)
     assert not free[deep > 1e-8].any()
@@ -135,7 +135,7 @@ def test_a_point_is_free_outside_of_all_that_is_grown(scenario, at):
 
 @settings(max_examples=60)
 @given(worlds(), points, points)
-def test_a_free_segment_has_free_points_only_and_a_shut_point_blocks(scenario, a, b):
+def test_a_free_segment_has_free_points_only_and_an_unsafe_point_blocks_a_segment(scenario, a, b):
     compiled = sky.World(scenario)
     deep = depth(scenario, along(a, b))
     free = bool(compiled.segments_free(a, b)[0])
@@ -143,14 +143,14 @@ def test_a_free_segment_has_free_points_only_and_a_shut_point_blocks(scenario, a
         assert not free
     if free:
         assert compiled.free(along(a, b, 101)).all()
-    # how much deeper can it be between samples? what is a sample's step away at most, on slopes of 3.3 at most
+    # between samples it can be deeper by what a sample's step adds, on slopes of at most 3.3
     if deep.max() < -np.linalg.norm(np.subtract(b, a)) / 2000 * 3.5 - 1e-8:
         assert free
 
 
 @settings(max_examples=60)
 @given(worlds(), points, points, st.sampled_from([0.0, 0.3]), st.integers(0, 1000))
-def test_what_is_within_a_sweep_is_free_where_the_sweep_is(scenario, a, b, dev, seed):
+def test_points_within_a_swept_segment_are_free_where_the_whole_sweep_is(scenario, a, b, dev, seed):
     space = sky.World(scenario).space
     a, b = np.array(a), np.array(b)
     swept = max(
@@ -170,7 +170,7 @@ def test_what_is_within_a_sweep_is_free_where_the_sweep_is(scenario, a, b, dev, 
 
 @settings(max_examples=60)
 @given(worlds(), points, points, st.sampled_from([0.0, 0.5]))
-def test_a_box_that_nothing_meets_holds_no_shut_point(scenario, a, b, growth):
+def test_a_box_that_no_obstacle_meets_holds_no_unsafe_point(scenario, a, b, growth):
     low, high = np.minimum(a, b), np.maximum(a, b)
     assume((high > low).all())
     space = sky.World(scenario).space
@@ -190,7 +190,7 @@ def test_a_box_that_nothing_meets_holds_no_shut_point(scenario, a, b, growth):
 
 @settings(max_examples=20)
 @given(worlds())
-def test_no_safe_move_of_the_lattice_passes_a_shut_point(scenario):
+def test_no_safe_move_of_the_lattice_passes_an_unsafe_point(scenario):
     compiled = sky.World(scenario)
     grid = make_grid(compiled, scenario.lattice)
     places = positions(grid, np.arange(len(grid.exits)))
@@ -199,7 +199,7 @@ def test_no_safe_move_of_the_lattice_passes_a_shut_point(scenario):
     assert compiled.segments_free(a, b).all()
     shares = np.linspace(0, 1, 7)[:, None, None]
     assert (depth(scenario, (a + shares * (b - a)).reshape(-1, 3)) < 1e-8).all()
-    # and no node is lost that is farther than a hair from everything, and has a neighbour such
+    # a node that is clearly off all obstacles, and has such a neighbour, is not lost
     reach = float(np.linalg.norm(scenario.lattice.step)) * 4.5
     clear = depth(scenario, places) < -reach
     assert grid.exits[clear].all()
@@ -222,7 +222,7 @@ def test_a_full_block_of_voxels_is_one_box():
 
 @settings(max_examples=60)
 @given(points, points)
-def test_distance_to_a_prism_with_a_hole_is_shapely_s(p, q):
+def test_the_distance_to_a_prism_with_a_hole_is_that_of_shapely(p, q):
     shapely = pytest.importorskip("shapely")
     area = shapely.Polygon(HALL.vertices, HALL.holes)
     scenario = sky.Scenario(

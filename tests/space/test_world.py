@@ -155,12 +155,12 @@ def test_why_a_point_is_unsafe_is_said_in_words():
 
 
 @pytest.mark.parametrize("points", [[1, 2], [[1, 2, 3, 4]], np.zeros((2, 2, 3))])
-def test_points_that_are_no_rows_of_three_are_refused(points):
+def test_points_that_are_not_rows_of_three_are_refused(points):
     with pytest.raises(ValueError, match="rows of x, y, z"):
         sky.World(CUBE).free(points)
 
 
-def test_starts_and_ends_must_be_as_many():
+def test_there_must_be_as_many_starts_as_ends():
     with pytest.raises(ValueError, match="1 ends and 2 starts"):
         sky.World(CUBE).segments_free([[0, 0, 0], [1, 1, 1]], [[0, 0, 0]])
 
