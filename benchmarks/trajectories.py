@@ -1,10 +1,10 @@
 """Smooth trajectories against stop-and-go and against toppra's bound: ``python benchmarks/trajectories.py [NAME ...]``.
 
-Each path is flown three ways within the same limits: smooth with little snap, smooth with little jerk, and at rest at
-every waypoint. What no flight along the smooth trajectory's own curve can undercut is toppra's time-optimal
-parameterisation of it (see `fastest.py`), which keeps the limits on speed and acceleration but none on jerk. What a
-trajectory takes to make, and to prove again, is the median of some calls' milliseconds on one core, without those that
-other processes had, after a call that compiles.
+Each path is flown in three ways within the same limits: smoothly with little snap, smoothly with little jerk, and at
+rest at every waypoint. A lower bound for any flight along the smooth trajectory's own curve is toppra's time-optimal
+parameterisation of it (see `fastest.py`), which keeps the limits on speed and acceleration but none on jerk. The times
+to make and to prove a trajectory are medians over several calls, in milliseconds of this process on one core, after a
+call that compiles.
 """
 
 import math
@@ -36,7 +36,7 @@ CITIES, ROOMS = 5, 20
 
 
 class Flown(NamedTuple):
-    """One path, flown: seconds of each trajectory, what it took to make, and what was proven."""
+    """One path, flown in three ways: seconds of each flight; the smooth one, how long it takes to make and to prove."""
 
     form: str
     smooth: float
@@ -49,7 +49,7 @@ class Flown(NamedTuple):
 
 
 def paths(name: str) -> Iterator[tuple[str, sky.Problem, sky.Result]]:
-    """Yield planner, problem and result of whatever the name stands for."""
+    """Yield planner, problem and result for each path of a map, a fleet, or a set of random scenarios."""
     if name == "cities":
         scenarios = [sky.random_city(500, seed=seed) for seed in range(CITIES)]
         planners = ["Taut"]
@@ -81,7 +81,7 @@ def segments(problem: sky.Problem, result: sky.Result) -> int:
 
 
 def milliseconds(call: Callable[[], object], runs: int) -> float:
-    """Return the median of the milliseconds that this process spends on a call, after one that is not counted."""
+    """Return the median CPU time of a call, milliseconds, after a call that is not counted."""
     call()
     spent = []
     for _ in range(runs):
@@ -92,7 +92,7 @@ def milliseconds(call: Callable[[], object], runs: int) -> float:
 
 
 def fly(problem: sky.Problem, result: sky.Result, shape: Shape) -> Flown:
-    """Fly one path and take the times."""
+    """Fly one path in three ways and measure the times."""
     uav = problem.scenario.uavs[problem.uav]
     smooth = fly_along(problem, result, shape)
     stopping = fly_along(problem, result, "stop-and-go")
@@ -109,7 +109,7 @@ def fly(problem: sky.Problem, result: sky.Result, shape: Shape) -> Flown:
 
 
 def row(name: str, planner: str, flown: list[Flown]) -> list[str]:
-    """Sum up the flights of one planner's paths."""
+    """Return the table's row for the flights along one planner's paths."""
     faster = [f.smooth / f.stopping for f in flown]
     at_best = [f.least / f.stopping for f in flown]
     above = [f.smooth / f.least for f in flown]
@@ -144,7 +144,7 @@ HEAD += [
 
 
 def main(names: list[str]) -> None:
-    """Print a table for each shape."""
+    """Print a table for each shape of trajectory."""
     for shape in SHAPES:
         rows, everything = [], []
         for name in names:

@@ -1,1 +1,1 @@
-"""From a scenario to a mission: who flies where, along which path, at what time."""
+"""From a scenario to a mission: which UAV flies to which target, along which path, and when."""

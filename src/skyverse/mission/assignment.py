@@ -1,4 +1,4 @@
-"""Who goes where: optimal assignment of UAVs to targets (the thesis's Algorithm 4, solved exactly by scipy)."""
+"""Optimal assignment of UAVs to targets (the thesis's Algorithm 4, solved exactly by scipy)."""
 
 from typing import Literal
 
@@ -12,24 +12,25 @@ Criterion = Literal["min-sum", "min-max"]
 
 
 def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | None, ...]:
-    """Assign UAVs to targets, as many as can be.
+    """Assign as many UAVs to targets as possible, at the least cost.
 
     Parameters
     ----------
     costs
-        (m, n): what it costs UAV i to reach target j; infinite where it cannot.
+        (m, n) the cost for UAV i to reach target j; infinite where it cannot.
     criterion
-        ``"min-sum"`` makes the total smallest; ``"min-max"`` the largest single cost, and the total among those.
+        ``"min-sum"`` minimises the total cost; ``"min-max"`` the largest single cost, and among such assignments the
+        total.
 
     Returns
     -------
     tuple
-        For each of the m UAVs the index of its target, ``None`` for one that gets none.
+        For each of the m UAVs the index of its target, or ``None`` where it gets none.
 
     Raises
     ------
     ValueError
-        If `costs` is no matrix, or holds NaN or minus infinity, or the criterion is unknown.
+        If `costs` is not a matrix, or holds NaN or minus infinity, or the criterion is unknown.
     """
     matrix = np.array(costs, dtype=np.float64)
     if matrix.ndim != 2:
@@ -41,13 +42,13 @@ def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | No
     possible = np.isfinite(matrix)
     if not possible.any():
         return (None,) * len(matrix)
-    if len(matrix) == 1:  # no solver needed, nor the time it takes to import one
+    if len(matrix) == 1:  # this needs no solver, which takes long to import
         return (int(np.argmin(matrix[0])),)
     from scipy.optimize import linear_sum_assignment
 
     if criterion == "min-max":
         possible &= matrix <= _smallest_maximum(matrix, possible)
-    # an impossible pair costs more than any assignment of possible ones, so as few as can be are taken
+    # an impossible pair costs more than any assignment of possible ones, so that as few as possible are assigned
     span = np.ptp(matrix[possible])
     size = min(matrix.shape)
     dear = matrix[possible].max() + (span + 1.0) * (size + 1)

@@ -1,4 +1,4 @@
-"""Many paths at once, on all cores."""
+"""Plan many paths at once, on all cores."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -22,26 +22,26 @@ def plan_many(
     workers: int | None = None,
     on_result: Callable[[int, Result], None] | None = None,
 ) -> list[Result]:
-    """Plan many UAVs' paths to many targets, side by side.
+    """Plan the paths of many UAVs to many targets in parallel.
 
-    The space is compiled once and shared: kernels run outside Python's global lock, so that threads use all cores.
+    The space is compiled once and shared. Kernels release Python's global lock, so that threads use all cores.
 
     Parameters
     ----------
     scenario
-        What is given, or an `Airspace` of it that is already there.
+        The scenario, or an `Airspace` that was made of it before.
     planner
         Plans each path.
     pairs
-        (uav, target) indices, one path each; any UAV and target may stand in many.
+        Indices (uav, target), one pair for each path; a UAV or target may occur in many pairs.
     stop
-        When each plan ends.
+        When the planning of each path ends.
     rng
-        Seed or generator; every path draws from a stream of its own, so that the answers do not depend on `workers`.
+        Seed or generator. Every path draws from a stream of its own, so that the answers do not depend on `workers`.
     workers
-        Threads; as many as there are cores by default.
+        The number of threads; by default the number of cores.
     on_result
-        Called with a pair's position and its result as soon as there is one, in the order in which they are found.
+        Called with the position of a pair and its result as soon as it is found.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def plan_many(
     Raises
     ------
     InputError
-        If planner, `workers` or seed is none.
+        If `planner` is not a planner, or `workers` or `rng` is invalid.
     ValueError
         If the scenario has no such UAV or target.
     """
@@ -73,7 +73,7 @@ def plan_many(
             on_result(i, result)
 
     if problems:
-        note(0, plan(0))  # alone: it compiles what is shared
+        note(0, plan(0))  # planned alone, since it compiles the kernels that all share
     with ThreadPoolExecutor(workers or cores()) as pool:
         waiting = {pool.submit(plan, i): i for i in range(1, len(problems))}
         try:

@@ -1,4 +1,4 @@
-"""The fleet's way from scenario to mission: assign, plan, time, check."""
+"""Plan the mission of a fleet: assign targets, plan paths, make trajectories, resolve conflicts, and check it all."""
 
 from dataclasses import replace
 from functools import partial
@@ -28,7 +28,7 @@ Assignment = Literal["euclidean", "path-cost", "identity"]
 
 
 class OnProgress(Protocol):
-    """Called while a fleet is planned: with the UAV's index, and its planner's progress (``None`` when it is done)."""
+    """Called while a fleet is planned, with a UAV's index and its planner's progress (``None`` when it is done)."""
 
     def __call__(self, uav: int, progress: Progress | None, /) -> None:
         """Take note of the progress."""
@@ -46,40 +46,40 @@ def plan_mission(
     keep_apart: bool = True,
     on_progress: OnProgress | None = None,
 ) -> Mission:
-    """Assign UAVs to targets, plan their paths, turn them into trajectories, keep those apart, and check it all.
+    """Assign UAVs to targets, plan paths, make trajectories, resolve conflicts between them, and check the mission.
 
     Parameters
     ----------
     scenario
-        What is given.
+        The UAVs, targets, obstacles and the objective.
     planner
         Plans each UAV's path, one after another.
     stop
-        When each UAV's plan ends; a `Cancelled` that is met ends the whole mission with what there is.
+        When the planning of each UAV's path ends. A `Cancelled` rule ends the whole mission with the results so far.
     rng
-        Seed or generator; every UAV draws from a stream of its own.
+        Seed or generator. Every UAV draws from a stream of its own.
     assignment
         ``"path-cost"`` prices a pair by the exact cheapest path, ``"euclidean"`` by the straight line (the thesis's
         Algorithm 4), ``"identity"`` sends UAV i to target i (the thesis's "without coordination").
     criterion
-        ``"min-sum"`` or ``"min-max"``; without meaning for ``"identity"``.
+        ``"min-sum"`` or ``"min-max"``; ignored for ``"identity"``. See `assign`.
     shape
-        What the trajectories of multirotors make small; see `fly_along`.
+        Of the trajectories of multirotors: ``"minimum-snap"``, ``"minimum-jerk"`` or ``"stop-and-go"``.
     keep_apart
-        Whether UAVs that would come too close depart later, fly more slowly, exchange targets (unless the assignment is
-        ``"identity"``) or take another way; those of lower priority first.
+        Whether conflicts are resolved: UAVs that would come too close, those of lower priority first, depart later, fly
+        more slowly, take a detour, or exchange targets (unless the assignment is ``"identity"``).
     on_progress
         Called after every iteration, and when a UAV is done.
 
     Returns
     -------
     Mission
-        Where a UAV cannot be planned for, its result's status says why; nothing is raised for that.
+        Where a UAV has no path, the status of its result says why; nothing is raised.
 
     Raises
     ------
     InputError
-        If assignment, criterion or seed is none, or the stop rule does not fit the planner.
+        If assignment, criterion, shape or seed is invalid, or the stop rule does not fit the planner.
     """
     airspace = Airspace(scenario)
     generator, seed = seeded(rng)
@@ -139,7 +139,7 @@ def _without_conflicts(
 
 
 def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
-    """Return what it costs each of m UAVs to reach each of n targets, (m, n); infinite where it cannot."""
+    """Return the cost (m, n) for each of m UAVs to reach each of n targets; infinite where it cannot."""
     scenario = airspace.scenario
     uavs, targets = len(scenario.uavs), len(scenario.targets)
     if assignment == "euclidean":
@@ -167,6 +167,6 @@ def assign_targets(
     chosen = assign(cost_matrix(airspace, assignment), criterion)
     if assignment != "path-cost":
         return chosen
-    # UAVs that can reach nothing still get what is left, so that a result says why
+    # UAVs that can reach no target still get one that is left, so that their results say why
     left = [j for j in range(len(airspace.scenario.targets)) if j not in chosen]
     return tuple(left.pop(0) if j is None and left else j for j in chosen)

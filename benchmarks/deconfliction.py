@@ -1,9 +1,9 @@
-"""Fleets kept apart: ``python benchmarks/apart.py`` prints the tables of docs/missions.md.
+"""Deconfliction of fleets: ``python benchmarks/deconfliction.py`` prints the tables of docs/missions.md.
 
-The thesis's fleets (Tables 4.8 to 4.13), circles of 8, 32 and 128 UAVs that swap places, and 100 that exchange places
-through the window of Map 1; then how long it takes to find all conflicts of 1,000 flights. Violations are the
-referee's. The lower bound of the makespan is the longest flight, had each UAV the air for itself. Names on the command
-line (``table-4.8 circle-32 window-100 flights``) ask for less.
+The fleets are those of the thesis (Tables 4.8 to 4.13), circles of 8, 32 and 128 UAVs that change places, and 100 UAVs
+that change places through the window of Map 1. Then it is measured how long it takes to find all conflicts of 1,000
+flights. Violations are those that the referee finds. The lower bound of the makespan is the longest single flight.
+Names on the command line (``table-4.8 circle-32 window-100 flights``) select some of them.
 """
 
 import sys
@@ -21,6 +21,7 @@ SWAPS = ("circle-8", "circle-32", "circle-128", "window-100")
 
 
 def scenario(name: str) -> sky.Scenario:
+    """Return the fleet of a name."""
     kind, _, uavs = name.partition("-")
     if kind == "circle":
         return sky.circle_swap(int(uavs))
@@ -29,7 +30,8 @@ def scenario(name: str) -> sky.Scenario:
     return sky.read_scenario(name)
 
 
-def kept(name: str) -> list[str]:
+def deconflicted(name: str) -> list[str]:
+    """Return a fleet's row of the table: what was found, done and left, and the seconds that it took."""
     given = scenario(name)
     assignment = "identity" if name in SWAPS else "path-cost"
     began = time.perf_counter()
@@ -56,7 +58,7 @@ def kept(name: str) -> list[str]:
 
 
 def flights(count: int, side: float, height: float) -> tuple[sky.Scenario, list[sky.Trajectory]]:
-    """Return flights between random places, each through one more, that begin within five seconds."""
+    """Return flights between random points, each by way of a third one, that depart within five seconds."""
     rng = np.random.default_rng(1)
     places = rng.uniform(0, [side, side, height], (count, 3, 3))
     uavs = [sky.UAV(start=tuple(way[0])) for way in places]
@@ -71,15 +73,16 @@ def flights(count: int, side: float, height: float) -> tuple[sky.Scenario, list[
 
 
 def main() -> None:
+    """Print the tables."""
     asked = sys.argv[1:] or [*FLEETS, *SWAPS, "flights"]
     print(f"{describe()}\n")
-    kept("table-4.8")  # compiles
-    kept("table-4.13")
+    deconflicted("table-4.8")  # compiles
+    deconflicted("table-4.13")
     head = ["fleet", "conflicts", "violations", "apart", "total, s", "makespan, s", "over the bound", "done", "seconds"]
     rows = []
     for name in asked:
         if name != "flights":
-            rows.append(kept(name))
+            rows.append(deconflicted(name))
             print(" | ".join(rows[-1]), flush=True)
     if rows:
         print()
