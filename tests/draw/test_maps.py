@@ -23,7 +23,7 @@ from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, reli
 from skyverse.draw.scene import scene
 from skyverse.draw.shape_geometry import coarser, extent, faces, footprint, span, surface
 from skyverse.draw.triangulation import triangles, turned
-from skyverse.maps.readers.cityjson import KINDS
+from skyverse.maps.readers.cityjson import KIND_OF_TYPE
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Bounds
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
@@ -198,7 +198,9 @@ def test_level_ground_has_no_contour_lines_and_no_peaks():
 # ---- kinds ----
 def test_what_city_models_hold_has_colours_of_its_own():
     found = kinds_module.shapes_by_kind(
-        [Box(min=(k, 0, 0), max=(k + 1, 1, 1), kind=kind) for k, kind in enumerate(sorted(set(KINDS.values())))], (), ()
+        [Box(min=(k, 0, 0), max=(k + 1, 1, 1), kind=kind) for k, kind in enumerate(sorted(set(KIND_OF_TYPE.values())))],
+        (),
+        (),
     )
     colours = {kind.name: kind.colour for kind in found}
     assert colours.pop("tree") == colours.pop("vegetation")
