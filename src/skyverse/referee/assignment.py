@@ -14,11 +14,7 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
     count = len(scenario.uavs)
     if mission.scenario != scenario:
         found.append(Violation(Fault.SCENARIO, (), "The mission embeds another scenario than the one it is judged by."))
-    columns = {
-        "assignment": mission.assignment,
-        "results": mission.results,
-        "trajectories": mission.trajectories,
-    }
+    columns = {noun: getattr(mission, noun) for noun in ("assignment", "results", "trajectories")}
     for noun, values in columns.items():
         if len(values) != count:
             message = f"The mission's {noun} has {len(values)} entries, but the scenario has {count} UAVs."
@@ -36,21 +32,18 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
             complaints.append(f"is sent to {scenario.targets[target].name}, which {other} already has")
         if target is not None:
             takers.setdefault(target, uav)
-        if result is not None and not isinstance(result, Result):
-            complaints.append(f"has a {type(result).__name__} in place of a result")
-        if trajectory is not None and not isinstance(trajectory, Trajectory):
-            complaints.append(f"has a {type(trajectory).__name__} in place of a trajectory")
+        for value, kind in ((result, Result), (trajectory, Trajectory)):
+            if value is not None and not isinstance(value, kind):
+                complaints.append(f"has a {type(value).__name__} in place of a {kind.__name__.lower()}")
         if given is not None and result is None:
             complaints.append("has a target but no result")
-        if given is None and result is not None:
-            complaints.append("has a result but no target")
-        if given is None and trajectory is not None:
-            complaints.append("has a trajectory but no target")
+        for value, noun in ((result, "result"), (trajectory, "trajectory")):
+            if given is None and value is not None:
+                complaints.append(f"has a {noun} but no target")
         found += [Violation(Fault.ASSIGNMENT, (uav,), f"{name} {complaint}.") for complaint in complaints]
     wanted = min(count, len(scenario.targets))
     if len(takers) < wanted and not found:
-        message = (
-            f"{len(takers)} UAVs have a target, but {count} UAVs and {len(scenario.targets)} targets make {wanted}."
-        )
+        targets = len(scenario.targets)
+        message = f"{len(takers)} UAVs have a target, but {count} UAVs and {targets} targets make {wanted}."
         found.append(Violation(Fault.ASSIGNMENT, (), message))
     return found

@@ -7,7 +7,7 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
-from skyverse.referee.solids import GrownSolids, let_pass_at
+from skyverse.referee.solids import GrownSolids, grown
 from skyverse.referee.tolerances import LET_PASS, TWO_ROUNDINGS
 from skyverse.referee.voxel_boxes import disjoint_boxes, overlapping_boxes
 
@@ -18,16 +18,12 @@ class GrownBoxes(GrownSolids):
 
     Attributes
     ----------
-    clearance, obstacle
-        See `GrownSolids`.
     low, high
         (m, 3) corners as given, metres.
     grown_low, grown_high
         (m, 3) corners of the grown boxes, metres.
     """
 
-    clearance: float
-    obstacle: Indices
     low: Floats
     high: Floats
     grown_low: Floats
@@ -75,7 +71,5 @@ def grown_boxes(scenario: Scenario) -> GrownBoxes:
             continue
         obstacles.append(np.full(len(lows[-1]), number))
     low, high = np.concatenate(lows), np.concatenate(highs)
-    grown_low, grown_high = low - scenario.clearance, high + scenario.clearance
-    let_pass = let_pass_at(grown_high - grown_low)
-    obstacle = np.concatenate(obstacles)
-    return GrownBoxes(scenario.clearance, obstacle, low, high, grown_low + let_pass, grown_high - let_pass)
+    clearance = scenario.clearance
+    return GrownBoxes(clearance, np.concatenate(obstacles), low, high, *grown(low, high, clearance))

@@ -1,6 +1,5 @@
 """Judges clearance: of curves at every instant, and of straight paths."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +14,6 @@ from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.world import RefereeWorld
 
-PositionAt = Callable[[int, float], Floats]
-"""Evaluates the position (3,) on a piece at a share of the piece, without Bernstein coefficients."""
-
 
 class JudgedClearance(NamedTuple):
     """The bounds on depths over all pieces, one question; and the deepest place, if anything is too close."""
@@ -30,28 +26,19 @@ def judge_curve(world: RefereeWorld, curve: PolynomialCurve, position: list[Poly
     """Judge the clearance of a curve at every instant; `position` holds its x, y, z as polynomials."""
     b = np.stack([part.b for part in position], axis=2)
     error = np.max([part.error for part in position], axis=0)
-
-    def at(piece: int, share: float) -> Floats:
-        place: Floats = curve.motion(piece, share * float(curve.durations[piece]))[0]
-        return place
-
-    return _combined([_judge_kind(kind, b, error, at) for kind in (world.boxes, *world.others)])
+    return _combined([_judge_kind(kind, b, error, curve) for kind in (world.boxes, *world.others)])
 
 
 def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> JudgedClearance:
     """Judge the clearance of segments between starts and ends, (n, 3) metres, as pieces of degree 1."""
     b, exact = np.stack([starts, ends], axis=1), np.zeros(len(starts))
-
-    def at(segment: int, share: float) -> Floats:
-        place: Floats = starts[segment] + share * (ends[segment] - starts[segment])
-        return place
-
+    curve = PolynomialCurve(np.arange(len(starts) + 1.0), np.stack([starts, ends - starts], axis=1))
     in_boxes = JudgedClearance(_combined_peaks([]), deepest_in_boxes(world.boxes, starts, ends))
-    return _combined([in_boxes, *(_judge_kind(kind, b, exact, at) for kind in world.others)])
+    return _combined([in_boxes, *(_judge_kind(kind, b, exact, curve) for kind in world.others)])
 
 
-def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, at: PositionAt) -> JudgedClearance:
-    """Judge all pieces (n, degree + 1, 3), whose errors are at most (n,), against all shapes of one kind."""
+def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve) -> JudgedClearance:
+    """Judge all pieces of a curve, (n, degree + 1, 3) with errors (n,), against all shapes of one kind."""
     wrong = kind.error(b, error)
     pairs = overlapping_pairs(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None], *kind.hulls())
     piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
@@ -63,10 +50,11 @@ def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, at: PositionAt) -> 
     incursion = None
     if peaks.refuted[0]:
         pair, share = int(peaks.piece[0]), float(peaks.share[0])
-        position, of = at(int(piece[pair]), share), int(shape[pair])
+        k, of = int(piece[pair]), int(shape[pair])
+        position = curve.motion(k, share * float(curve.durations[k]))[0]  # without Bernstein coefficients
         if kind.depth(position[None, None], np.array([of]))[0] > 0:
             gap, number = kind.gap(position, of), int(kind.obstacle[of])
-            incursion = Incursion(gap, kind.clearance, number, int(piece[pair]), share, position)
+            incursion = Incursion(gap, kind.clearance, number, k, share, position)
     # callers ask which piece it was, not which pair of a piece and a shape
     stuck = np.where(peaks.stuck >= 0, piece[peaks.stuck] if len(piece) else -1, -1)
     where = piece[peaks.piece] if len(piece) else peaks.piece

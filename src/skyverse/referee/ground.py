@@ -20,8 +20,6 @@ class GrownGround(GrownSolids):
 
     Attributes
     ----------
-    clearance, obstacle
-        See `GrownSolids`; the only number is that of the ground.
     origin, step
         (2,) metres.
     heights
@@ -34,8 +32,6 @@ class GrownGround(GrownSolids):
         Bound on how much the ground rises over a metre along x and a metre along y.
     """
 
-    clearance: float
-    obstacle: Indices
     origin: Floats
     step: Floats
     heights: Floats

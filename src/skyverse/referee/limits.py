@@ -30,12 +30,15 @@ class FlightLimit(NamedTuple):
     measure
         Takes position, velocity, acceleration and jerk, (4, 3), and returns the share of the limit that is used, and
         what the UAV does, in words.
+    most
+        What the measure may be at most, with what is let pass.
     """
 
     fault: Fault
     noun: str
     excess: Polynomials
     measure: Callable[[Floats], tuple[float, str]]
+    most: float = 1 + LIMIT_LET_PASS
 
 
 def flight_limits(vehicle: UAV, curve: PolynomialCurve) -> Iterator[FlightLimit]:
@@ -46,19 +49,11 @@ def flight_limits(vehicle: UAV, curve: PolynomialCurve) -> Iterator[FlightLimit]
         rows.append(derivative(rows[-1]))
     _, velocity, acceleration, jerk = (bernstein(row, durations) for row in rows)
     norms = [
-        (Fault.SPEED, "speed", velocity, 1, vehicle.max_speed, "flies {:.7g} m/s (of {:.7g})"),
-        (
-            Fault.ACCELERATION,
-            "acceleration",
-            acceleration,
-            2,
-            vehicle.max_acceleration,
-            "accelerates by {:.7g} m/s^2 (of {:.7g})",
-        ),
+        (Fault.SPEED, "speed", velocity, vehicle.max_speed, "flies {:.7g} m/s"),
+        (Fault.ACCELERATION, "acceleration", acceleration, vehicle.max_acceleration, "accelerates by {:.7g} m/s^2"),
+        (Fault.JERK, "jerk", jerk, vehicle.max_jerk, "jerks by {:.7g} m/s^3"),
     ]
-    if vehicle.fixed_wing is None:
-        norms.append((Fault.JERK, "jerk", jerk, 3, vehicle.max_jerk, "jerks by {:.7g} m/s^3 (of {:.7g})"))
-    for fault, noun, parts, order, top, deed in norms:
+    for order, (fault, noun, parts, top, deed) in enumerate(norms[: 3 if vehicle.fixed_wing is None else 2], 1):
         yield FlightLimit(fault, noun, _below(squared(parts), top), _norm(order, top, deed))
     if vehicle.fixed_wing is None:
         yield from _hovering(vehicle, acceleration)
@@ -76,7 +71,7 @@ def _norm(order: int, top: float, deed: str) -> Callable[[Floats], tuple[float, 
 
     def measure(motion: Floats) -> tuple[float, str]:
         norm = float(np.linalg.norm(motion[order]))
-        return norm / top, deed.format(norm, top)
+        return norm / top, f"{deed.format(norm)} (of {top:.7g})"
 
     return measure
 

@@ -9,7 +9,7 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Prism
 from skyverse.referee.chord import Chords, chords, distance_to_segment
-from skyverse.referee.solids import GrownSolids, let_pass_at, shapes_of, vertical_depth
+from skyverse.referee.solids import GrownSolids, grown, shapes_of, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT
 
 EDGES_AT_ONCE = 2**19
@@ -22,8 +22,6 @@ class GrownPrisms(GrownSolids):
 
     Attributes
     ----------
-    clearance, obstacle
-        See `GrownSolids`.
     p, q
         (e, 2) metres: the ends of the edges of all outlines and holes, one prism's after another's.
     first, edges
@@ -36,8 +34,6 @@ class GrownPrisms(GrownSolids):
         (m,) altitudes of the grown prisms, metres.
     """
 
-    clearance: float
-    obstacle: Indices
     p: Floats
     q: Floats
     first: Indices
@@ -131,21 +127,10 @@ def grown_prisms(scenario: Scenario) -> GrownPrisms:
     high = np.array([prism.high for prism in prisms], dtype=np.float64)
     thickness = np.array([_mean_thickness(prism) for prism in prisms], dtype=np.float64)
     clearance = scenario.clearance
-    grown_low, grown_high = low - clearance, high + clearance
-    vertical = let_pass_at(grown_high - grown_low)
-    return GrownPrisms(
-        clearance,
-        number,
-        p,
-        p[following],
-        first=np.cumsum(edges) - edges,
-        edges=edges,
-        low=low,
-        high=high,
-        grown_by=clearance - let_pass_at(thickness + 2 * clearance),
-        grown_low=grown_low + vertical,
-        grown_high=grown_high - vertical,
-    )
+    # a wall thinner than what is let pass is still a wall, as in `grown`
+    grown_by = clearance - np.minimum(LET_PASS, (thickness + 2 * clearance) / 4)
+    first, ends = np.cumsum(edges) - edges, grown(low, high, clearance)
+    return GrownPrisms(clearance, number, p, p[following], first, edges, low, high, grown_by, *ends)
 
 
 def _mean_thickness(prism: Prism) -> float:

@@ -8,7 +8,8 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Cylinder, Sphere
 from skyverse.referee.chord import chords, distance_to_segment
-from skyverse.referee.solids import GrownSolids, let_pass_at, shapes_of, vertical_depth
+from skyverse.referee.solids import GrownSolids, grown, shapes_of, vertical_depth
+from skyverse.referee.tolerances import LET_PASS
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,16 +18,12 @@ class GrownSpheres(GrownSolids):
 
     Attributes
     ----------
-    clearance, obstacle
-        See `GrownSolids`.
     centre, radius
         (m, 3) and (m,) metres, as given.
     grown_radius
         (m,) metres.
     """
 
-    clearance: float
-    obstacle: Indices
     centre: Floats
     radius: Floats
     grown_radius: Floats
@@ -52,16 +49,12 @@ class GrownCylinders(GrownSolids):
 
     Attributes
     ----------
-    clearance, obstacle
-        See `GrownSolids`.
     centre, radius, low, high
         (m, 2) and (m,) metres, as given.
     grown_radius, grown_low, grown_high
         (m,) metres.
     """
 
-    clearance: float
-    obstacle: Indices
     centre: Floats
     radius: Floats
     low: Floats
@@ -95,27 +88,21 @@ def grown_spheres(scenario: Scenario) -> GrownSpheres:
     """Return the scenario's spheres."""
     spheres, number = shapes_of(scenario, Sphere)
     radius = np.array([sphere.radius for sphere in spheres])
-    grown = radius + scenario.clearance
     centre = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
-    return GrownSpheres(scenario.clearance, number, centre, radius, grown - let_pass_at(grown))
+    return GrownSpheres(scenario.clearance, number, centre, radius, _grown_radius(radius, scenario.clearance))
 
 
 def grown_cylinders(scenario: Scenario) -> GrownCylinders:
     """Return the scenario's cylinders."""
     cylinders, number = shapes_of(scenario, Cylinder)
     rows = np.array([(*one.centre, one.radius, one.low, one.high) for one in cylinders]).reshape(-1, 5)
-    radius, low, high = rows[:, 2], rows[:, 3], rows[:, 4]
-    clearance = scenario.clearance
-    grown, grown_low, grown_high = radius + clearance, low - clearance, high + clearance
-    vertical = let_pass_at(grown_high - grown_low)
-    return GrownCylinders(
-        clearance,
-        number,
-        centre=rows[:, :2],
-        radius=radius,
-        low=low,
-        high=high,
-        grown_radius=grown - let_pass_at(grown),
-        grown_low=grown_low + vertical,
-        grown_high=grown_high - vertical,
-    )
+    centre, (radius, low, high), clearance = rows[:, :2], rows[:, 2:].T, scenario.clearance
+    grown_radius, ends = _grown_radius(radius, clearance), grown(low, high, clearance)
+    return GrownCylinders(clearance, number, centre, radius, low, high, grown_radius, *ends)
+
+
+def _grown_radius(radius: Floats, clearance: float) -> Floats:
+    """Return radii grown by the clearance, less what is let pass: at most a quarter of them, as in `grown`."""
+    whole = radius + clearance
+    less: Floats = whole - np.minimum(LET_PASS, whole / 4)
+    return less

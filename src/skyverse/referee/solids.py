@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -15,6 +16,7 @@ from skyverse.referee.tolerances import LET_PASS
 ShapeKind = TypeVar("ShapeKind", bound=Shape)
 
 
+@dataclass(frozen=True, eq=False)
 class GrownSolids(ABC):
     """Shapes of one kind, grown by the clearance less what is let pass.
 
@@ -69,13 +71,14 @@ def vertical_depth(part: Floats, low: Floats, high: Floats) -> Floats:
     return depth
 
 
-def let_pass_at(thickness: Floats) -> Floats:
-    """Return by how much a grown shape of some thickness, metres, is made smaller at each of its faces.
+def grown(low: Floats, high: Floats, clearance: float) -> tuple[Floats, Floats]:
+    """Return where intervals from low to high begin and end when the clearance grows them, less what is let pass.
 
     A wall thinner than what is let pass is still a wall: only a quarter of its thickness is let pass at each face.
     """
-    smaller: Floats = np.minimum(LET_PASS, thickness / 4)
-    return smaller
+    low, high = low - clearance, high + clearance
+    let_pass = np.minimum(LET_PASS, (high - low) / 4)
+    return low + let_pass, high - let_pass
 
 
 def shapes_of(scenario: Scenario, kind: type[ShapeKind]) -> tuple[Sequence[ShapeKind], Indices]:

@@ -12,7 +12,7 @@ from skyverse.referee.limits import FlightLimit, flight_limits
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.subdivision import Peaks, find_peaks
-from skyverse.referee.tolerances import LET_PASS, LIMIT_LET_PASS
+from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.world import RefereeWorld
 
 
@@ -41,8 +41,8 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
         return JudgedTrajectory([malformed], 0, None)
     violations = [*judge_ends(world, uav, target, curve), *judge_continuity(world, uav, curve, trajectory.form)]
     position = bernstein(curve.pieces, curve.durations)
-    answers = [_judge_bounds(world, uav, curve, position), _judge_clearance(world, uav, curve, position)]
-    answers += [_judge_limit(world, uav, curve, limit) for limit in flight_limits(world.scenario.uavs[uav], curve)]
+    answers = [_judge_limit(name, uav, curve, _bounds(world, position)), _judge_clearance(world, uav, curve, position)]
+    answers += [_judge_limit(name, uav, curve, limit) for limit in flight_limits(world.scenario.uavs[uav], curve)]
     violations += [answer.violation for answer in answers if answer.violation is not None]
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
@@ -50,20 +50,17 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
     return JudgedTrajectory(violations, sum(int(answer.peaks.halvings[0]) for answer in answers), curve)
 
 
-def _judge_bounds(world: RefereeWorld, uav: int, curve: PolynomialCurve, position: list[Polynomials]) -> _Answer:
+def _bounds(world: RefereeWorld, position: list[Polynomials]) -> FlightLimit:
+    """Return the bounds as a limit on a position, measured in metres out of bounds."""
     low, high = world.scenario.bounds.min, world.scenario.bounds.max
     beyond = [part * -1.0 + (low[axis] - LET_PASS) for axis, part in enumerate(position)]
     beyond += [part + -(high[axis] + LET_PASS) for axis, part in enumerate(position)]
-    excess = stack(beyond)
-    peaks = find_peaks(excess.b, excess.error)
-    violation = None
-    if peaks.refuted[0]:
-        time, motion = _instant(curve, int(peaks.piece[0]), float(peaks.share[0]))
-        outside = float(world.beyond_bounds(motion[:1])[0])
-        if outside > LET_PASS:
-            deed = f"is out of bounds by {outside:.6g} m"
-            violation = _violation(Fault.TRAJECTORY_BOUNDS, world, uav, deed, time, motion[0])
-    return _Answer("place within the bounds", peaks, violation)
+
+    def outside(motion: Floats) -> tuple[float, str]:
+        metres = float(world.beyond_bounds(motion[:1])[0])
+        return metres, f"is out of bounds by {metres:.6g} m"
+
+    return FlightLimit(Fault.TRAJECTORY_BOUNDS, "place within the bounds", stack(beyond), outside, LET_PASS)
 
 
 def _judge_clearance(world: RefereeWorld, uav: int, curve: PolynomialCurve, position: list[Polynomials]) -> _Answer:
@@ -77,14 +74,15 @@ def _judge_clearance(world: RefereeWorld, uav: int, curve: PolynomialCurve, posi
     return _Answer("clearance", peaks, violation)
 
 
-def _judge_limit(world: RefereeWorld, uav: int, curve: PolynomialCurve, limit: FlightLimit) -> _Answer:
+def _judge_limit(name: str, uav: int, curve: PolynomialCurve, limit: FlightLimit) -> _Answer:
     peaks = find_peaks(limit.excess.b, limit.excess.error)
     violation = None
     if peaks.refuted[0]:
         time, motion = _instant(curve, int(peaks.piece[0]), float(peaks.share[0]))
-        share, deed = limit.measure(motion)
-        if share > 1 + LIMIT_LET_PASS:
-            violation = _violation(limit.fault, world, uav, deed, time, motion[0])
+        measured, deed = limit.measure(motion)
+        if measured > limit.most:
+            message = f"{name} {deed} at t = {time:.6g} s, position {position_text(motion[0])}."
+            violation = Violation(limit.fault, (uav,), message, time, position_tuple(motion[0]))
     return _Answer(limit.noun, peaks, violation)
 
 
@@ -96,12 +94,6 @@ def _instant(curve: PolynomialCurve, row: int, share: float) -> tuple[float, Flo
     piece = row % len(curve.pieces)
     local = share * float(curve.durations[piece])
     return float(curve.knots[piece] + local), curve.motion(piece, local)
-
-
-def _violation(fault: Fault, world: RefereeWorld, uav: int, deed: str, time: float, position: Floats) -> Violation:
-    name = world.scenario.uavs[uav].name
-    message = f"{name} {deed} at t = {time:.6g} s, position {position_text(position)}."
-    return Violation(fault, (uav,), message, time, position_tuple(position))
 
 
 def _undecided(name: str, uav: int, curve: PolynomialCurve, answer: _Answer) -> Violation:

@@ -58,12 +58,6 @@ def referee_world(scenario: Scenario) -> RefereeWorld:
     ground = grown_ground(scenario)
     kinds: list[GrownSolids] = [grown_cylinders(scenario), grown_spheres(scenario), grown_prisms(scenario)]
     others = [kind for kind in kinds if len(kind.obstacle)]
-    return RefereeWorld(
-        scenario,
-        low=np.array(scenario.bounds.min),
-        high=np.array(scenario.bounds.max),
-        step=np.array(scenario.lattice.step),
-        boxes=grown_boxes(scenario),
-        others=(*others, *([] if ground is None else [ground])),
-        ground=ground,
-    )
+    others += [] if ground is None else [ground]
+    low, high, step = (np.array(row) for row in (scenario.bounds.min, scenario.bounds.max, scenario.lattice.step))
+    return RefereeWorld(scenario, low, high, step, grown_boxes(scenario), tuple(others), ground)
