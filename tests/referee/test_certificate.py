@@ -376,7 +376,7 @@ def test_a_claim_that_is_not_confirmed_is_a_fault():
     assert "not there" in found.message
 
 
-def test_certificates_that_are_none_are_passed_over():
+def test_values_that_are_no_certificates_are_ignored():
     fine = mission((AGILE, stops((0, 0, 0), (3, 0, 0))))
     for junk in (None, 3, "proven", ("proven",), [None, None, 5]):
         assert faults(replace(fine, certificates=junk, apart=junk)) == []

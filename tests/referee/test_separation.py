@@ -107,7 +107,7 @@ def test_of_two_uavs_the_larger_axes_count_each(axes):
             assert bool(found) == close
 
 
-def test_nobody_keeps_a_separation_of_nothing():
+def test_a_separation_of_zero_is_always_kept():
     assert between(fleet(PASSING, PASSING, separation=(0.0, 0.0))) == []
     assert verdict(fleet(PASSING)) is Verdict.PROVEN
 
