@@ -43,12 +43,12 @@ def test_the_published_numbers_are_those_of_the_tables():
             assert found == (row["mean_best_cost"], row["std_best_cost"], row["time_s"])
     for place, row in enumerate(tables["4.5"]["rows"]):
         assert published.CONVERGENCE_ITERATIONS[place] == row["iterations"]
-        for name in published.MAPS:
+        for name in published.THESIS_MAPS:
             assert {m: published.CONVERGENCE[name, m][place] for m in published.METHODS} == row[name]
     for number, iterations in (("4.6", 25), ("4.7", 40)):
         for place, row in enumerate(tables[number]["rows"]):
             assert published.POPULATIONS[place] == row["population"]
-            for name in published.MAPS:
+            for name in published.THESIS_MAPS:
                 assert {m: published.TIMES[name, m, iterations][place] for m in published.METHODS} == row[name]
     for place, row in enumerate(tables["4.10"]["rows"]):
         for which in ("case1", "case2"):
@@ -58,7 +58,7 @@ def test_the_published_numbers_are_those_of_the_tables():
 
 
 def test_the_exact_optima_are_known():
-    assert [optimum(case(name)) for name in published.MAPS] == [265, 229, 267]
+    assert [optimum(case(name)) for name in published.THESIS_MAPS] == [265, 229, 267]
     assert [optimum(case("table-4.8", how)) for how in ("identity", "euclidean", "path-cost")] == [732, 540, 538]
 
 
@@ -67,7 +67,7 @@ def test_the_exact_optima_are_known():
 def test_a_shorter_run_of_a_method_without_schedule_is_read_off_a_longer_one(tmp_path, method, form):
     given, problem = case("map2"), sky.Problem(sky.read("map2"))
     with Rows(tmp_path / "rows.sqlite") as rows:
-        for job in cell(given, method, form, 25, cell_runs_module.LONGEST, range(3)):
+        for job in cell(given, method, form, 25, cell_runs_module.LAST_ITERATION, range(3)):
             rows.add(sky_row(job), job.key)
         found = CellRuns(rows, range(3)).values("cost", given, method, form, 25, 7)
     made = planner(method, form, 25)
@@ -77,7 +77,7 @@ def test_a_shorter_run_of_a_method_without_schedule_is_read_off_a_longer_one(tmp
 def test_what_another_part_has_left_half_done_is_not_taken_for_a_cell(tmp_path):
     given = case("map1")
     with Rows(tmp_path / "rows.sqlite") as rows:
-        for iterations, seeds in ((40, range(1)), (cell_runs_module.LONGEST, range(3))):
+        for iterations, seeds in ((40, range(1)), (cell_runs_module.LAST_ITERATION, range(3))):
             for job in cell(given, "GSO", "as run", 25, iterations, seeds):
                 rows.add(sky_row(job), job.key)
         found = CellRuns(rows, range(3))
