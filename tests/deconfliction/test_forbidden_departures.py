@@ -3,7 +3,7 @@
 import itertools
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from curves import random_flight
@@ -47,7 +47,6 @@ def exhaustively_forbidden(a, b, seconds, count, axes):
 
 
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1.4]))
-@settings(max_examples=10)
 def test_forbidden_are_those_delays_that_some_pair_of_leaves_forbids(seed, scale):
     rng = np.random.default_rng(seed)
     a, b = random_flight(rng), random_flight(rng)

@@ -1,10 +1,13 @@
-"""Each way of keeping apart where it is the only one, or the cheapest; priorities; what cannot be resolved."""
+"""Each way to resolve a conflict where it is the only one, or the cheapest; priorities; what cannot be resolved."""
 
 import threading
 from functools import partial
 
 import numpy as np
 import pytest
+from hypothesis import assume
+from hypothesis import given as drawn
+from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.deconfliction.candidate import PlacedFlight
@@ -31,7 +34,8 @@ def scenario(uavs, targets, obstacles=(), height=(0, 2), width=10.0, clearance=0
 
 def plan(given, assignment="identity", faults=frozenset(), **more):
     mission = sky.plan_mission(given, sky.Taut(), rng=1, assignment=assignment, **more)
-    assert {v.fault for v in mission.violations} == faults
+    if faults is not None:
+        assert {v.fault for v in mission.violations} == faults
     for uav, (target, result) in enumerate(zip(mission.assignment, mission.results, strict=True)):
         if result is not None:
             assert sky.check_result(given, uav, target, result) == []
@@ -110,13 +114,13 @@ def test_head_on_in_a_corridor_without_room_to_pass_they_exchange_targets():
     assert exchanged[3].left == ()
 
 
-def _crossed(given):
-    """Keep apart what nobody would have assigned so."""
+def _crossed(given, *, exchange=True):
+    """Resolve the conflicts of a fleet in which UAV i flies to target i, as nobody would have assigned them."""
     airspace = Airspace(given)
     problems = [Problem(airspace, k, k) for k in range(len(given.uavs))]
     results = tuple(sky.Taut().plan(problem) for problem in problems)
     flown = tuple(fly_along(p, r) for p, r in zip(problems, results, strict=True))
-    assignment, replan = tuple(range(len(problems))), sky.Taut().plan
+    assignment, replan = tuple(range(len(problems))), sky.Taut().plan if exchange else None
     return resolve_conflicts(airspace, assignment, results, flown, make_trajectory=fly_along, replan=replan)
 
 
@@ -127,7 +131,7 @@ def test_one_that_would_be_overtaken_in_a_corridor_is_followed():
     assert kinds(mission) <= {"delay", "slow down"}
 
 
-def test_given_starts_are_reported_and_everything_else_is_kept_apart():
+def test_given_starts_are_reported_and_every_other_conflict_is_resolved():
     uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(1, 5.3, 1)), sky.UAV(start=(10, 1, 1))]
     mission = plan(scenario(uavs, [(19, 2, 1), (19, 8, 1), (10, 9, 1)]), faults={Fault.GIVEN})
     assert all(conflict.given for conflict in mission.deconfliction.left)
@@ -182,12 +186,12 @@ def test_an_exchange_is_told_of_even_where_it_does_not_resolve_all():
     assert [(action.uav, action.kind) for action in told] == [(0, "exchange"), (1, "exchange")]
 
 
-def test_without_being_asked_nothing_is_kept_apart():
+def test_without_being_asked_no_conflict_is_resolved():
     mission = plan(scenario(CROSSING, ACROSS), faults={Fault.SEPARATION}, keep_apart=False)
     assert mission.deconfliction is None
 
 
-def test_the_same_fleet_is_kept_apart_in_the_same_way():
+def test_the_conflicts_of_the_same_fleet_are_resolved_in_the_same_way():
     first, again = (sky.plan_mission(sky.circle_swap(4), sky.Taut(), assignment="identity") for _ in range(2))
     assert first.deconfliction == again.deconfliction
     assert first.trajectories == again.trajectories
@@ -201,6 +205,98 @@ def test_a_window_is_passed_both_ways():
     assert mission.complete
     ends = np.array([t.at(t.end).position[0] for t in mission.trajectories])
     np.testing.assert_allclose(ends, [t.position for t in given.targets], atol=1e-6)
+
+
+def crossing(seed, count, *, well_formed=True):
+    """A fleet whose UAVs cross an empty hall; no start or target is near another's path if it is well-formed."""
+    rng = np.random.default_rng(seed)
+    for _ in range(200):
+        angles = rng.uniform(0, 2 * np.pi, count)
+        heights = rng.uniform(1, 4, (2, count))
+        starts = np.column_stack([10 + 8 * np.cos(angles), 10 + 8 * np.sin(angles), heights[0]])
+        turned = angles + np.pi + rng.uniform(-0.8, 0.8, count)
+        targets = np.column_stack([10 + 8 * np.cos(turned), 10 + 8 * np.sin(turned), heights[1]])
+        if not well_formed or all(
+            clear_of(ends, starts[other], targets[other])
+            for other in range(count)
+            for ends in (np.delete(starts, other, 0), np.delete(targets, other, 0))
+        ):
+            break
+    else:
+        assume(False)
+    priorities = rng.permutation(count)
+    uavs = [sky.UAV(start=tuple(p), priority=int(k)) for p, k in zip(starts, priorities, strict=True)]
+    return scenario(uavs, [tuple(p) for p in targets], height=(0, 5), width=20.0)
+
+
+def clear_of(points, start, end):
+    """Whether points are farther from a segment than any separation, and than a smooth flight strays from it."""
+    share = np.clip((points - start) @ (end - start) / np.sum((end - start) ** 2), 0, 1)[:, None]
+    return bool((np.linalg.norm(points - start - share * (end - start), axis=1) > 1.5).all())
+
+
+def assert_actions_are_what_was_done(given, planned, mission):
+    """Whoever is in no action flies as planned; whoever is in one does what it says."""
+    done = {}
+    for action in mission.deconfliction.actions:
+        done.setdefault(action.uav, set()).add(action.kind)
+    for uav, (before, after) in enumerate(zip(planned.trajectories, mission.trajectories, strict=True)):
+        kinds_of_it = done.get(uav, set())
+        assert (mission.assignment[uav] != planned.assignment[uav]) == ("exchange" in kinds_of_it)
+        if not kinds_of_it:
+            assert after == before
+        if kinds_of_it <= {"delay", "slow down"} and before is not None:
+            scale = (after.end - after.start) / (before.end - before.start)
+            assert (after.start > before.start) == ("delay" in kinds_of_it)
+            assert (scale > 1.001) == ("slow down" in kinds_of_it)
+            np.testing.assert_allclose(after.knots, after.start + scale * (before.knots - before.start), atol=1e-9)
+            at = np.linspace(before.start, before.end, 50)
+            moved = after.at(after.start + scale * (at - before.start)).position
+            np.testing.assert_allclose(moved, before.at(at).position, atol=1e-6)
+
+
+@drawn(st.integers(0, 2**32), st.integers(2, 6))
+def test_where_no_start_or_target_is_in_the_way_all_is_resolved_proven_and_the_first_priority_flies_as_planned(
+    seed, count
+):
+    given = crossing(seed, count)
+    planned, mission = plan(given, faults=None, keep_apart=False), plan(given)
+    apart(mission)
+    assert mission.deconfliction.found == sky.find_conflicts(given, planned.trajectories)
+    assert_actions_are_what_was_done(given, planned, mission)
+    first = max(range(count), key=lambda uav: given.uavs[uav].priority)
+    assert mission.trajectories[first] == planned.trajectories[first]
+    if count == 2:
+        assert {action.uav for action in mission.deconfliction.actions} <= {1 - first}
+
+
+@drawn(st.integers(0, 2**32), st.integers(2, 6))
+def test_what_is_said_to_be_left_is_what_the_referee_refutes_and_nothing_is_invented(seed, count):
+    given = crossing(seed, count, well_formed=False)
+    planned, mission = plan(given, faults=None, keep_apart=False), plan(given, faults=None)
+    left = mission.deconfliction.left
+    assert left == sky.find_conflicts(given, mission.trajectories)
+    assert {v.uavs for v in mission.violations} == {conflict.uavs for conflict in left}
+    assert (mission.apart.verdict is Verdict.PROVEN) == (not left)
+    assert_actions_are_what_was_done(given, planned, mission)
+
+
+@drawn(st.integers(0, 2**32), st.integers(2, 4))
+def test_an_exchange_gives_the_same_targets_to_others_and_never_makes_it_worse(seed, count):
+    rng = np.random.default_rng(seed)
+    xs = np.linspace(1, 19, 2 * count)
+    uavs = [sky.UAV(start=(x, 5, 1)) for x in xs[::2]]
+    given = scenario(uavs, [(x, 5, 1) for x in rng.permutation(xs[1::2])], CORRIDOR)
+    stay = _crossed(given, exchange=False)
+    swapped = _crossed(given)
+    assert sorted(swapped[0]) == sorted(stay[0]) == list(range(count))
+    assert (len(swapped[3].left), round(swapped[3].makespan_after, 5)) <= (
+        len(stay[3].left),
+        round(stay[3].makespan_after, 5),
+    )
+    for uav, (target, trajectory) in enumerate(zip(swapped[0], swapped[2], strict=True)):
+        ends = trajectory.at([trajectory.start, trajectory.end]).position
+        np.testing.assert_allclose(ends, [given.uavs[uav].start, given.targets[target].position], atol=1e-6)
 
 
 @pytest.mark.parametrize("wrong", [{"uavs": 3}, {"uavs": 128, "radius": 5.0}, {"radius": "a"}])

@@ -8,10 +8,18 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from curves import random_flight
+from nearness import Timed, nearness
 from skyverse.deconfliction.curve_store import CurveStore
-from skyverse.deconfliction.curves import Schedule
+from skyverse.deconfliction.curves import Schedule, TimedCurve
 from skyverse.deconfliction.forbidden_departures import TICK, free_departures
-from skyverse.deconfliction.traffic import STRIDE, Traffic, earliest_departure
+from skyverse.deconfliction.pair_conflicts import in_conflict
+from skyverse.deconfliction.traffic import (
+    STRIDE,
+    Traffic,
+    conflicting_flights,
+    earliest_departure,
+    estimate_detours,
+)
 from skyverse.trajectory import rest_to_rest
 
 SEMI_AXIS_XY, SEMI_AXIS_Z = 0.5, 1.0
@@ -80,3 +88,86 @@ def departure_with_close_ends(a, b):
     free = free_departures(a.end, a.start)
     delays = np.arange(math.ceil(a.start / TICK - 1e-9), len(free) - 1) * TICK
     return first_departure(a, b, 1.0, free, close_ends=True), delays
+
+
+class Crowd:
+    """Some random flights, and one more that has yet to be placed."""
+
+    def __init__(self, seed, count):
+        rng = np.random.default_rng(seed)
+        flights = [random_flight(rng) for _ in range(count + 1)]
+        self.store = CurveStore()
+        for flight in flights:
+            self.store.add(flight)
+        self.others = [Timed(flight, rng.uniform(0, 3), rng.choice([1.0, 1.4])) for flight in flights[:-1]]
+        self.own, self.number = flights[-1], count
+        self.axes = rng.uniform(0.2, 0.8, (count, 2))
+        schedule = Schedule(
+            np.arange(count),
+            np.array([o.departure for o in self.others]),
+            np.array([o.time_scale for o in self.others]),
+        )
+        axes = np.ascontiguousarray(self.axes.T)
+        self.traffic = Traffic(schedule, axes[0], axes[1], np.zeros(count, bool))
+        self.latest = max(other.arrival for other in self.others)
+
+    def least_nearness(self, departure):
+        """The least nearness of the flight to each of the others while one of the two flies, by dense sampling."""
+        own = Timed(self.own, departure, 1.0)
+        least = []
+        for other, axes in zip(self.others, self.axes, strict=True):
+            times = np.arange(min(departure, other.departure), max(own.arrival, other.arrival), 0.01)
+            least.append(nearness(own, other, *axes, times).min())
+        return np.array(least)
+
+    def earliest(self):
+        curves, trees = self.store.arrays
+        return earliest_departure(curves, trees, self.traffic, self.number, 1.0, free_departures(self.latest))
+
+
+@given(st.integers(0, 2**32), st.integers(1, 4))
+def test_among_many_the_earliest_departure_is_free_of_all_and_each_earlier_one_meets_somebody(seed, count):
+    crowd = Crowd(seed, count)
+    found = crowd.earliest()
+    if found >= 0:
+        assert (crowd.least_nearness(found) > 1 - 1e-9).all()
+    for earlier in np.arange(0.0, found if found >= 0 else crowd.latest, TICK)[::5]:
+        assert crowd.least_nearness(earlier).min() < 1.5  # boxes are larger than what they enclose
+
+
+@given(st.integers(0, 2**32), st.integers(1, 5), st.booleans())
+def test_conflicting_flights_are_those_that_an_exact_test_of_each_pair_finds(seed, count, at_once):
+    crowd = Crowd(seed, count)
+    curves, trees = crowd.store.arrays
+    own = TimedCurve(crowd.number, 0.0 if at_once else 1.23, 1.0)
+    found = conflicting_flights(curves, trees, crowd.traffic, own)
+    schedule = crowd.traffic.schedule
+    for p, (xy, z) in enumerate(crowd.axes):
+        other = TimedCurve(p, schedule.departure[p], schedule.time_scale[p])
+        assert found[p] == in_conflict(curves, other, own, xy, z)
+
+
+@given(st.integers(0, 2**32), st.integers(1, 4), st.floats(0.1, 0.9))
+def test_estimates_without_an_offset_are_no_earlier_than_the_earliest_arrival(seed, count, share):
+    crowd = Crowd(seed, count)
+    curves, trees = crowd.store.arrays
+    offsets, ratios = np.zeros((1, 3)), np.ones(1)
+    seconds = crowd.store.seconds[crowd.number]
+    latest = crowd.latest + seconds
+    (arrival,) = estimate_detours(curves, trees, crowd.traffic, crowd.number, offsets, ratios, share, 0.0, latest)
+    found = crowd.earliest()
+    assert arrival == np.inf if found < 0 else arrival >= found + seconds - 1e-9
+
+
+@given(st.integers(0, 2**32), st.floats(1.0, 3.0), st.floats(0.0, 2.0))
+def test_estimates_where_nobody_flies_are_the_detours_flown_at_once(seed, ratio, since):
+    crowd = Crowd(seed, 1)
+    curves, trees = crowd.store.arrays
+    nobody = Traffic(
+        Schedule(*(column[:0] for column in crowd.traffic.schedule)), *(np.zeros(0),) * 2, np.zeros(0, bool)
+    )
+    seconds = crowd.store.seconds[crowd.number] * ratio
+    (arrival,) = estimate_detours(
+        curves, trees, nobody, crowd.number, np.ones((1, 3)), np.array([ratio]), 0.5, since, 100.0
+    )
+    assert since - 1e-6 <= arrival - seconds <= since + TICK

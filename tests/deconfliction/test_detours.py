@@ -1,0 +1,77 @@
+"""Detours lead through gates in free space, past walls that block the path, among the true obstacles."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.deconfliction.candidate import Candidate
+from skyverse.deconfliction.detours import _wall, gates_beside, plan_detour
+from skyverse.problem import Airspace, Problem
+from skyverse.trajectory import fly_along
+
+
+def planned(seed, *, vertical=False):
+    """A planned flight past a random building."""
+    rng = np.random.default_rng(seed)
+    corner = rng.uniform((6, 2, 0), (10, 6, 0))
+    start, target = rng.uniform((1, 1, 2), (3, 11, 6)), rng.uniform((15, 1, 2), (17, 11, 6))
+    if vertical:
+        start, target = np.array([3.0, 3.0, 1.0]), np.array([3.0, 3.0, 7.0])
+    scenario = sky.Scenario(
+        name="yard",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(18, 12, 8)),
+        obstacles=[sky.Box(min=tuple(corner), max=tuple(corner + rng.uniform((1, 1, 4), (4, 4, 8))))],
+        clearance=0.1,
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[sky.UAV(start=tuple(start))],
+        targets=[sky.Target(position=tuple(target))],
+    )
+    airspace = Airspace(scenario)
+    problem = Problem(airspace, 0, 0)
+    result = sky.Taut().plan(problem)
+    trajectory = fly_along(problem, result)
+    return airspace, Candidate(0, 0, 0, trajectory.end - trajectory.start, result, trajectory)
+
+
+def inside(boxes, points):
+    """Which points lie inside one of some boxes."""
+    return np.any([(np.array(b.min) < points).all(axis=-1) & (points < np.array(b.max)).all(axis=-1) for b in boxes], 0)
+
+
+@pytest.mark.parametrize("vertical", [False, True])
+@given(seed=st.integers(0, 2**32), share=st.floats(0.1, 0.9))
+def test_gates_are_in_free_space_beside_the_path_the_shortest_detour_first(seed, share, vertical):
+    airspace, candidate = planned(seed, vertical=vertical)
+    gates, offsets, ratios = gates_beside(airspace, candidate, share)
+    assert len(gates) == len(offsets) == len(ratios) > 0
+    assert airspace.world.free(np.array([gate.centre for gate in gates])).all()
+    assert (np.diff(ratios) >= 0).all()
+    assert ratios[0] >= 1
+    passed = candidate.trajectory.at(candidate.trajectory.start + share * candidate.seconds).position
+    for gate, offset in zip(gates, offsets, strict=True):
+        np.testing.assert_allclose(gate.passed, passed[0], atol=1e-9)
+        np.testing.assert_allclose(gate.centre, gate.passed + offset, atol=1e-9)
+        assert gate.beside
+
+
+@given(seed=st.integers(0, 2**32), share=st.floats(0.2, 0.8), data=st.data())
+def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_true_problem(seed, share, data):
+    airspace, candidate = planned(seed)
+    gate = data.draw(st.sampled_from(gates_beside(airspace, candidate, share).gates[:30]))
+    scenario = airspace.scenario
+    wall = _wall(scenario.uavs[0], scenario.clearance, gate)
+    blocked = np.array(gate.passed)
+    blocked[gate.axis] = gate.centre[gate.axis]
+    assert inside(wall, blocked)
+    assert not inside(wall, np.array(gate.centre))
+    found = plan_detour(airspace, 0, 0, (gate,), fly_along)
+    if found is None:
+        return
+    result, trajectory = found
+    assert sky.check_result(scenario, 0, 0, result) == []
+    positions = trajectory.at(np.linspace(trajectory.start, trajectory.end, 5000)).position
+    assert not inside(wall, positions).any()
+    assert airspace.world.free(positions).all()
