@@ -1,0 +1,78 @@
+"""The radius of a circle, and its unit."""
+
+import numpy as np
+import pytest
+
+from skyverse.model.altitude import AboveGround
+
+pyproj = pytest.importorskip("pyproj")
+shapely = pytest.importorskip("shapely")
+pytest.importorskip("pyogrio")
+
+from zones import ZONE, collection, feature, refused  # noqa: E402
+
+GEOD = pyproj.Geod(ellps="WGS84")
+
+
+RADII = [
+    ({"radius": 1.5, "radiusUnit": "km"}, 1500),
+    ({"radius": 1.5, "radius_uom": "KM"}, 1500),
+    ({"radius": 2, "radius_unit": "NM"}, 3704),
+    ({"radius": 2, "uomRadius": "nm"}, 3704),
+    ({"radius": 1, "radius-units": "Miles"}, 1609.344),
+    ({"radius": 1000, "unitOfRadius": "ft"}, 304.8),
+    ({"radius": 500, "radiusUnit": "m"}, 500),
+    ({"radius": "1.5 km"}, 1500),
+    ({"radius": "1.5", "radiusUnit": "km"}, 1500),
+    ({"radius": "1.5 km", "radiusUnit": "km"}, 1500),
+    ({"radius": "2 NM"}, 3704),
+    ({"radius": "1000ft"}, 304.8),
+    ({"radius": {"value": 1.5, "unit": "km"}}, 1500),
+    ({"radius_km": 1.5}, 1500),
+    ({"radiusInMeters": 250, "radius": 250}, 250),
+    ({"radius": 1.5, "unit": "km"}, 1500),
+    ({"radius": 500, **ZONE}, 500),
+    ({"radius": 500, "unit": "ft", "upper": 400, "reference": "AGL"}, 500),
+]
+
+
+@pytest.mark.parametrize(("fields", "metres"), RADII)
+def test_a_radius_is_in_the_unit_that_stands_beside_it(read, fields, metres):
+    (disc,) = read(collection(feature([7.0, 47.0], "Point", **fields)), buffer=10)
+    middles = (disc.outline + np.roll(disc.outline, -1, axis=0)) / 2
+    far = GEOD.inv(np.full(len(middles), 7.0), np.full(len(middles), 47.0), *middles.T)[2]
+    assert metres <= far.min() <= far.max() <= metres * 1.001
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"radius": 3, "radiusUnit": "furlong"}, "'radiusUnit': expected m, km, ft, NM or mi, found 'furlong'"),
+        ({"radius": 3, "radius_uom": 7}, "'radius_uom': expected m, km, ft, NM or mi, found 7"),
+        ({"radius": "3 furlongs"}, "'radius': expected m, km, ft, NM or mi, found 'furlongs'"),
+        ({"radius": 3, "unit": "deg"}, "'unit': expected m, km, ft, NM or mi, found 'deg'"),
+        ({"radius": "wide"}, "'radius': expected metres above zero, at most 100000, found 'wide'"),
+        ({"radius": "3 km", "radiusUnit": "m"}, "fields 'radiusUnit' and 'radius' say different units; keep one"),
+        ({"radius": 3, "radius_km": 3}, "fields 'radius' and 'radius_km' say different things; keep one"),
+        ({"radius": 300, "radiusUnit": "km"}, "'radius': expected metres above zero, at most 100000, found 300"),
+        ({"radius": -3}, "'radius': expected metres above zero"),
+    ],
+)
+def test_a_radius_in_no_unit_that_is_known_is_refused(read, fields, words):
+    refused(read, collection(feature([7.0, 47.0], "Point", **fields)), "zones.geojson: feature 1", words, buffer=10)
+
+
+def test_the_unit_of_a_circle_is_not_that_of_the_limits_of_its_zone(read):
+    layer = {"upper": 400, "upperReference": "AGL", "uom": "ft"}
+    extent = {"subType": "Circle", "radius": 1.5, "uom": "km"}
+    part = {"type": "Point", "coordinates": [7.0, 47.0], "extent": extent, "layer": layer}
+    (disc,) = read(collection({"type": "Feature", "properties": {}, "geometry": part}))
+    assert disc.high == AboveGround(pytest.approx(121.92))
+    assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(3000, rel=0.01)
+    volume = {"uomDimensions": "FT", "upperLimit": 400, "upperVerticalReference": "AGL"}
+    flat = {"type": "Circle", "center": [7.0, 47.0], "radius": 500}
+    told = []
+    zone = {"identifier": "A1", "geometry": [{**volume, "horizontalProjection": flat}]}
+    (disc,) = read({"features": [zone]}, name="zones.json", tell=told.append)
+    assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(1000, rel=0.01)
+    assert "1 with a radius taken as metres, though limits are in feet" in told[0]

@@ -1,0 +1,68 @@
+"""Tables that GDAL reads: Shapefile, GeoPackage, FlatGeobuf."""
+
+import numpy as np
+import pytest
+
+from skyverse.errors import InputError
+from skyverse.model.altitude import AboveGround
+
+pyproj = pytest.importorskip("pyproj")
+shapely = pytest.importorskip("shapely")
+pytest.importorskip("pyogrio")
+
+from skyverse.maps.georeference.choices import Choices  # noqa: E402
+from skyverse.maps.readers.buildings_and_zones import read_features  # noqa: E402
+from zones import COURT, SQUARE, polygon  # noqa: E402
+
+
+@pytest.mark.parametrize("suffix", [".shp", ".gpkg", ".fgb"])
+def test_tables_come_back_from_their_coordinates_with_their_fields(tmp_path, suffix):
+    from pyogrio.raw import write
+
+    there = pyproj.Transformer.from_crs("OGC:CRS84", "EPSG:2056", always_xy=True)
+    house = shapely.transform(shapely.Polygon(SQUARE, [COURT]), there.transform, interleaved=False)
+    hut = shapely.transform(shapely.box(7.01, 47.0, 7.0101, 47.0001), there.transform, interleaved=False)
+    path = tmp_path / f"houses{suffix}"
+    fields = [np.array([12.5, np.nan]), np.array(["Haus", "Hütte"], dtype=object)]
+    shapes = shapely.to_wkb(np.array([house, hut]))
+    write(path, shapes, fields, ["height", "name"], geometry_type="Polygon", crs="EPSG:2056")
+    first, second = sorted(read_features(path, Choices(kind="building", building_height=4.0)), key=lambda f: f.name)
+    assert (first.name, first.high) == ("Haus", AboveGround(12.5))
+    assert (second.name, second.high) == ("Hütte", AboveGround(4.0))
+    same = shapely.Polygon(SQUARE, [COURT])
+    assert polygon(first).symmetric_difference(same).area < 1e-4 * same.area
+
+
+def written(path, count=1, **options):
+    from pyogrio.raw import write
+
+    shapes = shapely.to_wkb(np.array([shapely.Polygon(SQUARE)] * count))
+    write(path, shapes, [], [], **{"geometry_type": "Polygon", "crs": "EPSG:4326", **options})
+
+
+def test_a_shapefile_without_coordinate_system_is_refused_unless_the_user_says(tmp_path):
+    path = tmp_path / "zones.shp"
+    written(path)
+    path.with_suffix(".prj").unlink()
+    with pytest.raises(InputError, match=r"\.prj.*Reading\(crs="):
+        read_features(path)
+    assert len(read_features(path, Choices(crs="EPSG:4326"))) == 1
+    with pytest.raises(InputError, match="coordinate system"):
+        read_features(path, Choices(crs="EPSG:nonsense"))
+
+
+def test_a_geopackage_gives_all_its_layers(tmp_path):
+    path = tmp_path / "zones.gpkg"
+    written(path, layer="a")
+    written(path, layer="b", append=True)
+    assert [one.where.split(": ")[1] for one in read_features(path)] == ["layer 'a', feature 1", "layer 'b', feature 1"]
+
+
+def test_a_shapefile_cut_off_anywhere_is_refused(tmp_path):
+    path = tmp_path / "zones.shp"
+    written(path, 3)
+    whole = path.read_bytes()
+    for cut in range(0, len(whole), 50):
+        path.write_bytes(whole[:cut])
+        with pytest.raises(InputError, match=r"zones\.shp"):
+            read_features(path)
