@@ -1,4 +1,4 @@
-"""How fast a given curve can be flown at all: toppra's time-optimal parameterisation of it, within norms.
+"""The least time in which a given curve can be flown: toppra's time-optimal parameterisation, with limits on norms.
 
 toppra (Pham and Pham, "A new approach to time-optimal path parameterization based on reachability analysis", IEEE
 Transactions on Robotics 34 (2018) 645-659) limits joints one by one; here the norms of velocity and acceleration are

@@ -1,9 +1,9 @@
 """Every built-in mission flown in rotorpy, calm and with 1 m/s across: ``python benchmarks/flight.py [VEHICLE ...]``.
 
 Missions are planned by Taut, seed 1. The wind blows across the longer side of the map. Largest and RMS are tracking
-errors; clearance is the smallest distance to an obstacle as given, separation the smallest nearness of any two UAVs (1
-is what is asked for), as flown and as planned. By default the thesis's vehicle flies; name others. With ``--stock``
-rotorpy's controller is told the bare trajectory, on the first three maps: the difference is what skyverse tells it.
+errors; clearance is the least distance to an obstacle as given, separation the least nearness of any two UAVs (1 is the
+required separation), as flown and as planned. By default the thesis's vehicle flies. With ``--stock`` rotorpy's
+controller gets only the trajectory, on the first three maps: the difference shows the effect of the feedforward.
 """
 
 import sys

@@ -1,9 +1,9 @@
-"""Damaged files of every format, for minutes: each must be read, or refused in one sentence, soon and in little memory.
+"""Reads damaged files of every format: each must be read, or refused in one sentence, quickly and in little memory.
 
 python benchmarks/fuzz_readers.py [MINUTES [FORMAT ...]] [--seed N] [--keep FOLDER]
 
-Each file is read in a process of its own kind, that is ended after 20 seconds and may take 3 GB above what it starts
-with. Files that end in anything but a result or `InputError` are kept in FOLDER (fuzz-failures), with the traceback.
+Each file is read in a separate process, which is ended after 20 seconds and may use 3 GB more than at its start. Files
+that give anything but a result or an `InputError` are kept in FOLDER (fuzz-failures), with the traceback.
 """
 
 import argparse

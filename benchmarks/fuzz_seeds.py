@@ -1,4 +1,4 @@
-"""Small files of every format that is read, as seeds for `fuzz_readers.py`."""
+"""Small valid files of every format that skyverse reads, which `fuzz_readers.py` damages."""
 
 import json
 import struct

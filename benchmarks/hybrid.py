@@ -1,4 +1,4 @@
-"""What HybridMVO's repairs are worth: ``python benchmarks/hybrid.py`` prints the tables of docs/planners.md on it."""
+"""The effect of HybridMVO's repairs: ``python benchmarks/hybrid.py`` prints its tables in docs/planners.md."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a benchmark ran on, and how its figures are printed."""
+"""Describes the machine on which a benchmark ran, and prints tables of figures."""
 
 import os
 import platform

@@ -1,9 +1,9 @@
-"""Maps in: how long imports and plans take, ``python benchmarks/maps.py FOLDER [--buildings N]``.
+"""The time that importing maps and planning on them takes: ``python benchmarks/maps.py FOLDER [--buildings N]``.
 
-FOLDER holds ``davosdorf.tif`` (ethz-asl/terrain-navigation) and ``delft.city.json`` (cityjson/cjio). The third scene, a
-city of N footprints on 5 m terrain, 10 km by 10 km, is made here. Imports are `skyverse scenario build` in a process of
-their own, start-up and writing included; plans are `plan_mission` with Taut, kernels compiled before. Needs the
-``maps`` extra.
+FOLDER contains ``davosdorf.tif`` (ethz-asl/terrain-navigation) and ``delft.city.json`` (cityjson/cjio). The third
+scene, a city of N footprints on 5 m terrain, 10 km by 10 km, is made here. Imports are `skyverse scenario build` in a
+separate process, start-up and writing included; plans are `plan_mission` with Taut, with kernels compiled before. It
+needs the ``maps`` extra.
 """
 
 import argparse

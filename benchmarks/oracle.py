@@ -1,4 +1,4 @@
-"""What dense sampling sees of a mission, at 10 kHz and at random instants; it shares no code with the referee."""
+"""Checks a mission by dense sampling, at 10 kHz and at random instants, without any code of the referee."""
 
 from typing import NamedTuple
 

@@ -1,10 +1,10 @@
-"""Pages: what a redraw costs when a picture is turned or played, ``python benchmarks/pages.py FOLDER``.
+"""The cost of a redraw when a page's scene is turned or played: ``python benchmarks/pages.py FOLDER``.
 
-FOLDER holds ``davosdorf.tif`` (ethz-asl/terrain-navigation). Pages are made in a temporary folder and opened in a
-headless Chromium that draws on the processor (SwiftShader), 1400 by 1000 pixels: an upper bound, since nearly all who
-look have a graphics card. What such a card leaves to do is told apart: "script" is a redraw with all drawing commands
-left out. Frames a second are those drawn while the mouse turns the picture, or while the mission is played, after the
-page has had time to find out how fast it can be. Needs the ``maps`` and ``test`` extras, and Chromium.
+FOLDER contains ``davosdorf.tif`` (ethz-asl/terrain-navigation). Pages are written to a temporary folder and opened in a
+headless Chromium that draws on the processor (SwiftShader), 1400 by 1000 pixels. This is an upper bound, since nearly
+all users have a graphics card. "script" is a redraw without any drawing commands, which is what remains with such a
+card. Frames a second are counted while the mouse turns the scene, or while the mission is played, after the page has
+had time to choose a level of detail. Needs the ``maps`` and ``test`` extras, and Chromium.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Every planner in thousands of random rooms, judged from outside: ``python benchmarks/rooms.py [ROOMS]``.
+"""Every planner in thousands of random rooms, judged independently: ``python benchmarks/rooms.py [ROOMS]``.
 
 The referee judges every path that any planner returns. Where Taut says that no path exists, flooding a lattice of a
 sixteenth of a metre (its nodes blocked anew here, labelled by scipy) must agree; where a planner on the scenario's

@@ -1,6 +1,6 @@
 """All 10,000 problems of a MovingAI 3-D benchmark against their published optima: ``python benchmarks/voxels.py DIR``.
 
-DIR holds Simple.3dmap and Simple.3dmap.3dscen. The optima are 26-connected, without cutting corners. First the exact
+DIR contains Simple.3dmap and Simple.3dmap.3dscen. The optima are 26-connected, without cutting corners. First the exact
 search, then Theta*, whose any-angle paths should be no longer than the optima.
 """
 

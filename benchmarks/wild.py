@@ -1,4 +1,4 @@
-"""Random flights for `certificates.py`: missions as planned, and wild ones that just keep or just break a limit."""
+"""Random flights for `certificates.py`: planned missions, and random ones that barely keep or barely break a limit."""
 
 from dataclasses import replace
 from math import factorial, radians, tan

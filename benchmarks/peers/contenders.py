@@ -1,4 +1,4 @@
-"""Who takes part: each a name, how it is run, and how often."""
+"""The planners that are compared: the name of each, how it is run, and how often."""
 
 import importlib.util
 from collections.abc import Callable, Mapping
@@ -9,10 +9,10 @@ import numpy as np
 import skyverse as sky
 
 Better = Callable[..., None]
-"""Told of every better path: seconds since the search began, metres, calls of the point and of the segment test."""
+"""Called with every better path: seconds since the start, metres, calls of the point and of the segment test."""
 
 Run = Callable[[sky.Scenario, int, float, Better], tuple[np.ndarray | None, Mapping[str, Any]]]
-"""Takes scenario, seed, seconds and whom to tell; returns the path (n, 3) and facts, such as the seconds to set up."""
+"""Takes scenario, seed, seconds and callback; returns the path, (n, 3), and facts such as the time to set up."""
 
 
 class Contender(NamedTuple):

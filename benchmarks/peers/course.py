@@ -1,4 +1,4 @@
-"""How a path got shorter over time: one run's course, and the medians over several."""
+"""The length of the best path over time, of one run and as the median of several."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 GRACE = 120.0
-"""Seconds that a run may take beyond its own: for imports, kernels and setting up."""
+"""Seconds that a run may take in addition to its search: for imports, kernels and setting up."""
 
 
 class Step(NamedTuple):

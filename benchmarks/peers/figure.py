@@ -1,4 +1,4 @@
-"""Length against time, a panel a problem."""
+"""The figure of length against time, with a panel for each problem."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from problems import Case
 from report import reference
 
 LEAST = 0.01
-"""Per cent above the reference that the axis ends at; what is nearer is drawn there."""
+"""Per cent above the reference at which the axis ends; smaller differences are drawn at this value."""
 
 STYLES = {"ours": "-", "sampling": "-", "optimiser": "--", "grid": ":"}
 COLOURS = {

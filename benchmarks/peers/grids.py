@@ -10,7 +10,7 @@ from problems import between_ends, length, on_lattice
 import skyverse as sky
 
 STEP = 0.25
-"""Metres: the grid's cells are cubes, which the nodes of the thesis's lattices are not."""
+"""Metres: the side of the grid's cubic cells. The cells of the thesis's lattices are not cubes."""
 
 
 def find(finder: str, scenario: sky.Scenario, seed: int, seconds: float, better: Any) -> tuple[Any, dict[str, Any]]:

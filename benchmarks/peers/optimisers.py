@@ -10,10 +10,10 @@ from problems import between_ends, compiled, on_lattice
 import skyverse as sky
 
 TRIAL = 0.5
-"""Seconds of the run before that loads the kernels and measures how many candidates a second takes."""
+"""Seconds of the preceding run that loads the kernels and measures the number of candidates per second."""
 
 COMPLETE = 1e5
-"""Metres that no complete path has; what lies above has the price of a path that ends short of the target."""
+"""Metres: longer than any complete path. A larger cost is that of a path which ends short of the target."""
 
 
 def search(

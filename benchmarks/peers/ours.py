@@ -1,4 +1,4 @@
-"""Planners of skyverse that end by themselves: called once to load their kernels, then timed."""
+"""Planners of skyverse that end by themselves: each is called once to load its kernels, and then timed."""
 
 import statistics
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What the planners are to solve: the three maps of the thesis and two random cities, each from start to target."""
+"""The problems: the three maps of the thesis and two random cities, each from start to target."""
 
 import math
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import skyverse as sky
 from skyverse.numerics.kernel import Stopwatch
 
 KNOWN = {"map1": 22.4106, "map2": 26.5205, "map3": 22.6379}
-"""Metres: the shortest lengths known, found by other means; the cities' references are the best of the run at hand."""
+"""Metres: the shortest known lengths, found by other means; for cities the reference is the best of the current run."""
 
 CITIES = {"city-0": 0, "city-1": 1}
 NAMES = (*KNOWN, *CITIES)

@@ -1,4 +1,4 @@
-"""The tables, in Markdown, and what has to be said beside them."""
+"""The tables in Markdown, and the notes below them."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -9,8 +9,9 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
 from skyverse.draw.scene import Scene, SearchCurve
-from skyverse.draw.track import SAMPLING_TOLERANCE, Track, few
+from skyverse.draw.track import Track, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
+from skyverse.numerics.tolerances import DRAWN_DEVIATION
 
 # plotly draws other symbols in 3-D as letters of a font, which may lack them
 PLOTLY_SYMBOLS = ("circle", "square", "diamond", "circle-open", "square-open")
@@ -119,7 +120,7 @@ def in_space(scene: Scene) -> list[Trace]:
         {"symbol": "diamond-open", "size": 8, "color": "#8a94a3"},
         "spare",
     )
-    fine = SAMPLING_TOLERANCE * float((scene.world.high - scene.world.low).max())
+    fine = DRAWN_DEVIATION * float((scene.world.high - scene.world.low).max())
     tracks = [each for number, track in enumerate(scene.tracks) for each in of_track(track, number, fine)]
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]

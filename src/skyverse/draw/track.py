@@ -10,14 +10,12 @@ from skyverse.model.result import Result
 from skyverse.model.scenario import Bounds, Target
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import DRAWN_DEVIATION
 
 Point = tuple[float, float, float]
 
 TRACK_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Okabe and Ito's colours, which suit all kinds of colour vision, without black and yellow, which vanish on grounds."""
-
-SAMPLING_TOLERANCE = 1 / 4000
-"""The largest distance of a sampled trajectory from the true one, as a share of the longest side of the space."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +66,7 @@ def track(
     """Return the track of a UAV; `number` is its index in the fleet."""
     times, positions = np.empty(0), np.empty((0, 3))
     if trajectory is not None and _sound(trajectory):
-        times, positions = sample(trajectory, SAMPLING_TOLERANCE * max(np.subtract(bounds.max, bounds.min)))
+        times, positions = sample(trajectory, DRAWN_DEVIATION * max(np.subtract(bounds.max, bounds.min)))
     return Track(
         name=uav.name,
         colour=TRACK_COLOURS[number % len(TRACK_COLOURS)],

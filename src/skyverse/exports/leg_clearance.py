@@ -16,15 +16,10 @@ from skyverse.exports.global_positions import AltitudeReference, home, origin_of
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.world import RefereeWorld, referee_world
 
-CLEARANCE_ALLOWANCE = 0.02
-"""Metres: a leg may violate clearance or bounds by this much, since starts and targets may lie on their limits."""
-MAVLINK_ROUNDING = 0.016
-"""Metres: the largest error of degrees that QGroundControl truncates to 1e-7 and of single-precision altitudes."""
-MIN_GROWTH = 0.01
-"""Metres: the least growth of the clearance. Growths are this times powers of two, so that few worlds are built."""
 LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
 """Metres: half the distance between the lines by which a cut corner is judged, tried from coarse to fine.
 
@@ -83,7 +78,7 @@ class LegChecker:
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
             low = float((ends[:, 2] - self.scenario.terrain.height(ends[:, :2])).min())
-            needed = self.scenario.ground_clearance - CLEARANCE_ALLOWANCE / 2
+            needed = self.scenario.ground_clearance - LEG_ALLOWANCE / 2
             if low < needed:
                 return f"it is {low:.4g} m above ground, and {needed:.4g} m are required"
         return self._meets(a[None], b[None], self.apart(a, b))
@@ -151,7 +146,7 @@ class LegChecker:
         world = self._grown_worlds[step]
         both = np.concatenate([starts, ends])
         room = float(np.minimum(both - world.low, world.high - both).min())
-        if room < extra - CLEARANCE_ALLOWANCE:
+        if room < extra - LEG_ALLOWANCE:
             return f"it may be {extra - room:.3g} m out of bounds"
         peaks, incursion = judge_segments(world, starts, ends)
         if incursion is not None:
@@ -159,12 +154,12 @@ class LegChecker:
         return None if peaks.proven[0] else "whether it keeps the clearance could not be decided"
 
     def _grown(self, extra: float) -> Scenario:
-        """Return the scenario with clearances less `CLEARANCE_ALLOWANCE` plus `extra` metres."""
-        clearance = max(self.scenario.clearance - CLEARANCE_ALLOWANCE, 0.0) + extra
+        """Return the scenario with clearances less `LEG_ALLOWANCE` plus `extra` metres."""
+        clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
         terrain = self.scenario.terrain
         if terrain is not None:
             steep = extra + MAVLINK_ROUNDING * _steepest(terrain)
-            above = max(self.scenario.ground_clearance - CLEARANCE_ALLOWANCE, 0.0) + steep
+            above = max(self.scenario.ground_clearance - LEG_ALLOWANCE, 0.0) + steep
             terrain = None if self.reference == "agl" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
 

@@ -8,9 +8,10 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.leg_clearance import CLEARANCE_ALLOWANCE, LegChecker
+from skyverse.exports.leg_clearance import LegChecker
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
 MIN_ACCEPTANCE_RADIUS = 0.05
 """Metres: autopilots accept no smaller acceptance radius."""
@@ -67,8 +68,8 @@ class Route:
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
-        name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - CLEARANCE_ALLOWANCE, 0)
-        low = max(scenario.ground_clearance - CLEARANCE_ALLOWANCE, 0)
+        name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LEG_ALLOWANCE, 0)
+        low = max(scenario.ground_clearance - LEG_ALLOWANCE, 0)
         ground = "" if scenario.terrain is None else f", {low:.4g} m above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
@@ -270,7 +271,7 @@ class WaypointPlacement:
         off, a = self._between(k, k + 1)
         b = self.nodes[k + 1][0]
         tried = max(self.pushed.get(a, 0.0), self.pushed.get(b, 0.0))
-        if len(off) and off.max() > max(tried, CLEARANCE_ALLOWANCE / 4):
+        if len(off) and off.max() > max(tried, LEG_ALLOWANCE / 4):
             best = a + 1 + int(np.argmax(off))
             self.nodes.insert(k + 1, (best, self.curve[best]))
             return True
@@ -299,7 +300,7 @@ class WaypointPlacement:
         size = float(np.linalg.norm(bend))
         if size < 1e-6:
             return False
-        self.pushed[index] = min(done + max(done, CLEARANCE_ALLOWANCE), MAX_PUSH * self.reach)
+        self.pushed[index] = min(done + max(done, LEG_ALLOWANCE), MAX_PUSH * self.reach)
         self.nodes[k] = index, self.curve[index] - bend / size * self.pushed[index]
         return True
 

@@ -12,10 +12,8 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.verdict import Fault, Violation
+from skyverse.numerics.tolerances import NEARNESS_ROUNDING
 from skyverse.space.world import World
-
-SEPARATION_ROUNDING = 1e-6
-"""Nearness: distances in units of the separation are rounded, so that smaller differences do not count."""
 
 
 def measure(world: World, mission: Mission, uav: int, samples: Samples, vehicle: Vehicle) -> Flown:
@@ -80,7 +78,7 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
         if strayed[k] < asked[k]:
             middle = (actual[i][k] + actual[j][k]) / 2
             given = (
-                f", {asked[k]:.2f} as their starts or targets are given" if asked[k] < 1.0 - SEPARATION_ROUNDING else ""
+                f", {asked[k]:.2f} as their starts or targets are given" if asked[k] < 1.0 - NEARNESS_ROUNDING else ""
             )
             message = (
                 f"{uavs[i].name} and {uavs[j].name} come within {np.linalg.norm(apart[k]):.3f} m of each other at "
@@ -94,7 +92,7 @@ def planned_close(mission: Mission, i: int, j: int) -> bool:
     """Return whether the planned trajectories of two UAVs already come closer than required."""
     times = np.arange(np.ceil(mission.makespan * COMMAND_RATE) + 1) / COMMAND_RATE
     meant = _nearness(_planned(mission, i, times) - _planned(mission, j, times), *_separation(mission, i, j))
-    return bool(np.any(meant < _asked(mission, i, j, meant) - 10 * SEPARATION_ROUNDING))
+    return bool(np.any(meant < _asked(mission, i, j, meant) - 10 * NEARNESS_ROUNDING))
 
 
 def _separation(mission: Mission, i: int, j: int) -> tuple[float, float]:
@@ -121,12 +119,12 @@ def _nearness(apart: Floats, level: float, upright: float) -> Floats:
 def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
     """Return the required nearness, (m,): below 1 only while the given starts or targets are too close."""
     uavs, targets = mission.scenario.uavs, mission.scenario.targets
-    asked = np.full(len(meant), 1.0 - SEPARATION_ROUNDING)
-    clear = np.flatnonzero(meant >= 1.0 - SEPARATION_ROUNDING)
+    asked = np.full(len(meant), 1.0 - NEARNESS_ROUNDING)
+    clear = np.flatnonzero(meant >= 1.0 - NEARNESS_ROUNDING)
     first, last = (clear[0], clear[-1] + 1) if len(clear) else (len(meant), 0)
 
     def given(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-        return float(_nearness(np.subtract([one], [other]), *_separation(mission, i, j))[0]) - SEPARATION_ROUNDING
+        return float(_nearness(np.subtract([one], [other]), *_separation(mission, i, j))[0]) - NEARNESS_ROUNDING
 
     asked[:first] = np.minimum(asked[:first], given(uavs[i].start, uavs[j].start))
     if mission.trajectories[i] is not None and mission.trajectories[j] is not None:

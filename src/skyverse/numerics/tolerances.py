@@ -138,6 +138,9 @@ MIN_PLAIN_WAY = 1e-6
 PATH_CONVERGED = 1e-6
 """Relative: a path is as short as it gets when a round of moves shortens it by less."""
 
+NEARNESS_ROUNDING = 1e-6
+"""In units of the separation: two UAVs as flown may be this much nearer than required, as distances are rounded."""
+
 TERRAIN_RIM = 1e-5
 """Metres by which a terrain's outermost cells go on beyond its last heights: bounds may exceed them by rounding."""
 
@@ -169,6 +172,9 @@ SAMPLED_CONVERGED = 1e-4
 ARC_MARGIN = 1e-4
 """The share of a limit that arcs leave unused: the polynomials that stand for them are not quite arcs."""
 
+DRAWN_DEVIATION = 1 / 4000
+"""The largest distance of a drawn trajectory from the true one, as a share of the longest side of the space."""
+
 ARC_DEVIATION = 1e-3
 """Metres that an arc may seem nearer to an obstacle than it is, which bounds how finely it is cut."""
 
@@ -186,6 +192,15 @@ MIN_HORIZON = 1e-3
 
 MIN_OVERLAP = 2e-3
 """Metres that consecutive boxes of a corridor overlap at least: a spline could not pass through less."""
+
+MIN_GROWTH = 0.01
+"""Metres: the least growth of the clearance for exported legs. Growths are this times powers of two: few worlds."""
+
+MAVLINK_ROUNDING = 0.016
+"""Metres: the largest error of degrees that QGroundControl truncates to 1e-7 and of single-precision altitudes."""
+
+LEG_ALLOWANCE = 0.02
+"""Metres: an exported leg may violate clearance or bounds by this, since starts and targets may lie on their limits."""
 
 THIN_OVERLAP = 0.2
 """Metres of overlap of two boxes of a corridor below which a third box is put between them."""
