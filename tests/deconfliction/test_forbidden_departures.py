@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curves import random_flight
-from nearness import Timed, nearness
+from nearness import Timed, moved_to_meet, nearness
 from skyverse.deconfliction.curve_store import CurveStore
 from skyverse.deconfliction.curves import TimedCurve
 from skyverse.deconfliction.forbidden_departures import TICK, forbid_departures, free_departures, next_free
@@ -49,11 +49,12 @@ def exhaustively_forbidden(a, b, seconds, count, axes):
 @given(st.integers(0, 2**32), st.sampled_from([1.0, 1.4]))
 def test_forbidden_are_those_delays_that_some_pair_of_leaves_forbids(seed, scale):
     rng = np.random.default_rng(seed)
-    a, b = random_flight(rng), random_flight(rng)
+    departure, axes = float(rng.choice([0.0, rng.uniform(0.0, 2.0)])), rng.uniform(0.2, 0.8, 2).tolist()
+    a, flown = random_flight(rng), Timed(random_flight(rng), rng.uniform(0.0, 3.0), scale)
+    b = moved_to_meet(rng, flown, Timed(a, departure, 1.0)).trajectory
     store = CurveStore()
     store.add(a), store.add(b)
     curves, trees = store.arrays
-    departure, axes = float(rng.choice([0.0, rng.uniform(0.0, 2.0)])), rng.uniform(0.2, 0.8, 2).tolist()
     seconds = scale * store.seconds[1]
     other = TimedCurve(0, departure, 1.0)
     free = free_departures(departure + store.seconds[0] + 1.0)

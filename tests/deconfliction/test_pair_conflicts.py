@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from curves import random_flight
-from nearness import Timed, nearness
+from nearness import Timed, moved_to_meet, nearness
 from skyverse.deconfliction.curves import TimedCurve, make_curves
 from skyverse.deconfliction.pair_conflicts import conflict_spans, in_conflict, is_given, nearness_at_ends
 from skyverse.numerics.tolerances import MIN_CONFLICT
@@ -15,11 +15,12 @@ SEEDS = st.integers(0, 2**32)
 
 
 class Pair:
-    """Two random flights that depart at random instants and are slowed down at random."""
+    """Two random flights that meet; they depart at random instants and are slowed down at random."""
 
     def __init__(self, seed):
         rng = np.random.default_rng(seed)
-        self.flown = [Timed(random_flight(rng), rng.uniform(0, 2), rng.uniform(1, 2)) for _ in range(2)]
+        one, other = (Timed(random_flight(rng), rng.uniform(0, 2), rng.uniform(1, 2)) for _ in range(2))
+        self.flown = [one, moved_to_meet(rng, other, one)]
         self.curves = make_curves([flight.trajectory for flight in self.flown])
         self.timed = [TimedCurve(c, f.departure, f.time_scale) for c, f in enumerate(self.flown)]
         self.axes = tuple(rng.uniform(0.2, 1.0, 2).tolist())

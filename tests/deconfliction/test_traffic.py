@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from curves import random_flight
-from nearness import Timed, nearness
+from nearness import Timed, moved_to_meet, nearness
 from skyverse.deconfliction.curve_store import CurveStore
 from skyverse.deconfliction.curves import Schedule, TimedCurve
 from skyverse.deconfliction.forbidden_departures import TICK, free_departures
@@ -47,7 +47,8 @@ def first_departure(a, b, scale, free, *, close_ends):
 @settings(max_examples=30)
 def test_the_earliest_free_departure_is_free_and_no_earlier_one_is_clearly_so(seed, scale):
     rng = np.random.default_rng(seed)
-    a, b = random_flight(rng), random_flight(rng)
+    a, own = random_flight(rng), Timed(random_flight(rng), rng.uniform(0, 2), scale)
+    b = moved_to_meet(rng, own, Timed(a, a.start, 1.0)).trajectory
     found = first_departure(a, b, scale, free_departures(a.end, 0.0), close_ends=False)
     refused = np.arange(0.0, found if found >= 0 else a.end, 5 * TICK)
     # boxes are larger than the curve in them, by its speed of some metres a second times hundredths of a second
@@ -91,16 +92,16 @@ def departure_with_close_ends(a, b):
 
 
 class Crowd:
-    """Some random flights, and one more that has yet to be placed."""
+    """Some random flights, and one more that has yet to be placed, and that meets each if it departs at some delay."""
 
     def __init__(self, seed, count):
         rng = np.random.default_rng(seed)
-        flights = [random_flight(rng) for _ in range(count + 1)]
+        self.own, self.number = random_flight(rng), count
+        self.others = [Timed(random_flight(rng), rng.uniform(0, 3), rng.choice([1.0, 1.4])) for _ in range(count)]
+        self.others = [moved_to_meet(rng, other, Timed(self.own, rng.uniform(0, 2), 1.0)) for other in self.others]
         self.store = CurveStore()
-        for flight in flights:
+        for flight in [*(other.trajectory for other in self.others), self.own]:
             self.store.add(flight)
-        self.others = [Timed(flight, rng.uniform(0, 3), rng.choice([1.0, 1.4])) for flight in flights[:-1]]
-        self.own, self.number = flights[-1], count
         self.axes = rng.uniform(0.2, 0.8, (count, 2))
         schedule = Schedule(
             np.arange(count),

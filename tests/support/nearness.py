@@ -22,6 +22,15 @@ class Timed(NamedTuple):
         return self.trajectory.at(np.clip(self.trajectory.start + local, *self.trajectory.knots[[0, -1]])).position
 
 
+def moved_to_meet(rng, flight, other):
+    """The flight, moved so that it is within decimetres of another one at an instant at which one of them moves."""
+    instant = rng.uniform(min(flight.departure, other.departure), max(flight.arrival, other.arrival))
+    gap = other.at([instant])[0] + rng.normal(0, 0.2, 3) - flight.at([instant])[0]
+    rows = flight.trajectory.coefficients.copy()
+    rows[:, 0] += gap
+    return flight._replace(trajectory=type(flight.trajectory)(flight.trajectory.knots, rows))
+
+
 def nearness(one, other, semi_axis_xy, semi_axis_z, times):
     """The distance of two flights at instants (m,), as a share of the semi-axes."""
     gap = (one.at(times) - other.at(times)) / (semi_axis_xy, semi_axis_xy, semi_axis_z)
