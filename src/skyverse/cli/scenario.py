@@ -124,7 +124,7 @@ def _options() -> Iterator[inspect.Parameter]:
             name = _name(owner, field.name)
             if name == "path":  # of a raster: these are the files of --terrain
                 continue
-            said = re.sub(r'``"?(.*?)"?``', r"`\1`", " ".join(documented[field.name].split()))
+            said = re.sub(r'``"?(.*?)"?``', r"`\1`", " ".join(documented.get(field.name, "").split()))
             text = _TEXTS.get(name, _TextOption(None, settings=Parameter()))
             yield inspect.Parameter(
                 name,

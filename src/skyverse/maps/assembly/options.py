@@ -206,7 +206,7 @@ Result = TypeVar("Result")
 def keywords_of(options: Callable[P, Options]) -> Callable[[Callable[[Options], Result]], Callable[P, Result]]:
     """Make a function of one options object callable with the attributes of that object as keywords.
 
-    Its docstring gets the section ``Parameters`` from the documentation of the options class.
+    The section ``Parameters`` of its docstring is the documentation of the options class.
     """
 
     def decorated(function: Callable[[Options], Result]) -> Callable[P, Result]:
@@ -221,7 +221,9 @@ def keywords_of(options: Callable[P, Options]) -> Callable[[Callable[[Options], 
         called.__annotations__ = {one.name: one.annotation for one in signature.parameters.values()}
         called.__annotations__["return"] = returned
         parameters = documentation(options)
-        section = "".join(f"{name}\n{textwrap.indent(parameters[name], '    ')}\n" for name in signature.parameters)
+        section = "".join(
+            f"{name}\n{textwrap.indent(parameters.get(name, ''), '    ')}\n" for name in signature.parameters
+        )
         before, returns, after = inspect.cleandoc(function.__doc__ or "").partition("Returns\n-------\n")
         called.__doc__ = f"{before}Parameters\n----------\n{section}\n{returns}{after}"
         return called
