@@ -129,7 +129,7 @@ def test_one_run_of_one_planner_is_reported(tmp_path):
 def test_three_runs_are_said_to_be_too_few(tmp_path):
     with study(tmp_path, random_runs(scenarios=1, planners=2, seeds=3)) as rows:
         told = text(comparison_report(rows))
-    assert "Whether they differ from it cannot be told with 3 runs: planner 1." in told
+    assert "Too few runs to test whether they differ from it (3 runs): planner 1." in told
     assert "nan" not in told
 
 

@@ -151,7 +151,7 @@ def _equality(runs: BudgetRuns, means: dict[str, list[float]], searching: list[i
                 yield f"{quote}**Not equal in {_EFFORT_TITLES[name]}**: {most} had {times} times as many as {least}."
     ended = [literal(planner) for k, planner in enumerate(runs.planners) if k not in searching]
     if ended:
-        yield f"Ended by themselves, whatever the budget, and are left out of this: {listed(ended)}."
+        yield f"These planners end by themselves, whatever the budget, and are left out of this: {listed(ended)}."
 
 
 def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
@@ -168,8 +168,8 @@ def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     for name, some in _split(f"costs{mark}", panels):
         caption = (
             "Costs of all runs: box from first to third quartile with the median, whiskers to the last run within 1.5 "
-            "times its length, dots beyond; the rhomb is the mean. Costs far beyond all whiskers are told in words; "
-            "a mean as far out is not drawn."
+            "times its length, dots beyond; the diamond is the mean. Costs far beyond all whiskers are stated in "
+            "words; a mean that far out is not drawn."
         )
         yield Figure(name, caption, partial(figures.boxes, runs.planners, some))
 

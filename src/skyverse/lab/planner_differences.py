@@ -31,10 +31,10 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
     if worse:
         yield f"Significantly different from it: {named(planners, worse)}."
     if alike:
-        yield f"Not told apart from it: {named(planners, alike)}."
+        yield f"Not significantly different from it: {named(planners, alike)}."
     if few:
         runs = counted(max(others[k].runs for k in few), "run")
-        yield f"Whether they differ from it cannot be told with {runs}: {named(planners, few)}."
+        yield f"Too few runs to test whether they differ from it ({runs}): {named(planners, few)}."
 
 
 def matrix(planners: Sequence[str], found: dict[tuple[int, int], PairwiseTest]) -> Table:
@@ -81,7 +81,7 @@ def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest], against
             first, second, chance = j, i, 1 - chance
             correlation = None if correlation is None else -correlation
         test = f"Wilcoxon, {c.runs} pairs" if c.paired else f"Mann-Whitney, {c.runs} runs"
-        told = f"cannot be told with {counted(c.runs, 'run')}" if c.p is None else p_value(c.p).removeprefix("p ")
+        told = f"too few: {counted(c.runs, 'run')}" if c.p is None else p_value(c.p).removeprefix("p ")
         r = None if correlation is None else f"{correlation:.2f}".replace("-", "\u2212")
         pair = [runs.planners[first], runs.planners[second]]
         rows.append([*pair, f"{chance:.2f}", magnitude(chance), r, told.removeprefix("= "), test])
@@ -98,7 +98,7 @@ def _ranks(runs: BudgetRuns, mark: str) -> Iterator[Block]:
         return
     costs, what = _blocks(runs)
     if len(costs) < 2:
-        yield Text(f"Ranks cannot be told with {counted(len(costs), what)} that all planners have run.")
+        yield Text(f"There are no ranks: all planners have run only {counted(len(costs), what)}.")
         return
     told = ranking(costs)
     k = len(runs.planners)
@@ -107,17 +107,17 @@ def _ranks(runs: BudgetRuns, mark: str) -> Iterator[Block]:
         f"by Iman and Davenport's F, which is less conservative, {p_value(told.p_f)}."
     ]
     if _least_p(told.blocks, k) > SIGNIFICANCE_LEVEL:
-        lines.append(f"Whether the planners differ cannot be told with {told.blocks} {what}s, whatever the ranks.")
+        lines.append(f"{told.blocks} {what}s are too few to test whether the planners differ, whatever the ranks.")
     elif told.p >= SIGNIFICANCE_LEVEL:
-        lines.append("No difference between the planners can be told from the ranks.")
+        lines.append("The ranks show no significant difference between the planners.")
     elif told.critical_difference >= k - 1:
-        lines.append(f"The planners differ, but {told.blocks} {what}s are too few to tell which.")
+        lines.append(f"The planners differ, but {told.blocks} {what}s are too few to say which.")
     else:
-        lines.append("The planners differ; those that a bar joins are not told apart.")
+        lines.append("The planners differ; those that a bar joins do not differ significantly.")
     yield Text(" ".join(lines))
     draw = partial(figures.critical_difference, runs.planners, told)
     yield Figure(
-        f"ranks{mark}", "Mean ranks, 1 is best; bars join planners that Nemenyi's test cannot tell apart.", draw
+        f"ranks{mark}", "Mean ranks, 1 is best; bars join planners that do not differ in Nemenyi's test.", draw
     )
 
 
