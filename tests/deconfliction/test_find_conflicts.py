@@ -1,4 +1,4 @@
-"""Conflicts against dense sampling, and in cases whose answer is plain."""
+"""Conflicts of fleets against dense sampling, and in cases whose answer is obvious."""
 
 import numpy as np
 import pytest
@@ -27,9 +27,9 @@ def flight(scenario, uav, *points, start=0.0):
 def nearness(scenario, trajectories, i, j, times):
     a, b = (trajectories[k].at(times).position for k in (i, j))
     one, other = (scenario.uavs[k].ellipsoid for k in (i, j))
-    wide, tall = max(one[0], other[0]), max(one[1], other[1])
-    gap = a - b
-    return np.sqrt((gap[:, 0] ** 2 + gap[:, 1] ** 2) / wide**2 + gap[:, 2] ** 2 / tall**2)
+    semi_axis_xy, semi_axis_z = max(one[0], other[0]), max(one[1], other[1])
+    gap = (a - b) / (semi_axis_xy, semi_axis_xy, semi_axis_z)
+    return np.sqrt(np.sum(gap**2, axis=1))
 
 
 @given(st.integers(0, 2**32))
@@ -62,7 +62,7 @@ def test_conflicts_are_those_that_dense_sampling_finds(seed):
                 assert not len(within) or conflict.nearness <= within.min() + 1e-3
 
 
-def test_a_uav_that_stands_before_its_start_and_after_its_end_counts():
+def test_a_uav_that_waits_at_its_start_or_stays_at_its_target_counts():
     scenario = fleet([(0, 0, 0), (-5, 0.2, 0), (-5, 0.2, 9)])
     first = flight(scenario, 0, (0, 9, 0), start=30.0)
     second = flight(scenario, 1, (5, 0.2, 0))
@@ -74,7 +74,7 @@ def test_a_uav_that_stands_before_its_start_and_after_its_end_counts():
     assert 0 < conflict.begin < conflict.time < conflict.end < second.end
 
 
-def test_below_and_above_more_room_is_kept_free_than_beside():
+def test_more_distance_is_kept_below_and_above_than_beside():
     scenario = fleet([(0, 0, 0), (-5, 0, 0.9), (0, -5, 0), (-5, 0.6, 0)])
     flights = [None, flight(scenario, 1, (5, 0, 0.9)), None, flight(scenario, 3, (5, 0.6, 0))]
     assert {c.uavs for c in sky.find_conflicts(scenario, flights)} == {(0, 1)}
@@ -91,7 +91,7 @@ def test_starts_and_targets_that_are_too_close_are_given():
     assert last.end == flights[1].end
 
 
-def test_what_comes_closer_than_its_starts_are_given_is_a_conflict_like_any_other():
+def test_a_pair_that_comes_closer_than_its_given_starts_is_in_a_conflict_like_any_other():
     scenario = fleet([(0, 0, 0), (0.4, 0, 0)])
     flights = [flight(scenario, 0, (9, 0, 0)), flight(scenario, 1, (0.4, 9, 0), start=5.0)]
     (through,) = sky.find_conflicts(scenario, flights)

@@ -1,4 +1,4 @@
-"""Who goes where, against every permutation there is."""
+"""Assignments of UAVs to targets, against every permutation."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The fleet's way from scenario to checked mission, against the thesis's totals and the referee."""
+"""Missions of fleets, against the thesis's totals and the referee."""
 
 import dataclasses
 import itertools

@@ -111,7 +111,7 @@ def test_limits_hold_at_ten_thousand_samples_a_second(flown):
     assert_joined(trajectory, waypoints)
 
 
-def test_all_of_it_is_proven_clear_and_within_limits(flown):
+def test_the_trajectory_is_proven_clear_and_within_limits(flown):
     world, _, trajectory = flown
     assert prove(world, plane(), trajectory).verdict is Verdict.PROVEN
 
@@ -210,7 +210,7 @@ def test_where_there_is_no_way_there_is_no_trajectory(world, waypoints):
     assert fly_aeroplane(world, np.array(waypoints, float), plane()) is None
 
 
-def test_a_narrower_turn_finds_room():
+def test_a_narrower_turn_finds_a_way():
     uav = plane(turn_radius=28.5)
     trajectory = fly_aeroplane(SHAFT, np.array([(1.4, 30, 10), (1.4, 30, 150)]), uav)
     assert trajectory is not None
@@ -249,7 +249,7 @@ def test_whatever_is_flown_among_pillars_is_proven(places, uav):
 @pytest.mark.slow
 @settings(max_examples=30)
 @given(st.lists(PLACES, min_size=1, max_size=5), planes())
-def test_with_room_enough_there_is_always_a_way(places, uav):
+def test_where_there_is_enough_space_a_way_is_always_found(places, uav):
     room = sky.World(scenario(low=(-900, -900, -1), high=(1300, 1300, 101)))
     trajectory = fly_aeroplane(room, np.array(places), uav)
     assert trajectory is not None
@@ -266,6 +266,6 @@ def test_a_mission_carries_it_and_the_referee_finds_nothing_wrong():
     assert mission.certificates[0].verdict is Verdict.PROVEN
 
 
-def test_without_a_fixed_wing_it_refuses():
+def test_a_uav_without_a_fixed_wing_is_refused():
     with pytest.raises(ValueError, match="no fixed_wing"):
         fly_aeroplane(EMPTY, np.zeros((2, 3)), sky.UAV(start=(0, 0, 0)))

@@ -1,4 +1,4 @@
-"""Corridors: free, along the path, joined; by brute force over random boxes."""
+"""Corridors are free, follow the path, and overlap, by brute force over random boxes."""
 
 import itertools
 
@@ -55,7 +55,7 @@ def test_corridors_of_random_rooms_are_free_and_joined_or_there_is_none(seed):
             assert_a_corridor(scenario, result.path, boxes)
 
 
-def test_where_nothing_is_in_the_way_one_box_is_all_there_is():
+def test_where_nothing_is_in_the_way_one_box_suffices():
     scenario = sky.read("map1").model_copy(update={"obstacles": ()})
     problem = sky.Problem(scenario)
     boxes = grow_corridor(problem.airspace.world.space, np.array([problem.start, problem.end]), 100.0, np.inf)

@@ -1,4 +1,4 @@
-"""What leaves a planner as a trajectory is proven, by the referee too, and says where it is not what was asked for."""
+"""Trajectories along paths are proven, by the referee too, and say why where they are not of the shape asked for."""
 
 import itertools
 
@@ -106,7 +106,7 @@ def test_a_flight_keeps_close_to_a_path_that_was_priced_by_where_it_leads():
     assert max(away) < 1.0
 
 
-def test_a_shape_that_is_none_is_refused():
+def test_an_unknown_shape_is_refused():
     with pytest.raises(sky.InputError, match=r"shape is one of 'minimum-snap', .*'stop-and-go', not 'best'"):
         flown(sky.read("map1"), shape="best")
 
@@ -138,7 +138,7 @@ def test_a_looser_limit_makes_no_flight_slower():
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-9, 1e-7])
-def test_hardly_any_way_is_flown_and_proven_without_a_complaint(apart):
+def test_a_flight_over_hardly_any_distance_is_proven(apart):
     scenario = hall_with_slit(2.0)
     target = sky.Target(position=(2 + apart, 3, 5))
     mission = sky.plan_mission(scenario.model_copy(update={"targets": (target,)}), sky.Taut())

@@ -25,7 +25,7 @@ from worlds import ROOM
 FREE = ROOM.model_copy(update={"obstacles": (), "bounds": Bounds(min=(-1e4,) * 3, max=(1e4,) * 3)})
 OPEN = sky.World(FREE)
 LOOSE_ENDS = {Fault.TRAJECTORY_ENDS, Fault.CONTINUITY}
-"""Not asked of a proof."""
+"""Faults that the planners' proof does not examine."""
 WIDE = {"max_speed": 1e6, "max_acceleration": 1e6, "max_jerk": 1e6, "max_tilt": 89.0, "thrust_to_weight": 1e6}
 
 
