@@ -391,7 +391,7 @@ def test_heights_above_ground_need_the_ground_and_above_home_a_home(valley, tmp_
     flat = build_scenario("flat", zones=[path], uavs=start, ground=AboveSea(1500))
     assert sky.to_wgs84(flat.frame.origin, [0, 0, flat.obstacles[0].high])[0, 2] == pytest.approx(1590, abs=0.1)
     home = geojson(tmp_path / "h.geojson", (SQUARE, {"upper": "90 m home"}))
-    with pytest.raises(InputError, match=r"h\.geojson: feature 1: an altitude above home, but an obstacle has none"):
+    with pytest.raises(InputError, match=r"h\.geojson: feature 1: an altitude above home, but an obstacle has no home"):
         build_scenario("v", terrain=[valley], zones=[home], uavs=[START])
     with pytest.raises(InputError, match="there is nothing to build of"):
         build_scenario("nothing")
