@@ -26,7 +26,7 @@ SECONDS = 4.0
 
 # Turn the camera about z and redraw, waiting for the last pixel; again without any drawing, counting what is left out.
 REDRAW = """(times) => {
-  const host = document.getElementById("space"), scene = host._fullLayout.scene._scene;
+  const host = document.getElementById("space"), scene = internals.space(host);
   const { glplot } = scene, { gl } = glplot;
   const pixel = new Uint8Array(4), median = (values) => values.sort((a, b) => a - b)[values.length >> 1];
   const turn = () => {
@@ -57,7 +57,7 @@ REDRAW = """(times) => {
 }"""
 # Move through the flight without any drawing, one frame after the other.
 PLAY = """async (times) => {
-  const { gl } = document.getElementById("space")._fullLayout.scene._scene.glplot;
+  const { gl } = internals.space(document.getElementById("space")).glplot;
   const slider = document.getElementById("time");
   gl.drawArrays = gl.drawElements = gl.readPixels = gl.clear = () => {};
   const frame = () => new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
@@ -69,7 +69,7 @@ PLAY = """async (times) => {
   for (const name of ["drawArrays", "drawElements", "readPixels", "clear"]) delete gl[name];
 }"""
 COUNT = """() => {
-  const { glplot } = document.getElementById("space")._fullLayout.scene._scene, own = glplot.onrender;
+  const { glplot } = internals.space(document.getElementById("space")), own = glplot.onrender;
   window.drawn = 0;
   glplot.onrender = () => { window.drawn += 1; own(); };
 }"""

@@ -222,8 +222,9 @@ def test_the_fleet_flies_in_a_browser(mission, tmp_path, tab):
 
 
 READOUT = """() => {
-  const map = document.getElementById("map"), box = map.getBoundingClientRect(), {xaxis, yaxis} = map._fullLayout;
-  const clientX = box.left + xaxis._offset + xaxis.l2p(250), clientY = box.top + yaxis._offset + yaxis.l2p(750);
+  const map = document.getElementById("map"), box = map.getBoundingClientRect(), plane = internals.plane(map);
+  const [right, down] = plane.pixel(250, 750);
+  const clientX = box.left + plane.left + right, clientY = box.top + plane.top + down;
   map.dispatchEvent(new MouseEvent("mousemove", {clientX, clientY, bubbles: true}));
   return document.getElementById("where").textContent;
 }"""
@@ -278,7 +279,7 @@ def test_without_plotlys_private_interfaces_the_page_is_drawn_without_marks_on_t
     assert tab.errors == []
 
 
-SCENE = "document.getElementById('space')._fullLayout.scene._scene"
+SCENE = "internals.space(document.getElementById('space'))"
 QUICK = f"{SCENE}.glplot.objects.filter((object) => Object.hasOwn(object, 'drawPick')).length"
 
 
