@@ -1,0 +1,188 @@
+"""Small problems that make skyverse call every kernel: random worlds of all shapes, fleets, aeroplanes, maps, pages."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import skyverse as sky
+from skyverse.draw.triangulation import triangles
+from skyverse.maps.readers.octomap import read_octomap
+from skyverse.maps.readers.voxelise import touched
+from skyverse.trajectory.dubins import shortest_path
+from skyverse.trajectory.limits import least_time_scale
+
+FEW = sky.MaxIterations(3)
+SIZE = np.array([24.0, 20.0, 12.0])
+
+SEARCHES = (
+    sky.AStar(),
+    sky.MVO(universes=4),
+    sky.MVO(universes=4, as_run=True),
+    sky.MVO(universes=4, generator="uniform"),
+    sky.HybridMVO(universes=6, legs="lattice"),
+    sky.GSO(glowworms=4),
+    sky.GSO(glowworms=4, as_run=True),
+    sky.BBO(habitats=4),
+    sky.BBO(habitats=4, as_run=True),
+    sky.RandomRestart(samples=4),
+    sky.WOA(waypoints=2, candidates=6),
+)
+ANY_ANGLE = (
+    sky.Taut(),
+    sky.ThetaStar(),
+    sky.HybridMVO(universes=6, legs="straight"),
+    sky.WOA(waypoints=2, candidates=6, legs="straight"),
+)
+
+
+def ring(rng, middle, least, most, corners):
+    """The corners of a random star-shaped polygon, (n, 2)."""
+    angles = np.linspace(0, 2 * np.pi, corners, endpoint=False) + rng.uniform(0, 1)
+    places = np.array(middle[:2]) + rng.uniform(least, most, (corners, 1)) * np.c_[np.cos(angles), np.sin(angles)]
+    return tuple(map(tuple, places.tolist()))
+
+
+def shape(rng, kind, **more):
+    """A random obstacle of a kind, or a zone of it."""
+    middle, high = rng.uniform(0.2, 0.8, 3) * SIZE, float(rng.uniform(5, 11))
+    if kind == "box":
+        half = rng.uniform(0.5, 2.5, 3)
+        return sky.Box(min=tuple(middle - half), max=tuple(middle + half), **more)
+    if kind == "cylinder":
+        return sky.Cylinder(centre=tuple(middle[:2]), radius=float(rng.uniform(0.7, 2.5)), low=0, high=high, **more)
+    if kind == "sphere":
+        return sky.Sphere(centre=tuple(middle), radius=float(rng.uniform(0.7, 2.5)), **more)
+    if kind == "prism":
+        return sky.Prism(vertices=ring(rng, middle, 1.0, 3.0, int(rng.integers(4, 8))), low=0, high=high, **more)
+    occupied = rng.random((4, 3, 4)) < 0.4
+    occupied[0, 0, 0] = True
+    return sky.Voxels(origin=tuple(middle - 1.5), step=(0.8, 0.9, 1.0), occupied=occupied, **more)
+
+
+def world(seed, kinds, terrain=False, soft=False, uavs=1, connectivity=26, unit="metres", altitude=8.0, **wing):
+    """A random scenario with two obstacles of each kind."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.arange(0, 27, 2.0), np.arange(0, 23, 2.0), indexing="ij")
+    heights = 1.0 + rng.uniform(0.2, 1.0) * np.sin(x / rng.uniform(2, 6)) * np.cos(y / rng.uniform(2, 6))
+    objective = {"fuel": 1.0, "divergence": float(rng.choice([0.0, 0.3])), "end": 10.0, "unit": unit}
+    zones = ()
+    if soft:
+        band = sky.AltitudeBand(low=3, high=7, weight=0.2, above="ground" if terrain else "zero")
+        objective |= {"altitude": band, "risk": 1.0, "climb": sky.ClimbLimit(angle=15, weight=0.5)}
+        zones = tuple(shape(rng, kind, risk=2.0) for kind in ("box", "cylinder", "prism", "prism", "voxels"))
+    ends = [(0.5 + 1.5 * k, 0.6 + 0.1 * k, altitude + 0.3 * k) for k in range(uavs)]
+    return sky.Scenario(
+        name="random",
+        bounds=sky.Bounds(min=(0, 0, 0), max=tuple(SIZE)),
+        obstacles=tuple(shape(rng, kind) for kind in kinds for _ in range(2)),
+        zones=zones,
+        terrain=sky.Terrain(origin=(0, 0), step=(2.0, 2.0), heights=heights) if terrain else None,
+        clearance=float(rng.choice([0.1, 0.25])),
+        lattice=sky.Lattice(step=(1.5, 1.5, 1.5), connectivity=connectivity),
+        objective=sky.Objective(**objective),
+        uavs=tuple(sky.UAV(start=end, **wing) for end in ends),
+        targets=tuple(sky.Target(position=(SIZE[0] - x, SIZE[1] - y, z + 0.5)) for x, y, z in ends),
+    )
+
+
+def searches_on_lattices():
+    for seed, kinds, more in (
+        (1, ("box",), {"unit": "nodes", "connectivity": 6}),
+        (2, ("box", "cylinder", "sphere", "prism", "voxels"), {"terrain": True, "soft": True}),
+    ):
+        airspace = sky.Airspace(world(seed, kinds, **more))
+        for planner in SEARCHES:
+            planner.plan(sky.Problem(airspace), stop=FEW, rng=seed)
+
+
+def searches_of_any_angle():
+    for seed, kinds, more in (
+        (3, ("box", "box", "box"), {}),
+        (4, ("box", "box"), {"soft": True}),
+        (5, ("box", "cylinder", "sphere", "prism", "voxels"), {"terrain": True, "soft": True}),
+        (6, ("cylinder", "prism"), {}),
+    ):
+        airspace = sky.Airspace(world(seed, kinds, **more))
+        for planner in ANY_ANGLE:
+            planner.plan(sky.Problem(airspace), stop=FEW, rng=seed)
+
+
+def trajectories():
+    among_boxes = world(7, ("box", "box"))
+    over_hills = world(8, ("cylinder", "prism", "voxels"), terrain=True, altitude=2.6)
+    for scenario, planner, form in (
+        (among_boxes, sky.Taut(), "minimum-jerk"),
+        (over_hills, sky.Taut(), "minimum-snap"),
+        (over_hills, sky.AStar(), "stop-and-go"),
+    ):
+        mission = sky.plan_mission(scenario, planner, rng=7, shape=form)
+        least_time_scale(scenario.uavs[0], mission.trajectories[0])
+
+
+def fleets():
+    swap = sky.circle_swap(2, radius=4.0)
+    sky.plan_mission(swap, sky.Taut(), rng=1, assignment="identity")
+    early, late = (sky.Trajectory(np.array([at, at + 4.0]), line) for at, line in zip((0, 3), MEETING, strict=True))
+    sky.find_conflicts(swap, (early, late))
+
+
+MEETING = (np.array([[[-4.0, 0, 5], [1, 0, 0]]]), np.array([[[4.0, 0, 5], [-1, 0, 0]]]))
+"""Two straight flights, (1, 2, 3) each: the first ends at the origin, where the second arrives after it."""
+
+
+def aeroplanes():
+    wing = sky.FixedWing(speed=8.0, turn_radius=6.0, climb=12)
+    for seed, kinds, terrain in ((10, ("box",), False), (11, ("cylinder", "prism", "voxels"), True)):
+        scenario = world(seed, kinds, terrain, max_speed=12, max_acceleration=15, fixed_wing=wing)
+        sky.plan_mission(scenario, sky.Taut(), rng=seed)
+
+
+def questions_about_space():
+    rng = np.random.default_rng(12)
+    for seed, kinds, terrain in ((13, ("box", "box"), False), (14, ("cylinder", "sphere", "prism", "voxels"), True)):
+        scenario = world(seed, kinds, terrain)
+        points = rng.uniform(-0.1, 1.1, (40, 3)) * SIZE
+        for clearance in (0.0, 0.25):
+            space = sky.World(scenario.model_copy(update={"clearance": clearance}))
+            space.free(points)
+            space.segments_free(points[:20], points[20:])
+            space.distance(points)
+    rubble = sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=rng.random((12, 12, 8)) < 0.5)
+    sky.World(world(16, ()).model_copy(update={"obstacles": (rubble,)}))
+    for start, end in rng.uniform(-5, 5, (20, 2, 3)):
+        path = shortest_path(start, end, 2.0)
+        path.at(np.linspace(0, path.length, 5))
+
+
+def maps_and_pages():
+    rng = np.random.default_rng(15)
+    for corners in (5, 9):
+        rings = [np.array(ring(rng, (0, 0), 3, 5, corners)), np.array(ring(rng, (0, 0), 1, 2, 4))]
+        triangles(rings[:1])
+        triangles(rings)
+    touched(rng.uniform(0, 6, (30, 3, 3)), np.zeros((6, 6, 6), dtype=bool))
+    with tempfile.TemporaryDirectory() as folder:
+        read_octomap(octree(Path(folder) / "tree.bt", rng))
+
+
+def octree(path, rng):
+    """Write a binary OctoMap file with random leaves, some of them twice as large as the others."""
+    leaves = rng.integers(0, 3, (3, 8))
+    leaves[0, 0] = leaves[1, 0] = 3
+    words = [[3] + [0] * 7] * 13 + leaves.tolist()
+    body = b"".join(sum(int(state) << 2 * k for k, state in enumerate(word)).to_bytes(2, "little") for word in words)
+    nodes = 1 + sum(state > 0 for word in words for state in word)
+    path.write_bytes(b"# Octomap OcTree binary file\nid OcTree\nsize %d\nres 0.5\ndata\n" % nodes + body)
+    return path
+
+
+WORKLOADS = (
+    searches_on_lattices,
+    searches_of_any_angle,
+    trajectories,
+    fleets,
+    aeroplanes,
+    questions_about_space,
+    maps_and_pages,
+)
