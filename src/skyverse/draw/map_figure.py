@@ -156,15 +156,7 @@ def _fit(figure: "Figure", axes: Any, corners: Floats, *, legend: float) -> None
 
 
 def _dot(
-    axes: Any,
-    place: Point | Floats,
-    symbol: str,
-    size: int,
-    inside: str,
-    edge: str,
-    *,
-    zorder: int,
-    rim: float = 1.0,
+    axes: Any, place: Point | Floats, symbol: str, size: int, inside: str, edge: str, *, zorder: int, rim: float = 1.0
 ) -> None:
     style = {"markersize": size, "markerfacecolor": inside, "markeredgecolor": edge, "markeredgewidth": rim}
     axes.plot(*([k] for k in place), symbol, zorder=zorder, clip_on=False, **style)

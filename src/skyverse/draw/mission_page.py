@@ -68,10 +68,7 @@ def banner(scene: Scene) -> str:
         rest = len(found) - MAX_SHOWN_FINDINGS
         more = f"<p>… and {rest:,} more in the mission's file.</p>" if rest > 0 else ""
         verdict = card(
-            tone,
-            "✕" if tone == "bad" else "!",
-            f"The referee found {things} wrong.",
-            f"<ul>{lines}</ul>{more}",
+            tone, "✕" if tone == "bad" else "!", f"The referee found {things} wrong.", f"<ul>{lines}</ul>{more}"
         )
     if scene.interrupted:
         verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")

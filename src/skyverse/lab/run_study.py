@@ -16,12 +16,7 @@ OnRun = Callable[[int, int], None]
 
 
 def run_study(
-    study: Study,
-    path: str | Path,
-    *,
-    workers: int = 1,
-    dask: str | None = None,
-    on_run: OnRun | None = None,
+    study: Study, path: str | Path, *, workers: int = 1, dask: str | None = None, on_run: OnRun | None = None
 ) -> Rows:
     """Run those runs of a study that are not in the file yet.
 
@@ -60,12 +55,7 @@ def run_study(
 
 
 def run_jobs(
-    jobs: Iterable[Job],
-    rows: Rows,
-    *,
-    workers: int = 1,
-    dask: str | None = None,
-    on_run: OnRun | None = None,
+    jobs: Iterable[Job], rows: Rows, *, workers: int = 1, dask: str | None = None, on_run: OnRun | None = None
 ) -> None:
     """Run those jobs that have no row yet; see `run_study`.
 
