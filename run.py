@@ -10,6 +10,7 @@ import argparse
 import hashlib
 import importlib.util
 import os
+import platform
 import random
 import shutil
 import signal
@@ -39,6 +40,7 @@ def main() -> int:
     explore.add_argument("minutes", nargs="?", type=float, default=10.0, help="how long; 10 if not given")
     commands.add_parser("lint", help="ruff, mypy and the import layers")
     commands.add_parser("docs", help="build the documentation into docs/_build/html, the examples included")
+    commands.add_parser("wheel", help="build a wheel with compiled kernels for this platform into dist/")
     commands.add_parser("lock", help="renew requirements/*.txt (needs uv on the PATH)")
     options, rest = parser.parse_known_args()
     if rest and options.command != "test":
@@ -46,6 +48,9 @@ def main() -> int:
     os.chdir(ROOT)
     if options.command == "lock":
         return lock()
+    if options.command == "wheel":
+        set_up("run")
+        return wheel()
     if options.command == "demo":
         set_up("run")
         return run("skyverse", "plan", "table-4.8", "-o", "out/table-4.8.json")
@@ -54,7 +59,7 @@ def main() -> int:
         # a file's tests stay together, so that few kernels are compiled twice
         asked = rest[1:] if rest[:1] == ["--"] else rest or ["-n", "auto", "--dist", "loadfile"]
         if not rest and not os.environ.get("NUMBA_DISABLE_JIT"):
-            run("python", "tests/kernels.py")
+            run("skyverse", "cache", "--compile")
         return run("python", "-m", "pytest", *asked)
     if options.command == "explore":
         return explore_for(60 * options.minutes)
@@ -119,6 +124,25 @@ def explore_for(seconds: float) -> int:
             return process.returncode
     print("\n".join(["These tests failed; to see them again:", *finds]) if finds else "No failure was found.")
     return 1 if finds else 0
+
+
+def wheel() -> int:
+    """Compile all kernels for this kind of processor, and build a wheel that holds them.
+
+    On x86-64 they are compiled twice: for processors with AVX2 (x86-64-v3), and for all others.
+    """
+    folder = ROOT / "build" / "kernels"
+    shutil.rmtree(folder, ignore_errors=True)
+    machine = platform.machine().lower()
+    levels = ("x86-64-v3", "x86-64") if machine in ("x86_64", "amd64") else ("generic",)
+    if sys.platform == "darwin" and machine == "arm64":
+        levels = ("apple-m1",)
+    for level in levels:
+        os.environ |= {"SKYVERSE_CACHE": str(folder / level), "SKYVERSE_CPU": level}
+        if run("skyverse", "cache", "--compile") != 0:
+            return 1
+    os.environ["SKYVERSE_KERNELS"] = str(folder)
+    return run("python", "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", "dist", ".")
 
 
 def lock() -> int:

@@ -174,7 +174,7 @@ def commands() -> None:
 
 def median_first(plan: list[str], folder: str, runs: int = 3) -> float:
     caches = iter(range(runs + 1))
-    return median(lambda: _run(plan, NUMBA_CACHE_DIR=f"{folder}/cache{next(caches)}"), runs)
+    return median(lambda: _run(plan, SKYVERSE_CACHE=f"{folder}/cache{next(caches)}"), runs)
 
 
 def _run(words: list[str], **environment: str) -> None:

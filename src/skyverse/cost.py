@@ -9,7 +9,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.model.shapes import Cylinder, Prism, Voxels, Zone
-from skyverse.numerics.kernel import inner, kernel, writable
+from skyverse.numerics.kernel import by_reference, inner, kernel, writable
 from skyverse.numerics.norm import norm
 from skyverse.numerics.tolerances import COLLINEAR
 from skyverse.space import band, chord
@@ -19,6 +19,7 @@ from skyverse.space.solids import Solids, make_solids
 from skyverse.space.voxels import boxes_of
 
 
+@by_reference
 class Rates(NamedTuple):
     """An objective compiled for straight legs; every price includes its weight.
 
@@ -102,6 +103,7 @@ def soft_terms(scenario: Scenario) -> tuple[str, ...]:
     return tuple(name for name, on in zip(("altitude", "risk", "climb"), priced, strict=True) if on)
 
 
+@by_reference
 class Pricing(NamedTuple):
     """An objective compiled for one lattice; every price includes its weight.
 

@@ -8,28 +8,35 @@ from cyclopts import Parameter
 def cache(
     *,
     clear: Annotated[bool, Parameter(negative="")] = False,
+    fill: Annotated[bool, Parameter(name="--compile", negative="")] = False,
     as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
 ) -> None:
-    """Say where compiled kernels are kept and how large they are, or remove them.
+    """Say where compiled kernels are kept and how large they are, remove them, or compile all.
 
     Kernels are compiled when they are first needed and kept in the user's cache folder, or in the folder that the
     environment variable SKYVERSE_CACHE names. Removing them is safe: they are compiled again.
 
-    Examples: `skyverse cache`, `skyverse cache --clear`
+    Examples: `skyverse cache`, `skyverse cache --clear`, `skyverse cache --compile`
 
     Parameters
     ----------
     clear
         Remove all of them.
+    fill
+        Compile all that any planner needs and that is not there yet, on all cores.
     as_json
         Print JSON.
     """
+    from skyverse.cli.compile_with_bar import compile_with_bar
     from skyverse.cli.report import json_text
     from skyverse.numerics.compiling.store import Contents, KernelStore, user_folder
 
     folder = user_folder()
     store = KernelStore(folder) if folder else None
     contents = (store.clear() if clear else store.contents()) if store else Contents(0, 0)
+    if fill:
+        compile_with_bar(["all"])
+        contents = store.contents() if store else contents
     refusal = store.refusal if store else "this user has no home folder; SKYVERSE_CACHE can name another"
     if as_json:
         row = {"folder": folder and str(folder), "files": contents.files, "bytes": contents.size_bytes}

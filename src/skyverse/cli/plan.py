@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
+from skyverse.cli.compile_with_bar import compile_with_bar
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe, tell_unknown, tell_unsought, with_more
 from skyverse.cli.option_types import AsJson, Output
@@ -87,6 +88,7 @@ def plan(
         Print what was found as JSON.
     """
     import skyverse as sky
+    from skyverse.numerics.compiling.kept_code import before_compiling
 
     asked = with_more(scenario, sky.read_scenario(scenario, unknown=unknown), uav, target)
     tell_unknown(asked, unknown)
@@ -99,6 +101,8 @@ def plan(
     refuse_output(out, scenario)
     if page:
         refuse_output(out.with_suffix(".html"))
+    wings = ["aeroplane"] if any(uav.fixed_wing for uav in asked.uavs) else []
+    before_compiling(lambda: compile_with_bar(["mission", type(method).__name__, shape, *wings]))
     with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:
         mission = sky.plan_mission(
             asked,

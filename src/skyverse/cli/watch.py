@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from skyverse.cli.compile_with_bar import console
 from skyverse.cli.settings import given
 from skyverse.errors import InputError
 
@@ -51,22 +52,15 @@ def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) 
 
 @contextmanager
 def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | None"]:
-    """Yield what draws a progress bar when a person watches; say when kernels are being compiled."""
-    from skyverse.numerics.kernel import on_first_compilation
-
-    def tell() -> None:
-        print("skyverse: compiling kernels; only the first run takes this long ...", file=sys.stderr)
-
-    on_first_compilation(tell)
+    """Yield what draws a progress bar when a person watches."""
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeElapsedColumn())
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Bar(*columns, console=console(), transient=True) as bar:
         task = bar.add_task("planning", total=len(scenario.uavs), best="")
 
         drawn = 0.0

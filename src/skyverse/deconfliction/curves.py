@@ -13,9 +13,10 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import part, to_bernstein
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 
 
+@by_reference
 class Curves(NamedTuple):
     """Many curves, each a sequence of polynomial pieces.
 
@@ -39,6 +40,7 @@ class Curves(NamedTuple):
     high: Floats
 
 
+@by_reference
 class TimedCurve(NamedTuple):
     """One flight along a curve: it departs at `departure` seconds and takes `time_scale` times as long as the curve.
 
@@ -50,6 +52,7 @@ class TimedCurve(NamedTuple):
     time_scale: float
 
 
+@by_reference
 class Schedule(NamedTuple):
     """Many flights as arrays, (n,) each; see `TimedCurve`."""
 

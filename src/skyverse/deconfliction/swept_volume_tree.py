@@ -12,7 +12,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.deconfliction.curves import Curves, curve_duration, evaluate_piece, position_at
 from skyverse.numerics.arrays import put, put_box
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import BOX_SLACK
 
 LEAF_SECONDS = 0.01
@@ -20,6 +20,7 @@ LEAF_SECONDS = 0.01
 MAX_LEAVES = 1 << 16
 
 
+@by_reference
 class SweptVolumeTrees(NamedTuple):
     """The trees of many curves, one after another.
 

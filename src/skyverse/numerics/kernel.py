@@ -1,29 +1,33 @@
 """How a hot function is compiled: one decorator, so that every kernel is cached, serial and free of the GIL."""
 
+import os
 import time
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
-from numba.core.registry import CPUDispatcher
+from numba.core import config
 from numpy.typing import ArrayLike, NDArray
 
-from skyverse.numerics.compiling.numba_internals import Inner, Kernel
-
+VERIFIED = ((0, 64), (0, 65), (0, 66), (0, 67), (0, 68))  # versions of numba that `numba_internals` was tried with
+PLAIN_PYTHON = bool(vars(config)["DISABLE_JIT"])
+PLAIN_NUMBA = numba.version_info.short not in VERIFIED or bool(os.environ.get("SKYVERSE_PLAIN_NUMBA"))
 P = ParamSpec("P")
 R = TypeVar("R")
+Class = TypeVar("Class", bound=type)
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile ``function`` with numba at its first call, keep it on disk; ``.py_func`` is the plain one.
 
     Kernels take arrays, scalars, NamedTuples of arrays and a numpy Generator, nothing else.
-    With ``NUMBA_DISABLE_JIT=1`` the function itself comes back.
+    With ``NUMBA_DISABLE_JIT=1`` the function itself comes back. With a version of numba that is not in `VERIFIED`, or
+    ``SKYVERSE_PLAIN_NUMBA=1``, numba compiles in its ordinary way, which takes longer.
     """
-    return _compiled(function, Kernel)
+    return _compiled(function)
 
 
 def query(function: Callable[P, R]) -> Callable[P, R]:
@@ -31,26 +35,39 @@ def query(function: Callable[P, R]) -> Callable[P, R]:
 
     With many arrays in a NamedTuple the counting would take longer than a short query.
     """
-    return _compiled(function, Kernel, _nrt=False)
+    return _compiled(function, _nrt=False)
 
 
 def inner(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel that only kernels call, without a way into it from Python, which takes long to compile."""
-    return _compiled(function, Inner, no_cpython_wrapper=True)
+    return _compiled(function, is_inner=True)
 
 
 def inner_query(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a `query` that only kernels call; see `inner`."""
-    return _compiled(function, Inner, no_cpython_wrapper=True, _nrt=False)
+    return _compiled(function, is_inner=True, _nrt=False)
 
 
-def _compiled(function: Callable[P, R], caller: type[Kernel], **options: Any) -> Callable[P, R]:
-    options |= {"nogil": True, "no_cfunc_wrapper": True}
-    compiled: Callable[P, R] = numba.njit(**options)(function)
-    if isinstance(compiled, CPUDispatcher):  # not where compilation is disabled
-        compiled.__class__ = caller
-        compiled.enable_caching()
-    return compiled
+def by_reference(cls: Class) -> Class:
+    """Let kernels take arguments of this NamedTuple by reference: fields are read, the whole is not unpacked."""
+    if not PLAIN_NUMBA:
+        from skyverse.numerics.compiling.references import add_class
+
+        add_class(cls)
+    return cls
+
+
+def _compiled(function: Callable[P, R], *, is_inner: bool = False, **options: Any) -> Callable[P, R]:
+    if PLAIN_PYTHON:
+        return function
+    if PLAIN_NUMBA:
+        try:
+            return cast(Callable[P, R], numba.njit(nogil=True, cache=True, **options)(function))
+        except RuntimeError:  # neither the installation nor the home folder can be written to
+            return cast(Callable[P, R], numba.njit(nogil=True, **options)(function))
+    from skyverse.numerics.compiling.numba_internals import Inner, Kernel
+
+    return cast(Callable[P, R], (Inner if is_inner else Kernel)(function, **options))
 
 
 @contextmanager
@@ -65,6 +82,8 @@ def in_plain_python(report: Callable[[Any, tuple[Any, ...]], None] | None = None
             report(kernel, arguments)
         return kernel.py_func(*arguments)
 
+    from skyverse.numerics.compiling.numba_internals import Inner, Kernel
+
     before = Inner.__call__
     for caller in (Kernel, Inner):
         type.__setattr__(caller, "__call__", call)
@@ -78,21 +97,6 @@ def in_plain_python(report: Callable[[Any, tuple[Any, ...]], None] | None = None
 def writable(numbers: ArrayLike) -> NDArray[np.float64]:
     """Return a copy of numbers as kernels take them: for an array that is read-only they would be compiled anew."""
     return np.array(numbers, dtype=np.float64, order="C")
-
-
-def on_first_compilation(tell: Callable[[], None]) -> None:
-    """Call `tell` once, when a kernel is compiled because no cached one is found."""
-    from numba.core import event
-
-    class Teller(event.Listener):
-        def on_start(self, _: object) -> None:
-            event.unregister("numba:compile", self)
-            tell()
-
-        def on_end(self, _: object) -> None:
-            pass
-
-    event.register("numba:compile", Teller())
 
 
 class Stopwatch:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 
 from skyverse._typing import Floats
-from skyverse.numerics.kernel import kernel
+from skyverse.numerics.kernel import by_reference, kernel
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, exhausted, graft, reroute
 from skyverse.planners.run import LatticeRun
@@ -19,6 +19,7 @@ PATH_SAMPLES = 16
 """The number of nodes of each path between which the distance of two paths is measured."""
 
 
+@by_reference
 class Swarm(NamedTuple):
     """What n glowworms remember from step to step.
 

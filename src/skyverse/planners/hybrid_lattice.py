@@ -10,7 +10,7 @@ from numpy.random import Generator
 from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.model.result import Provenance, Result
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import DETOUR_GAIN, GAIN_ROUNDING, NOT_DEARER
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
@@ -45,6 +45,7 @@ from skyverse.problem import Problem
 from skyverse.stop import Stop
 
 
+@by_reference
 class LatticeSettings(NamedTuple):
     """The settings of one iteration; see `HybridMVO`."""
 

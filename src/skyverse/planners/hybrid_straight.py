@@ -9,7 +9,7 @@ from numpy.random import Generator
 
 from skyverse._typing import Floats
 from skyverse.model.result import Provenance, Result
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.planners.metaheuristic import Metaheuristic
 from skyverse.planners.moves import Workspace, exhausted, rank_wheel, ranked
 from skyverse.planners.multiverse import Multiverse, charge_seeds
@@ -46,6 +46,7 @@ _DEARER_SHARE = 0.1
 """The share by which a universe other than the best may get dearer at TDR = 1."""
 
 
+@by_reference
 class StraightSettings(NamedTuple):
     """The settings of one iteration; see `HybridMVO`."""
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.space.lattice import Grid
 
 Exits = NDArray[np.int32]
@@ -27,6 +27,7 @@ _CHOICES = np.array([bits.bit_count() for bits in range(64)], np.uint8)
 _CHOSEN = np.array([([m for m in range(6) if bits >> m & 1] + [0] * 8)[:8] for bits in range(64)], np.uint8)
 
 
+@by_reference
 class LatticeTask(NamedTuple):
     """What is sought on the lattice, and how paths are generated.
 
@@ -56,6 +57,7 @@ class LatticeTask(NamedTuple):
     retries: int = 100
 
 
+@by_reference
 class Paths(NamedTuple):
     """Candidate paths: path i consists of ``nodes[i, :length[i]]`` and costs ``cost[i]``."""
 
@@ -64,6 +66,7 @@ class Paths(NamedTuple):
     cost: Floats
 
 
+@by_reference
 class Workspace(NamedTuple):
     """Working memory of a run.
 

@@ -14,7 +14,7 @@ from numpy.random import Generator
 
 from skyverse import cost
 from skyverse._typing import Bools, Floats, Ints
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.planners.moves import Workspace, exhausted
 from skyverse.planners.polyline_moves import altitude_in_band, clamp_to_bounds, move_beside_threat
 from skyverse.planners.straight_legs import Polylines, StraightTask, judge_legs
@@ -24,6 +24,7 @@ _MAX_REDRAWS = 20
 """How many points are drawn anew, at most, until the cheapest path has a leg of unknown price."""
 
 
+@by_reference
 class Roadmap(NamedTuple):
     """Points, of which the first is the start and the second the goal, and the prices of the legs between them.
 

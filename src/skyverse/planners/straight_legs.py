@@ -13,7 +13,7 @@ from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Rates
 from skyverse.model.result import Provenance, Result
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, Workspace
 from skyverse.planners.results import SearchRecord, any_angle_result, refused_result
 from skyverse.planners.run import Run, make_workspace
@@ -27,6 +27,7 @@ _SAMPLES_PER_LEG = 32
 """How many points of a leg are tested for being inside an obstacle that is no box."""
 
 
+@by_reference
 class StraightTask(NamedTuple):
     """What is sought: a path from start to goal, (3,) metres each, through a space, at these rates.
 
@@ -43,6 +44,7 @@ class StraightTask(NamedTuple):
     collision: float
 
 
+@by_reference
 class Polylines(NamedTuple):
     """Candidate paths: path i consists of ``points[i, :length[i]]``, metres, and costs ``cost[i]``."""
 

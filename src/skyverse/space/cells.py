@@ -9,10 +9,11 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import doubled, put
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.space.world import Space
 
 
+@by_reference
 class Cells(NamedTuple):
     """The partition as a tree; node 0 is the whole.
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import doubled, order_of, put, put_box
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.space import tree
 from skyverse.space.tree import Tree
 from skyverse.space.world import Space
 
 
+@by_reference
 class Edges(NamedTuple):
     """Pieces of edges, in the order of their index.
 

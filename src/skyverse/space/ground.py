@@ -11,11 +11,12 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.shapes import Terrain
-from skyverse.numerics.kernel import inner_query, query
+from skyverse.numerics.kernel import by_reference, inner_query, query
 from skyverse.numerics.tolerances import SURFACE_DEPTH, TERRAIN_RIM
 from skyverse.space.slab import clip
 
 
+@by_reference
 class Ground(NamedTuple):
     """A terrain compiled; without one, all arrays are empty.
 

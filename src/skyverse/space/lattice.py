@@ -13,12 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import GRID_INDEX
 from skyverse.space import blocks
 from skyverse.space.world import Space, World, segment_free
 
 
+@by_reference
 class Grid(NamedTuple):
     """A compiled lattice.
 

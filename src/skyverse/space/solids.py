@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
-from skyverse.numerics.kernel import inner_query, query
+from skyverse.numerics.kernel import by_reference, inner_query, query
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box, polygon, tree
 from skyverse.space.tree import FIRST, SKIP, STOP, Tree
@@ -17,6 +17,7 @@ BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
 """Kinds of solids. Boxes that are obstacles have a table of their own; boxes that are zones are solids."""
 
 
+@by_reference
 class Solids(NamedTuple):
     """Solids in the order of their index.
 

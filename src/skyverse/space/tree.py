@@ -10,7 +10,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import doubled, order_of, put_box
-from skyverse.numerics.kernel import inner, kernel, query
+from skyverse.numerics.kernel import by_reference, inner, kernel, query
 from skyverse.space import box
 
 LEAF = 4
@@ -20,6 +20,7 @@ SKIP, FIRST, STOP = 0, 1, 2
 """Columns of `Tree.links`."""
 
 
+@by_reference
 class Tree(NamedTuple):
     """An index over boxes that are stored in the tree's order.
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
-from skyverse.numerics.kernel import inner_query, kernel, query, writable
+from skyverse.numerics.kernel import by_reference, inner_query, kernel, query, writable
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import ground, solids, tree
 from skyverse.space.ground import Ground
@@ -17,6 +17,7 @@ from skyverse.space.tree import Tree
 from skyverse.space.voxels import merged, seamless
 
 
+@by_reference
 class Space(NamedTuple):
     """What kernels know of a world; what a world does not have is an empty array, so that there is one type for all.
 

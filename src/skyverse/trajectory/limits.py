@@ -16,7 +16,7 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import product, split, to_bernstein
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import LIMIT_MARGIN, PEAK_TIGHTNESS
 
 GRAVITY = 9.81
@@ -35,6 +35,7 @@ DERIVATIVE = (1, 2, 3, 2, 2)
 """Which derivative of the position each of the first five limits bounds."""
 
 
+@by_reference
 class Limits(NamedTuple):
     """A UAV's limits in SI units.
 

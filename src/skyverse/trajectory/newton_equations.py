@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.trajectory.limits import GRAVITY, Limits
 from skyverse.trajectory.newton_step import NewtonSystem
 from skyverse.trajectory.spline import JET, make_rows, multiply, row_jet
@@ -37,6 +37,7 @@ FIXED = 4
 ROOT_12 = np.sqrt(12.0)
 
 
+@by_reference
 class SplineProblem(NamedTuple):
     """The constraints and the objective of a spline, which stay the same while it is improved.
 

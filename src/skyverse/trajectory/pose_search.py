@@ -11,7 +11,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.heap import Heap, make_heap, pop, push
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import LEG_END, MIN_PLAIN_WAY
 from skyverse.space.world import Space, segment_free
 from skyverse.trajectory.climb import ALL_ALONG, climb_along, climb_length
@@ -33,6 +33,7 @@ PROFILES = 3
 """Of a climb: along the whole leg, at its beginning, at its end."""
 
 
+@by_reference
 class Agility(NamedTuple):
     """What the aeroplane can do, by metres of way.
 
@@ -51,6 +52,7 @@ class Agility(NamedTuple):
     rate: float
 
 
+@by_reference
 class Poses(NamedTuple):
     """The poses that legs lead from and to.
 

@@ -1,145 +1,304 @@
-"""All that skyverse uses of numba beyond its public interface.
+# mypy: disable-error-code="misc, no-untyped-call, attr-defined, arg-type, no-any-return"
+"""All that skyverse uses of numba beyond its public interface: a compilation target of its own.
 
-If numba is another than those that this was tried with, and lacks what is used here, kernels are compiled by plain
-numba: more slowly, and each time anew. Other people's compiled functions are compiled and run as ever.
+Kernels are compiled as numba compiles for the CPU, but
+
+* machine code is kept by content (`KeptCode`), for numba's cache does not see that a callee has changed;
+* a large kernel is called by its symbol, not linked into each of its callers and optimised there again;
+* reference counts read one field of an array, not all;
+* compiler settings have a hash that tells them apart.
+
+Since the target has contexts of its own, other people's functions are compiled and run as ever. By versions of numba
+that this was not tried with, kernels are compiled in numba's ordinary way (see `kernel`).
 """
 
-import contextlib
-import hashlib
+import importlib
+import os
 import pickle
-from functools import cache
-from pathlib import Path
+import secrets
+from functools import cache, cached_property, partial
 from typing import Any
 
 import llvmlite
-import numba
-import numpy as np
-from numba.core import config
-from numba.core.caching import _Cache
-from numba.core.compiler import CompileResult
-from numba.core.registry import CPUDispatcher
+import llvmlite.binding
+from numba.core import compiler, types
+from numba.core.bytecode import FunctionIdentity
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.cpu import CPUContext
+from numba.core.decorators import jit
+from numba.core.registry import CPUDispatcher, CPUTarget
+from numba.core.runtime.context import NRTContext
 from numba.core.serialize import dumps
+from numba.core.target_extension import CPU, dispatcher_registry, jit_registry, target_override, target_registry
 from numba.core.types import unliteral
+from numba.core.untyped_passes import ExtractByteCode
 
-from skyverse.numerics.compiling.digest import digest_now, digest_of, name_of
-from skyverse.numerics.compiling.signatures import text_of
-from skyverse.numerics.compiling.store import KernelStore, user_folder
+from skyverse.numerics.compiling.digest import callees_of, digest_of, name_of
+from skyverse.numerics.compiling.kept_code import KeptCode
+from skyverse.numerics.compiling.references import referenced
 
-SETTINGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT", "LLVM_REFPRUNE_FLAGS")
+TARGET = "skyverse"
+MAX_LINKED_IR_LINES = 200  # at 60, A* and Taut lose a tenth of their speed; see docs/performance.md
+PROCESS = secrets.randbits(40) << 24
 
 
-class Kernel(CPUDispatcher):
-    """What calls a compiled function: once compiled, it takes all integers.
+class Flags(compiler.Flags):
+    """Settings of a compilation that differ in their hashes where they differ in their values."""
+
+    def __hash__(self) -> int:
+        """Hash what differs from the defaults."""
+        return hash(tuple(sorted((k, str(v)) for k, v in self._values.items() if v != self.options[k].default)))
+
+    def __eq__(self, other: object) -> bool:
+        """Compare all settings, those that are set first."""
+        return (isinstance(other, Flags) and self._values == other._values) or bool(super().__eq__(other))
+
+
+class Runtime(NRTContext):
+    """Reference counting of arrays."""
+
+    def get_meminfos(self, builder: Any, ty: Any, value: Any) -> Any:
+        """Return what counts the references to a value: of an array, its first field."""
+        if isinstance(ty, types.Array):
+            return [(ty, builder.extract_value(value, 0))]
+        if not self._context.data_model_manager[ty].contains_nrt_meminfo():
+            return []
+        return super().get_meminfos(builder, ty, value)
+
+
+class Library(JITCodeLibrary):
+    """The machine code of one kernel, or of a function of numba that kernels call."""
+
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self.kernel: tuple[str, Any] | None = None  # name and types of arguments
+        self.ir_lines = 0
+        self.called: dict[tuple[str, Any], Any] = {}  # libraries of kernels that are called by their symbols
+        self.callees: list[tuple[str, Any]] = []  # all kernels that the code was compiled with
+        self._bitcode: bytes | None = None
+
+    @property
+    def is_linked(self) -> bool:
+        """Whether callers hold a copy of the code, which may be inlined."""
+        return self.kernel is None or self.ir_lines <= MAX_LINKED_IR_LINES
+
+    def finalize(self) -> None:
+        """Link what is small, optimise and make machine code, as numba does."""
+        self._codegen._check_llvm_bugs()
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self.called.update(getattr(library, "called", {}))
+            self.callees += [library.kernel] if getattr(library, "kernel", None) else getattr(library, "callees", [])
+            if getattr(library, "is_linked", True):
+                self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+            else:
+                self.called[library.kernel] = library
+        self._optimize_final_module()
+        self._final_module.verify()
+        self._finalize_final_module()
+
+    def _get_module_for_linking(self) -> Any:
+        if self._bitcode is not None:  # kept code that no caller has asked for yet
+            self._shared_module, self._bitcode = llvmlite.binding.parse_bitcode(self._bitcode), None
+        return super()._get_module_for_linking()
+
+    def serialize_using_object_code(self) -> Any:
+        """Return all that a process needs to run the kernel, and to link it if it is small."""
+        self._ensure_finalized()
+        module = self._final_module
+        symbols = [f.name for f in module.functions if not f.is_declaration]
+        symbols += [g.name for g in module.global_variables if not g.is_declaration]
+        bitcode = self._get_module_for_linking().as_bitcode() if self.is_linked else None
+        return (
+            self.name,
+            "object",
+            (self._get_compiled_object(), bitcode, symbols, self.kernel, self.callees, self.ir_lines),
+        )
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: Any) -> "Library":
+        name, _, (code, bitcode, symbols, kernel, callees, ir_lines) = state
+        self: Library = codegen.create_library(name)
+        self.enable_object_caching()
+        self._set_compiled_object(code)
+        self.kernel, self.callees, self.ir_lines, self._bitcode = kernel, callees, ir_lines, bitcode
+        self._finalize_final_module()
+        codegen._engine._defined_symbols.update(symbols)
+        return self
+
+
+class Codegen(JITCPUCodegen):
+    """What makes machine code."""
+
+    _library_class = Library
+
+    def _get_host_cpu_name(self) -> Any:
+        return os.environ.get("SKYVERSE_CPU") or super()._get_host_cpu_name()
+
+    def _get_host_cpu_features(self) -> Any:
+        return "" if os.environ.get("SKYVERSE_CPU") else super()._get_host_cpu_features()
+
+
+class Context(CPUContext):
+    """What kernels are compiled for."""
+
+    def init(self) -> None:
+        """Take a code generator of this target's own."""
+        super().init()
+        self._internal_codegen = Codegen("skyverse.exec")
+
+    @cached_property
+    def nrt(self) -> Runtime:
+        """Reference counting."""
+        return Runtime(self, self.enable_nrt)
+
+    def mangler(self, name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> Any:
+        """Return the symbol of a function: of numba's own functions, one that no other process uses.
+
+        Numba counts in each process from one; the code of two processes may be loaded by a third.
+        """
+        if uid is not None and uid < PROCESS:
+            uid += PROCESS
+        return super().mangler(name, types, abi_tags=abi_tags, uid=uid)
+
+
+class Target(CPU):
+    """The CPU, as kernels are compiled for it."""
+
+
+class Descriptor(CPUTarget):
+    """The contexts of the target."""
+
+    @cached_property
+    def _toplevel_target_context(self) -> Context:
+        return Context(self.typing_context, self._target_name)
+
+
+target_registry[TARGET] = Target
+
+
+class Compiled(CPUDispatcher):
+    """What calls a function that was compiled for this target: a kernel, or a function of numba that kernels call."""
+
+    targetdescr = Descriptor(TARGET)
+
+
+dispatcher_registry[Target] = Compiled
+jit_registry[Target] = partial(jit, _target=TARGET)
+
+
+class Pipeline(compiler.Compiler):
+    """Compiles a kernel under a symbol that tells its content, so that it is the same in each process."""
+
+    def __init__(self, kernel: "Kernel", *settings: Any) -> None:
+        super().__init__(*settings)
+        self._kernel = kernel
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile the plain function."""
+        self.state.func_id = FunctionIdentity.from_function(func)
+        self.state.func_id.unique_id = self._kernel.symbol
+        self.state.func_id.unique_name = f"{self.state.func_id.func_qualname}${self._kernel.symbol}"
+        ExtractByteCode().run_pass(self.state)
+        self.state.lifted = ()
+        self.state.lifted_from = None
+        return self._compile_bytecode()
+
+
+class Kernel(Compiled):
+    """What calls a compiled kernel: once compiled, it takes all integers.
 
     Numba would compile a function that kernels call again for each constant that one of them hands to it.
     """
 
-    def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return how other kernels call this one, by arguments of these types."""
-        return super().get_call_template([unliteral(kind) for kind in args], kws)
+    def __init__(self, function: Any, **options: Any) -> None:
+        options = {"nopython": True, "boundscheck": None, "nogil": True, "no_cfunc_wrapper": True, **options}
+        super().__init__(function, targetoptions=options, pipeline_class=partial(Pipeline, self))
+        self._compiler._compile_core = self._compile_core
+        self._cache = KeptCode(self, _pack, _unpack)
+
+    @cached_property
+    def symbol(self) -> int:
+        """A number for the symbol: of the content, above those that `Context.mangler` gives."""
+        return int(digest_of(self)[:24], 16) | 1 << 96
 
     @property
     def compiled(self) -> "Kernel":
         """What calls the compiled function: this."""
         return self
 
-    def enable_caching(self) -> None:
-        """Keep machine code in the stores from now on."""
-        self._cache = KeptCode(self)
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return how other kernels call this one, by arguments of these types."""
+        return super().get_call_template([referenced(unliteral(kind)) for kind in args], kws)
+
+    def add_overload(self, cres: Any) -> None:
+        """Take a compiled signature, and note what the code is, so that callers may call it by its symbol."""
+        library = cres.library
+        if library.kernel is None:
+            library.ir_lines = str(library.get_function(cres.fndesc.mangled_name)).count("\n")
+            library.kernel = name_of(self), tuple(cres.signature.args)
+        super().add_overload(cres)
+
+    def _compile_core(self, args: Any, return_type: Any) -> Any:
+        flags = Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        with target_override(TARGET):
+            return compiler.compile_extra(
+                self.typingctx,
+                self.targetctx,
+                self.py_func,
+                args=args,
+                return_type=return_type,
+                flags=flags,
+                locals={},
+                pipeline_class=self._compiler.pipeline_class,
+            )
 
 
 class Inner(Kernel):
     """What calls a function that is compiled for other kernels only, without a way into it from Python."""
 
+    def __init__(self, function: Any, **options: Any) -> None:
+        super().__init__(function, no_cpython_wrapper=True, **options)
+
     def __call__(self, *arguments: Any) -> Any:
         """Return what the plain function returns."""
         return self.py_func(*arguments)
 
-    @property
+    @cached_property
     def compiled(self) -> Kernel:
         """The same function compiled with a way into it from Python, for tests."""
-        if "_compiled" not in vars(self):
-            options = {name: value for name, value in self.targetoptions.items() if name != "no_cpython_wrapper"}
-            self._compiled = Kernel(self.py_func, targetoptions=options)
-            self._compiled.enable_caching()
-        return self._compiled
+        return Kernel(self.py_func, **{k: v for k, v in self.targetoptions.items() if k != "no_cpython_wrapper"})
 
 
-class KeptCode(_Cache):
-    """The machine code of one kernel, for each signature, in the stores."""
-
-    def __init__(self, kernel: Kernel) -> None:
-        self._kernel = kernel
-        self._enabled = True
-
-    @property
-    def cache_path(self) -> str:
-        """The folder that machine code is kept in."""
-        return str(stores()[-1].folder) if stores() else ""
-
-    def enable(self) -> None:
-        """Use the stores."""
-        self._enabled = True
-
-    def disable(self) -> None:
-        """Do not use the stores."""
-        self._enabled = False
-
-    def flush(self) -> None:
-        """Do nothing: what is kept never becomes stale."""
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the kernel for arguments of these types as it was compiled before; None if it was not."""
-        if not self._enabled or not stores():
-            return None
-        target_context.refresh()
-        name = self._name(sig, target_context)
-        for store in stores() if name else ():
-            body = store.load(name)
-            if body is None:
-                continue
-            try:
-                return CompileResult._rebuild(target_context, *pickle.loads(body))
-            except Exception:  # nothing that can be wrong with a file may keep a kernel from being compiled
-                store.drop(name)
+def _pack(compiled: Any) -> bytes | None:
+    """Return a compiled signature as bytes, None if it cannot be kept."""
+    if compiled.lifted or compiled.library.has_dynamic_globals:
         return None
+    return bytes(dumps((list(compiled.library.called), compiled._reduce())))
 
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled for arguments of these types."""
-        if not self._enabled or data.lifted or data.library.has_dynamic_globals:
-            return
-        name = self._name(sig, data.target_context)
-        if not name or digest_now(self._kernel) != digest_of(self._kernel):  # somebody has set a global since
-            return
-        for store in stores():
-            if store.writable:
-                store.keep(name, dumps(data._reduce()))
-                return
 
-    def _name(self, sig: Any, target_context: Any) -> str:
-        """Return the name of the file for a signature; nothing if its types cannot be written down."""
-        with contextlib.suppress(TypeError):
-            types = ", ".join(text_of(kind) for kind in (sig.args if hasattr(sig, "args") else sig))
-            key = (digest_of(self._kernel), types, _environment(), target_context.codegen().magic_tuple())
-            module, _, name = name_of(self._kernel).partition(":")
-            return f"{module.partition('.')[2]}.{name}-{hashlib.sha256(repr(key).encode()).hexdigest()[:40]}"
-        return ""
+def _unpack(kernel: Kernel, body: bytes) -> Any:
+    """Return a compiled signature from bytes; load or compile the kernels that it calls by their symbols before."""
+    called, compiled = pickle.loads(body)
+    kernels = callees_of(kernel)
+    for name, arguments in called:
+        kernels[name].compile(arguments)
+    result = compiler.CompileResult._rebuild(kernel.targetctx, *compiled)
+    result.library.called = {key: kernels[key[0]].overloads[key[1]].library for key in called}
+    return result
+
+
+def library_of(name: str, arguments: tuple[Any, ...]) -> Library:
+    """Return the machine code of a kernel that has been compiled for arguments of these types."""
+    module, _, function = name.partition(":")
+    library: Library = getattr(importlib.import_module(module), function).overloads[arguments].library
+    return library
 
 
 @cache
-def stores() -> tuple[KernelStore, ...]:
-    """Return where machine code is looked for, in this order."""
-    folder = user_folder()
-    return (KernelStore(folder),) if folder else ()
-
-
-@cache
-def _environment() -> str:
-    """Return what machine code depends on beside the kernels: versions, settings, and how this package compiles."""
-    import sys
-
-    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.implementation.cache_tag)
-    settings = [getattr(config, name, None) for name in SETTINGS]
-    here = Path(__file__)
-    code = [(here.parent / name).read_bytes() for name in (here.name, "digest.py", "signatures.py")]
-    return repr((versions, settings, hashlib.sha256(b"".join(code)).hexdigest()))
+def processor() -> tuple[str, str, str]:
+    """Return what machine code is made for: system, name of the processor, its features."""
+    system, cpu, features = Compiled.targetdescr.target_context.codegen().magic_tuple()
+    return str(system), str(cpu), str(features)

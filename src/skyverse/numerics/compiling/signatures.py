@@ -8,15 +8,18 @@ from typing import Any
 from numba.core import types
 
 from skyverse.numerics.compiling.digest import name_of
+from skyverse.numerics.compiling.references import Reference
 
 GENERATOR = "Generator"
 _TOKEN = re.compile(
-    r"readonly |array\((\w+), (\d)d, ([CFA])\)|default\(([^()]*)\)|Tuple\(|([\w.]+:[\w.]+)\(|(\w+)|(\))|, "
+    r"readonly |array\((\w+), (\d)d, ([CFA])\)|default\(([^()]*)\)|Tuple\(|(&?[\w.]+:[\w.]+)\(|(\w+)|(\))|, "
 )
 
 
 def text_of(kind: Any) -> str:
     """Return a type as text: ``float64``, ``array(float64, 2d, C)``, ``package.module:NamedTuple(int64, float64)``.
+
+    An ampersand before a NamedTuple means that it is taken by reference.
 
     Raises
     ------
@@ -26,8 +29,9 @@ def text_of(kind: Any) -> str:
     if isinstance(kind, types.Array) and isinstance(kind.dtype, (types.Number, types.Boolean)) and kind.aligned:
         readonly = "" if kind.mutable else "readonly "
         return f"{readonly}array({text_of(kind.dtype)}, {kind.ndim}d, {kind.layout})"
-    if isinstance(kind, (types.NamedTuple, types.NamedUniTuple)):
-        return f"{name_of(kind.instance_class)}({', '.join(map(text_of, kind.types))})"
+    if isinstance(kind, (types.NamedTuple, types.NamedUniTuple, Reference)):
+        sign = "&" if isinstance(kind, Reference) else ""
+        return f"{sign}{name_of(kind.instance_class)}({', '.join(map(text_of, kind.types))})"
     if isinstance(kind, (types.Tuple, types.UniTuple)):
         return f"Tuple({', '.join(map(text_of, kind.types))})"
     if isinstance(kind, types.NumPyRandomGeneratorType):
@@ -73,7 +77,8 @@ def _parse(tokens: list[re.Match[str]]) -> Any:
     if not token[5]:
         return types.Tuple(items)
     module, _, name = token[5].partition(":")
-    return tuple_type(items, getattr(importlib.import_module(module), name))
+    cls = getattr(importlib.import_module(module.removeprefix("&")), name)
+    return Reference(cls, tuple(items)) if module.startswith("&") else tuple_type(items, cls)
 
 
 def tuple_type(items: list[Any], cls: Any) -> Any:

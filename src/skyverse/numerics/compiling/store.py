@@ -75,6 +75,10 @@ class KernelStore:
             return False
         return not self.refusal and os.access(self.folder, os.W_OK)
 
+    def holds(self, name: str) -> bool:
+        """Tell whether something was kept under a name."""
+        return self._is_trusted() and self._path(name).exists()
+
     def load(self, name: str) -> bytes | None:
         """Return what was kept under a name, None if there is nothing or the file is broken."""
         if not self._is_trusted():

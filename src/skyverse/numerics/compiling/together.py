@@ -1,0 +1,84 @@
+"""Kernels compiled by as many processes as there are cores, each kernel by one of them, into the user's store."""
+
+import heapq
+import multiprocessing
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+
+from skyverse.numerics.compiling.kept_code import is_kept, stores
+from skyverse.numerics.compiling.listing import Listing, read_listing
+from skyverse.numerics.cores import cores
+from skyverse.numerics.kernel import PLAIN_NUMBA, PLAIN_PYTHON
+
+OnCompiled = Callable[[int, int, str], None]
+MIN_KERNELS = 8  # starting processes takes as long as compiling about so many
+
+
+def compile_missing(
+    workloads: Iterable[str], on_compiled: OnCompiled | None = None, *, workers: int | None = None
+) -> int:
+    """Compile what workloads need and the stores do not hold, and return how many kernels that were.
+
+    Nothing is compiled where nothing can be kept, nor where so little is missing that more processes would not help.
+
+    Parameters
+    ----------
+    workloads
+        Names of workloads in the list; ``"all"`` stands for the whole list.
+    on_compiled
+        Called with the lines of IR that are done, with those of all that is missing, and with the kernel that was
+        compiled last: once with an empty name before the first.
+    workers
+        How many processes; as many as there are cores by default.
+    """
+    if PLAIN_PYTHON or PLAIN_NUMBA or not any(store.writable for store, _ in stores()):
+        return 0
+    listing, workloads = read_listing(), list(workloads)
+    asked = range(len(listing.kernels)) if "all" in workloads else listing.needed_by(workloads)
+    missing = [i for i in asked if not is_kept(*listing.kernels[i].load())]
+    if len(missing) < MIN_KERNELS:
+        return 0
+    workers = workers or cores()
+    total, done = sum(listing.kernels[i].ir_lines for i in missing), 0
+    if on_compiled is not None:
+        on_compiled(0, total, "")
+    context = multiprocessing.get_context("spawn")  # a fork would inherit locks that others hold
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        for i in _in_order(listing, missing, pool, workers):
+            done += listing.kernels[i].ir_lines
+            if on_compiled is not None:
+                on_compiled(done, total, listing.kernels[i].name)
+    return len(missing)
+
+
+def _in_order(listing: Listing, missing: list[int], pool: ProcessPoolExecutor, workers: int) -> Iterable[int]:
+    """Compile each kernel when those that it calls are done, first what most work waits for; yield what is done."""
+    waiting = {i: {k for k in listing.kernels[i].calls if k in set(missing)} for i in missing}
+    callers: dict[int, list[int]] = {i: [] for i in missing}
+    for i, calls in waiting.items():
+        for k in calls:
+            callers[k].append(i)
+    behind: dict[int, int] = {}  # lines of IR on the longest way from a kernel to the last of its callers
+    for i in sorted(missing, reverse=True):
+        behind[i] = listing.kernels[i].ir_lines + max((behind[k] for k in callers[i]), default=0)
+    ready = [(-behind[i], i) for i, calls in waiting.items() if not calls]
+    heapq.heapify(ready)
+    running: dict[Future[None], int] = {}
+    while ready or running:
+        while ready and len(running) < workers:
+            _, i = heapq.heappop(ready)
+            running[pool.submit(_compile, i)] = i
+        finished, _ = wait(running, return_when=FIRST_COMPLETED)
+        for future in finished:
+            i = running.pop(future)
+            future.result()
+            yield i
+            for k in callers[i]:
+                waiting[k].discard(i)
+                if not waiting[k]:
+                    heapq.heappush(ready, (-behind[k], k))
+
+
+def _compile(i: int) -> None:
+    kernel, types = read_listing().kernels[i].load()
+    kernel.compile(types)

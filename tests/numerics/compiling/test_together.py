@@ -1,0 +1,73 @@
+"""Kernels compiled side by side, from the list of those that are needed."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from skyverse.numerics.compiling.listing import read_listing, write_listing
+from skyverse.numerics.kernel import PLAIN_PYTHON
+
+BENCHMARK = Path(__file__).parents[3] / "benchmarks" / "compiling.py"
+SIDE_BY_SIDE = """
+import sys
+from skyverse.numerics.compiling import together
+from skyverse.numerics.compiling.kept_code import is_kept
+from skyverse.numerics.compiling.listing import Listing, read_listing
+
+if __name__ == "__main__":
+    kernels = read_listing().kernels
+    few = [i for i, kernel in enumerate(kernels) if ".arrays:" in kernel.name or ".bernstein:" in kernel.name]
+    wanted = sorted({*few, *(k for i in few for k in kernels[i].calls)})
+    together.read_listing = lambda: Listing(kernels, {"few": tuple(wanted)})
+    steps = []
+    together.MIN_KERNELS = 1
+    print(together.compile_missing(["few"], lambda *step: steps.append(step), workers=2) == len(wanted))
+    print(all(is_kept(*kernels[i].load()) for i in wanted), together.compile_missing(["few"]))
+    print(steps[0][0] == 0, steps[-1][0] == steps[-1][1], len(steps) == len(wanted) + 1)
+"""
+needs_compiler = pytest.mark.skipif(PLAIN_PYTHON, reason="nothing is compiled")
+
+
+def test_those_that_are_called_stand_before_those_that_call_them():
+    listing = read_listing()
+    assert len(listing.kernels) > 200
+    assert all(k < i for i, kernel in enumerate(listing.kernels) for k in kernel.calls)
+    assert {"mission", "MVO", "AStar", "Taut", "ThetaStar", "HybridMVO"} <= {*listing.workloads}
+    for positions in listing.workloads.values():
+        assert {k for i in positions for k in listing.kernels[i].calls} <= {*positions}
+
+
+@needs_compiler
+def test_every_kernel_of_the_list_exists():
+    for listed in read_listing().kernels:
+        kernel, types = listed.load()
+        assert len(types) == len(kernel.py_func.__code__.co_varnames[: kernel.py_func.__code__.co_argcount])
+
+
+def test_a_list_is_read_back_as_it_was_written(tmp_path, monkeypatch):
+    import skyverse.numerics.compiling.listing as module
+
+    listing = read_listing()
+    write_listing(listing, tmp_path / "kernels.json")
+    monkeypatch.setattr(module, "FILE", tmp_path / "kernels.json")
+    assert read_listing.__wrapped__() == listing
+
+
+@needs_compiler
+def test_two_processes_share_the_work_and_tell_how_far_it_is(tmp_path):
+    (tmp_path / "work.py").write_text(SIDE_BY_SIDE)
+    environment = {**os.environ, "SKYVERSE_CACHE": str(tmp_path)}
+    run = subprocess.run(
+        [sys.executable, tmp_path / "work.py"], env=environment, capture_output=True, text=True, check=True
+    )
+    assert run.stdout.split() == ["True", "True", "0", "True", "True", "True"]
+
+
+@pytest.mark.slow
+@needs_compiler
+def test_all_that_the_golden_missions_need_is_listed():
+    run = subprocess.run([sys.executable, BENCHMARK, "check"], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
