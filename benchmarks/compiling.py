@@ -29,7 +29,8 @@ def calls_from_python(report: Callable[[Any, tuple[Any, ...]], None]) -> Iterato
     """Report each call of a compiled kernel from Python, with the types of its arguments."""
     from numba.core import types
 
-    from skyverse.numerics.compiling.numba_internals import Compiled, Kernel
+    from skyverse.numerics.compiling.numba_internals import Kernel
+    from skyverse.numerics.compiling.numba_target import Compiled
 
     def call(kernel: Any, *arguments: Any) -> Any:
         defaults = kernel.__defaults__ or ()

@@ -10,12 +10,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import numba
 import numpy as np
 from problems import compiled
 
 import skyverse as sky
-from skyverse.numerics.kernel import Stopwatch
+from skyverse.numerics.kernel import Stopwatch, inner, kernel
 from skyverse.space.ground import Ground
 from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree
@@ -33,33 +32,33 @@ def tests_of(space: Space, scale: float) -> Tests:
     The space's arrays are constants in the code: handing them over at every call would cost ten times the test.
     """
     low, high, boxes, clearance = space.low, space.high, space.boxes, space.clearance
-    bounds, skip, first, stop = space.tree
-    solids, round_, kind, edges, (over, past, begin, end) = space.solids
+    bounds, nodes = space.tree
+    solids, round_, kind, edges, (round_bounds, round_nodes) = space.solids
     heights, origin, step, extra, slope, extremes, levels = space.ground
 
-    @numba.njit
+    @inner
     def here() -> Space:
         return Space(
             low,
             high,
             boxes,
             clearance,
-            Tree(bounds, skip, first, stop),
-            Solids(solids, round_, kind, edges, Tree(over, past, begin, end)),
+            Tree(bounds, nodes),
+            Solids(solids, round_, kind, edges, Tree(round_bounds, round_nodes)),
             Ground(heights, origin, step, extra, slope, extremes, levels),
         )
 
-    @numba.njit
+    @inner
     def place(x: float, y: float, z: float) -> np.ndarray:
         p = np.empty(3)
         p[0], p[1], p[2] = x / scale, y / scale, z / scale
         return p
 
-    @numba.njit
+    @kernel
     def point(x: float, y: float, z: float) -> bool:
         return point_free(here(), place(x, y, z))
 
-    @numba.njit
+    @kernel
     def segment(x: float, y: float, z: float, u: float, v: float, w: float) -> bool:
         return segment_free(here(), place(x, y, z), place(u, v, w))
 
@@ -149,11 +148,11 @@ def crossings(
         for axis in range(3):
             state[axis] = float(place[axis])
 
-    @numba.njit
+    @kernel
     def points_alone(places: np.ndarray) -> int:
         return sum([point(p[0], p[1], p[2]) for p in places])
 
-    @numba.njit
+    @kernel
     def segments_alone(places: np.ndarray) -> int:
         free = 0
         for i in range(1, len(places)):

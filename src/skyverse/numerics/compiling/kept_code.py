@@ -16,9 +16,11 @@ from numba.core import config
 from numba.core.event import trigger_event
 
 from skyverse.numerics.compiling.digest import digest_now, digest_of, name_of
+from skyverse.numerics.compiling.numba_target import processor
 from skyverse.numerics.compiling.signatures import text_of
 from skyverse.numerics.compiling.store import KernelStore, user_folder
 
+CODE_FILES = ("numba_internals.py", "numba_target.py", "references.py", "signatures.py")
 SETTINGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT", "LLVM_REFPRUNE_FLAGS")
 SHIPPED = Path(__file__).with_name("shipped")  # kernels that came with a wheel: a folder for each level of processors
 LEVELS = {
@@ -117,8 +119,6 @@ _prepare: list[Callable[[], None]] = []
 @cache
 def stores() -> tuple[tuple[KernelStore, tuple[str, ...]], ...]:
     """Return where machine code is looked for, in this order, and for which processor it is there."""
-    from skyverse.numerics.compiling.numba_internals import processor
-
     system, cpu, features = processor()
     found = [
         (KernelStore(SHIPPED / level, read_only=True), (system, level, ""))
@@ -135,7 +135,7 @@ def _environment() -> str:
     versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.implementation.cache_tag)
     settings = [getattr(config, name, None) for name in SETTINGS]
     here = Path(__file__).parent
-    code = [ast.dump(_undocumented(here / name)) for name in ("numba_internals.py", "references.py", "signatures.py")]
+    code = [ast.dump(_undocumented(here / name)) for name in CODE_FILES]
     return repr((versions, settings, hashlib.sha256("".join(code).encode()).hexdigest()))
 
 

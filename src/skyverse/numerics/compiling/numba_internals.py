@@ -1,191 +1,26 @@
 # mypy: disable-error-code="misc, no-untyped-call, attr-defined, arg-type, no-any-return"
-"""All that skyverse uses of numba beyond its public interface: a compilation target of its own.
+"""What calls kernels: dispatchers for the target that `numba_target` makes, whose machine code is kept by content.
 
-Kernels are compiled as numba compiles for the CPU, but
-
-* machine code is kept by content (`KeptCode`), for numba's cache does not see that a callee has changed;
-* a large kernel is called by its symbol, not linked into each of its callers and optimised there again;
-* reference counts read one field of an array, not all;
-* compiler settings have a hash that tells them apart.
-
-Since the target has contexts of its own, other people's functions are compiled and run as ever. By versions of numba
-that this was not tried with, kernels are compiled in numba's ordinary way (see `kernel`).
+Numba's own cache does not see that a callee has changed. By versions of numba that this was not tried with, kernels are
+compiled in numba's ordinary way (see `kernel`).
 """
 
 import importlib
-import os
 import pickle
-import secrets
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from typing import Any
 
-import llvmlite
-import llvmlite.binding
-from numba.core import compiler, types
+from numba.core import compiler
 from numba.core.bytecode import FunctionIdentity
-from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
-from numba.core.cpu import CPUContext
-from numba.core.decorators import jit
-from numba.core.registry import CPUDispatcher, CPUTarget
-from numba.core.runtime.context import NRTContext
 from numba.core.serialize import dumps
-from numba.core.target_extension import CPU, dispatcher_registry, jit_registry, target_override, target_registry
+from numba.core.target_extension import target_override
 from numba.core.types import unliteral
 from numba.core.untyped_passes import ExtractByteCode
 
 from skyverse.numerics.compiling.digest import callees_of, digest_of, name_of
 from skyverse.numerics.compiling.kept_code import KeptCode
+from skyverse.numerics.compiling.numba_target import TARGET, Compiled, Flags, Library
 from skyverse.numerics.compiling.references import referenced
-
-TARGET = "skyverse"
-MAX_LINKED_IR_LINES = 200  # at 60, A* and Taut lose a tenth of their speed; see docs/performance.md
-PROCESS = secrets.randbits(40) << 24
-
-
-class Flags(compiler.Flags):
-    """Settings of a compilation that differ in their hashes where they differ in their values."""
-
-    def __hash__(self) -> int:
-        """Hash what differs from the defaults."""
-        return hash(tuple(sorted((k, str(v)) for k, v in self._values.items() if v != self.options[k].default)))
-
-    def __eq__(self, other: object) -> bool:
-        """Compare all settings, those that are set first."""
-        return (isinstance(other, Flags) and self._values == other._values) or bool(super().__eq__(other))
-
-
-class Runtime(NRTContext):
-    """Reference counting of arrays."""
-
-    def get_meminfos(self, builder: Any, ty: Any, value: Any) -> Any:
-        """Return what counts the references to a value: of an array, its first field."""
-        if isinstance(ty, types.Array):
-            return [(ty, builder.extract_value(value, 0))]
-        if not self._context.data_model_manager[ty].contains_nrt_meminfo():
-            return []
-        return super().get_meminfos(builder, ty, value)
-
-
-class Library(JITCodeLibrary):
-    """The machine code of one kernel, or of a function of numba that kernels call."""
-
-    def __init__(self, codegen: Any, name: str) -> None:
-        super().__init__(codegen, name)
-        self.kernel: tuple[str, Any] | None = None  # name and types of arguments
-        self.ir_lines = 0
-        self.called: dict[tuple[str, Any], Any] = {}  # libraries of kernels that are called by their symbols
-        self.callees: list[tuple[str, Any]] = []  # all kernels that the code was compiled with
-        self._bitcode: bytes | None = None
-
-    @property
-    def is_linked(self) -> bool:
-        """Whether callers hold a copy of the code, which may be inlined."""
-        return self.kernel is None or self.ir_lines <= MAX_LINKED_IR_LINES
-
-    def finalize(self) -> None:
-        """Link what is small, optimise and make machine code, as numba does."""
-        self._codegen._check_llvm_bugs()
-        self._raise_if_finalized()
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)
-            self.called.update(getattr(library, "called", {}))
-            self.callees += [library.kernel] if getattr(library, "kernel", None) else getattr(library, "callees", [])
-            if getattr(library, "is_linked", True):
-                self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-            else:
-                self.called[library.kernel] = library
-        self._optimize_final_module()
-        self._final_module.verify()
-        self._finalize_final_module()
-
-    def _get_module_for_linking(self) -> Any:
-        if self._bitcode is not None:  # kept code that no caller has asked for yet
-            self._shared_module, self._bitcode = llvmlite.binding.parse_bitcode(self._bitcode), None
-        return super()._get_module_for_linking()
-
-    def serialize_using_object_code(self) -> Any:
-        """Return all that a process needs to run the kernel, and to link it if it is small."""
-        self._ensure_finalized()
-        module = self._final_module
-        symbols = [f.name for f in module.functions if not f.is_declaration]
-        symbols += [g.name for g in module.global_variables if not g.is_declaration]
-        bitcode = self._get_module_for_linking().as_bitcode() if self.is_linked else None
-        return (
-            self.name,
-            "object",
-            (self._get_compiled_object(), bitcode, symbols, self.kernel, self.callees, self.ir_lines),
-        )
-
-    @classmethod
-    def _unserialize(cls, codegen: Any, state: Any) -> "Library":
-        name, _, (code, bitcode, symbols, kernel, callees, ir_lines) = state
-        self: Library = codegen.create_library(name)
-        self.enable_object_caching()
-        self._set_compiled_object(code)
-        self.kernel, self.callees, self.ir_lines, self._bitcode = kernel, callees, ir_lines, bitcode
-        self._finalize_final_module()
-        codegen._engine._defined_symbols.update(symbols)
-        return self
-
-
-class Codegen(JITCPUCodegen):
-    """What makes machine code."""
-
-    _library_class = Library
-
-    def _get_host_cpu_name(self) -> Any:
-        return os.environ.get("SKYVERSE_CPU") or super()._get_host_cpu_name()
-
-    def _get_host_cpu_features(self) -> Any:
-        return "" if os.environ.get("SKYVERSE_CPU") else super()._get_host_cpu_features()
-
-
-class Context(CPUContext):
-    """What kernels are compiled for."""
-
-    def init(self) -> None:
-        """Take a code generator of this target's own."""
-        super().init()
-        self._internal_codegen = Codegen("skyverse.exec")
-
-    @cached_property
-    def nrt(self) -> Runtime:
-        """Reference counting."""
-        return Runtime(self, self.enable_nrt)
-
-    def mangler(self, name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> Any:
-        """Return the symbol of a function: of numba's own functions, one that no other process uses.
-
-        Numba counts in each process from one; the code of two processes may be loaded by a third.
-        """
-        if uid is not None and uid < PROCESS:
-            uid += PROCESS
-        return super().mangler(name, types, abi_tags=abi_tags, uid=uid)
-
-
-class Target(CPU):
-    """The CPU, as kernels are compiled for it."""
-
-
-class Descriptor(CPUTarget):
-    """The contexts of the target."""
-
-    @cached_property
-    def _toplevel_target_context(self) -> Context:
-        return Context(self.typing_context, self._target_name)
-
-
-target_registry[TARGET] = Target
-
-
-class Compiled(CPUDispatcher):
-    """What calls a function that was compiled for this target: a kernel, or a function of numba that kernels call."""
-
-    targetdescr = Descriptor(TARGET)
-
-
-dispatcher_registry[Target] = Compiled
-jit_registry[Target] = partial(jit, _target=TARGET)
 
 
 class Pipeline(compiler.Compiler):
@@ -295,10 +130,3 @@ def library_of(name: str, arguments: tuple[Any, ...]) -> Library:
     module, _, function = name.partition(":")
     library: Library = getattr(importlib.import_module(module), function).overloads[arguments].library
     return library
-
-
-@cache
-def processor() -> tuple[str, str, str]:
-    """Return what machine code is made for: system, name of the processor, its features."""
-    system, cpu, features = Compiled.targetdescr.target_context.codegen().magic_tuple()
-    return str(system), str(cpu), str(features)
