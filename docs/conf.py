@@ -28,7 +28,15 @@ extensions = [
     "cyclopts.sphinx_ext",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip", "gallery/*.json", "**.md5"]
+exclude_patterns = [
+    "_build",
+    "gallery/*.ipynb",
+    "gallery/*.py",
+    "gallery/*.zip",
+    "gallery/*.json",
+    "generated/*.md",
+    "**.md5",
+]
 templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"skyverse {release}"

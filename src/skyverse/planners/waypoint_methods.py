@@ -1,5 +1,6 @@
 """The nine optimisers of vectors as planners: each class names its optimiser and the package that it needs, if any."""
 
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -12,11 +13,11 @@ from skyverse.planners.waypoints import WaypointSearch
 class _Method(WaypointSearch):
     """A `WaypointSearch` by an optimiser that is the same for all of its planners."""
 
-    optimiser: ClassVar["staticmethod[[Evaluate, Floats, np.random.Generator], Iterations]"]
+    optimiser: ClassVar[Callable[[Evaluate, Floats, np.random.Generator], Iterations]]
 
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
         """Run the optimiser."""
-        return self.optimiser(evaluate, first, rng)
+        return type(self).optimiser(evaluate, first, rng)
 
 
 class CMAES(_Method):

@@ -18,12 +18,8 @@ from skyverse.referee.world import RefereeWorld, referee_world
 class Certificates(NamedTuple):
     """What is proven of a mission.
 
-    Attributes
-    ----------
-    trajectories
-        The certificate of each UAV's trajectory, in the scenario's order; ``None`` where it has no trajectory.
-    apart
-        The certificate of the fleet's separation.
+    The certificate of each UAV's trajectory stands in the scenario's order, ``None`` where a UAV has no trajectory;
+    beside them stands the certificate of the fleet's separation.
     """
 
     trajectories: tuple[Certificate | None, ...]
