@@ -1,7 +1,6 @@
 """The nine optimisers of vectors as planners: each class names its optimiser and the package that it needs, if any."""
 
-from collections.abc import Callable
-from typing import ClassVar
+from abc import abstractmethod
 
 import numpy as np
 
@@ -13,11 +12,14 @@ from skyverse.planners.waypoints import WaypointSearch
 class _Method(WaypointSearch):
     """A `WaypointSearch` by an optimiser that is the same for all of its planners."""
 
-    optimiser: ClassVar[Callable[[Evaluate, Floats, np.random.Generator], Iterations]]
+    @staticmethod
+    @abstractmethod
+    def optimiser(evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
+        """Minimise `evaluate` from the vectors `first` on, (n, dimensions), and yield after each iteration."""
 
     def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
         """Run the optimiser."""
-        return type(self).optimiser(evaluate, first, rng)
+        return self.optimiser(evaluate, first, rng)
 
 
 class CMAES(_Method):
