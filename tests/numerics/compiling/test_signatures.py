@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numba.core import types
 
-from skyverse.numerics.compiling.references import Reference
+from skyverse.numerics.compiling.references import StructReference
 from skyverse.numerics.compiling.signatures import text_of, type_of
 from skyverse.space.tree import Tree
 
@@ -41,7 +41,7 @@ def test_a_type_is_read_back_from_its_text(value, text):
 
 def test_defaults_and_named_tuples_by_value_are_read_back():
     by_value = types.NamedTuple([types.float64[:, ::1], types.int64[:, ::1]], Tree)
-    for kind in (types.Omitted(0.5), types.Omitted(400), by_value, Reference(Tree, (by_value, types.float64))):
+    for kind in (types.Omitted(0.5), types.Omitted(400), by_value, StructReference(Tree, (by_value, types.float64))):
         assert type_of(text_of(kind)) == kind
 
 

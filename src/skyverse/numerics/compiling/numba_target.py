@@ -149,7 +149,7 @@ class Context(CPUContext):
         return super().mangler(name, types, abi_tags=abi_tags, uid=uid)
 
 
-class Target(CPU):
+class KernelTarget(CPU):
     """The CPU, as kernels are compiled for it."""
 
 
@@ -161,7 +161,7 @@ class Descriptor(CPUTarget):
         return Context(self.typing_context, self._target_name)
 
 
-target_registry[TARGET] = Target
+target_registry[TARGET] = KernelTarget
 
 
 class Compiled(CPUDispatcher):
@@ -170,8 +170,8 @@ class Compiled(CPUDispatcher):
     targetdescr = Descriptor(TARGET)
 
 
-dispatcher_registry[Target] = Compiled
-jit_registry[Target] = partial(jit, _target=TARGET)
+dispatcher_registry[KernelTarget] = Compiled
+jit_registry[KernelTarget] = partial(jit, _target=TARGET)
 
 
 @cache

@@ -31,17 +31,17 @@ def add_class(cls: type) -> None:
     @typeof_impl.register(cls)
     def _(value: Any, context: Any) -> Any:
         kinds = tuple(typeof_impl(item, context) for item in value)
-        return None if None in kinds else Reference(cls, kinds)
+        return None if None in kinds else StructReference(cls, kinds)
 
 
 def referenced(kind: Any) -> Any:
     """Return the type by which a kernel takes an argument of this type."""
     if isinstance(kind, (types.NamedTuple, types.NamedUniTuple)) and kind.instance_class in _CLASSES:
-        return Reference(kind.instance_class, tuple(map(referenced, kind.types)))
+        return StructReference(kind.instance_class, tuple(map(referenced, kind.types)))
     return kind
 
 
-class Reference(types.Type):
+class StructReference(types.Type):
     """The type of a pointer to the fields of a NamedTuple."""
 
     def __init__(self, cls: Any, kinds: tuple[Any, ...]) -> None:
@@ -60,7 +60,7 @@ class Reference(types.Type):
 
 @infer_getattr
 class _Fields(AttributeTemplate):
-    key = Reference
+    key = StructReference
 
     def generic_resolve(self, reference: Any, attribute: str) -> Any:
         with contextlib.suppress(ValueError):
@@ -68,9 +68,9 @@ class _Fields(AttributeTemplate):
         return None
 
 
-@register_model(Reference)
-class _Model(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: Reference) -> None:
+@register_model(StructReference)
+class _ReferenceModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: StructReference) -> None:
         self.struct = ir.LiteralStructType([_stored(manager, field) for field in kind.types])
         super().__init__(manager, kind, self.struct.as_pointer())
 
@@ -78,20 +78,20 @@ class _Model(models.PrimitiveModel):
 def _stored(manager: Any, kind: Any) -> Any:
     """Return how a field lies in memory: a NamedTuple within another one as its fields."""
     model = manager.lookup(kind)
-    return model.struct if isinstance(kind, Reference) else model.get_data_type()
+    return model.struct if isinstance(kind, StructReference) else model.get_data_type()
 
 
-@lower_getattr_generic(Reference)
+@lower_getattr_generic(StructReference)
 def _read_field(context: Any, builder: Any, kind: Any, pointer: Any, attribute: str) -> Any:
     i = kind.fields.index(attribute)
     field = cgutils.gep_inbounds(builder, pointer, 0, i)
-    if isinstance(kind.types[i], Reference):
+    if isinstance(kind.types[i], StructReference):
         return field
     value = context.data_model_manager.lookup(kind.types[i]).load_from_data_pointer(builder, field)
     return impl_ret_borrowed(context, builder, kind.types[i], value)
 
 
-@lower_cast(types.BaseTuple, Reference)
+@lower_cast(types.BaseTuple, StructReference)
 def _refer_to(context: Any, builder: Any, kind: Any, to: Any, value: Any) -> Any:
     """Lay down a NamedTuple that a kernel has made; its owner keeps it alive while another kernel reads it."""
     pointer = cgutils.alloca_once(builder, context.data_model_manager.lookup(to).struct)
@@ -103,21 +103,21 @@ def _write(context: Any, builder: Any, kind: Any, to: Any, value: Any, pointer: 
     for i, field in enumerate(to.types):
         place = cgutils.gep_inbounds(builder, pointer, 0, i)
         item = builder.extract_value(value, i)
-        if not isinstance(field, Reference):
+        if not isinstance(field, StructReference):
             builder.store(context.data_model_manager.lookup(field).as_data(builder, item), place)
-        elif isinstance(kind.types[i], Reference):
+        elif isinstance(kind.types[i], StructReference):
             builder.store(builder.load(item), place)
         else:
             _write(context, builder, kind.types[i], field, item, place)
 
 
-@box(Reference)
+@box(StructReference)
 def _box(kind: Any, pointer: Any, c: Any) -> Any:
     """Make a NamedTuple for Python, of fields that a kernel was given by reference and has returned within another."""
     items = []
     for i, field in enumerate(kind.types):
         place = cgutils.gep_inbounds(c.builder, pointer, 0, i)
-        if not isinstance(field, Reference):
+        if not isinstance(field, StructReference):
             place = c.context.data_model_manager.lookup(field).load_from_data_pointer(c.builder, place)
             if c.context.enable_nrt:
                 c.context.nrt.incref(c.builder, field, place)
@@ -129,7 +129,7 @@ def _box(kind: Any, pointer: Any, c: Any) -> Any:
     return made
 
 
-@unbox(Reference)
+@unbox(StructReference)
 def _unbox(kind: Any, value: Any, c: Any) -> Any:
     pointer = cgutils.alloca_once(c.builder, c.context.data_model_manager.lookup(kind).struct)
     natives: list[tuple[Any, Any]] = []
@@ -153,7 +153,7 @@ def _fill(kind: Any, value: Any, c: Any, pointer: Any, natives: list[tuple[Any, 
     for i, field in enumerate(kind.types):
         item = c.pyapi.tuple_getitem(value, i)
         place = cgutils.gep_inbounds(c.builder, pointer, 0, i)
-        if isinstance(field, Reference):
+        if isinstance(field, StructReference):
             _fill(field, item, c, place, natives)
         else:
             native = c.unbox(field, item)

@@ -8,7 +8,7 @@ from typing import Any
 from numba.core import types
 
 from skyverse.numerics.compiling.digest import name_of
-from skyverse.numerics.compiling.references import Reference
+from skyverse.numerics.compiling.references import StructReference
 
 GENERATOR = "Generator"
 _TOKEN = re.compile(
@@ -29,8 +29,8 @@ def text_of(kind: Any) -> str:
     if isinstance(kind, types.Array) and isinstance(kind.dtype, (types.Number, types.Boolean)) and kind.aligned:
         readonly = "" if kind.mutable else "readonly "
         return f"{readonly}array({text_of(kind.dtype)}, {kind.ndim}d, {kind.layout})"
-    if isinstance(kind, (types.NamedTuple, types.NamedUniTuple, Reference)):
-        sign = "&" if isinstance(kind, Reference) else ""
+    if isinstance(kind, (types.NamedTuple, types.NamedUniTuple, StructReference)):
+        sign = "&" if isinstance(kind, StructReference) else ""
         return f"{sign}{name_of(kind.instance_class)}({', '.join(map(text_of, kind.types))})"
     if isinstance(kind, (types.Tuple, types.UniTuple)):
         return f"Tuple({', '.join(map(text_of, kind.types))})"
@@ -78,7 +78,7 @@ def _parse(tokens: list[re.Match[str]]) -> Any:
         return types.Tuple(items)
     module, _, name = token[5].partition(":")
     cls = getattr(importlib.import_module(module.removeprefix("&")), name)
-    return Reference(cls, tuple(items)) if module.startswith("&") else tuple_type(items, cls)
+    return StructReference(cls, tuple(items)) if module.startswith("&") else tuple_type(items, cls)
 
 
 def tuple_type(items: list[Any], cls: Any) -> Any:
