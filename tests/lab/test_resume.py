@@ -35,7 +35,7 @@ def kept(folder):
         return list(rows)
 
 
-def count_when(folder, least):
+def count_when(folder, least, process):
     """Wait until so many rows are there, and return how many are."""
     for _ in range(6000):
         time.sleep(0.01)
@@ -43,7 +43,9 @@ def count_when(folder, least):
             with Rows(folder / "rows.sqlite") as rows:
                 if len(rows) >= least:
                     return len(rows)
-    raise AssertionError("no rows came")
+        assert process.poll() is None, process.communicate()
+    process.kill()
+    raise AssertionError(f"no rows came: {process.communicate()}")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="process groups are killed with POSIX signals")
@@ -53,7 +55,7 @@ def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(t
     before = []
     for least in (1, 50):
         process = compare(folder, "--workers", "2")
-        count_when(folder, least)
+        count_when(folder, least, process)
         time.sleep(chance.uniform(0, 0.1))
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
@@ -75,7 +77,7 @@ def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(t
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_ctrl_c_ends_with_130_and_says_how_to_go_on(tmp_path, workers):
     process = compare(tmp_path, "--workers", workers, "--seed", "100")
-    count_when(tmp_path, 3)
+    count_when(tmp_path, 3, process)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers, too
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130

@@ -1,6 +1,7 @@
 """Rows in their file."""
 
 import sqlite3
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -133,3 +134,13 @@ def test_rows_can_be_read_while_they_are_written(rows):
     with Rows(rows.path) as reader:
         rows.add(replace(ROW, seed=1), "l")
         assert len(reader) == 2
+
+
+def test_a_file_that_another_process_begins_at_the_same_instant_is_waited_for(tmp_path):
+    other = sqlite3.connect(tmp_path / "rows.sqlite", isolation_level=None, check_same_thread=False)
+    other.execute("BEGIN IMMEDIATE")
+    timer = threading.Timer(0.3, other.close)
+    timer.start()
+    with Rows(tmp_path / "rows.sqlite") as rows:
+        assert len(rows) == 0
+    timer.join()

@@ -1,6 +1,7 @@
 """The rows of a study in one SQLite file. Each row is stored as a whole or not at all, whenever the process ends."""
 
 import sqlite3
+import time
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
@@ -27,6 +28,7 @@ _SQL_TYPES: dict[Any, str] = {
 }
 _DEFINITIONS = ", ".join(f"{f.name} {_SQL_TYPES[f.type]}" for f in fields(Row) if f.name in COLUMN_TYPES)
 
+MAX_WAIT_S = 60.0  # for another process that writes the same file
 _APPLICATION = 0x736B7976  # "skyv"
 _TABLES = (
     f"CREATE TABLE runs (key TEXT PRIMARY KEY, {_DEFINITIONS}, history BLOB NOT NULL, "
@@ -58,11 +60,11 @@ class Rows:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         try:
-            self._file = sqlite3.connect(self.path, isolation_level=None, timeout=60.0)
+            self._file = sqlite3.connect(self.path, isolation_level=None, timeout=MAX_WAIT_S)
         except sqlite3.Error as error:
             raise InputError(f"{self.path}: cannot be opened: {error}") from None
         try:
-            self._file.execute("PRAGMA journal_mode = WAL")
+            self._write_ahead()
             self._file.execute("PRAGMA synchronous = NORMAL")
             self._begin()
         except sqlite3.Error as error:
@@ -71,6 +73,18 @@ class Rows:
         except InputError:
             self._file.close()
             raise
+
+    def _write_ahead(self) -> None:
+        """Let others read while rows are written; SQLite does not wait by itself if another process begins as well."""
+        deadline = time.monotonic() + MAX_WAIT_S
+        while True:
+            try:
+                self._file.execute("PRAGMA journal_mode = WAL")
+                return
+            except sqlite3.OperationalError as error:
+                if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > deadline:
+                    raise
+            time.sleep(0.01)
 
     def _begin(self) -> None:
         self._file.execute("BEGIN IMMEDIATE")
