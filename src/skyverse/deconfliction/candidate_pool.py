@@ -82,8 +82,7 @@ class CandidatePool:
     def conflicts(self, candidate: Candidate, departure: float, traffic: Traffic) -> Bools:
         """Tell with which flights of the traffic a candidate is in conflict if it departs at an instant, (n,)."""
         curves, trees = self._store.arrays
-        found: Bools = conflicting_flights(curves, trees, traffic, TimedCurve(candidate.curve, departure, 1.0))
-        return found
+        return conflicting_flights(curves, trees, traffic, TimedCurve(candidate.curve, departure, 1.0))
 
     def earliest_departure(
         self, candidate: Candidate, time_scale: float, traffic: Traffic, latest: float

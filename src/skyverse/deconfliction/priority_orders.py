@@ -38,8 +38,7 @@ def next_key(planned: Sequence[Candidate], order: Sequence[int], placed: Sequenc
     blame = np.where([flight.in_conflict for flight in placed], 1.0, late / latest)
     position = np.empty(len(order))
     position[list(order)] = np.arange(len(order))
-    key: Floats = position - len(order) * blame
-    return key
+    return position - len(order) * blame
 
 
 def _paths_crossed(planned: Sequence[Candidate]) -> Floats:

@@ -68,8 +68,7 @@ def quantile(values: Floats, q: float) -> Floats:
     low, high = ordered[math.floor(place)], ordered[math.ceil(place)]
     with np.errstate(invalid="ignore"):
         between = low + (high - low) * (place - math.floor(place))
-    found: Floats = np.where(low == high, low, between)
-    return found
+    return np.where(low == high, low, between)
 
 
 def bootstrap(values: Floats, *, seed: int = 0) -> Interval | None:
@@ -183,8 +182,7 @@ def rank_biserial(a: ArrayLike, b: ArrayLike) -> float:
 def _differences(a: ArrayLike, b: ArrayLike) -> Floats:
     first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
     unequal = first != second  # two infinite costs, whose difference is undefined, are equal
-    found: Floats = first[unequal] - second[unequal]
-    return found
+    return first[unequal] - second[unequal]
 
 
 @dataclass(frozen=True)

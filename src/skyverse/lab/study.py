@@ -99,8 +99,7 @@ class Budget(_Model):
     @property
     def stop(self) -> Stop:
         """The rule that ends a search."""
-        rule: Stop = _RULES[self._unit](self._amount)
-        return rule
+        return _RULES[self._unit](self._amount)
 
 
 def _label(name: str) -> str:

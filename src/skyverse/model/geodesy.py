@@ -21,8 +21,7 @@ def to_local(origin: Origin, places: ArrayLike) -> Floats:
     """Return (n, 3) local east, north, up of (n, 3) latitude, longitude (degrees), altitude above mean sea level."""
     rows = _rows(places)
     geoid = origin.geoid or 0.0
-    moved: Floats = (_geocentric(rows, geoid) - _geocentric(_place(origin), geoid)) @ _axes(origin).T
-    return moved
+    return (_geocentric(rows, geoid) - _geocentric(_place(origin), geoid)) @ _axes(origin).T
 
 
 def to_wgs84(origin: Origin, points: ArrayLike) -> Floats:

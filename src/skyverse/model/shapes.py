@@ -189,8 +189,7 @@ class Terrain(GridModel):
         cell = np.minimum(at.astype(np.intp), last - 1)
         (i, j), (u, v) = np.moveaxis(cell, -1, 0), np.moveaxis(at - cell, -1, 0)
         low, high = h[i, j] * (1 - u) + h[i + 1, j] * u, h[i, j + 1] * (1 - u) + h[i + 1, j + 1] * u
-        z: Floats = low * (1 - v) + high * v
-        return z
+        return low * (1 - v) + high * v
 
 
 def _kind_of(value: object) -> str:

@@ -47,5 +47,4 @@ def make_planner(name: str, **settings: object) -> "Planner":
     if name not in _CLASSES:
         raise ValueError(f"there is no planner {name!r}; there are {', '.join(PLANNER_NAMES)}")
     module, _, cls = _CLASSES[name].partition(".")
-    planner: Planner = getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
-    return planner
+    return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)

@@ -35,14 +35,12 @@ class GrownBoxes(GrownSolids):
 
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds on the errors of depths: those of the positions, and rounding at the faces of the boxes."""
-        faces: Floats = error + float(np.abs([self.grown_low, self.grown_high]).max(initial=0.0)) * TWO_ROUNDINGS
-        return faces
+        return error + float(np.abs([self.grown_low, self.grown_high]).max(initial=0.0)) * TWO_ROUNDINGS
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: a part outside lies beyond one face along some axis."""
         low, high = self.grown_low[which], self.grown_high[which]
-        depth: Floats = np.minimum(part.max(axis=1) - low, high - part.min(axis=1)).min(axis=1)
-        return depth
+        return np.minimum(part.max(axis=1) - low, high - part.min(axis=1)).min(axis=1)
 
     def gap(self, position: Floats, which: int) -> float:
         """Return the distance of a position to a box along the axis where it is largest, metres."""
@@ -50,8 +48,7 @@ class GrownBoxes(GrownSolids):
 
     def gaps(self, positions: Floats, which: int) -> Floats:
         """Return the distances (n,) of positions (n, 3) to one box as `gap` does, metres."""
-        gaps: Floats = np.maximum(self.low[which] - positions, positions - self.high[which]).max(axis=1)
-        return gaps
+        return np.maximum(self.low[which] - positions, positions - self.high[which]).max(axis=1)
 
 
 def grown_boxes(scenario: Scenario) -> GrownBoxes:

@@ -41,8 +41,7 @@ def distance_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:
     way = b - a
     square = np.sum(way**2, axis=1)
     share = np.clip(np.sum((points - a) * way, axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    distance: Floats = np.sqrt(np.sum((a + share[:, None] * way - points) ** 2, axis=1))
-    return distance
+    return np.sqrt(np.sum((a + share[:, None] * way - points) ** 2, axis=1))
 
 
 def distance_error(b: Floats, error: Floats, farthest: float) -> Floats:
@@ -59,5 +58,4 @@ def distance_error(b: Floats, error: Floats, farthest: float) -> Floats:
     """
     size = np.abs(b).max(axis=(1, 2), initial=0.0)
     halved = 4 * (MAX_DEPTH + 16) * b.shape[1] * MACHINE_EPSILON * size
-    whole: Floats = 4 * error + halved + 64 * MACHINE_EPSILON * farthest
-    return whole
+    return 4 * error + halved + 64 * MACHINE_EPSILON * farthest

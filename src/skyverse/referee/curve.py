@@ -38,16 +38,14 @@ class PolynomialCurve(NamedTuple):
 
     def motion(self, piece: int, local: float) -> Floats:
         """Return position, velocity, acceleration and jerk, (4, 3), `local` seconds into one piece."""
-        motion: Floats = self.motions(np.array([piece]), np.array([local]))[0]
-        return motion
+        return self.motions(np.array([piece]), np.array([local]))[0]
 
 
 def derivative(pieces: Floats) -> Floats:
     """Return the derivatives of (n, degree + 1, 3) pieces; that of a constant is a zero of degree 0."""
     if pieces.shape[1] == 1:
         return np.zeros_like(pieces)
-    slopes: Floats = pieces[:, 1:] * np.arange(1, pieces.shape[1])[:, None]
-    return slopes
+    return pieces[:, 1:] * np.arange(1, pieces.shape[1])[:, None]
 
 
 def curve_of(trajectory: Trajectory) -> PolynomialCurve | str:

@@ -43,8 +43,7 @@ class FleetMotion(NamedTuple):
 
     def piece(self, k: int, instants: Floats) -> Indices:
         """Return the indices of the pieces that the k-th UAV flies right after instants."""
-        piece: Indices = self.first[k] + np.searchsorted(self.knots[k][:-1], instants, side="right") - 1
-        return piece
+        return self.first[k] + np.searchsorted(self.knots[k][:-1], instants, side="right") - 1
 
     def shifted(self, piece: Indices, instants: Floats) -> Floats:
         """Return pieces (m,) as polynomials of the time since other instants (m,), by Taylor's shift."""
@@ -58,8 +57,7 @@ class FleetMotion(NamedTuple):
     def shift_error(self, piece: Indices, ends: Floats) -> Floats:
         """Return bounds (m, 3) on the rounding errors of shifted pieces (m,) until `ends`, (m,) seconds; metres."""
         until = (ends - self.begins[piece])[:, None, None] ** np.arange(self.pieces.shape[1])[None, :, None]
-        error: Floats = 4 * self.pieces.shape[1] * MACHINE_EPSILON * np.sum(np.abs(self.pieces[piece]) * until, axis=1)
-        return error
+        return 4 * self.pieces.shape[1] * MACHINE_EPSILON * np.sum(np.abs(self.pieces[piece]) * until, axis=1)
 
     def positions_between(self, k: int, edges: Floats) -> list[Polynomials]:
         """Return x, y, z of the k-th UAV between consecutive edges (n + 1,), which must include all its knots."""
@@ -112,8 +110,7 @@ def fleet_motion(scenario: Scenario, curves: Sequence[PolynomialCurve | None], u
 def time_slices(motion: FleetMotion) -> Floats:
     """Return the edges of at most `MAX_SLICES` slices of time, each with about as many knots as any other; seconds."""
     edges = np.unique(np.concatenate(motion.knots))
-    some: Floats = edges[np.unique(np.linspace(0, len(edges) - 1, MAX_SLICES + 1).round().astype(int))]
-    return some
+    return edges[np.unique(np.linspace(0, len(edges) - 1, MAX_SLICES + 1).round().astype(int))]
 
 
 def near_pairs(motion: FleetMotion, edges: Floats, across: Floats, above: Floats) -> Iterator[Indices]:

@@ -48,8 +48,7 @@ class GrownGround(GrownSolids):
         size = np.abs(b).max(axis=(1, 2), initial=0.0) + float(np.abs(self.origin).max())
         off = error + (MAX_DEPTH * b.shape[1] + 32) * MACHINE_EPSILON * size
         heights = float(np.abs(self.heights).max())
-        whole: Floats = (1 + 9 * self.slope) * off + 64 * MACHINE_EPSILON * (heights + size)
-        return whole
+        return (1 + 9 * self.slope) * off + 64 * MACHINE_EPSILON * (heights + size)
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be below what must be kept.
@@ -78,8 +77,7 @@ class GrownGround(GrownSolids):
         """Return the ground's z (n,) at places (n, 2), metres."""
         cell = self._cell(places)
         (h, a, b, e), (u, v) = self._surface(cell), self._shares(places, cell).T
-        height: Floats = h + a * u + b * v + e * u * v
-        return height
+        return h + a * u + b * v + e * u * v
 
     def heights_along(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
         """Cut the straight leg from a to b, (3,) metres, where it passes from one cell to the next.
@@ -112,8 +110,7 @@ class GrownGround(GrownSolids):
         """Return the indices (..., 2) of the cells below places (..., 2), or of the nearest cells beyond the grid."""
         index = np.floor((places - self.origin) / self.step)
         last = np.array(self.heights.shape) - 2
-        cell: Indices = np.clip(np.nan_to_num(index), 0, last).astype(np.intp)
-        return cell
+        return np.clip(np.nan_to_num(index), 0, last).astype(np.intp)
 
     def _surface(self, cell: Indices) -> tuple[Floats, Floats, Floats, Floats]:
         """Return h, a, b, e of the height h + a u + b v + e u v, where u and v are shares of a step in the cell."""
@@ -123,8 +120,7 @@ class GrownGround(GrownSolids):
 
     def _shares(self, places: Floats, cell: Indices) -> Floats:
         """Return the shares (..., 2) of a step between the corner of a cell and places (..., 2)."""
-        shares: Floats = (places - (self.origin + cell * self.step)) / self.step
-        return shares
+        return (places - (self.origin + cell * self.step)) / self.step
 
     def _depth_over_cell(self, part: Floats, cell: Indices) -> Floats:
         """Return how far parts may be below what must be kept above the surface of one cell, continued beside it."""
@@ -133,8 +129,7 @@ class GrownGround(GrownSolids):
         u, v = (Polynomials(shares[:, :, axis], exact) for axis in (0, 1))
         h, a, b, e = (value[:, None] for value in self._surface(cell))
         level = Polynomials((h - part[:, :, 2]) + self.raised_by + a * u.b + b * v.b, exact)
-        depth: Floats = (level.raised(2 * level.degree).b + e * (u * v).b).max(axis=1)
-        return depth
+        return (level.raised(2 * level.degree).b + e * (u * v).b).max(axis=1)
 
     def _highest_around(self, first: Indices, last: Indices) -> Floats:
         """Return the greatest height in blocks of cells (n, 2) to (n, 2), or in slightly larger blocks; (n,) metres."""

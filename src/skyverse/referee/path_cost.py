@@ -77,8 +77,7 @@ def _without_straight_nodes(path: Floats) -> Floats:
     """Return a path without the nodes between two equal steps."""
     steps = np.diff(path, axis=0)
     straight = (steps[1:] == steps[:-1]).all(axis=1)
-    corners: Floats = path[np.r_[True, ~straight, True][: len(path)]]
-    return corners
+    return path[np.r_[True, ~straight, True][: len(path)]]
 
 
 def _bill(terms: dict[str, float], cost: object) -> str:

@@ -39,8 +39,7 @@ class Polynomials:
     @property
     def size(self) -> Floats:
         """(n,) upper bounds on the absolute values of the polynomials."""
-        size: Floats = np.abs(self.b).max(axis=1) + self.error
-        return size
+        return np.abs(self.b).max(axis=1) + self.error
 
     def raised(self, degree: int) -> Self:
         """Return the same polynomials with the coefficients of a higher degree."""

@@ -96,22 +96,19 @@ class GrownPrisms(GrownSolids):
 
 def _cross(a: Floats, b: Floats, p: Floats, q: Floats) -> NDArray[np.bool_]:
     """Tell which segments a to b and p to q, (n, 2) each, cross; those that only touch have a distance of 0 anyway."""
-    crossed: NDArray[np.bool_] = (_side(a, b, p) * _side(a, b, q) < 0) & (_side(p, q, a) * _side(p, q, b) < 0)
-    return crossed
+    return (_side(a, b, p) * _side(a, b, q) < 0) & (_side(p, q, a) * _side(p, q, b) < 0)
 
 
 def _side(a: Floats, b: Floats, p: Floats) -> Floats:
     """Return on which side of the lines from a to b points p, (n, 2) each, lie: 1 left, -1 right, 0 on the line."""
-    side: Floats = np.sign((b[:, 0] - a[:, 0]) * (p[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (p[:, 0] - a[:, 0]))
-    return side
+    return np.sign((b[:, 0] - a[:, 0]) * (p[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (p[:, 0] - a[:, 0]))
 
 
 def _ray_crosses(a: Floats, p: Floats, q: Floats) -> Indices:
     """Tell, as 0 or 1, which edges from p to q a ray from a along x crosses; (n, 2) each."""
     spans = (p[:, 1] > a[:, 1]) != (q[:, 1] > a[:, 1])
     rise = np.where(spans, q[:, 1] - p[:, 1], 1.0)
-    crosses: Indices = (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
-    return crosses
+    return (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
 
 
 def grown_prisms(scenario: Scenario) -> GrownPrisms:

@@ -35,8 +35,7 @@ class GrownSpheres(GrownSolids):
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside; exactly, where they are straight."""
         chord = chords(part)
-        depth: Floats = self.grown_radius[which] - distance_to_segment(self.centre[which], chord.a, chord.b) + chord.off
-        return depth
+        return self.grown_radius[which] - distance_to_segment(self.centre[which], chord.a, chord.b) + chord.off
 
     def gap(self, position: Floats, which: int) -> float:
         """Return the distance of a position to a sphere, metres."""
@@ -75,8 +74,7 @@ class GrownCylinders(GrownSolids):
         """Return how deep parts may be inside: a part outside is far from the axis, below or above."""
         chord = chords(part[:, :, :2])
         level = self.grown_radius[which] - distance_to_segment(self.centre[which], chord.a, chord.b) + chord.off
-        depth: Floats = np.minimum(level, vertical_depth(part, self.grown_low[which], self.grown_high[which]))
-        return depth
+        return np.minimum(level, vertical_depth(part, self.grown_low[which], self.grown_high[which]))
 
     def gap(self, position: Floats, which: int) -> float:
         """Return the horizontal distance of a position to a cylinder, or that along z where it is larger, metres."""
@@ -104,5 +102,4 @@ def grown_cylinders(scenario: Scenario) -> GrownCylinders:
 def _grown_radius(radius: Floats, clearance: float) -> Floats:
     """Return radii grown by the clearance, less what is let pass: at most a quarter of them, as in `grown`."""
     whole = radius + clearance
-    less: Floats = whole - np.minimum(LET_PASS, whole / 4)
-    return less
+    return whole - np.minimum(LET_PASS, whole / 4)

@@ -67,8 +67,7 @@ class GrownSolids(ABC):
 def vertical_depth(part: Floats, low: Floats, high: Floats) -> Floats:
     """Return upper bounds (n,) on how deep parts (n, degree + 1, 3) get between altitudes `low` and `high`, (n,)."""
     z = part[:, :, 2]
-    depth: Floats = np.minimum(z.max(axis=1) - low, high - z.min(axis=1))
-    return depth
+    return np.minimum(z.max(axis=1) - low, high - z.min(axis=1))
 
 
 def grown(low: Floats, high: Floats, clearance: float) -> tuple[Floats, Floats]:

@@ -58,8 +58,7 @@ UpperBound = Callable[[Floats, Indices], Floats]
 
 def greatest_coefficient(b: Floats, piece: Indices) -> Floats:
     """Bound polynomials from above by their greatest Bernstein coefficient."""
-    bound: Floats = b.max(axis=1)
-    return bound
+    return b.max(axis=1)
 
 
 def find_peaks(

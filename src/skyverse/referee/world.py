@@ -43,14 +43,12 @@ class RefereeWorld:
 
     def beyond_bounds(self, positions: Floats) -> Floats:
         """Return how far (n, 3) positions are out of bounds along the worst axis of each, (n,) metres; 0 inside."""
-        excess: Floats = np.maximum(np.maximum(self.low - positions, positions - self.high).max(axis=1), 0.0)
-        return excess
+        return np.maximum(np.maximum(self.low - positions, positions - self.high).max(axis=1), 0.0)
 
     def off_lattice(self, positions: Floats) -> Floats:
         """Return how far (n, 3) positions are from a lattice node along the worst axis of each, (n,) metres."""
         nodes = self.low + np.rint((positions - self.low) / self.step) * self.step
-        off: Floats = np.abs(positions - nodes).max(axis=1)
-        return off
+        return np.abs(positions - nodes).max(axis=1)
 
 
 def referee_world(scenario: Scenario) -> RefereeWorld:

@@ -68,5 +68,4 @@ def _either_way(directions: Floats, uav: UAV) -> Floats:
     up, level = np.abs(directions[:, 2]), np.hypot(directions[:, 0], directions[:, 1])
     by_thrust = np.sqrt((GRAVITY * up) ** 2 + limits.thrust**2 - GRAVITY**2) - GRAVITY * up
     by_tilt = limits.tilt * GRAVITY / np.maximum(level + limits.tilt * up, limits.tilt * up * GRAVITY / limits.fall)
-    hardest: Floats = np.minimum(limits.acceleration, np.minimum(by_thrust, by_tilt))
-    return hardest
+    return np.minimum(limits.acceleration, np.minimum(by_thrust, by_tilt))

@@ -56,5 +56,4 @@ def _nearest_inside(path: Floats, low: Floats, high: Floats) -> Floats:
     on_path = ((1.0 - shares) * path[:-1] + shares * path[1:]).reshape(-1, 3)
     margin = np.minimum(FACE_SHARE * (high - low), OVERLAP_MARGIN)
     inside = np.clip(on_path, low + margin, high - margin)
-    nearest: Floats = inside[np.argmin(np.sum((inside - on_path) ** 2, axis=1))]
-    return nearest
+    return inside[np.argmin(np.sum((inside - on_path) ** 2, axis=1))]
