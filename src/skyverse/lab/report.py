@@ -1,9 +1,9 @@
 """A report as data: headings, text, tables and figures in order. `report_files` writes it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from skyverse.lab.formatting import one_line
 
@@ -44,6 +44,11 @@ class Table:
     rows: Sequence[Sequence[Cell]]
     caption: str = ""
     notes: Sequence[str] = ()
+
+    @classmethod
+    def from_records(cls, records: Sequence[Mapping[str, Cell]], caption: str = "", notes: Sequence[str] = ()) -> Self:
+        """Return a table with a row for each record, one or more, whose keys are the heads of the columns."""
+        return cls(tuple(records[0]), [list(record.values()) for record in records], caption, notes)
 
 
 @dataclass(frozen=True)

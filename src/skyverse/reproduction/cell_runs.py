@@ -1,24 +1,22 @@
 """The runs behind the thesis's tables and figures: which are needed, and what they found."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.files import read_scenario
 from skyverse.lab.report import Block
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_job import Case, Job
-from skyverse.mission.plan_mission import Assignment
-from skyverse.planners.bbo import BBO
-from skyverse.planners.gso import GSO
-from skyverse.planners.lattice import LatticeSearch
-from skyverse.planners.mvo import MVO
+from skyverse.mission.plan_mission import Assignment, assign_targets
+from skyverse.model.result import History
+from skyverse.planners import make_planner
+from skyverse.planners.base import Planner
 from skyverse.planners.restart import RandomRestart
 from skyverse.problem import Airspace, Problem
 from skyverse.reproduction.published import METHODS
@@ -46,22 +44,15 @@ def case(scenario: str, assignment: Assignment = "path-cost") -> Case:
     return Case(label, read_scenario(scenario), assignment)
 
 
-def planner(method: str, form: str, population: int) -> LatticeSearch:
+def planner(method: str, form: str, population: int) -> Planner:
     """Return one of the thesis's three methods in one of its two forms."""
-    as_run = form == FORMS[0]
-    if method == "MVO":
-        return MVO(universes=population, as_run=as_run)
-    if method == "GSO":
-        return GSO(glowworms=population, as_run=as_run)
-    return BBO(habitats=population, as_run=as_run)
+    candidates = {"MVO": "universes", "GSO": "glowworms", "BBO": "habitats"}[method]
+    return make_planner(method.lower(), **{candidates: population}, as_run=form == FORMS[0])
 
 
 def cell(given: Case, method: str, form: str, population: int, iterations: int, seeds: Iterable[int]) -> Iterator[Job]:
     """Yield the runs of one cell of a table."""
-    made = planner(method, form, population)
-    stop, budget = MaxIterations(iterations), f"{iterations} iterations"
-    for seed in seeds:
-        yield Job(given, made, label(method, form, population), stop, budget, seed)
+    return _runs(given, method, form, population, {f"{iterations} iterations": MaxIterations(iterations)}, seeds)
 
 
 def all_methods(cases: Iterable[Case], sizes: Iterable[tuple[int, int]], seeds: Iterable[int]) -> Iterator[Job]:
@@ -77,10 +68,15 @@ def no_jobs(seeds: Sequence[int]) -> Iterable[Job]:
 
 def equal(given: Case, method: str, form: str, population: int, seeds: Iterable[int]) -> Iterator[Job]:
     """Yield the runs of a comparison at each of the equal efforts."""
+    return _runs(given, method, form, population, EQUAL_EFFORTS, seeds)
+
+
+def _runs(
+    given: Case, method: str, form: str, population: int, budgets: Mapping[str, Stop], seeds: Iterable[int]
+) -> Iterator[Job]:
     made = planner(method, form, population)
-    for budget, stop in EQUAL_EFFORTS.items():
-        for seed in seeds:
-            yield Job(given, made, label(method, form, population), stop, budget, seed)
+    for (budget, stop), seed in product(budgets.items(), seeds):
+        yield Job(given, made, label(method, form, population), stop, budget, seed)
 
 
 def restarts(given: Case, seeds: Iterable[int]) -> Iterator[Job]:
@@ -98,8 +94,6 @@ def label(method: str, form: str, population: int) -> str:
 @cache
 def optimum(given: Case) -> float:
     """Return the exact optimum of a case, summed over its UAVs."""
-    from skyverse.mission.plan_mission import assign_targets
-
     airspace = Airspace(given.scenario)
     total = 0.0
     for uav, target in enumerate(assign_targets(airspace, given.assignment)):
@@ -141,7 +135,7 @@ class CellRuns:
         self.seeds = sorted(seeds)
         budgets = [budget.split() for budget in rows.labels("budget")]
         self._lengths = sorted(int(count) for count, unit in budgets if unit == "iterations")
-        self._kept: dict[tuple[str, str, str], dict[str, list[NDArray[np.float64]]]] = {}
+        self._kept: dict[tuple[str, str, str], list[History]] = {}
 
     @property
     def runs(self) -> int:
@@ -156,10 +150,24 @@ class CellRuns:
             return self._whole(found, named)
         for longer in self._lengths:  # a cell that another part has run only in part does not count
             if longer > iterations and column in HISTORY_VALUES:
-                histories = self._histories(given.label, named, f"{longer} iterations")[column]
+                histories = self._histories(given.label, named, f"{longer} iterations")
                 if len(histories) == self.runs:
-                    return np.array([history[iterations] for history in histories], dtype=np.float64)
+                    return np.array([getattr(history, column)[iterations] for history in histories], dtype=np.float64)
         return self._whole(found, named)
+
+    def means(
+        self, cases: Iterable[Case], method: str, form: str, sizes: Iterable[tuple[int, int]]
+    ) -> tuple[list[float], list[float]]:
+        """Return the mean costs of cells and their standard errors, case by case, with each population and length."""
+        found = [mean(self.values("cost", given, method, form, *size)) for given, size in product(cases, sizes)]
+        return [each.value for each in found], [each.error for each in found]
+
+    def medians(
+        self, column: str, cases: Iterable[Case], method: str, form: str, sizes: Iterable[tuple[int, int]]
+    ) -> list[float]:
+        """Return the medians of a column of cells, case by case, with each population and number of iterations."""
+        cells = product(cases, sizes)
+        return [float(np.median(self.values(column, given, method, form, *size))) for given, size in cells]
 
     def first(self, runs: int) -> "CellRuns":
         """Return the same runs, but of only the first `runs` seeds."""
@@ -178,26 +186,21 @@ class CellRuns:
     def restart(self, given: Case, paths: float) -> Floats:
         """Return the baseline's costs, (n,), after `paths` generated paths."""
         histories = self._histories(given.label, RESTART, f"{RESTART_PATHS} paths")
-        costs = []
-        for cost, spent in zip(histories["cost"], histories["generated_paths"], strict=True):
-            costs.append(cost[max(0, int(np.searchsorted(spent, paths, side="right")) - 1)])
+        spent = [int(np.searchsorted(history.generated_paths, paths, side="right")) for history in histories]
+        costs = [history.cost[max(0, count - 1)] for history, count in zip(histories, spent, strict=True)]
         return np.array(costs, dtype=np.float64)
 
     def _select(self, column: str, scenario: str, planner: str, budget: str) -> Floats:
         found = self.rows.select(("seed", column), scenario=scenario, planner=planner, budget=budget)
         return found[column][np.isin(found["seed"], self.seeds)].astype(np.float64)
 
-    def _histories(self, scenario: str, planner: str, budget: str) -> dict[str, list[NDArray[np.float64]]]:
+    def _histories(self, scenario: str, planner: str, budget: str) -> list[History]:
         which = (scenario, planner, budget)
         if which not in self._kept:
             where = {"scenario": scenario, "planner": planner, "budget": budget}
             seeds = self.rows.select(("seed",), **where)["seed"].tolist()
-            kept: dict[str, list[NDArray[np.float64]]] = {name: [] for name in HISTORY_VALUES}
-            for seed, history in zip(seeds, self.rows.histories(**where), strict=True):
-                if seed in self.seeds:
-                    for name, values in kept.items():
-                        values.append(getattr(history, name))
-            self._kept[which] = kept
+            found = zip(seeds, self.rows.histories(**where), strict=True)
+            self._kept[which] = [history for seed, history in found if seed in self.seeds]
         return self._kept[which]
 
 

@@ -12,12 +12,7 @@ from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-METHOD_COLOURS = {
-    "MVO": PLANNER_COLOURS[0],
-    "GSO": PLANNER_COLOURS[1],
-    "BBO": PLANNER_COLOURS[2],
-    "random restart": PLANNER_COLOURS[3],
-}
+METHOD_COLOURS = dict(zip(("MVO", "GSO", "BBO", "random restart"), PLANNER_COLOURS, strict=False))
 FORM_DASHES: dict[str, Any] = {"thesis": ":", "as run": "-", "as described": "--", "": "-"}
 FORM_MARKERS = {"thesis": "x", "as run": "o", "as described": "s", "": "D"}
 
@@ -40,13 +35,8 @@ def lines(series: Sequence[ChartSeries], x: str, y: str, *, bound: float | None 
     figure, axes = _chart(4.6)
     for one in series:
         colour, name = METHOD_COLOURS[one.method], f"{one.method} {one.form}".strip()
-        style: Any = {
-            "color": colour,
-            "linestyle": FORM_DASHES[one.form],
-            "marker": FORM_MARKERS[one.form],
-            "markersize": 4.5,
-        }
-        axes.plot(one.x, one.y, **style, linewidth=1.6, label=name)
+        style: Any = {"color": colour, "linestyle": FORM_DASHES[one.form], "linewidth": 1.6, "label": name}
+        axes.plot(one.x, one.y, marker=FORM_MARKERS[one.form], markersize=4.5, **style)
         if one.error is not None:
             low, high = np.subtract(one.y, one.error), np.add(one.y, one.error)
             axes.fill_between(one.x, low, high, color=colour, alpha=0.13, linewidth=0)

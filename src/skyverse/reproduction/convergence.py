@@ -33,17 +33,16 @@ from skyverse.reproduction.published import (
 
 def parts() -> list[ThesisPart]:
     """Return the table and figures of this page of the thesis."""
-    return [
-        ThesisPart("table-4.5", partial(_jobs, THESIS_MAPS, CONVERGENCE_ITERATIONS), _table),
-        *(
-            ThesisPart(f"fig-4.{14 + k}", partial(_jobs, (name,), CONVERGENCE_ITERATIONS), partial(_lines, name, k))
-            for k, name in enumerate(THESIS_MAPS)
-        ),
-        *(
-            ThesisPart(f"fig-4.{17 + k}", partial(_jobs, (name,), (LAST_ITERATION,)), partial(_boxes, name, k))
-            for k, name in enumerate(THESIS_MAPS)
-        ),
+    table = ThesisPart("table-4.5", partial(_jobs, THESIS_MAPS, CONVERGENCE_ITERATIONS), _table)
+    curves = [
+        ThesisPart(f"fig-4.{k}", partial(_jobs, (name,), CONVERGENCE_ITERATIONS), partial(_lines, name, k))
+        for k, name in enumerate(THESIS_MAPS, 14)
     ]
+    spreads = [
+        ThesisPart(f"fig-4.{k}", partial(_jobs, (name,), (LAST_ITERATION,)), partial(_boxes, name, k))
+        for k, name in enumerate(THESIS_MAPS, 17)
+    ]
+    return [table, *curves, *spreads]
 
 
 def up_to(given: Case, iterations: Sequence[int], seeds: Sequence[int]) -> Iterable[Job]:
@@ -89,33 +88,27 @@ def _table(cells: CellRuns) -> list[Block]:
 
 def _lines(name: str, k: int, cells: CellRuns) -> list[Block]:
     x = CONVERGENCE_ITERATIONS
+    sizes = [(CONVERGENCE_POPULATION, t) for t in x]
     series = []
     for method in METHODS:
         series.append(ChartSeries(method, "thesis", x, CONVERGENCE[name, method]))
-        for form in FORMS:
-            found = [mean(cells.values("cost", case(name), method, form, CONVERGENCE_POPULATION, t)) for t in x]
-            series.append(ChartSeries(method, form, x, *zip(*found, strict=True)))
-    text = f"**Figure 4.{14 + k}**: mean best cost against iterations on {MAP_TITLES[name]}; bands are standard errors."
+        series += [ChartSeries(method, form, x, *cells.means([case(name)], method, form, sizes)) for form in FORMS]
+    text = f"**Figure 4.{k}**: mean best cost against iterations on {MAP_TITLES[name]}; bands are standard errors."
     bound = optimum(case(name))
-    return [
-        Figure(f"fig-4.{14 + k}", text, lambda: lines(series, "iterations", "mean best cost", bound=bound, log=True))
-    ]
+    return [Figure(f"fig-4.{k}", text, lambda: lines(series, "iterations", "mean best cost", bound=bound, log=True))]
 
 
 def _boxes(name: str, k: int, cells: CellRuns) -> list[Block]:
-    given = case(name)
-    labels, costs = [], []
-    for form in FORMS:
-        for method in METHODS:
-            labels.append(f"{method} {form}")
-            costs.append(cells.values("cost", given, method, form, CONVERGENCE_POPULATION, LAST_ITERATION))
-    paths = cells.values("generated_paths", given, "MVO", FORMS[1], CONVERGENCE_POPULATION, LAST_ITERATION)
+    given, cell_size = case(name), (CONVERGENCE_POPULATION, LAST_ITERATION)
+    labels = [f"{method} {form}" for form in FORMS for method in METHODS]
+    costs = [cells.values("cost", given, method, form, *cell_size) for form in FORMS for method in METHODS]
+    paths = cells.values("generated_paths", given, "MVO", FORMS[1], *cell_size)
     labels.append("random restart")
     costs.append(cells.restart(given, float(paths.mean())))
     panel = Panel(MAP_TITLES[name], optimum(given), costs=costs)
     text = (
-        f"**Figure 4.{17 + k}**: distribution of the best cost on {MAP_TITLES[name]} after {LAST_ITERATION} "
+        f"**Figure 4.{k}**: distribution of the best cost on {MAP_TITLES[name]} after {LAST_ITERATION} "
         f"iterations, population {CONVERGENCE_POPULATION}, {cells.runs} runs; random restart ({mean(costs[-1])}) after "
         "as many generated paths as MVO as described."
     )
-    return [Figure(f"fig-4.{17 + k}", text, lambda: boxes(labels, [panel]))]
+    return [Figure(f"fig-4.{k}", text, lambda: boxes(labels, [panel]))]

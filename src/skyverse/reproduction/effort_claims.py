@@ -1,6 +1,7 @@
 """How the thesis's claims on spread and on time are judged; time is measured by generated nodes."""
 
 from collections.abc import Iterable, Sequence
+from itertools import product
 
 import numpy as np
 
@@ -34,11 +35,10 @@ def spread_falls(cells: CellRuns, form: str) -> Finding:
     from scipy.stats import binomtest
 
     told, falls = [], 0
-    for name in THESIS_MAPS:
-        for method in METHODS:
-            first, second = (_costs(cells, form, name, method, *which).std(ddof=1) for which in CASES)
-            falls += bool(second < first)
-            told.append(f"{MAP_TITLES[name]} {method} {first:.1f} to {second:.1f}")
+    for name, method in product(THESIS_MAPS, METHODS):
+        first, second = (_costs(cells, form, name, method, *which).std(ddof=1) for which in CASES)
+        falls += bool(second < first)
+        told.append(f"{MAP_TITLES[name]} {method} {first:.1f} to {second:.1f}")
     p = binomtest(falls, len(told)).pvalue
     verdict = ClaimVerdict.HOLDS if falls > len(told) / 2 else ClaimVerdict.FAILS
     if p >= SIGNIFICANCE_LEVEL:
@@ -64,13 +64,12 @@ def gso_settles_faster(cells: CellRuns, form: str) -> Finding:
         return Finding(ClaimVerdict.OPEN, told)
     rng = np.random.default_rng(0)
     found, resampled = 0.0, np.zeros(2000)
-    for name in THESIS_MAPS:
-        for method, sign in (("GSO", 1), ("MVO", -1)):
-            for which, side in zip(CASES, (-1, 1), strict=True):
-                costs = _costs(cells, form, name, method, *which)
-                drawn = rng.choice(costs, (len(resampled), len(costs)))
-                found += sign * side * float(_log_deviation(costs)) / len(THESIS_MAPS)
-                resampled += sign * side * _log_deviation(drawn) / len(THESIS_MAPS)
+    signs = (("GSO", CASES[0], -1), ("GSO", CASES[1], 1), ("MVO", CASES[0], 1), ("MVO", CASES[1], -1))
+    for name, (method, which, sign) in product(THESIS_MAPS, signs):
+        costs = _costs(cells, form, name, method, *which)
+        drawn = rng.choice(costs, (len(resampled), len(costs)))
+        found += sign * float(_log_deviation(costs)) / len(THESIS_MAPS)
+        resampled += sign * _log_deviation(drawn) / len(THESIS_MAPS)
     low, high = np.quantile(resampled, (SIGNIFICANCE_LEVEL / 2, 1 - SIGNIFICANCE_LEVEL / 2))
     verdict = ClaimVerdict.HOLDS if high < 0 else ClaimVerdict.FAILS if low > 0 else ClaimVerdict.OPEN
     return Finding(
@@ -150,11 +149,10 @@ def linear_in_fleet(cells: CellRuns, form: str) -> Finding:
     """Judge whether a straight line explains at least 95 % of the variation of nodes with the number of UAVs."""
     cells = cells.first(FLEET_RUNS)
     fits = []
-    for n, t in CASES:
-        for method in METHODS:
-            given = [case(FLEET_SCENARIOS[uavs], "euclidean") for uavs in FLEETS]
-            nodes = [cells.values("generated_nodes", fleet, method, form, n, t).mean() for fleet in given]
-            fits.append(_explained(FLEETS, nodes))
+    given = [case(FLEET_SCENARIOS[uavs], "euclidean") for uavs in FLEETS]
+    for which, method in product(CASES, METHODS):
+        nodes = [cells.values("generated_nodes", fleet, method, form, *which).mean() for fleet in given]
+        fits.append(_explained(FLEETS, nodes))
     return Finding(
         ClaimVerdict.HOLDS if min(fits) >= 0.95 else ClaimVerdict.FAILS,
         f"R² of a straight line through the generated nodes of {FLEETS[0]} to {FLEETS[-1]} UAVs: {_range(fits)} "
@@ -181,25 +179,21 @@ def _spreads(
     from scipy.stats import levene
 
     raw, falls, told = [], [], []
-    for name in maps:
-        for n, t in sizes:
-            for less, more in pairs:
-                a, b = (_costs(cells, form, name, method, n, t) for method in (less, more))
-                raw.append(float(levene(a, b, center="median").pvalue) if np.ptp(a) + np.ptp(b) else 1.0)
-                falls.append(a.std(ddof=1) < b.std(ddof=1))
-                told.append(f"{MAP_TITLES[name]}, {n} x {t}: {less} {a.std(ddof=1):.1f}, {more} {b.std(ddof=1):.1f}")
+    for name, (n, t), (less, more) in product(maps, sizes, pairs):
+        a, b = (_costs(cells, form, name, method, n, t) for method in (less, more))
+        raw.append(float(levene(a, b, center="median").pvalue) if np.ptp(a) + np.ptp(b) else 1.0)
+        falls.append(a.std(ddof=1) < b.std(ddof=1))
+        told.append(f"{MAP_TITLES[name]}, {n} x {t}: {less} {a.std(ddof=1):.1f}, {more} {b.std(ddof=1):.1f}")
     p = holm(raw)
-    if any(chance < SIGNIFICANCE_LEVEL and not fall for chance, fall in zip(p, falls, strict=True)):
+    verdict = ClaimVerdict.HOLDS if all(p < SIGNIFICANCE_LEVEL) else ClaimVerdict.OPEN
+    if np.any((p < SIGNIFICANCE_LEVEL) & ~np.array(falls)):
         verdict = ClaimVerdict.FAILS
-    else:
-        verdict = ClaimVerdict.HOLDS if all(p < SIGNIFICANCE_LEVEL) else ClaimVerdict.OPEN
     ends = "; ".join(f"{said} (p = {chance:.2g})" for said, chance in zip(told, p, strict=True))
     return Finding(verdict, f"Standard deviations (Brown-Forsythe tests): {ends}.")
 
 
 def _log_deviation(costs: Floats) -> Floats:
-    found: Floats = np.log(np.maximum(costs.std(axis=-1, ddof=1), 1e-9))
-    return found
+    return np.log(np.maximum(costs.std(axis=-1, ddof=1), 1e-9))
 
 
 def _explained(x: Sequence[float], y: Sequence[float]) -> float:
@@ -225,14 +219,12 @@ def _node_ratios(
 
 def _equal_node_ratios(cells: CellRuns, form: str, method: str, rival: str) -> list[float]:
     """Return a method's mean nodes divided by a rival's on each map, at an equal number of generated paths."""
-    ratios = []
-    for name in THESIS_MAPS:
-        ours, theirs = (
-            float(cells.equal("generated_nodes", case(name), m, form, CONVERGENCE_POPULATION, EQUAL_PATHS).mean())
-            for m in (method, rival)
-        )
-        ratios.append(ours / theirs)
-    return ratios
+
+    def nodes(name: str, method: str) -> float:
+        found = cells.equal("generated_nodes", case(name), method, form, CONVERGENCE_POPULATION, EQUAL_PATHS)
+        return float(found.mean())
+
+    return [nodes(name, method) / nodes(name, rival) for name in THESIS_MAPS]
 
 
 def _range(values: Sequence[float]) -> str:

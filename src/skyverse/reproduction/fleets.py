@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from functools import partial
-
-import numpy as np
+from itertools import product
 
 from skyverse.lab.report import Block, Figure, Table
 from skyverse.lab.run_job import Case, Job
@@ -12,11 +11,11 @@ from skyverse.reproduction.cell_runs import (
     FORM_HEADS,
     FORMS,
     CellRuns,
+    Mean,
     ThesisPart,
     all_methods,
     case,
     cell,
-    mean,
     no_jobs,
     optimum,
 )
@@ -40,15 +39,16 @@ _WITH = {
 
 def parts() -> list[ThesisPart]:
     """Return the table and figures of this page of the thesis."""
+    totals = [
+        ThesisPart(f"fig-4.{k}", partial(_line_jobs, name), partial(_lines, name, k))
+        for k, name in enumerate(FIVE_UAV_FLEETS, 29)
+    ]
     return [
         ThesisPart("table-4.10", _table_jobs, partial(_table, "generated_nodes"), partial(_table, "seconds")),
         ThesisPart("fig-4.26", no_jobs, lambda _: [fleet_trajectories("fig-4.26", "euclidean")]),
         ThesisPart("fig-4.27", no_jobs, lambda _: [fleet_trajectories("fig-4.27", "identity")]),
         ThesisPart("fig-4.28", _total_jobs, _totals),
-        *(
-            ThesisPart(f"fig-4.{29 + k}", partial(_line_jobs, name), partial(_lines, name, k))
-            for k, name in enumerate(FIVE_UAV_FLEETS)
-        ),
+        *totals,
     ]
 
 
@@ -66,15 +66,15 @@ def _table(column: str, cells: CellRuns) -> list[Block]:
     cells = cells.first(FLEET_RUNS)
     rows = []
     scale, form_of = (0.001, "{:,.0f}") if column == "generated_nodes" else (1000, "{:.1f}")
-    for population, iterations in CASES:
-        for place, uavs in enumerate(FLEETS):
-            row = [f"{population} x {iterations}", str(uavs)]
-            for method in METHODS:
-                given = case(FLEET_SCENARIOS[uavs], "euclidean")
-                ours = [cells.values(column, given, method, form, population, iterations) for form in FORMS]
-                row.append(f"{FLEET_TIMES[method, population, iterations][place]:g}")
-                row += [form_of.format(scale * float(np.median(values))) for values in ours]
-            rows.append(row)
+    for which, (place, uavs) in product(CASES, enumerate(FLEETS)):
+        row = ["{} x {}".format(*which), str(uavs)]
+        given = case(FLEET_SCENARIOS[uavs], "euclidean")
+        for method in METHODS:
+            row.append(f"{FLEET_TIMES[method, *which][place]:g}")
+            for form in FORMS:
+                (median,) = cells.medians(column, [given], method, form, [which])
+                row.append(form_of.format(scale * median))
+        rows.append(row)
     caption = (
         "**Table 4.10**, counted: thousands of generated nodes of a fleet's runs on Map 2 with Munkres, beside the "
         "thesis's seconds."
@@ -96,19 +96,17 @@ def _total_jobs(seeds: Sequence[int]) -> Iterable[Job]:
 
 def _totals(cells: CellRuns) -> list[Block]:
     cells = cells.first(FLEET_RUNS)
-    population, iterations = CASES[1]
+    cases = [coordinated(how) for how in COORDINATION_WAYS]
     rows, series = [], []
     for form in FORMS:
-        found = [
-            cells.values("cost", coordinated(how), "MVO", form, population, iterations) for how in COORDINATION_WAYS
-        ]
-        series.append(ChartSeries("MVO", form, [], *zip(*map(mean, found), strict=True)))
-        rows.append([f"MVO {form}", *(str(mean(values)) for values in found)])
-    bounds = [optimum(coordinated(how)) for how in COORDINATION_WAYS]
+        found = cells.means(cases, "MVO", form, CASES[1:])
+        series.append(ChartSeries("MVO", form, [], *found))
+        rows.append([f"MVO {form}", *(str(Mean(*each)) for each in zip(*found, strict=True))])
+    bounds = [optimum(given) for given in cases]
     rows.append(["exact optimum", *(f"{bound:g}" for bound in bounds)])
     names = [_WITH[how] for how in COORDINATION_WAYS]
     text = (
-        f"**Figure 4.28**: mean total best cost of five UAVs on Map 3 (Table 4.8), MVO, {population} x {iterations}, "
+        f"**Figure 4.28**: mean total best cost of five UAVs on Map 3 (Table 4.8), MVO, {CASES[1][0]} x {CASES[1][1]}, "
         f"{cells.runs} runs, as in the thesis."
     )
     caption = "**Figure 4.28** in numbers: mean total best cost with its standard error."
@@ -124,22 +122,16 @@ def _line_jobs(name: str, seeds: Sequence[int]) -> Iterable[Job]:
 
 def _lines(name: str, k: int, cells: CellRuns) -> list[Block]:
     cells = cells.first(FLEET_RUNS)
-    given = case(name, "euclidean")
-    series = []
-    for method in METHODS:
-        for form in FORMS:
-            found = [
-                mean(cells.values("cost", given, method, form, CONVERGENCE_POPULATION, t)) for t in TOTAL_ITERATIONS
-            ]
-            series.append(ChartSeries(method, form, TOTAL_ITERATIONS, *zip(*found, strict=True)))
-    title = list(MAP_TITLES.values())[k]
+    given, x = case(name, "euclidean"), TOTAL_ITERATIONS
+    sizes = [(CONVERGENCE_POPULATION, t) for t in x]
+    series = [
+        ChartSeries(method, form, x, *cells.means([given], method, form, sizes))
+        for method, form in product(METHODS, FORMS)
+    ]
+    title = list(MAP_TITLES.values())[k - 29]
     text = (
-        f"**Figure 4.{29 + k}**: mean total best cost of five UAVs against iterations, {title} "
+        f"**Figure 4.{k}**: mean total best cost of five UAVs against iterations, {title} "
         f"({name.replace('table-', 'Table ')}), with Munkres; bands are standard errors of {cells.runs} runs."
     )
-    bound = optimum(given)
-    return [
-        Figure(
-            f"fig-4.{29 + k}", text, lambda: lines(series, "iterations", "mean total best cost", bound=bound, log=True)
-        )
-    ]
+    bound, y = optimum(given), "mean total best cost"
+    return [Figure(f"fig-4.{k}", text, lambda: lines(series, "iterations", y, bound=bound, log=True))]

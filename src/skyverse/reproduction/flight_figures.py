@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib import figure
 
 
+Draw = Callable[[Scene], "figure.Figure"]
 POPULATION, ITERATIONS = CASES[1]
 FIGURE_SEED = 0
 INSTANTS = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
@@ -24,14 +25,15 @@ INSTANTS = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
 
 def parts() -> list[ThesisPart]:
     """Return the figures of this page of the thesis."""
-    found = []
-    for k, name in enumerate(THESIS_MAPS):
-        found.append(_part(f"fig-4.{1 + k}", f"path on Map {1 + k}", name, paths))
-    for k, name in enumerate(THESIS_MAPS):
-        found.append(_part(f"fig-4.{4 + k}", f"trajectory on Map {1 + k}", name, trajectories))
-    for k, (when, share) in enumerate(INSTANTS):
-        found.append(_part(f"fig-4.{7 + k}", f"{when} instant of the flight on Map 2", "map2", partial(_at, share)))
-    return found
+    figures: list[tuple[str, str, Draw]] = [
+        *((f"path on Map {k}", name, paths) for k, name in enumerate(THESIS_MAPS, 1)),
+        *((f"trajectory on Map {k}", name, trajectories) for k, name in enumerate(THESIS_MAPS, 1)),
+        *((f"{when} instant of the flight on Map 2", "map2", partial(_at, share)) for when, share in INSTANTS),
+    ]
+    return [
+        ThesisPart(f"fig-4.{k}", no_jobs, partial(_blocks, f"fig-4.{k}", *figure))
+        for k, figure in enumerate(figures, 1)
+    ]
 
 
 def fleet_trajectories(name: str, assignment: Assignment) -> Figure:
@@ -45,13 +47,7 @@ def fleet_trajectories(name: str, assignment: Assignment) -> Figure:
     return Figure(name, text, lambda: trajectories(scene(mission)))
 
 
-def _part(name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]") -> ThesisPart:
-    return ThesisPart(name, no_jobs, partial(_blocks, name, what, scenario, draw))
-
-
-def _blocks(
-    name: str, what: str, scenario: str, draw: "Callable[[Scene], figure.Figure]", cells: CellRuns
-) -> Sequence[Block]:
+def _blocks(name: str, what: str, scenario: str, draw: Draw, cells: CellRuns) -> Sequence[Block]:
     result = _planned(scenario).results[0]
     assert result is not None
     text = (
@@ -67,11 +63,9 @@ def _at(share: float, drawn: Scene) -> "figure.Figure":
 
 @cache
 def _planned(scenario: str, assignment: Assignment = "path-cost") -> Mission:
-    made = planner("MVO", "as described", POPULATION)
-    given = case(scenario, assignment).scenario
     return plan_mission(
-        given,
-        made,
+        case(scenario, assignment).scenario,
+        planner("MVO", "as described", POPULATION),
         stop=MaxIterations(ITERATIONS),
         rng=FIGURE_SEED,
         assignment=assignment,

@@ -2,7 +2,6 @@
 
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from skyverse._version import __version__
@@ -19,14 +18,8 @@ MAX_RUNS = 10_000
 
 THESIS_PARTS = {
     part.name: part
-    for part in (
-        *flight_figures.parts(),
-        *costs.parts(),
-        *convergence.parts(),
-        *populations.parts(),
-        *fleets.parts(),
-        *claims.parts(),
-    )
+    for page in (flight_figures, costs, convergence, populations, fleets, claims)
+    for part in page.parts()
 }
 """All parts by name: ``fig-4.1`` ... ``fig-4.31``, ``table-4.2`` ... ``table-4.7``, ``table-4.10``, ``claims``."""
 
@@ -121,25 +114,13 @@ def reproduce(
             run_jobs(wanted, rows, workers=workers, on_run=on_run)
         cells = CellRuns(rows, seeds)
         command = " ".join(["skyverse reproduce", *names, f"--runs {runs} --seed {seed}"])
-        pages = [path for page in _pages(parts, cells, command) for path in page.write(folder)]
-    return [path for path in pages if path.suffix in (".md", ".html")]
+        return _write_pages(parts, cells, command, folder)
 
 
-@dataclass(frozen=True)
-class _Page:
-    stem: str
-    title: str
-    opening: str
-    blocks: list[Block]
-
-    def write(self, folder: Path) -> list[Path]:
-        whole = Report(self.title, [Text(self.opening), *self.blocks])
-        return write_report_files(whole, folder, stem=self.stem) if self.blocks else []
-
-
-def _pages(parts: Sequence[ThesisPart], cells: CellRuns, command: str) -> list[_Page]:
+def _write_pages(parts: Sequence[ThesisPart], cells: CellRuns, command: str, folder: Path) -> list[Path]:
     by_name = {part.name: part for part in parts}
     made = f"Made by `{command}`, skyverse {__version__}."
+    machine = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
     shown: list[Block] = []
     timed: list[Block] = []
     for heading, names in _SECTIONS:
@@ -148,16 +129,18 @@ def _pages(parts: Sequence[ThesisPart], cells: CellRuns, command: str) -> list[_
         seconds = [block for part in there if part.seconds is not None for block in part.seconds(cells)]
         shown += [Heading(heading), *blocks] if blocks else []
         timed += [Heading(heading), *seconds] if seconds else []
-    judged = [block for name in ("claims",) if name in by_name for block in by_name[name].blocks(cells)]
-    machine = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    return [
-        _Page("report", "The thesis's tables and figures, run again", f"{made} {_FORMS}", shown),
-        _Page("claims", "The thesis's claims, judged", f"{made} {_FORMS}", judged),
-        _Page(
-            "times",
-            "The thesis's times, measured",
-            f"{made} On {machine}. Seconds are wall-clock times of the search alone, several runs side by side; they "
-            "differ from run to run and from machine to machine. The thesis's are of MATLAB R2018a at 3.18 GHz.",
-            timed,
-        ),
-    ]
+    judged = by_name["claims"].blocks(cells) if "claims" in by_name else []
+    measured = (
+        f"{made} On {machine}. Seconds are wall-clock times of the search alone, several runs side by side; they "
+        "differ from run to run and from machine to machine. The thesis's are of MATLAB R2018a at 3.18 GHz."
+    )
+    pages = (
+        ("report", "The thesis's tables and figures, run again", f"{made} {_FORMS}", shown),
+        ("claims", "The thesis's claims, judged", f"{made} {_FORMS}", judged),
+        ("times", "The thesis's times, measured", measured, timed),
+    )
+    written: list[Path] = []
+    for stem, title, opening, found in pages:
+        if found:
+            written += write_report_files(Report(title, [Text(opening), *found]), folder, stem=stem)
+    return [path for path in written if path.suffix in (".md", ".html")]
