@@ -3,7 +3,8 @@
 A user of the library reads names of parameters, a user of the command line the options that stand for them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Self
 
@@ -102,3 +103,26 @@ class InputError(ValueError):
 def first_line(error: BaseException) -> str:
     """Return the first line of what an error of another library says, its name where it says nothing."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0]
+
+
+@contextmanager
+def unreadable(path: object, said: str = "", *kinds: type[BaseException]) -> Iterator[None]:
+    """Turn what goes wrong while a file is read into `InputError`, which names the file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    said
+        What is wrong where another library raises one of `kinds`; the first line of its message follows.
+    kinds
+        The errors of that library. Errors of the operating system are always turned.
+    """
+    try:
+        yield
+    except (InputError, GeneratorExit, KeyboardInterrupt, SystemExit):
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except kinds as error:
+        raise InputError(f"{path}: {said}: {first_line(error)[:200]}") from None

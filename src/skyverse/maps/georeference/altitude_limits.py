@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.georeference.fields import Fields, number_of, plain, shown
+from skyverse.maps.georeference.fields import Fields, looked_up, number_of, plain
 from skyverse.model.altitude import FOOT, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 LOWER_FIELDS = ("lowerlimit", "lower", "minaltitude", "minalt", "altitudelower", "loweraltitude", "floor")
@@ -18,15 +18,17 @@ _SIDE_REFERENCE_FIELDS = (
 )  # fmt: skip
 _SIDE_UNIT_FIELDS = ("uom", "unit", "limituom", "limitunit")
 """What follows ``lower`` or ``upper`` in the names of fields that hold the reference and the unit of one limit."""
-_REFERENCES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
+Reference = type[AboveSea] | type[AboveHome] | type[AboveGround]
+_REFERENCES: dict[str, Reference] = {
     **dict.fromkeys(("agl", "gnd", "ground", "sfc", "surface", "aboveground", "abovegroundlevel", "hei"), AboveGround),
     **dict.fromkeys(("amsl", "msl", "sea", "abovesealevel", "abovemeansealevel", "alt"), AboveSea),
     **dict.fromkeys(("home", "takeoff", "abovehome"), AboveHome),
 }
-_METRES_PER_LIMIT_UNIT = {
+METRES_PER_LIMIT_UNIT = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
     **dict.fromkeys(("ft", "foot", "feet"), FOOT),
 }
+"""By a unit's plain name."""
 _WRITTEN_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)\s*", re.IGNORECASE)
 GIVE_ALTITUDES = (Remedy("Reading.altitudes", "agl"), Remedy("Reading.altitudes", "amsl"))
 """What helps where a file does not say what its altitudes are counted from."""
@@ -73,11 +75,11 @@ def _altitude(value: object, field: str, side: str, fields: Fields, where: str, 
         if plain(value) in ("unl", "unlimited", "unltd") and side == "upper":
             return None
         written = _WRITTEN_NUMBER.fullmatch(value)
-        if written is None or (written[2] and written[2].lower() not in _METRES_PER_LIMIT_UNIT):
+        if written is None or (written[2] and written[2].lower() not in METRES_PER_LIMIT_UNIT):
             return _parsed(value, place)
         value, unit = float(written[1]), written[2].lower() or None
     number = number_of(value, place)
-    scale = _METRES_PER_LIMIT_UNIT[unit] if unit else _scale(fields, side, where, choices, number)
+    scale = METRES_PER_LIMIT_UNIT[unit] if unit else _scale(fields, side, where, choices, number)
     return _reference(fields, side, place, choices)(number * scale)
 
 
@@ -93,26 +95,18 @@ def _parsed(text: str, place: str) -> Altitude:
 def _scale(fields: Fields, side: str, where: str, choices: Choices, number: float) -> float:
     """Return the metres in a unit of one limit."""
     for field, value in fields.of(*(side + name for name in _SIDE_UNIT_FIELDS), *UNIT_FIELDS):
-        scale = _METRES_PER_LIMIT_UNIT.get(plain(value)) if isinstance(value, str) else None
-        if scale is None:
-            raise InputError(f"{where}: {field!r}: expected M or FT, found {shown(value)}")
-        return scale
+        return looked_up(METRES_PER_LIMIT_UNIT, value, f"{where}: {field!r}", "M or FT")
     if choices.unit is not None:
-        return _METRES_PER_LIMIT_UNIT[choices.unit]
+        return METRES_PER_LIMIT_UNIT[choices.unit]
     if number != 0:
         choices.count("limits without a unit taken as metres", Remedy("Reading.unit", "ft", "to take them as feet"))
     return 1.0
 
 
-def _reference(
-    fields: Fields, side: str, place: str, choices: Choices
-) -> type[AboveSea] | type[AboveHome] | type[AboveGround]:
+def _reference(fields: Fields, side: str, place: str, choices: Choices) -> Reference:
     """Return what one limit is counted from."""
     for field, value in fields.of(*(side + name for name in _SIDE_REFERENCE_FIELDS), *_REFERENCE_FIELDS):
-        reference = _REFERENCES.get(plain(value)) if isinstance(value, str) else None
-        if reference is None:
-            raise InputError(f"{place}: {field!r}: expected AGL or AMSL, found {shown(value)}")
-        return reference
+        return looked_up(_REFERENCES, value, f"{place}: {field!r}", "AGL or AMSL")
     if choices.altitudes is None:
         raise InputError(
             f"{place}: could be above ground or above mean sea level, as the file does not say", give=GIVE_ALTITUDES

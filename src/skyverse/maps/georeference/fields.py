@@ -2,11 +2,13 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from skyverse.errors import InputError
+
+T = TypeVar("T")
 
 
 class Fields:
@@ -77,3 +79,27 @@ def number_of(value: object, place: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
         raise InputError(f"{place}: expected metres or feet, found {shown(value)}")
     return float(value)
+
+
+def looked_up(table: Mapping[str, T], value: object, place: str, expected: str) -> T:
+    """Return what a word stands for by its plain name, or raise `InputError`."""
+    found = table.get(plain(value)) if isinstance(value, str) else None
+    if found is None:
+        raise InputError(f"{place}: expected {expected}, found {shown(value)}")
+    return found
+
+
+def require_type(kind: type[T], value: object, place: str, expected: str) -> T:
+    """Return a value that must be of this type, or raise `InputError`."""
+    if not isinstance(value, kind):
+        raise InputError(f"{place}: expected {expected}, found {shown(value)}")
+    return value
+
+
+def are_numbers(value: object, counts: Container[int], limit: float) -> bool:
+    """Tell whether a value is a list of as many numbers as `counts` allows, all nearer to zero than a limit."""
+    return (
+        isinstance(value, list)
+        and len(value) in counts
+        and all(type(number) in (int, float) and abs(number) < limit for number in value)
+    )

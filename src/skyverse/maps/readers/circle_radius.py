@@ -5,16 +5,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from skyverse.errors import InputError
-from skyverse.maps.georeference.altitude_limits import UNIT_FIELDS
+from skyverse.maps.georeference.altitude_limits import METRES_PER_LIMIT_UNIT, UNIT_FIELDS
 from skyverse.maps.georeference.choices import MAX_BUFFER, Choices
-from skyverse.maps.georeference.fields import Fields, plain, shown
+from skyverse.maps.georeference.fields import Fields, looked_up, plain, shown
 from skyverse.maps.readers.building_heights import length_in_metres
 from skyverse.model.altitude import FOOT
 
 METRES_PER_RADIUS_UNIT = {
-    **dict.fromkeys(("m", "meter", "meters", "metre", "metres", "mtr"), 1.0),
+    **METRES_PER_LIMIT_UNIT,
+    "mtr": 1.0,
     **dict.fromkeys(("km", "kilometer", "kilometers", "kilometre", "kilometres"), 1000.0),
-    **dict.fromkeys(("ft", "foot", "feet"), FOOT),
     **dict.fromkeys(("nm", "nmi", "nauticalmile", "nauticalmiles"), 1852.0),
     **dict.fromkeys(("mi", "sm", "mile", "miles", "statutemile", "statutemiles"), 5280 * FOOT),
 }
@@ -83,10 +83,7 @@ def _metres(value: object, field: str, fields: Fields, where: str, choices: Choi
 
 def _scale(said: object, place: str) -> float:
     """Return the metres in a unit."""
-    scale = METRES_PER_RADIUS_UNIT.get(plain(said)) if isinstance(said, str) else None
-    if scale is None:
-        raise InputError(f"{place}: expected m, km, ft, NM or mi, found {shown(said)}")
-    return scale
+    return looked_up(METRES_PER_RADIUS_UNIT, said, place, "m, km, ft, NM or mi")
 
 
 def _number(value: object, scale: float, place: str) -> float:

@@ -6,6 +6,7 @@ Source: https://www.cityjson.org/specs/
 import math
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.georeference import datum
 from skyverse.maps.georeference.choices import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import Fields, printable, shown
+from skyverse.maps.georeference.fields import Fields, are_numbers, printable, require_type, shown
 from skyverse.maps.readers.building_heights import building_limits
 from skyverse.maps.readers.coordinate_systems import named_crs, to_globe
 from skyverse.maps.readers.polygons import filled, polygons
@@ -57,18 +58,14 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         raise InputError(f"{path}: expected CityJSON 1.0, 1.1 or 2.0, found version {shown(document.get('version'))}")
     vertices, templates = _vertices(document, path), _templates(document, path)
     crs, unit = _system(document, path, choices)
-    objects = document.get("CityObjects")
-    if not isinstance(objects, dict):
-        raise InputError(f"{path}: 'CityObjects': expected objects by name, found {shown(objects)}")
+    objects = require_type(dict, document.get("CityObjects"), f"{path}: 'CityObjects'", "objects by name")
     outlines: list[BaseGeometry] = []
     spans: list[tuple[float, float]] = []
     said: list[tuple[str, str, str, dict[str, Any]]] = []
     others: Counter[str] = Counter()
     for name, one in objects.items():
         where = f"{path}: {printable(name)}"
-        if not isinstance(one, dict):
-            raise InputError(f"{where}: expected an object, found {shown(one)}")
-        if _type(one) not in KIND_OF_TYPE:
+        if _type(require_type(dict, one, where, "an object")) not in KIND_OF_TYPE:
             if one.get("geometry"):
                 others[f"{printable(_type(one)):.40}"] += 1
             continue
@@ -76,9 +73,7 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         if solid is None:
             continue
         footprint, low, high = solid
-        attributes = one.get("attributes") or {}
-        if not isinstance(attributes, dict):
-            raise InputError(f"{where}: 'attributes': expected fields, found {shown(attributes)}")
+        attributes = require_type(dict, one.get("attributes") or {}, f"{where}: 'attributes'", "fields")
         outlines.append(footprint)
         spans.append((low * unit, high * unit))
         kind = KIND_OF_TYPE[_type(one)]
@@ -88,9 +83,7 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         choices.tally[Sentence(f"left out, which are no obstacles or of unknown type: {named}")] += others.total()
     if not outlines:
         raise InputError(f"{path}: expected buildings with surfaces, found none")
-    array = np.empty(len(outlines), dtype=object)
-    array[:] = outlines
-    moved = to_globe(array, crs, str(path), lambda k: said[k][0], choices.tell)
+    moved = to_globe(np.array(outlines, dtype=object), crs, str(path), lambda k: said[k][0], choices.tell)
     return [
         feature
         for place, span, (where, name, kind, fields) in zip(moved, spans, said, strict=True)
@@ -107,11 +100,9 @@ def _features(
     attributes: dict[str, Any],
     choices: Choices,
 ) -> Iterator[Feature]:
-    low: Altitude | None
-    high: Altitude
-    if span[0] < span[1]:
-        low, high = AboveSea(span[0]), AboveSea(span[1])
-    else:  # a flat footprint, level of detail 0
+    low: Altitude | None = AboveSea(span[0])
+    high: Altitude = AboveSea(span[1])
+    if not span[0] < span[1]:  # a flat footprint, level of detail 0
         try:
             low, high = building_limits(Fields(attributes), where, choices)
         except InputError:
@@ -136,31 +127,21 @@ def _vertices(document: dict[str, Any], path: Path) -> Floats:
 
 
 def _threes(listed: Any, where: str) -> Floats:
-    good = isinstance(listed, list) and all(
-        isinstance(v, list) and len(v) == 3 and all(type(c) in (int, float) and abs(c) < 1e15 for c in v)
-        for v in listed
-    )
-    if not good:
+    if not isinstance(listed, list) or not all(are_numbers(row, (3,), 1e15) for row in listed):
         raise InputError(f"{where}: expected rows of three numbers")
     return np.array(listed, dtype=np.float64).reshape(-1, 3)
 
 
 def _three(transform: Any, name: str, path: Path) -> Floats:
     three = transform.get(name) if isinstance(transform, dict) else None
-    if (
-        not isinstance(three, list)
-        or len(three) != 3
-        or not all(type(c) in (int, float) and abs(c) < 1e12 for c in three)
-    ):
+    if not are_numbers(three, (3,), 1e12):
         raise InputError(f"{path}: 'transform.{name}': expected three numbers, found {shown(three)}")
     return np.array(three, dtype=np.float64)
 
 
 def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyproj.CRS, float]:
     """Return a document's coordinate system, and how many metres a unit of z has."""
-    metadata = document.get("metadata") or {}
-    if not isinstance(metadata, dict):
-        raise InputError(f"{path}: 'metadata': expected fields, found {shown(metadata)}")
+    metadata = require_type(dict, document.get("metadata") or {}, f"{path}: 'metadata'", "fields")
     said = metadata.get("referenceSystem") or metadata.get("crs") or document.get("crs")
     if isinstance(said, dict):  # CityJSON before 1.0: {"epsg": 7415}
         said = f"EPSG:{said.get('epsg')}"
@@ -169,8 +150,7 @@ def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyp
         if choices.crs is None:
             raise InputError(f"{where}: expected a coordinate system, found none", give=[GIVE_CRS])
         said, where = choices.crs, str(path)
-    if not isinstance(said, str):
-        raise InputError(f"{where}: expected a coordinate system, found {shown(said)}")
+    said = require_type(str, said, where, "a coordinate system")
     crs = named_crs(said.replace("https://", "http://", 1) if "/def/crs/" in said else said, where)
     vertical = datum.vertical(crs, where)
     if vertical is not None and not vertical[1]:
@@ -267,13 +247,12 @@ def _placed(
         raise InputError(f"{where}: 'template': expected one of {len(templates)} templates, found {shown(number)}")
     if not isinstance(at, list) or len(at) != 1 or type(at[0]) is not int or not 0 <= at[0] < len(vertices):
         raise InputError(f"{where}: 'boundaries': expected the vertex of a template, found {shown(at)}")
-    matrix = instance.get("transformationMatrix")
-    listed: list[Any] = matrix if isinstance(matrix, list) and len(matrix) == 16 else [None]
-    if not all(type(c) in (int, float) and abs(c) < 1e12 for c in listed) or listed[12:] != [0, 0, 0, 1]:
+    matrix: Any = instance.get("transformationMatrix")
+    if not are_numbers(matrix, (16,), 1e12) or matrix[12:] != [0, 0, 0, 1]:
         what = f"{where}: 'transformationMatrix'"
         raise InputError(f"{what}: expected 16 numbers, 0, 0, 0, 1 last, found {shown(matrix)}")
     geometry, places = templates[number]
-    turned = np.array(listed, dtype=np.float64).reshape(4, 4)[:3]
+    turned = np.array(matrix, dtype=np.float64).reshape(4, 4)[:3]
     return geometry, places @ turned[:, :3].T + turned[:, 3] + vertices[at[0]]
 
 
@@ -283,25 +262,19 @@ def _type(holder: dict[str, Any]) -> str:
 
 def _lod(geometry: dict[str, Any], where: str) -> float:
     said = geometry.get("lod")
-    try:
+    with suppress(ValueError, OverflowError):
         if isinstance(said, str | int | float) and math.isfinite(float(said)):
             return float(said)
-    except (ValueError, OverflowError):
-        pass
     raise InputError(f"{where}: 'lod': expected a level of detail such as 2.2, found {shown(said)}")
 
 
 def _rings(boundaries: Any, depth: int, count: int, where: str) -> Iterator[list[NDArray[np.int64]]]:
     """Yield each surface as its rings, which are numbers of vertices."""
-    if not isinstance(boundaries, list):
-        raise InputError(f"{where}: 'boundaries': expected lists of vertices, found {shown(boundaries)}")
-    if depth:
-        for inner in boundaries:
+    for inner in require_type(list, boundaries, f"{where}: 'boundaries'", "lists of vertices"):
+        if depth:
             yield from _rings(inner, depth - 1, count, where)
-        return
-    for surface in boundaries:
-        listed = surface if isinstance(surface, list) and surface else [None]
-        yield [_ring(ring, 3, count, where) for ring in listed]
+        else:
+            yield [_ring(ring, 3, count, where) for ring in (isinstance(inner, list) and inner) or [None]]
 
 
 def _ring(ring: Any, least: int, count: int, where: str) -> NDArray[np.int64]:

@@ -7,7 +7,6 @@ import numpy as np
 import pyproj
 import shapely
 from numpy.typing import NDArray
-from shapely import LineString, Point, Polygon
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
@@ -77,7 +76,7 @@ def to_globe(
         unit = flat.axis_info[0].unit_conversion_factor or 1.0
         _require_finite(geometries, names)
         step = max(MAX_EDGE / unit, _width(geometries) / MAX_ADDED_CORNERS)
-        geometries = np.array([*(densified(geometry, step) for geometry in geometries), None], dtype=object)[:-1]
+        geometries = shapely.segmentize(geometries, step)
 
     def moved(places: Floats) -> Floats:
         x, y = transformer.transform(places[:, 0], places[:, 1])
@@ -103,28 +102,6 @@ def _require_area_of_use(geometries: NDArray[Any], crs: pyproj.CRS, names: Calla
             f"{names(int(bad[0]))}: expected coordinates in {crs.name}, used in {area.name:.60}, "
             f"but that would put it at {y:.4f}, {x:.4f}"
         )
-
-
-def densified(geometry: Any, step: float) -> Any:
-    """Return a geometry with corners added to edges that are longer than a step; it does not change otherwise."""
-    x0, y0, x1, y1 = geometry.bounds
-    if geometry.is_empty or max(x1 - x0, y1 - y0) <= step or isinstance(geometry, Point):
-        return geometry
-    if isinstance(geometry, Polygon):
-        return Polygon(stepped(geometry.exterior, step), [stepped(ring, step) for ring in geometry.interiors])
-    if isinstance(geometry, LineString):
-        return LineString(stepped(geometry, step))
-    return type(geometry)([densified(part, step) for part in geometry.geoms])
-
-
-def stepped(line: LineString, step: float) -> Floats:
-    """Return the corners (n, 2) or (n, 3) of a line, and corners between them so that no edge is longer than a step."""
-    places = shapely.get_coordinates(line, include_z=line.has_z)
-    counts = np.maximum(1, np.ceil(np.hypot(*np.diff(places[:, :2], axis=0).T) / step)).astype(np.int64)
-    edge = np.repeat(np.arange(len(counts)), counts)
-    share = (np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[edge]
-    between = places[edge] + share[:, None] * (places[edge + 1] - places[edge])
-    return np.vstack([between, places[-1:]])
 
 
 def _width(geometries: NDArray[Any]) -> float:

@@ -13,8 +13,8 @@ from shapely import GeometryCollection, LineString, MultiPolygon, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
-from skyverse.maps.georeference.fields import printable, shown
+from skyverse.errors import InputError, unreadable
+from skyverse.maps.georeference.fields import are_numbers, printable, require_type, shown
 from skyverse.maps.readers.circle_radius import fields_of_circle
 from skyverse.maps.readers.coordinate_systems import WGS84, named_crs
 from skyverse.maps.readers.record_to_feature import GeometryRecord
@@ -44,17 +44,16 @@ def load(path: Path) -> Any:
         return found
 
     try:
-        return json.loads(path.read_bytes(), parse_constant=no_number, object_pairs_hook=once)
+        with unreadable(path):
+            return json.loads(path.read_bytes(), parse_constant=no_number, object_pairs_hook=once)
     except InputError:
         raise
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except json.JSONDecodeError as error:
-        cut = error.pos > len(error.doc.rstrip()) - 5 or error.msg.startswith("Unterminated string")  # as in "tru"
+    except (ValueError, RecursionError) as error:
+        cut = isinstance(error, json.JSONDecodeError) and (
+            error.pos > len(error.doc.rstrip()) - 5 or error.msg.startswith("Unterminated string")  # as in "tru"
+        )
         found = "it cut off" if cut else "something else"
         raise InputError(f"{path}: expected JSON, found {found}: {printable(str(error))}") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: expected JSON, found something else: {printable(str(error))}") from None
 
 
 def _within(fields: dict[str, Any]) -> str:
@@ -65,8 +64,7 @@ def _within(fields: dict[str, Any]) -> str:
 
 def records(document: Any, path: Path) -> tuple[list[GeometryRecord], pyproj.CRS]:
     """Return the features of a GeoJSON or ED-269 document, and their coordinate system."""
-    if not isinstance(document, dict):
-        raise InputError(f"{path}: expected GeoJSON, found {shown(document)}")
+    document = require_type(dict, document, str(path), "GeoJSON")
     crs = _crs(document.get("crs"), path)
     if document.get("type") in (*_SHAPES, "GeometryCollection"):
         return list(_feature({"geometry": document}, f"{path}: geometry")), crs
@@ -91,11 +89,8 @@ def _crs(said: Any, path: Path) -> pyproj.CRS:
 
 
 def _feature(feature: Any, where: str) -> Iterator[GeometryRecord]:
-    if not isinstance(feature, dict):
-        raise InputError(f"{where}: expected a feature, found {shown(feature)}")
-    fields = feature.get("properties") or {}
-    if not isinstance(fields, dict):
-        raise InputError(f"{where}: 'properties': expected fields, found {shown(fields)}")
+    feature = require_type(dict, feature, where, "a feature")
+    fields = require_type(dict, feature.get("properties") or {}, f"{where}: 'properties'", "fields")
     if "geometry" not in feature:
         raise InputError(f"{where}: expected a 'geometry', found none")
     geometry = feature["geometry"]
@@ -119,15 +114,10 @@ def _volume(volume: Any, fields: dict[str, Any], where: str) -> GeometryRecord:
     own = {name: value for name, value in volume.items() if name != "horizontalProjection"}
     if flat.get("type") == "Circle":
         point = Point(_position(flat.get("center"), f"{where}: 'center'"))
-        _needed(flat, "radius", where)
+        if flat.get("radius") is None:
+            raise InputError(f"{where}: expected a 'radius', found none")
         return GeometryRecord(point, {**fields, **own, **fields_of_circle(flat, "type", "center")}, where)
     return GeometryRecord(_geometry(flat, where), {**fields, **own}, where)
-
-
-def _needed(holder: dict[str, Any], field: str, where: str) -> Any:
-    if holder.get(field) is None:
-        raise InputError(f"{where}: expected a {field!r}, found none")
-    return holder[field]
 
 
 def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[GeometryRecord]:
@@ -142,17 +132,14 @@ def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[Geome
     own: dict[str, Any] = {}
     for name in ("layer", "extent"):
         said = geometry.get(name) if isinstance(geometry, dict) else None
-        if isinstance(said, dict):
+        if said is not None:
+            said = require_type(dict, said, f"{where}: {name!r}", "fields")
             own.update(said if name == "layer" else fields_of_circle(said, "subType"))
-        elif said is not None:
-            raise InputError(f"{where}: {name!r}: expected fields, found {shown(said)}")
     yield GeometryRecord(_geometry(geometry, where), {**fields, **own}, where)
 
 
 def _geometry(geometry: Any, where: str) -> BaseGeometry:
-    if not isinstance(geometry, dict):
-        raise InputError(f"{where}: expected a geometry, found {shown(geometry)}")
-    kind = geometry.get("type")
+    kind = require_type(dict, geometry, where, "a geometry").get("type")
     if kind == "GeometryCollection":
         parts = _listed(geometry.get("geometries"), f"{where}: 'geometries'")
         return GeometryCollection([_geometry(part, where) for part in parts])
@@ -165,15 +152,12 @@ def _geometry(geometry: Any, where: str) -> BaseGeometry:
 
 
 def _listed(value: Any, place: str) -> list[Any]:
-    if not isinstance(value, list):
-        raise InputError(f"{place}: expected a list, found {shown(value)}")
-    return value
+    return require_type(list, value, place, "a list")
 
 
 def _position(value: Any, where: str) -> list[float]:
     """Return longitude and latitude, and the altitude where there is one."""
-    good = isinstance(value, list) and 2 <= len(value) <= 4 and all(type(v) in (int, float) for v in value)
-    if not good or not all(abs(v) < 1e12 for v in value):
+    if not are_numbers(value, range(2, 5), 1e12):
         raise InputError(f"{where}: expected longitude and latitude, found {shown(value)}")
     return [float(v) for v in value[:3]]
 

@@ -3,19 +3,20 @@
 import io
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
+from xml.etree.ElementTree import Element
 
 import shapely
 from shapely import GeometryCollection, LineString, Point
 from shapely.geometry.base import BaseGeometry
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, unreadable
 from skyverse.maps.georeference.fields import printable
 from skyverse.maps.readers.geojson import polygon
 from skyverse.maps.readers.record_to_feature import GeometryRecord
-from skyverse.maps.readers.xml import parse
+from skyverse.maps.readers.xml import read_tree
 
 MAX_UNPACKED = 200_000_000
 """Bytes that a KMZ may unpack to at most."""
@@ -26,28 +27,27 @@ _ALTITUDE_MODES = ("clampToGround", "relativeToGround", "absolute")
 
 def records(path: Path) -> list[GeometryRecord]:
     """Return the placemarks of a KML or KMZ file, several records for one whose parts count altitudes differently."""
-    parser = _KmlParser(path)
-    with _opened(path) as stream:
-        parse(stream, path, parser.start, parser.end, parser.text)
-    return parser.records
+    with unreadable(path), _opened(path) as stream:
+        root = read_tree(stream, path)
+    if next(root.iter("NetworkLink"), None) is not None:
+        raise InputError(f"{path}: expected zones, found a NetworkLink to others; give those files themselves")
+    marks = enumerate(root.iter("Placemark"), 1)
+    return [record for number, mark in marks for record in _placemark(mark, f"{path}: placemark {number}")]
 
 
 def _opened(path: Path) -> IO[bytes]:
+    if path.suffix.lower() != ".kmz":
+        return path.open("rb")
     try:
-        if path.suffix.lower() != ".kmz":
-            return path.open("rb")
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if name.lower().endswith(".kml")]
             if not names:
                 raise InputError(f"{path}: expected a .kml file inside, found none")
-            first = "doc.kml" if "doc.kml" in names else names[0]
-            with archive.open(first) as packed:
+            with archive.open("doc.kml" if "doc.kml" in names else names[0]) as packed:
                 content = packed.read(MAX_UNPACKED + 1)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from None
+    except InputError:
+        raise
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         with path.open("rb") as stream:
             begun = stream.read(2) == b"PK"
         found = "it cut off or damaged" if begun else "something else"
@@ -57,118 +57,71 @@ def _opened(path: Path) -> IO[bytes]:
     return io.BytesIO(content)
 
 
-class _PartialGeometry:
-    """A polygon, point or line while it is read."""
-
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
-        self.mode = "clampToGround"
-        self.extruded = False
-        self.rings: list[list[list[float]]] = []
-
-    def geometry(self, where: str) -> BaseGeometry:
-        rings = [ring for ring in self.rings if ring]
-        if self.kind == "Polygon":
-            return polygon(self.rings, where)
-        if not rings:
-            return GeometryCollection()
-        if self.kind == "Point":
-            return Point(rings[0][0])
-        if len(rings[0]) < 2:
-            raise InputError(f"{where}: expected a line of two places or more, found {len(rings[0])}")
-        return LineString([place[: min(len(one) for one in rings[0])] for place in rings[0]])
+def _placemark(mark: Element, where: str) -> Iterator[GeometryRecord]:
+    fields = _fields(mark, where)
+    groups: dict[tuple[str, bool], list[BaseGeometry]] = {}
+    for shape in _shapes(mark, where):
+        mode = _text(shape, "altitudeMode") or "clampToGround"
+        if mode not in _ALTITUDE_MODES:
+            raise InputError(f"{where}: 'altitudeMode': expected {', '.join(_ALTITUDE_MODES)}, found {mode!r:.40}")
+        extruded = _text(shape, "extrude") in ("1", "true")
+        groups.setdefault((mode, extruded), []).append(_geometry(shape, where))
+    if not groups:
+        yield GeometryRecord(None, fields, where)
+    for (mode, extruded), parts in groups.items():
+        whole: BaseGeometry = parts[0] if len(parts) == 1 else GeometryCollection(parts)
+        if mode == "clampToGround":
+            whole = shapely.force_2d(whole)
+        yield GeometryRecord(whole, fields, where, "amsl" if mode == "absolute" else "agl", not extruded)
 
 
-class _KmlParser:
-    """The state of the parser within a KML file."""
+def _fields(mark: Element, where: str) -> dict[str, str]:
+    """Return the name of a placemark and its data."""
+    name = mark.find("name")
+    fields = {} if name is None else {"name": (name.text or "").strip()}
+    for one in mark.iter():
+        key = one.get("name") if one.tag in ("Data", "SimpleData") else None
+        if key is None:
+            continue
+        text = _text(one, "value") if one.tag == "Data" else (one.text or "").strip()
+        before = fields.get(key, text)
+        if before != text and key != "name":  # a placemark has a name beside that in its data
+            raise InputError(f"{where}: field {key!r:.40}: expected it once, found {before!r:.40} and {text!r:.40}")
+        fields[key] = text
+    return fields
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self.records: list[GeometryRecord] = []
-        self._fields: dict[str, Any] | None = None
-        self._shapes: list[_PartialGeometry] = []
-        self._inside: list[str] = []
-        self._key: str | None = None
-        self._text: list[str] = []
-        self._count = 0
 
-    @property
-    def _where(self) -> str:
-        return f"{self._path}: placemark {self._count}"
+def _text(element: Element, tag: str) -> str:
+    """Return the text of the last element of that name inside another, ``""`` where there is none."""
+    return next((one.text or "" for one in reversed(list(element.iter(tag)))), "").strip()
 
-    def start(self, tag: str, attributes: Mapping[str, str]) -> None:
-        self._text.clear()
-        self._inside.append(tag)
-        if tag == "NetworkLink":
-            raise InputError(
-                f"{self._path}: expected zones, found a NetworkLink to others; give those files themselves"
-            )
-        if tag == "Placemark":
-            self._count += 1
-            self._fields, self._shapes = {}, []
-        elif self._fields is None:
-            return
-        elif tag in _REFUSED_GEOMETRIES:
-            raise InputError(f"{self._where}: expected a polygon, found a {tag}")
-        elif tag in _GEOMETRIES and not (tag == "LinearRing" and "Polygon" in self._inside[:-1]):
-            self._shapes.append(_PartialGeometry(tag))
-        elif tag in ("Data", "SimpleData"):
-            self._key = attributes.get("name")
 
-    def text(self, text: str) -> None:
-        self._text.append(text)
+def _shapes(parent: Element, where: str) -> Iterator[Element]:
+    """Yield the elements of polygons, points and lines, also of those that stand in a MultiGeometry."""
+    for child in parent:
+        if child.tag in _REFUSED_GEOMETRIES:
+            raise InputError(f"{where}: expected a polygon, found a {child.tag}")
+        if child.tag in _GEOMETRIES:
+            yield child
+        else:
+            yield from _shapes(child, where)
 
-    def end(self, tag: str) -> None:
-        text = "".join(self._text).strip()
-        self._text.clear()
-        self._inside.pop()
-        if self._fields is None:
-            return
-        if tag == "Placemark":
-            self.records.extend(self._placemark())
-            self._fields = None
-        elif tag == "name" and self._inside[-1] == "Placemark":
-            self._fields["name"] = text
-        elif tag in ("value", "SimpleData") and self._key is not None:
-            before = self._fields.get(self._key, text)
-            if before != text and self._key != "name":  # a placemark has a name beside that in its data
-                raise InputError(
-                    f"{self._where}: field {self._key!r:.40}: expected it once, found {before!r:.40} and {text!r:.40}"
-                )
-            self._fields[self._key] = text
-        elif self._shapes:
-            self._shaped(tag, text)
 
-    def _shaped(self, tag: str, text: str) -> None:
-        shape = self._shapes[-1]
-        if tag == "altitudeMode":
-            if text not in _ALTITUDE_MODES:
-                raise InputError(
-                    f"{self._where}: 'altitudeMode': expected {', '.join(_ALTITUDE_MODES)}, found {text!r:.40}"
-                )
-            shape.mode = text
-        elif tag == "extrude":
-            shape.extruded = text in ("1", "true")
-        elif tag == "coordinates":
-            ring = [_place(one, self._where) for one in text.split()]
-            if "innerBoundaryIs" in self._inside and not shape.rings:
-                raise InputError(f"{self._where}: expected an outline before its holes, found a hole")
-            shape.rings.append(ring)
-
-    def _placemark(self) -> Iterator[GeometryRecord]:
-        assert self._fields is not None
-        groups: dict[tuple[str, bool], list[BaseGeometry]] = {}
-        for shape in self._shapes:
-            groups.setdefault((shape.mode, shape.extruded), []).append(shape.geometry(self._where))
-        if not groups:
-            yield GeometryRecord(None, self._fields, self._where)
-        for (mode, extruded), parts in groups.items():
-            whole: BaseGeometry = parts[0] if len(parts) == 1 else GeometryCollection(parts)
-            if mode == "clampToGround":
-                whole = shapely.force_2d(whole)
-            yield GeometryRecord(
-                whole, self._fields, self._where, "amsl" if mode == "absolute" else "agl", not extruded
-            )
+def _geometry(shape: Element, where: str) -> BaseGeometry:
+    side = next((one.tag for one in shape.iter() if one.tag in ("outerBoundaryIs", "innerBoundaryIs")), None)
+    if side == "innerBoundaryIs":
+        raise InputError(f"{where}: expected an outline before its holes, found a hole")
+    rings = [[_place(one, where) for one in (ring.text or "").split()] for ring in shape.iter("coordinates")]
+    if shape.tag == "Polygon":
+        return polygon(rings, where)
+    line = next((ring for ring in rings if ring), [])
+    if not line:
+        return GeometryCollection()
+    if shape.tag == "Point":
+        return Point(line[0])
+    if len(line) < 2:
+        raise InputError(f"{where}: expected a line of two places or more, found {len(line)}")
+    return LineString([place[: min(len(one) for one in line)] for place in line])
 
 
 def _place(text: str, where: str) -> list[float]:

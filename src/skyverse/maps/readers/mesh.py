@@ -2,7 +2,6 @@
 
 import io
 import logging
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from skyverse.errors import InputError, first_line
+from skyverse.errors import InputError, unreadable
 from skyverse.maps.georeference.libraries import require_libraries
 from skyverse.maps.readers.point_cloud import voxels_of_points
 from skyverse.maps.readers.voxel_grid import grid_around, voxels_of_grid
@@ -41,11 +40,7 @@ def read_mesh(path: Path, size: float | None = None) -> Voxels:
     require_libraries(path.name, "trimesh")
     vertices, faces = _loaded(path)
     if not len(faces):
-
-        def once() -> Iterator[NDArray[np.float64]]:
-            yield vertices
-
-        return voxels_of_points(path, once, size)
+        return voxels_of_points(path, lambda: iter([vertices]), size)
     corners = vertices[faces]
     if not np.isfinite(corners).all():
         raise InputError(f"{path}: expected coordinates, found NaN or infinity")
@@ -83,7 +78,7 @@ def _loaded(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     import trimesh
 
     logging.getLogger("trimesh").addHandler(logging.NullHandler())  # trimesh would print what is raised below
-    try:
+    with unreadable(path, f"cannot be read as {path.suffix[1:].upper()}", Exception):
         if path.stat().st_size > MAX_MESH_BYTES:
             raise InputError(f"{path}: expected at most {MAX_MESH_BYTES >> 20} MB, found {path.stat().st_size >> 20}")
         # from a stream trimesh opens no other files of the folder
@@ -95,12 +90,6 @@ def _loaded(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
             vertices = np.array(read.vertices, dtype=np.float64)
             vertices = vertices if vertices.size else np.empty((0, 3))
             faces = np.array(getattr(read, "faces", ()), dtype=np.int64).reshape(-1, 3)
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except Exception as error:
-        raise InputError(f"{path}: cannot be read as {path.suffix[1:].upper()}: {first_line(error)[:200]}") from None
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise InputError(f"{path}: expected x, y and z of every vertex, found {vertices.shape[-1]} numbers")
     wrong = np.flatnonzero(((faces < 0) | (faces >= len(vertices))).any(axis=1))

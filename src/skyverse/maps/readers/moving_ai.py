@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, unreadable
 from skyverse.maps.readers.voxel_grid import require_voxel_count, require_voxel_size, voxels_of_grid
 from skyverse.model.shapes import Voxels
 
@@ -33,11 +33,8 @@ def read_3dmap(path: Path, size: float | None = None) -> Voxels:
         If the file is not such a map; the message names the line.
     """
     require_voxel_size(size)
-    try:
-        with path.open("rb") as file:
-            head, body = file.readline(200), file.read()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    with unreadable(path), path.open("rb") as file:
+        head, body = file.readline(200), file.read()
     found = re.fullmatch(rb"voxel\s+(\d{1,9})\s+(\d{1,9})\s+(\d{1,9})\s*", head)
     if found is None:
         raise InputError(f"{path}: line 1: expected 'voxel' and three whole numbers, found {head[:40]!r}")
@@ -47,10 +44,8 @@ def read_3dmap(path: Path, size: float | None = None) -> Voxels:
         raise InputError(f"{path}: line 1: expected voxels along every axis, found {counts}")
     occupied = np.zeros(counts, dtype=bool)
     if body.strip():
-        try:
+        with unreadable(path, "expected x y z in every line after the first", ValueError, OverflowError):
             cells = np.loadtxt(io.BytesIO(body), dtype=np.int64, ndmin=2, comments=None, encoding="latin-1")
-        except (ValueError, OverflowError) as error:
-            raise InputError(f"{path}: expected x y z in every line after the first: {error}") from None
         if cells.shape[1] != 3:
             raise InputError(f"{path}: expected x y z in every line after the first, found {cells.shape[1]} numbers")
         outside = np.flatnonzero(((cells < 0) | (cells >= counts)).any(axis=1))

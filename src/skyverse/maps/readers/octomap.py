@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, unreadable
 from skyverse.maps.readers.voxel_grid import (
     KIND_OF_UNKNOWN,
     MAX_VOXELS,
@@ -102,10 +102,8 @@ def _leaves(path: Path) -> tuple[NDArray[np.int64], float]:
 
     A leaf is the number of its first voxel on each axis, how many voxels wide it is, and whether free or occupied.
     """
-    try:
+    with unreadable(path):
         data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     binary = data.startswith(b"# Octomap OcTree binary file")
     if not binary and not data.startswith(b"# Octomap OcTree file"):
         raise InputError(f"{path}: expected an OctoMap file, which begins with '# Octomap OcTree', found {data[:30]!r}")

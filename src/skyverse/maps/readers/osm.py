@@ -17,7 +17,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, unreadable
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.fields import printable
@@ -54,11 +54,8 @@ def buildings(path: Path, choices: Choices) -> list[Feature]:
     InputError
         If it is not OpenStreetMap, or a building has no height and `choices` have none for such buildings.
     """
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(64)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
+    with unreadable(path), path.open("rb") as stream:
+        head = stream.read(64)
     if path.suffix.lower() == ".pbf" and b"OSMHeader" not in head and not head.lstrip(_LEADING_BLANKS).startswith(b"<"):
         raise InputError(f"{path}: expected OpenStreetMap's binary format, found something else")
     records = list(_binary(path, choices) if b"OSMHeader" in head else _xml(path, choices))
@@ -143,11 +140,8 @@ class _OsmParser:
 
 def _xml(path: Path, choices: Choices) -> Iterator[GeometryRecord]:
     parser = _OsmParser(path)
-    try:
-        with path.open("rb") as stream:
-            parse(stream, path, parser.start, parser.end)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
+    with unreadable(path), path.open("rb") as stream:
+        parse(stream, path, parser)
     order = np.argsort(np.array(parser.numbers), kind="stable")
     numbers = np.array(parser.numbers)[order]
     places = np.column_stack([np.array(parser.longitudes), np.array(parser.latitudes)])[order]

@@ -13,7 +13,6 @@ from shapely.geometry.base import BaseGeometry
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.longitudes import in_one_piece, joined, pieces, unwrapped
-from skyverse.maps.readers.coordinate_systems import stepped
 
 Tell = Callable[[str], object]
 MAX_EDGE_DEGREES = 0.005
@@ -90,7 +89,7 @@ def band(line: LineString | Point, metres: float, where: str) -> list[Polygon]:
     """
     places = shapely.get_coordinates(line)
     if len(places) > 1:
-        places = stepped(LineString(unwrapped(places, where)), MAX_EDGE_DEGREES)
+        places = shapely.get_coordinates(shapely.segmentize(LineString(unwrapped(places, where)), MAX_EDGE_DEGREES))
     lengths = np.hypot(*np.diff(places, axis=0).T)
     piece = np.floor((np.cumsum(lengths) - lengths) / PLANE_LENGTH)
     ends = np.flatnonzero(np.diff(piece)) + 1

@@ -16,7 +16,7 @@ from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.fields import Fields, number_of, printable, shown
 from skyverse.maps.readers.building_heights import HEIGHT_FIELDS, building_limits
 from skyverse.maps.readers.circle_radius import circle_radius
-from skyverse.maps.readers.coordinate_systems import densified, to_globe
+from skyverse.maps.readers.coordinate_systems import to_globe
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 
@@ -64,8 +64,7 @@ def features_of(records: list[GeometryRecord], crs: pyproj.CRS, file: str, choic
             choices.tell(f"{record.where}: left out, it has no geometry")
         else:
             present.append(record)
-    geometries = np.empty(len(present), dtype=object)
-    geometries[:] = [record.geometry for record in present]
+    geometries = np.array([record.geometry for record in present], dtype=object)
     moved = to_globe(geometries, crs, file, lambda k: present[k].where, choices.tell)
     found = [
         feature for record, place in zip(present, moved, strict=True) for feature in _features(record, place, choices)
@@ -92,7 +91,7 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) 
     low, high = _limits(record, geometry, fields, kind, choices)
     name = _name(fields)
     risk = _risk(fields, where, choices)
-    for part in (densified(part, MAX_EDGE_DEGREES) for part in parts):
+    for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
         outline = np.array(part.exterior.coords)[:-1, :2]
         holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
         yield Feature(outline, holes, low, high, kind, name, where, risk)

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from skyverse.errors import InputError
+from skyverse.maps.georeference.fields import are_numbers, require_type
 from skyverse.maps.readers.scenario_defaults import DEFAULT_CLEARANCE, default_lattice
 from skyverse.model.scenario import Bounds, Scenario, Source
 from skyverse.model.shapes import Box
@@ -28,9 +29,7 @@ def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
         If a field is not as it should be; the message names it.
     """
     low, high = _corners(f"{path}: bounds.extents", data["bounds"]["extents"])
-    blocks = data.get("blocks", [])
-    if not isinstance(blocks, list):
-        raise InputError(f"{path}: blocks: expected a list, found {blocks!r:.40}")
+    blocks = require_type(list, data.get("blocks", []), f"{path}: blocks", "a list")
     boxes = []
     for k, block in enumerate(blocks):
         if not isinstance(block, dict) or "extents" not in block:
@@ -51,12 +50,8 @@ def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
         raise InputError(f"{path}: {error.errors()[0]['msg']}") from None
 
 
-def _corners(where: str, extents: object) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    if not (
-        isinstance(extents, list)
-        and len(extents) == 6
-        and all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < 1e9 for v in extents)
-    ):
+def _corners(where: str, extents: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    if not are_numbers(extents, (6,), 1e9):
         raise InputError(f"{where}: expected xmin, xmax, ymin, ymax, zmin, zmax in metres, found {extents!r:.60}")
     x, xx, y, yy, z, zz = map(float, extents)
     if not (x < xx and y < yy and z < zz):

@@ -1,8 +1,8 @@
 """XML without a document type, so that it can neither expand its entities nor fetch other files."""
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import IO
+from typing import IO, Protocol
+from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from skyverse.errors import InputError
@@ -13,14 +13,18 @@ _CUT_OFF_CODES = [expat.errors.codes[said] for said in (
 )]  # fmt: skip
 
 
-def parse(
-    stream: IO[bytes],
-    path: Path,
-    start: Callable[[str, Mapping[str, str]], None],
-    end: Callable[[str], None],
-    text: Callable[[str], None] | None = None,
-) -> None:
-    """Call `start`, `end` and `text` for each element and text of a file; names are without their namespace's prefix.
+class XmlTarget(Protocol):
+    """What is told where each element of a file begins and ends; its method ``data`` takes the texts, if it has one."""
+
+    def start(self, tag: str, attrs: dict[str, str], /) -> object:
+        """Begin an element."""
+
+    def end(self, tag: str, /) -> object:
+        """End the element that began last."""
+
+
+def parse(stream: IO[bytes], path: Path, target: XmlTarget) -> None:
+    """Tell a target of each element of a file; names are without their namespace's prefix.
 
     Raises
     ------
@@ -34,10 +38,9 @@ def parse(
     parser = expat.ParserCreate()
     parser.buffer_text = True
     parser.StartDoctypeDeclHandler = refuse
-    parser.StartElementHandler = lambda name, attributes: start(name.rpartition(":")[2], attributes)
-    parser.EndElementHandler = lambda name: end(name.rpartition(":")[2])
-    if text is not None:
-        parser.CharacterDataHandler = text
+    parser.StartElementHandler = lambda name, attributes: target.start(name.rpartition(":")[2], attributes)
+    parser.EndElementHandler = lambda name: target.end(name.rpartition(":")[2])
+    parser.CharacterDataHandler = getattr(target, "data", None)
     try:
         parser.ParseFile(stream)
     except (expat.ExpatError, UnicodeError, LookupError, ValueError) as error:
@@ -46,3 +49,10 @@ def parse(
         cut = isinstance(error, expat.ExpatError) and error.code in _CUT_OFF_CODES
         found = "it cut off" if cut else "something else"
         raise InputError(f"{path}: expected XML, found {found}: {error}") from None
+
+
+def read_tree(stream: IO[bytes], path: Path) -> Element:
+    """Return the root of a file's elements; see `parse`."""
+    builder = TreeBuilder()
+    parse(stream, path, builder)
+    return builder.close()
