@@ -65,12 +65,9 @@ class BudgetRuns:
 
     def ratios(self, planner: str) -> Floats:
         """Return the costs of all runs of a planner divided by their `reference`, infinite where a run failed."""
+        cells = {scenario: self.cells[scenario, planner] for scenario in self.scenarios}
         return np.concatenate(
-            [
-                ratios(cell["cost"], cell["success"], self.reference(scenario))
-                for scenario in self.scenarios
-                for cell in (self.cells[scenario, planner],)
-            ]
+            [ratios(cell["cost"], cell["success"], self.reference(scenario)) for scenario, cell in cells.items()]
         )
 
 

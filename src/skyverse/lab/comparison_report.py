@@ -10,7 +10,7 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.lab import figures
 from skyverse.lab.budget_runs import BudgetRuns, runs_at_budget
-from skyverse.lab.curves import Band, band, grid, spread
+from skyverse.lab.curves import band, grid, spread
 from skyverse.lab.formatting import counted, listed, literal, whole_numbers
 from skyverse.lab.pairwise_tests import PairwiseTest, compare_pairs
 from skyverse.lab.planner_differences import best_mean, difference_section, matrix
@@ -75,8 +75,7 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
     blocks = list(_made(rows))
     for number, budget in enumerate(budgets, 1):
         runs = runs_at_budget(rows, budget)
-        mark = f"-{number}" if len(budgets) > 1 else ""
-        suffix = f", {budget}" if len(budgets) > 1 else ""
+        mark, suffix = (f"-{number}", f", {budget}") if len(budgets) > 1 else ("", "")
         blocks += [Heading(f"Effort{suffix}"), *_effort(runs, mark)]
         blocks += [Heading(f"Costs{suffix}"), *_costs(runs, mark)]
         blocks += [Heading(f"Convergence{suffix}"), *_convergence(rows, runs, mark)]
@@ -86,8 +85,9 @@ def comparison_report(rows: Rows, *, title: str = "Comparison") -> Report:
 
 def _made(rows: Rows) -> Iterator[Block]:
     told = rows.select(("scenario", "planner", "budget", "seed", "settings", "versions", "verdict"))
-    counts = [counted(len(rows), "run")]
-    counts += [counted(len(rows.labels(kind)), kind) for kind in ("scenario", "planner")]
+    planners = rows.labels("planner")
+    counts = [counted(len(rows), "run"), counted(len(rows.labels("scenario")), "scenario")]
+    counts.append(counted(len(planners), "planner"))
     budgets = [literal(budget) for budget in rows.labels("budget")]
     lines = [
         f"{', '.join(counts)}. Budget of each UAV's search: {listed(budgets)}. Seeds: "
@@ -103,29 +103,16 @@ def _made(rows: Rows) -> Iterator[Block]:
             f"> **The referee found fault with {counted(len(wrong), 'run')}**, first: {literal(wrong[0][:300])}"
         )
     yield Text("\n\n".join(lines))
-    yield Table(
-        ("planner", "settings"),
-        [
-            (label, "; ".join(sorted(set(told["settings"][told["planner"] == label].tolist()))))
-            for label in rows.labels("planner")
-        ],
-    )
+    settings = ["; ".join(sorted(set(told["settings"][told["planner"] == label].tolist()))) for label in planners]
+    yield Table(("planner", "settings"), list(zip(planners, settings, strict=True)))
 
 
 def _effort(runs: BudgetRuns, mark: str) -> Iterator[Block]:
-    means = {
-        name: [float(runs.all(planner, name).mean()) for planner in runs.planners]
-        for name in (*_EFFORT_TITLES, "iterations")
-    }
+    titles = _EFFORT_TITLES | {"iterations": "iterations"}
+    means = {name: [float(runs.all(planner, name).mean()) for planner in runs.planners] for name in titles}
     searching = [k for k, planner in enumerate(runs.planners) if np.any(runs.all(planner, "stopped_by") != "finished")]
     yield Text("\n\n".join(_equality(runs, means, searching)))
-    yield Table(
-        ("planner", *_EFFORT_TITLES.values(), "iterations"),
-        [
-            (planner, *(means[name][k] for name in (*_EFFORT_TITLES, "iterations")))
-            for k, planner in enumerate(runs.planners)
-        ],
-    )
+    yield Table(("planner", *titles.values()), list(zip(runs.planners, *means.values(), strict=True)))
     shown = {title: means[name] for name, title in _EFFORT_TITLES.items()}
     yield Figure(f"effort{mark}", "Mean effort of a run.", partial(figures.bars, runs.planners, shown))
 
@@ -183,52 +170,47 @@ def _cost_table(runs: BudgetRuns, scenario: str, found: dict[tuple[int, int], Pa
     def cost(value: float) -> str:
         return "∞" if value == np.inf else f"{value:,.{errors}f}"
 
-    rows: list[list[Cell]] = []
+    rows: list[dict[str, Cell]] = []
     for planner, cell, s in zip(runs.planners, cells, summaries, strict=True):
         if s.runs == 0:
-            rows.append([planner, "no runs", *[None] * 9])
+            rows.append({"planner": planner, "reached": "no runs"})
             continue
         reached = int(np.count_nonzero(cell["success"]))
         rate = wilson(reached, s.runs)
         gaps = cell["gap"][np.isfinite(cell["gap"])]
         rows.append(
-            [
-                planner,
-                f"{reached} of {s.runs}",
-                f"{100 * rate.low:.0f} to {100 * rate.high:.0f} %",
-                cost(s.mean) if s.standard_error is None else f"{cost(s.mean)} ± {cost(s.standard_error)}",
-                None if s.interval is None else f"{cost(s.interval.low)} to {cost(s.interval.high)}",
-                cost(s.median),
-                f"{100 * gaps.mean():.1f} %" if len(gaps) else None,
-                *(float(np.round(cell[name].mean())) for name in ("generated_paths", "generated_nodes", "evaluations")),
-                float(cell["seconds"].mean()),
-            ]
+            {
+                "planner": planner,
+                "reached": f"{reached} of {s.runs}",
+                "95 % of rate": f"{100 * rate.low:.0f} to {100 * rate.high:.0f} %",
+                "mean ± SE": cost(s.mean) if s.standard_error is None else f"{cost(s.mean)} ± {cost(s.standard_error)}",
+                "95 % of mean": None if s.interval is None else f"{cost(s.interval.low)} to {cost(s.interval.high)}",
+                "median": cost(s.median),
+                "gap": f"{100 * gaps.mean():.1f} %" if len(gaps) else None,
+                "paths": float(np.round(cell["generated_paths"].mean())),
+                "nodes": float(np.round(cell["generated_nodes"].mean())),
+                "evaluations": float(np.round(cell["evaluations"].mean())),
+                "seconds": float(cell["seconds"].mean()),
+            }
         )
-    head = ("planner", "reached", "95 % of rate", "mean ± SE", "95 % of mean", "median", "gap")
     exact = runs.exact(scenario)
-    return Table(
-        (*head, "paths", "nodes", "evaluations", "seconds"),
-        rows,
-        caption="The exact optimum is not known." if exact is None else f"The exact optimum is {exact:,.6g}.",
-        notes=[" ".join(best_mean(runs.planners, [s.mean for s in summaries], found))],
-    )
+    caption = "The exact optimum is not known." if exact is None else f"The exact optimum is {exact:,.6g}."
+    best = " ".join(best_mean(runs.planners, [s.mean for s in summaries], found))
+    return Table.from_records(rows, caption, [best])
 
 
 def _convergence(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
-    panels, curves = [], set()
+    panels = []
     for scenario in runs.scenarios:
         most = max(runs.cells[scenario, planner]["generated_paths"].max(initial=0) for planner in runs.planners)
         at = grid(float(most))
-        bands: list[Band] = []
-        for planner in runs.planners:
-            histories = rows.histories(scenario=scenario, planner=planner, budget=runs.budget)
-            bands.append(band(histories, at))
-            if np.isfinite(bands[-1].low).any():
-                curves.add(planner)
+        where = {"scenario": scenario, "budget": runs.budget}
+        bands = [band(rows.histories(planner=planner, **where), at) for planner in runs.planners]
         panels.append(figures.Panel(scenario, runs.exact(scenario), bands=bands))
     reached = np.concatenate([runs.all(planner, "success") for planner in runs.planners])
-    bare = [planner for planner in runs.planners if planner not in curves]
-    if not curves:
+    drawn = [any(np.isfinite(panel.bands[k].low).any() for panel in panels) for k in range(len(runs.planners))]
+    bare = [planner for planner, shown in zip(runs.planners, drawn, strict=True) if not shown]
+    if not any(drawn):
         yield Text("No run kept a history with a finite cost, so there is nothing to draw.")
         return
     for name, some in _split(f"convergence{mark}", panels):
@@ -239,16 +221,13 @@ def _convergence(rows: Rows, runs: BudgetRuns, mark: str) -> Iterator[Block]:
         )
         if bare:
             caption += f" Without a history: {listed([literal(planner) for planner in bare])}."
-        draw = partial(figures.convergence, runs.planners, some)
-        yield Figure(name, caption, draw)
+        yield Figure(name, caption, partial(figures.convergence, runs.planners, some))
 
 
 def _split(name: str, panels: list[figures.Panel]) -> Iterator[tuple[str, list[figures.Panel]]]:
-    if len(panels) <= _MAX_PANELS:
-        yield name, panels
-        return
     for part, start in enumerate(range(0, len(panels), _MAX_PANELS)):
-        yield f"{name}-{chr(ord('a') + part)}" if part < 26 else f"{name}-{part}", panels[start : start + _MAX_PANELS]
+        mark = f"-{chr(ord('a') + part)}" if part < 26 else f"-{part}"
+        yield name + mark * (len(panels) > _MAX_PANELS), panels[start : start + _MAX_PANELS]
 
 
 _READ = """\

@@ -25,9 +25,10 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
         return
     others = {i if j == best else j: contrast for (i, j), contrast in found.items() if best in (i, j)}
     yield f"Lowest mean: {literal(planners[best])}."
-    worse = [k for k, contrast in others.items() if contrast.p is not None and contrast.p < SIGNIFICANCE_LEVEL]
-    alike = [k for k, contrast in others.items() if contrast.p is not None and contrast.p >= SIGNIFICANCE_LEVEL]
-    few = [k for k, contrast in others.items() if contrast.p is None]
+    tested = {k: contrast.p for k, contrast in others.items() if contrast.p is not None}
+    worse = [k for k, p in tested.items() if p < SIGNIFICANCE_LEVEL]
+    alike = [k for k in tested if k not in worse]
+    few = [k for k in others if k not in tested]
     if worse:
         yield f"Significantly different from it: {named(planners, worse)}."
     if alike:
@@ -76,15 +77,14 @@ def difference_section(runs: BudgetRuns, mark: str) -> Iterator[Block]:
 def _pairs(runs: BudgetRuns, found: dict[tuple[int, int], PairwiseTest], against: str) -> Table:
     rows: list[list[Cell]] = []
     for (i, j), c in found.items():
-        first, second, chance, correlation = i, j, c.chance, c.correlation
-        if chance < 0.5:  # name the better one first
-            first, second, chance = j, i, 1 - chance
-            correlation = None if correlation is None else -correlation
+        first_wins = c.chance >= 0.5  # name the better one first
+        chance = c.chance if first_wins else 1 - c.chance
         test = f"Wilcoxon, {c.runs} pairs" if c.paired else f"Mann-Whitney, {c.runs} runs"
         told = f"too few: {counted(c.runs, 'run')}" if c.p is None else p_value(c.p).removeprefix("p ")
-        r = None if correlation is None else f"{correlation:.2f}".replace("-", "\u2212")
-        pair = [runs.planners[first], runs.planners[second]]
-        rows.append([*pair, f"{chance:.2f}", magnitude(chance), r, told.removeprefix("= "), test])
+        r = None if c.correlation is None else c.correlation if first_wins else -c.correlation
+        pair = [runs.planners[k] for k in ((i, j) if first_wins else (j, i))]
+        said = None if r is None else f"{r:.2f}".replace("-", "\u2212")
+        rows.append([*pair, f"{chance:.2f}", magnitude(chance), said, told.removeprefix("= "), test])
     caption = "The planner that is cheaper more often stands first."
     if len(runs.scenarios) > 1:
         caption = f"Costs over the {against}, run by run. {caption}"
@@ -115,10 +115,8 @@ def _ranks(runs: BudgetRuns, mark: str) -> Iterator[Block]:
     else:
         lines.append("The planners differ; those that a bar joins do not differ significantly.")
     yield Text(" ".join(lines))
-    draw = partial(figures.critical_difference, runs.planners, told)
-    yield Figure(
-        f"ranks{mark}", "Mean ranks, 1 is best; bars join planners that do not differ in Nemenyi's test.", draw
-    )
+    caption = "Mean ranks, 1 is best; bars join planners that do not differ in Nemenyi's test."
+    yield Figure(f"ranks{mark}", caption, partial(figures.critical_difference, runs.planners, told))
 
 
 def _blocks(runs: BudgetRuns) -> tuple[Floats, str]:

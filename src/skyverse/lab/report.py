@@ -47,8 +47,9 @@ class Table:
 
     @classmethod
     def from_records(cls, records: Sequence[Mapping[str, Cell]], caption: str = "", notes: Sequence[str] = ()) -> Self:
-        """Return a table with a row for each record, one or more, whose keys are the heads of the columns."""
-        return cls(tuple(records[0]), [list(record.values()) for record in records], caption, notes)
+        """Return a table with a row for each record, one or more; the keys of the longest are the heads of columns."""
+        head = max((tuple(record) for record in records), key=len)
+        return cls(head, [[record.get(column) for column in head] for record in records], caption, notes)
 
 
 @dataclass(frozen=True)

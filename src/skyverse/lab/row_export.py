@@ -2,8 +2,8 @@
 
 import csv
 import importlib.util
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, closing
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from skyverse.lab.row import COLUMN_TYPES, RUN_COLUMNS, Row
 HISTORY_COLUMNS = (*RUN_COLUMNS, "iteration", "cost", "generated_paths", "generated_nodes", "evaluations")
 """The columns of exported histories: one line for each run and each iteration; iteration 0 is the start."""
 
+WriteLines = Callable[[Iterable[tuple[Any, ...]]], None]
 _BATCH_LINES = 1000
 """The number of lines of a Parquet file that are collected in memory before they are written."""
 
@@ -35,15 +36,16 @@ def export_rows(rows: Iterable[Row], path: str | Path) -> list[Path]:
     beside = path.with_name(f"{path.stem}-history{path.suffix}")
     suffix = path.suffix.lower()
     histories = {name: COLUMN_TYPES.get(name, np.int64) for name in HISTORY_COLUMNS}
-    with ExitStack() as stack:
-        tables: list[_Csv | _Parquet] = []
-        for file, columns in ((path, COLUMN_TYPES), (beside, histories)):
-            hidden = stack.enter_context(whole_file(file))
-            table = _Csv(hidden, columns) if suffix == ".csv" else _Parquet(hidden, columns)
-            tables.append(stack.enter_context(closing(table)))
+    table_at = _csv_table if suffix == ".csv" else _parquet_table
+    with (
+        whole_file(path) as hidden,
+        whole_file(beside) as hidden_beside,
+        table_at(hidden, COLUMN_TYPES) as write_rows,
+        table_at(hidden_beside, histories) as write_histories,
+    ):
         for row in rows:
-            tables[0].write([tuple(getattr(row, name) for name in COLUMN_TYPES)])
-            tables[1].write(_lines(row))
+            write_rows([tuple(getattr(row, name) for name in COLUMN_TYPES)])
+            write_histories(_lines(row))
     return [path, beside]
 
 
@@ -64,40 +66,30 @@ def _lines(row: Row) -> Iterator[tuple[Any, ...]]:
         yield (*run, iteration, *values)
 
 
-class _Csv:
-    def __init__(self, path: Path, columns: dict[str, type]) -> None:
-        self._file = path.open("w", encoding="utf-8", newline="")
-        self._writer = csv.writer(self._file, lineterminator="\n")
-        self._writer.writerow(columns)
-
-    def write(self, lines: Iterable[tuple[Any, ...]]) -> None:
-        self._writer.writerows(lines)
-
-    def close(self) -> None:
-        self._file.close()
+@contextmanager
+def _csv_table(path: Path, columns: dict[str, type]) -> Iterator[WriteLines]:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        yield writer.writerows
 
 
-class _Parquet:
-    def __init__(self, path: Path, columns: dict[str, type]) -> None:
-        import pyarrow
-        from pyarrow.parquet import ParquetWriter
+@contextmanager
+def _parquet_table(path: Path, columns: dict[str, type]) -> Iterator[WriteLines]:
+    import pyarrow
+    from pyarrow.parquet import ParquetWriter
 
-        self._schema = pyarrow.schema([(name, pyarrow.from_numpy_dtype(kind)) for name, kind in columns.items()])
-        self._batch = pyarrow.record_batch
-        self._writer = ParquetWriter(path, self._schema)
-        self._waiting: list[tuple[Any, ...]] = []
+    schema = pyarrow.schema([(name, pyarrow.from_numpy_dtype(kind)) for name, kind in columns.items()])
+    waiting: list[tuple[Any, ...]] = []
 
-    def write(self, lines: Iterable[tuple[Any, ...]]) -> None:
-        self._waiting.extend(lines)
-        if len(self._waiting) >= _BATCH_LINES:
-            self._flush()
+    def write(lines: Iterable[tuple[Any, ...]], batch: int = _BATCH_LINES) -> None:
+        waiting.extend(lines)
+        if len(waiting) >= batch:
+            table = [list(column) for column in zip(*waiting, strict=True)]
+            writer.write_batch(pyarrow.record_batch(table, schema=schema))
+            waiting.clear()
 
-    def _flush(self) -> None:
-        columns = [list(column) for column in zip(*self._waiting, strict=True)]
-        self._writer.write_batch(self._batch(columns, schema=self._schema))
-        self._waiting = []
-
-    def close(self) -> None:
-        if self._waiting:
-            self._flush()
-        self._writer.close()
+    with ParquetWriter(path, schema) as writer:
+        yield write
+        if waiting:
+            write((), batch=1)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skyverse.errors import InputError
 from skyverse.lab.row import COLUMN_TYPES, RUN_COLUMNS, Row
 from skyverse.lab.row_export import export_rows
-from skyverse.model.result import History, no_history
+from skyverse.model.result import History
 
 LabelKind = Literal["scenario", "planner", "budget"]
 LABEL_KINDS: tuple[LabelKind, ...] = ("scenario", "planner", "budget")
@@ -87,8 +87,8 @@ class Rows:
             time.sleep(0.01)
 
     def _begin(self) -> None:
-        self._file.execute("BEGIN IMMEDIATE")
-        try:
+        with self._file:
+            self._file.execute("BEGIN IMMEDIATE")
             (made_by,) = self._file.execute("PRAGMA application_id").fetchone()
             (tables,) = self._file.execute("SELECT count(*) FROM sqlite_master").fetchone()
             if made_by == _APPLICATION:
@@ -97,8 +97,6 @@ class Rows:
                 raise InputError(f"{self.path}: expected a database of rows, found another application's database")
             for statement in _TABLES:
                 self._file.execute(statement)
-        finally:
-            self._file.execute("COMMIT")
 
     def __enter__(self) -> Self:
         return self
@@ -126,9 +124,9 @@ class Rows:
     def expect(self, kind: LabelKind, labels: Iterable[str]) -> None:
         """Set the order in which labels are returned; labels that are known already keep their place."""
         rows = [(kind, label) for label in labels]
-        self._file.execute("BEGIN IMMEDIATE")
-        self._file.executemany("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", rows)
-        self._file.execute("COMMIT")
+        with self._file:
+            self._file.execute("BEGIN IMMEDIATE")
+            self._file.executemany("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", rows)
 
     def add(self, row: Row, key: str) -> None:
         """Add the row of a finished run, in one transaction.
@@ -139,20 +137,15 @@ class Rows:
             If the file has a row of that run already.
         """
         values = (key, *(getattr(row, name) for name in COLUMN_TYPES), _pack(row.history))
-        self._file.execute("BEGIN IMMEDIATE")
+        labels = [(kind, getattr(row, kind)) for kind in LABEL_KINDS]
         try:
-            for kind in LABEL_KINDS:
-                label = getattr(row, kind)
-                self._file.execute("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", (kind, label))
-            self._file.execute(f"INSERT INTO runs VALUES ({', '.join('?' * len(values))})", values)
+            with self._file:
+                self._file.execute("BEGIN IMMEDIATE")
+                self._file.executemany("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", labels)
+                self._file.execute(f"INSERT INTO runs VALUES ({', '.join('?' * len(values))})", values)
         except sqlite3.IntegrityError:
-            self._file.execute("ROLLBACK")
             run = f"{row.scenario}, {row.planner}, {row.budget}, seed {row.seed}"
             raise InputError(f"{self.path}: holds the run {run} already; does another process write here?") from None
-        except BaseException:
-            self._file.execute("ROLLBACK")
-            raise
-        self._file.execute("COMMIT")
 
     def done(self) -> set[str]:
         """Return the keys of the finished runs."""
@@ -199,14 +192,11 @@ class Rows:
 
 
 def _pack(history: History) -> bytes:
-    columns = [values.astype("<f8" if k == 0 else "<i8").tobytes() for k, values in enumerate(astuple(history))]
-    return zlib.compress(b"".join(columns), 1)
+    cost, *effort = astuple(history)
+    columns = [cost.astype("<f8"), *(counts.astype("<i8") for counts in effort)]
+    return zlib.compress(b"".join(column.tobytes() for column in columns), 1)
 
 
 def _unpack(blob: bytes) -> History:
-    data = zlib.decompress(blob)
-    if not data:
-        return no_history()
-    quarter = len(data) // 4
-    cost = np.frombuffer(data[:quarter], "<f8")
-    return History(cost, *(np.frombuffer(data[k * quarter : (k + 1) * quarter], "<i8") for k in (1, 2, 3)))
+    cost, *effort = np.split(np.frombuffer(zlib.decompress(blob), "<i8"), 4)
+    return History(cost.view("<f8"), *effort)

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property, lru_cache
 
 import numba
@@ -180,17 +180,12 @@ def _history(results: Sequence[Result]) -> History:
     length = max((len(result.history.cost) for result in results), default=0)
     if length == 0:
         return no_history()
-    cost = np.zeros(length)
-    effort = np.zeros((3, length), np.int64)
+    totals = [np.zeros(length), *np.zeros((3, length), np.int64)]
     for result in results:
-        given = result.history
-        rows = len(given.cost)
-        cost += np.pad(given.cost, (0, length - rows), mode="edge") if rows else result.cost
-        for total, counted in zip(
-            effort, (given.generated_paths, given.generated_nodes, given.evaluations), strict=True
-        ):
-            total += np.pad(counted, (0, length - rows), mode="edge") if rows else 0
-    return History(cost, *effort)
+        missing = length - len(result.history.cost)
+        for total, column, final in zip(totals, astuple(result.history), (result.cost, 0, 0, 0), strict=True):
+            total += np.pad(column, (0, missing), mode="edge") if missing < length else final
+    return History(*totals)
 
 
 def _digest(*parts: object) -> str:

@@ -1,7 +1,8 @@
 """Studies: scenarios x planners x budgets x seeds, as objects and as files."""
 
 import os
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -183,16 +184,15 @@ class Study(_Model):
 
     @model_validator(mode="after")
     def _unlike(self) -> Self:
-        for field, names in (
-            ("scenarios", [given.label for given in self.scenarios]),
-            ("planners", [contender.label for contender in self.planners]),
-            ("budget", [budget.label for budget in self.budget]),
-            ("seeds", list(self.seeds)),
+        for noun, names in (
+            ("labels of scenarios", Counter[object](given.label for given in self.scenarios)),
+            ("labels of planners", Counter[object](contender.label for contender in self.planners)),
+            ("budget", Counter[object](budget.label for budget in self.budget)),
+            ("seeds", Counter[object](self.seeds)),
         ):
-            for name in names:
-                if names.count(name) > 1:  # type: ignore[arg-type]
-                    noun = field if field in ("seeds", "budget") else f"labels of {field}"
-                    raise ValueError(f"{noun} must differ, but {name!r} stands {names.count(name)} times")  # type: ignore[arg-type]
+            name, count = names.most_common(1)[0]
+            if count > 1:
+                raise ValueError(f"{noun} must differ, but {name!r} stands {count} times")
         return self
 
     def jobs(self) -> Iterator[Job]:
@@ -222,13 +222,14 @@ class Study(_Model):
 
     def seen_from(self, folder: Path) -> "Study":
         """Return the study with the paths of its scenarios' files relative to `folder`."""
-        given = tuple(
-            scenario
-            if scenario.file in BUILTIN_NAMES
-            else scenario.model_copy(update={"file": Path(os.path.relpath(scenario.file, folder)).as_posix()})
-            for scenario in self.scenarios
+        return self._with_files(lambda file: Path(os.path.relpath(file, folder)).as_posix())
+
+    def _with_files(self, moved: Callable[[str], str]) -> "Study":
+        given = (
+            each if each.file in BUILTIN_NAMES else each.model_copy(update={"file": moved(each.file)})
+            for each in self.scenarios
         )
-        return self.model_copy(update={"scenarios": given})
+        return self.model_copy(update={"scenarios": tuple(given)})
 
 
 def read_study(path: str | Path) -> Study:
@@ -248,13 +249,7 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
     except ValidationError as error:
         known = {*Study.model_fields, *StudyScenario.model_fields, *StudyPlanner.model_fields, *Budget.model_fields}
         raise explained(source, error, known) from None
-    given = tuple(
-        scenario
-        if scenario.file in BUILTIN_NAMES
-        else scenario.model_copy(update={"file": str(folder / scenario.file)})
-        for scenario in study.scenarios
-    )
-    return study.model_copy(update={"scenarios": given})
+    return study._with_files(lambda file: str(folder / file))
 
 
 def write_study(study: Study, path: Path) -> None:

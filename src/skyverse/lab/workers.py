@@ -21,7 +21,13 @@ class WorkerError(RuntimeError):
 
 def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
     """Run one job after another in this process; Ctrl-C takes effect after the run, a second Ctrl-C at once."""
-    with _interrupts() as interrupts:
+    interrupts: list[int] = []
+
+    def catch(number: int, _: object) -> None:
+        interrupts.append(number)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    with _on_interrupt(catch):  # an exception raised inside a kernel may crash the process
         for job in jobs:
             yield job, run_job(job)
             if interrupts:
@@ -29,20 +35,14 @@ def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
 
 
 @contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """Yield a list that collects Ctrl-C, because an exception raised inside a kernel may crash the process."""
-    caught: list[int] = []
-
-    def catch(number: int, _: object) -> None:
-        caught.append(number)
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
+def _on_interrupt(handler: Any) -> Iterator[None]:
+    """Let a handler take Ctrl-C within this context, if this is the main thread; no other may set a handler."""
     if threading.current_thread() is not threading.main_thread():
-        yield caught
+        yield
         return
-    before = signal.signal(signal.SIGINT, catch)
+    before = signal.signal(signal.SIGINT, handler)
     try:
-        yield caught
+        yield
     finally:
         signal.signal(signal.SIGINT, before)
 
@@ -95,7 +95,7 @@ class _Worker:
     def __init__(self, context: Any) -> None:
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with _deaf():
+        with _on_interrupt(signal.SIG_IGN):  # from its first instant, since this process handles Ctrl-C
             self.process.start()
         theirs.close()
         self.job: Job | None = None
@@ -126,19 +126,6 @@ class _Worker:
         self.process.kill()
         self.process.join()
         return died
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Let a process that is started here ignore Ctrl-C from its first instant; the parent process handles it."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _prepare(worker: _Worker, jobs: list[Job]) -> None:
