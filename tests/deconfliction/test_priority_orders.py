@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.forbidden_departures import TICK
-from skyverse.deconfliction.priority_orders import first_keys, next_key, priority_order
+from skyverse.deconfliction.prioritized_planning import first_keys, next_key, priority_order
 from skyverse.trajectory import rest_to_rest
 
 

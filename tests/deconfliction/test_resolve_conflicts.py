@@ -56,6 +56,10 @@ def apart(mission):
     return mission
 
 
+def badness(mission):
+    return len(mission.deconfliction.left), round(mission.makespan, 5)
+
+
 CROSSING = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(5.2, 0.8, 1))]
 ACROSS = [(9, 5, 1), (5.2, 9.2, 1)]
 
@@ -109,9 +113,9 @@ def test_head_on_in_a_corridor_without_room_to_pass_they_exchange_targets():
     assert stuck.apart.verdict is Verdict.REFUTED
     assert [v.fault for v in stuck.violations] == [Fault.SEPARATION]
     exchanged = _crossed(given)
-    assert {action.kind for action in exchanged[3].actions} == {"exchange"}
-    assert exchanged[0] == (1, 0)
-    assert exchanged[3].left == ()
+    assert kinds(exchanged) == {"exchange"}
+    assert exchanged.assignment == (1, 0)
+    assert exchanged.deconfliction.left == ()
 
 
 def _crossed(given, *, exchange=True):
@@ -121,7 +125,8 @@ def _crossed(given, *, exchange=True):
     results = tuple(sky.Taut().plan(problem) for problem in problems)
     flown = tuple(fly_along(p, r) for p, r in zip(problems, results, strict=True))
     assignment, replan = tuple(range(len(problems))), sky.Taut().plan if exchange else None
-    return resolve_conflicts(airspace, assignment, results, flown, make_trajectory=fly_along, replan=replan)
+    planned = sky.Mission(given, assignment, results, flown, (), results[0].provenance)
+    return resolve_conflicts(airspace, planned, make_trajectory=fly_along, replan=replan)
 
 
 def test_one_that_would_be_overtaken_in_a_corridor_is_followed():
@@ -181,8 +186,9 @@ def test_an_exchange_is_told_of_even_where_it_does_not_resolve_all():
         result = sky.Taut().plan(problem)
         own.append(pool.add_planned(uav, target, result, fly_along(problem, result)))
     places = [PlacedFlight(option, 0.0, in_conflict=True) for option in own]
-    flown = tuple(option.trajectory for option in own)
-    told = list(_actions(given, (0, 1), flown, Resolution(own, (), places)))
+    flown, results = tuple(option.trajectory for option in own), tuple(option.result for option in own)
+    planned = sky.Mission(given, (0, 1), results, flown, (), results[0].provenance)
+    told = list(_actions(planned, Resolution(own, (), places)))
     assert [(action.uav, action.kind) for action in told] == [(0, "exchange"), (1, "exchange")]
 
 
@@ -289,12 +295,9 @@ def test_an_exchange_gives_the_same_targets_to_others_and_never_makes_it_worse(s
     given = scenario(uavs, [(x, 5, 1) for x in rng.permutation(xs[1::2])], CORRIDOR)
     stay = _crossed(given, exchange=False)
     swapped = _crossed(given)
-    assert sorted(swapped[0]) == sorted(stay[0]) == list(range(count))
-    assert (len(swapped[3].left), round(swapped[3].makespan_after, 5)) <= (
-        len(stay[3].left),
-        round(stay[3].makespan_after, 5),
-    )
-    for uav, (target, trajectory) in enumerate(zip(swapped[0], swapped[2], strict=True)):
+    assert sorted(swapped.assignment) == sorted(stay.assignment) == list(range(count))
+    assert badness(swapped) <= badness(stay)
+    for uav, (target, trajectory) in enumerate(zip(swapped.assignment, swapped.trajectories, strict=True)):
         ends = trajectory.at([trajectory.start, trajectory.end]).position
         np.testing.assert_allclose(ends, [given.uavs[uav].start, given.targets[target].position], atol=1e-6)
 

@@ -1,33 +1,26 @@
 """Resolve the conflicts of a fleet by delays, slower flights, detours and exchanges of targets."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.exchange_targets import Replan, Resolution, exchange_targets, resolve_by_placing
 from skyverse.deconfliction.find_conflicts import find_conflicts
-from skyverse.model.result import Result
-from skyverse.model.scenario import Scenario
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.mission import Mission
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.problem import Airspace
 from skyverse.stop import Stop
 
-Targets = tuple[int | None, ...]
-Results = tuple[Result | None, ...]
-Trajectories = tuple[Trajectory | None, ...]
-
 
 def resolve_conflicts(
     airspace: Airspace,
-    assignment: Targets,
-    results: Results,
-    trajectories: Trajectories,
+    mission: Mission,
     *,
     make_trajectory: MakeTrajectory,
     replan: Replan | None = None,
     stop: Stop | None = None,
-) -> tuple[Targets, Results, Trajectories, Deconfliction]:
+) -> Mission:
     """Resolve the conflicts between trajectories; UAVs of lower priority give way to those of higher priority.
 
     One UAV after another takes the flight by which it arrives first without a conflict: its own path, later or more
@@ -38,8 +31,8 @@ def resolve_conflicts(
     ----------
     airspace
         Of the scenario.
-    assignment, results, trajectories
-        The mission as it was planned: each UAV's target, path and trajectory, ``None`` where it has none.
+    mission
+        As it was planned.
     make_trajectory
         Turns a problem's result into a trajectory.
     replan
@@ -49,49 +42,49 @@ def resolve_conflicts(
 
     Returns
     -------
-    assignment, results, trajectories, Deconfliction
-        The mission with its conflicts resolved, and what was done. Conflicts that are left could not be resolved, or
-        are given by starts or targets.
+    Mission
+        With its conflicts resolved, and with what was done. Conflicts that are left could not be resolved, or are given
+        by starts or targets.
     """
-    scenario = airspace.scenario
+    scenario, trajectories = mission.scenario, mission.trajectories
     found = find_conflicts(scenario, trajectories)
-    total, makespan = _arrivals(trajectories)
+    total, makespan = mission.total_time, mission.makespan
     if all(conflict.given for conflict in found):
         unchanged = Deconfliction(found, found, (), total, total, makespan, makespan)
-        return assignment, results, trajectories, unchanged
+        return replace(mission, interrupted=stop is not None and stop.cancelled, deconfliction=unchanged)
     pool = CandidatePool(airspace, make_trajectory, stop)
-    mission = zip(range(len(results)), assignment, results, trajectories, strict=True)
-    resolution = resolve_by_placing(pool, [pool.add_planned(*uav) for uav in mission], found)
+    flights = zip(range(len(trajectories)), mission.assignment, mission.results, trajectories, strict=True)
+    resolution = resolve_by_placing(pool, [pool.add_planned(*flight) for flight in flights], found)
     if replan is not None:
         resolution = exchange_targets(pool, resolution, replan)
-    targets, paths, flown = list(assignment), list(results), list(trajectories)
+    targets, paths, flown = list(mission.assignment), list(mission.results), list(trajectories)
     for uav, flight in enumerate(resolution.placed):
         if trajectories[uav] is not None:
             candidate = flight.candidate
             targets[uav], paths[uav] = candidate.target, candidate.result
             flown[uav] = candidate.trajectory.retimed(flight.departure, flight.time_scale)
-    actions = tuple(_actions(scenario, assignment, trajectories, resolution))
-    total_after, makespan_after = _arrivals(tuple(flown))
+    resolved = replace(
+        mission,
+        assignment=tuple(targets),
+        results=tuple(paths),
+        trajectories=tuple(flown),
+        interrupted=pool.cancelled,
+    )
+    actions = tuple(_actions(mission, resolution))
     left = find_conflicts(scenario, flown)
-    done = Deconfliction(found, left, actions, total, total_after, makespan, makespan_after)
-    return tuple(targets), tuple(paths), tuple(flown), done
+    done = Deconfliction(found, left, actions, total, resolved.total_time, makespan, resolved.makespan)
+    return replace(resolved, deconfliction=done)
 
 
-def _arrivals(trajectories: Trajectories) -> tuple[float, float]:
-    """Return the sum of the arrival times and the makespan, seconds."""
-    ends = [t.end for t in trajectories if t is not None]
-    return float(sum(ends)), float(max(ends, default=0.0))
-
-
-def _actions(
-    scenario: Scenario, assignment: Targets, trajectories: Trajectories, resolution: Resolution
-) -> Iterator[Action]:
-    """Yield what was done to each UAV, in sentences."""
-    for uav, (flight, planned, own) in enumerate(zip(resolution.placed, trajectories, resolution.planned, strict=True)):
+def _actions(mission: Mission, resolution: Resolution) -> Iterator[Action]:
+    """Yield what was done to each UAV of a mission, in sentences."""
+    scenario = mission.scenario
+    flights = zip(resolution.placed, mission.trajectories, resolution.planned, strict=True)
+    for uav, (flight, planned, own) in enumerate(flights):
         name, candidate = scenario.uavs[uav].name, flight.candidate
         if planned is None:
             continue
-        if candidate.target is not None and candidate.target != assignment[uav]:
+        if candidate.target is not None and candidate.target != mission.assignment[uav]:
             yield Action(uav, "exchange", f"{name} flies to {scenario.targets[candidate.target].name}.")
         if candidate.gates:
             aside = ", then ".join(gate.beside for gate in candidate.gates)

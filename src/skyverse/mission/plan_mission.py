@@ -7,8 +7,6 @@ from typing import Literal, Protocol
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.deconfliction.detours import MakeTrajectory
-from skyverse.deconfliction.exchange_targets import Replan
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion, assign, straight_line
@@ -110,32 +108,9 @@ def plan_mission(
     if keep_apart and not interrupted:
         make_trajectory = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
-        mission = _without_conflicts(airspace, mission, make_trajectory, replan, stop)
+        mission = resolve_conflicts(airspace, mission, make_trajectory=make_trajectory, replan=replan, stop=stop)
     violations, (certificates, apart) = judge(scenario, mission)
     return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
-
-
-def _without_conflicts(
-    airspace: Airspace, mission: Mission, make_trajectory: MakeTrajectory, replan: Replan | None, stop: Stop | None
-) -> Mission:
-    """Return a mission with its conflicts resolved as far as they can be."""
-    assigned, results, trajectories, deconfliction = resolve_conflicts(
-        airspace,
-        mission.assignment,
-        mission.results,
-        mission.trajectories,
-        make_trajectory=make_trajectory,
-        replan=replan,
-        stop=stop,
-    )
-    return replace(
-        mission,
-        assignment=assigned,
-        results=results,
-        trajectories=trajectories,
-        interrupted=stop is not None and stop.cancelled,
-        deconfliction=deconfliction,
-    )
 
 
 def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:

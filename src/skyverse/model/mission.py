@@ -59,7 +59,7 @@ class Mission(ArrayRecord):
     @property
     def total_time(self) -> float:
         """The sum of the UAVs' arrival times, seconds into the mission."""
-        return sum(trajectory.end for trajectory in self.trajectories if trajectory is not None)
+        return sum((trajectory.end for trajectory in self.trajectories if trajectory is not None), 0.0)
 
     @property
     def complete(self) -> bool:
