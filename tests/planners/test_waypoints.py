@@ -32,7 +32,7 @@ PACKAGES = {
     sky.MFO: None,
     sky.DA: None,
 }
-OPTIMISERS = {kind.optimiser: package for kind, package in PACKAGES.items()}
+OPTIMISERS = {kind.optimise: package for kind, package in PACKAGES.items()}
 every_method = pytest.mark.parametrize("kind", PACKAGES, ids=lambda kind: kind.__name__)
 every_optimiser = pytest.mark.parametrize("optimiser", OPTIMISERS, ids=[kind.__name__ for kind in PACKAGES])
 

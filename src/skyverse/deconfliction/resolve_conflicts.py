@@ -64,11 +64,7 @@ def resolve_conflicts(
             targets[uav], paths[uav] = candidate.target, candidate.result
             flown[uav] = candidate.trajectory.retimed(flight.departure, flight.time_scale)
     resolved = replace(
-        mission,
-        assignment=tuple(targets),
-        results=tuple(paths),
-        trajectories=tuple(flown),
-        interrupted=pool.cancelled,
+        mission, assignment=tuple(targets), results=tuple(paths), trajectories=tuple(flown), interrupted=pool.cancelled
     )
     actions = tuple(_actions(mission, resolution))
     left = find_conflicts(scenario, flown)

@@ -4,14 +4,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    ConfigDict,
-    PlainSerializer,
-    PlainValidator,
-    SerializationInfo,
-    ValidationInfo,
-    WithJsonSchema,
-)
+from pydantic import ConfigDict, PlainSerializer, PlainValidator, SerializationInfo, ValidationInfo, WithJsonSchema
 
 from skyverse._typing import Bools, Floats
 from skyverse.model.arrays import equal, frozen

@@ -15,19 +15,10 @@ _CLASSES = {
     "astar": "astar.AStar",
     "taut": "taut.Taut",
     "theta-star": "theta_star.ThetaStar",
-} | {
-    name: f"waypoint_methods.{cls}"
-    for name, cls in {
-        "cma-es": "CMAES",
-        "pso": "PSO",
-        "ga": "GA",
-        "de": "DE",
-        "l-shade": "LSHADE",
-        "woa": "WOA",
-        "mfo": "MFO",
-        "gwo": "GWO",
-        "da": "DA",
-    }.items()
+    **{
+        name: f"waypoint_methods.{name.replace('-', '').upper()}"
+        for name in ("cma-es", "pso", "ga", "de", "l-shade", "woa", "mfo", "gwo", "da")
+    },
 }
 
 PLANNER_NAMES = tuple(_CLASSES)

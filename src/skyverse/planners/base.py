@@ -33,12 +33,7 @@ class Planner(ABC):
 
     @abstractmethod
     def plan(
-        self,
-        problem: Problem,
-        *,
-        stop: Stop | None = None,
-        rng: Seed = None,
-        on_iteration: OnIteration | None = None,
+        self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
     ) -> Result:
         """Plan one UAV's path.
 
@@ -64,12 +59,7 @@ class DirectPlanner(Planner):
     """A planner that ends by itself: it needs neither a stop rule nor random numbers, and it has no iterations."""
 
     def plan(
-        self,
-        problem: Problem,
-        *,
-        stop: Stop | None = None,
-        rng: Seed = None,
-        on_iteration: OnIteration | None = None,
+        self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
     ) -> Result:
         """Plan one UAV's path; see `Planner.plan`. `stop`, `rng` and `on_iteration` have no effect."""
         origin = provenance(repr(self), None, None)

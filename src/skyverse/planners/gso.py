@@ -116,23 +116,13 @@ class GSO(LatticeSearch):
 
     def step(self, run: LatticeRun, spent: float) -> None:
         """Do one iteration: luciferin, movement, decision range."""
+        task, workspace, paths, best, rng, swarm = run.task, run.workspace, run.paths, run.best, run.rng, run.memory
         if self.as_run:
-            _as_run(run.task, run.workspace, run.paths, run.best, run.rng)
+            _as_run(task, workspace, paths, best, rng)
         else:
-            swarm = run.memory
             assert isinstance(swarm, Swarm)
-            _glow(run.task, run.paths, swarm, self.decay, self.gain)
-            _move(
-                run.task,
-                run.workspace,
-                run.paths,
-                run.best,
-                run.rng,
-                swarm,
-                self.reach_max,
-                float(self.neighbours),
-                self.beta,
-            )
+            _glow(task, paths, swarm, self.decay, self.gain)
+            _move(task, workspace, paths, best, rng, swarm, self.reach_max, float(self.neighbours), self.beta)
 
 
 @kernel

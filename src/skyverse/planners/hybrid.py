@@ -84,12 +84,7 @@ class HybridMVO(Multiverse, Planner):
         return (self.legs or ("lattice" if scenario.objective.unit == "nodes" else "straight")) == "straight"
 
     def plan(
-        self,
-        problem: Problem,
-        *,
-        stop: Stop | None = None,
-        rng: Seed = None,
-        on_iteration: OnIteration | None = None,
+        self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
     ) -> Result:
         """Plan one UAV's path; see `Planner.plan`.
 

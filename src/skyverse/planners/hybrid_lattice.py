@@ -88,16 +88,8 @@ class LatticeHybrid(Multiverse, LatticeSearch):
 
     def step(self, run: LatticeRun, spent: float) -> None:
         """Do one iteration."""
-        settings = LatticeSettings(
-            self.wep(spent),
-            self.tdr(spent),
-            self.straighten,
-            self.tries,
-            self.rejoin,
-            self.segments,
-            self.wormholes,
-            float(self.roam),
-        )
+        repairs = self.straighten, self.tries, self.rejoin, self.segments, self.wormholes, float(self.roam)
+        settings = LatticeSettings(self.wep(spent), self.tdr(spent), *repairs)
         _iterate(run.task, run.workspace, run.paths, run.best, run.rng, settings)
 
 

@@ -53,12 +53,7 @@ class Metaheuristic(Planner, Generic[R]):
         return LatticeTask(problem.airspace.grid, problem.airspace.pricing, problem.source, problem.goal)
 
     def plan(
-        self,
-        problem: Problem,
-        *,
-        stop: Stop | None = None,
-        rng: Seed = None,
-        on_iteration: OnIteration | None = None,
+        self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
     ) -> Result:
         """Plan one UAV's path; see `Planner.plan`.
 

@@ -25,16 +25,8 @@ class SearchRecord:
 
 def refused_result(problem: Problem, status: Status, origin: Provenance) -> Result:
     """Return the result of a problem that has no path, for the reason that the status gives."""
-    return Result(
-        status=status,
-        path=np.empty((0, 3)),
-        cost=math.inf,
-        terms={},
-        bound=None,
-        start=problem.start,
-        goal=problem.end,
-        **vars(SearchRecord(origin, stopped_by="refused")),
-    )
+    record = SearchRecord(origin, stopped_by="refused")
+    return Result(status, np.empty((0, 3)), math.inf, {}, None, problem.start, problem.end, **vars(record))
 
 
 def lattice_result(problem: Problem, nodes: Ints, record: SearchRecord) -> Result:
@@ -42,39 +34,27 @@ def lattice_result(problem: Problem, nodes: Ints, record: SearchRecord) -> Resul
     grid, pricing = problem.airspace.grid, problem.airspace.pricing
     terms = cost.terms_of_nodes(problem.scenario, grid, pricing, nodes, problem.goal)
     bound = None if problem.route is None else problem.route.price
-    start, goal = problem.places([problem.source, problem.goal])
-    reached = bool(nodes[-1] == problem.goal)
-    return Result(
-        status=_status(reached, sum(terms.values()), bound),
-        path=problem.places(nodes),
-        cost=sum(terms.values()),
-        terms=terms,
-        bound=bound,
-        start=start,
-        goal=goal,
-        **vars(record),
-    )
+    ends = problem.places([problem.source, problem.goal])
+    return _priced(problem.places(nodes), ends, terms, bound, bool(nodes[-1] == problem.goal), record)
 
 
 def any_angle_result(problem: Problem, path: Floats, bound: float | None, record: SearchRecord) -> Result:
     """Return the result of a path (n, 3) of straight legs from the UAV's start; the bound must be proven, if given."""
     terms = cost.terms_of_legs(problem.scenario, problem.airspace.rates, path, problem.end)
     reached = np.array_equal(path[-1], problem.end)
-    return Result(
-        status=_status(reached, sum(terms.values()), bound),
-        path=path,
-        cost=sum(terms.values()),
-        terms=terms,
-        bound=bound,
-        start=problem.start,
-        goal=problem.end,
-        any_angle=True,
-        **vars(record),
-    )
+    return _priced(path, (problem.start, problem.end), terms, bound, reached, record, any_angle=True)
 
 
-def _status(reached: bool, price: float, bound: float | None) -> Status:
-    if not reached:
-        return Status.INCOMPLETE
+def _priced(
+    path: Floats,
+    ends: Floats | tuple[Floats, Floats],
+    terms: dict[str, float],
+    bound: float | None,
+    reached: bool,
+    record: SearchRecord,
+    any_angle: bool = False,
+) -> Result:
+    price, (start, goal) = sum(terms.values()), ends
     optimal = bound is not None and price <= bound * (1 + OPTIMALITY_GAP)
-    return Status.OPTIMAL if optimal else Status.COMPLETE
+    status = Status.INCOMPLETE if not reached else Status.OPTIMAL if optimal else Status.COMPLETE
+    return Result(status, path, price, terms, bound, start, goal, any_angle=any_angle, **vars(record))

@@ -3,9 +3,11 @@
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.model.result import Result
 from skyverse.planners.moves import LatticeTask, Paths, Workspace
 from skyverse.planners.results import SearchRecord, lattice_result
@@ -16,9 +18,17 @@ _UNLIMITED = 2.0**62
 """Stands for an infinite limit of a counter: it fits into an int64."""
 
 
+class Candidates(Protocol):
+    """Candidate paths of any kind, each with its cost."""
+
+    @property
+    def cost(self) -> Floats:
+        """(n,) the cost of each."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Run(ABC):
-    """The state of one run: what is sought, the candidates and the best path so far are in subclasses.
+    """The state of one run: what is sought and the population are in subclasses.
 
     Attributes
     ----------
@@ -26,6 +36,8 @@ class Run(ABC):
         Working memory, the effort so far and its limits.
     rng
         The source of all random numbers.
+    best
+        One path: the best so far.
     memory
         What `Metaheuristic.begin` returned: whatever a method remembers from step to step besides paths.
     seeding_seconds
@@ -34,6 +46,7 @@ class Run(ABC):
 
     workspace: Workspace
     rng: np.random.Generator
+    best: Candidates
     memory: object = None
     seeding_seconds: float = 0.0
 
@@ -43,9 +56,9 @@ class Run(ABC):
         return self.workspace
 
     @property
-    @abstractmethod
     def lowest_cost(self) -> float:
         """The cost of the best path so far."""
+        return float(self.best.cost[0])
 
     @abstractmethod
     def result(self, problem: Problem, record: SearchRecord) -> Result:
@@ -62,18 +75,11 @@ class LatticeRun(Run):
         What is sought.
     paths
         The population.
-    best
-        One path: the best so far.
     """
 
     task: LatticeTask
     paths: Paths
     best: Paths
-
-    @property
-    def lowest_cost(self) -> float:
-        """The cost of the best path so far."""
-        return float(self.best.cost[0])
 
     def result(self, problem: Problem, record: SearchRecord) -> Result:
         """Return the result that holds the best path."""

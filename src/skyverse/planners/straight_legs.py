@@ -67,19 +67,12 @@ class StraightRun(Run):
     task
         What is sought.
     paths
-        The population.
-    best
-        One path: the best so far, collision-free.
+        The population; `best` is collision-free.
     """
 
     task: StraightTask
     paths: Polylines
     best: Polylines
-
-    @property
-    def lowest_cost(self) -> float:
-        """The cost of the best path so far."""
-        return float(self.best.cost[0])
 
     def result(self, problem: Problem, record: SearchRecord) -> Result:
         """Return the result that holds the best path."""

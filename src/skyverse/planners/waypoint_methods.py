@@ -1,28 +1,10 @@
 """The nine optimisers of vectors as planners: each class names its optimiser and the package that it needs, if any."""
 
-from abc import abstractmethod
-
-import numpy as np
-
-from skyverse._typing import Floats
-from skyverse.planners.optimisers import Evaluate, Iterations, by_niapy, by_pymoo, cma_es, da, mfo, woa
+from skyverse.planners.optimisers import by_niapy, by_pymoo, cma_es, da, mfo, woa
 from skyverse.planners.waypoints import WaypointSearch
 
 
-class _Method(WaypointSearch):
-    """A `WaypointSearch` by an optimiser that is the same for all of its planners."""
-
-    @staticmethod
-    @abstractmethod
-    def optimiser(evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
-        """Minimise `evaluate` from the vectors `first` on, (n, dimensions), and yield after each iteration."""
-
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
-        """Run the optimiser."""
-        return self.optimiser(evaluate, first, rng)
-
-
-class CMAES(_Method):
+class CMAES(WaypointSearch):
     """The covariance matrix adaptation evolution strategy, by the package ``cma``.
 
     Its settings are those of `WaypointSearch`.
@@ -34,10 +16,10 @@ class CMAES(_Method):
     """
 
     library = "cma"
-    optimiser = staticmethod(cma_es.cma_es)
+    optimise = staticmethod(cma_es.cma_es)
 
 
-class PSO(_Method):
+class PSO(WaypointSearch):
     """Particle swarm optimisation with adaptive weights, by the package ``pymoo``.
 
     Its settings are those of `WaypointSearch`.
@@ -48,10 +30,10 @@ class PSO(_Method):
     """
 
     library = "pymoo"
-    optimiser = staticmethod(by_pymoo.pso)
+    optimise = staticmethod(by_pymoo.pso)
 
 
-class GA(_Method):
+class GA(WaypointSearch):
     """A real-coded genetic algorithm (simulated binary crossover, polynomial mutation), by the package ``pymoo``.
 
     Its settings are those of `WaypointSearch`.
@@ -62,10 +44,10 @@ class GA(_Method):
     """
 
     library = "pymoo"
-    optimiser = staticmethod(by_pymoo.ga)
+    optimise = staticmethod(by_pymoo.ga)
 
 
-class DE(_Method):
+class DE(WaypointSearch):
     """Differential evolution, DE/rand/1/bin with F = 0.5 and CR = 0.9, by the package ``pymoo``.
 
     Its settings are those of `WaypointSearch`.
@@ -76,10 +58,10 @@ class DE(_Method):
     """
 
     library = "pymoo"
-    optimiser = staticmethod(by_pymoo.de)
+    optimise = staticmethod(by_pymoo.de)
 
 
-class LSHADE(_Method):
+class LSHADE(WaypointSearch):
     """Success-history based adaptive differential evolution, its population shrinking to 4, by the package ``NiaPy``.
 
     Its settings are those of `WaypointSearch`.
@@ -91,10 +73,10 @@ class LSHADE(_Method):
     """
 
     library = "niapy"
-    optimiser = staticmethod(by_niapy.l_shade)
+    optimise = staticmethod(by_niapy.l_shade)
 
 
-class WOA(_Method):
+class WOA(WaypointSearch):
     """The whale optimization algorithm.
 
     Its settings are those of `WaypointSearch`.
@@ -104,10 +86,10 @@ class WOA(_Method):
     S. Mirjalili, A. Lewis, "The Whale Optimization Algorithm", Advances in Engineering Software 95 (2016), 51-67.
     """
 
-    optimiser = staticmethod(woa.woa)
+    optimise = staticmethod(woa.woa)
 
 
-class MFO(_Method):
+class MFO(WaypointSearch):
     """The moth-flame optimization algorithm.
 
     Its settings are those of `WaypointSearch`.
@@ -117,10 +99,10 @@ class MFO(_Method):
     S. Mirjalili, "Moth-flame optimization algorithm", Knowledge-Based Systems 89 (2015), 228-249.
     """
 
-    optimiser = staticmethod(mfo.mfo)
+    optimise = staticmethod(mfo.mfo)
 
 
-class GWO(_Method):
+class GWO(WaypointSearch):
     """The grey wolf optimiser, by the package ``NiaPy``.
 
     Its settings are those of `WaypointSearch`.
@@ -131,10 +113,10 @@ class GWO(_Method):
     """
 
     library = "niapy"
-    optimiser = staticmethod(by_niapy.gwo)
+    optimise = staticmethod(by_niapy.gwo)
 
 
-class DA(_Method):
+class DA(WaypointSearch):
     """The dragonfly algorithm.
 
     Its settings are those of `WaypointSearch`.
@@ -144,4 +126,4 @@ class DA(_Method):
     S. Mirjalili, "Dragonfly algorithm", Neural Computing and Applications 27 (2016), 1053-1073.
     """
 
-    optimiser = staticmethod(da.da)
+    optimise = staticmethod(da.da)

@@ -99,7 +99,7 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
             )
 
     @abstractmethod
-    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iterations:
+    def optimise(self, evaluate: Evaluate, first: Floats, rng: np.random.Generator, /) -> Iterations:
         """Evaluate the first population and yield; then do one iteration for each share of the budget that is sent.
 
         Parameters
