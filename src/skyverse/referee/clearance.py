@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.referee.box_crossings import deepest_in_boxes
+from skyverse.referee.boxes import deepest_in_boxes
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.incursion import Incursion
 from skyverse.referee.overlaps import overlapping_pairs

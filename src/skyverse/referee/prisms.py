@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Prism
-from skyverse.referee.chord import Chords, chords, distance_to_segment
-from skyverse.referee.solids import GrownSolids, grown, shapes_of, vertical_depth
+from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT
 
 EDGES_AT_ONCE = 2**19

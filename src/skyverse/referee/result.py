@@ -7,8 +7,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.result import Result, Status
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.path import judge_ends, judge_moves, judge_safety
-from skyverse.referee.path_cost import costs_agree, judge_cost
+from skyverse.referee.path import costs_agree, judge_cost, judge_ends, judge_moves, judge_safety
 from skyverse.referee.positions import position_text
 from skyverse.referee.untrusted import finite_point, float_array, number
 from skyverse.referee.world import RefereeWorld

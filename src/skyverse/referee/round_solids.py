@@ -7,8 +7,7 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Cylinder, Sphere
-from skyverse.referee.chord import chords, distance_to_segment
-from skyverse.referee.solids import GrownSolids, grown, shapes_of, vertical_depth
+from skyverse.referee.solids import GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
 from skyverse.referee.tolerances import LET_PASS
 
 

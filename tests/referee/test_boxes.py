@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from judged_missions import SCENARIO
 from skyverse.model.shapes import Box
-from skyverse.referee.box_crossings import deepest_in_boxes
-from skyverse.referee.boxes import grown_boxes
+from skyverse.referee.boxes import deepest_in_boxes, grown_boxes
 
 
 def test_a_path_may_end_just_before_the_thinnest_wall():
