@@ -10,7 +10,6 @@ It is slow and obvious NumPy. A scenario is turned into arrays once (`world`), a
 and `subdivision` turn that into proofs, and `tolerances` holds every tolerance.
 """
 
-from skyverse.referee.certificate import Certificates, certify
-from skyverse.referee.mission import check, check_result, judge
+from skyverse.referee.mission import Certificates, certify, check, check_result, judge
 
 __all__ = ["Certificates", "certify", "check", "check_result", "judge"]
