@@ -9,8 +9,6 @@ import skyverse as sky
 from skyverse.draw.triangulation import triangles
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.voxelise import touched
-from skyverse.trajectory.dubins import shortest_path
-from skyverse.trajectory.limits import least_time_scale
 
 FEW = sky.MaxIterations(3)
 SIZE = np.array([24.0, 20.0, 12.0])
@@ -116,8 +114,7 @@ def trajectories():
         (over_hills, sky.Taut(), "minimum-snap"),
         (over_hills, sky.AStar(), "stop-and-go"),
     ):
-        mission = sky.plan_mission(scenario, planner, rng=7, shape=form)
-        least_time_scale(scenario.uavs[0], mission.trajectories[0])
+        sky.plan_mission(scenario, planner, rng=7, shape=form)
 
 
 def fleets():
@@ -150,9 +147,6 @@ def questions_about_space():
             space.distance(points)
     rubble = sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=rng.random((12, 12, 8)) < 0.5)
     sky.World(world(16, ()).model_copy(update={"obstacles": (rubble,)}))
-    for start, end in rng.uniform(-5, 5, (20, 2, 3)):
-        path = shortest_path(start, end, 2.0)
-        path.at(np.linspace(0, path.length, 5))
 
 
 def maps_and_pages():

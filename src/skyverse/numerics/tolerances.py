@@ -148,9 +148,6 @@ SLOPE_MARGIN = 1e-5
 """Metres added to the clearance at bends among slopes and curved shapes, because what touches a slope exactly is hard
 to prove free."""
 
-PEAK_TIGHTNESS = 1e-5
-"""Relative: how closely the peak of a speed, acceleration, jerk, thrust or tilt is enclosed where no proof needs it."""
-
 MIN_STEP_SHARE = 1e-5
 """The share of a Newton step below which a line search gives up."""
 

@@ -6,7 +6,6 @@ least radius to the left and to the right, S for a straight line (L. E. Dubins, 
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,57 +15,6 @@ from skyverse.numerics.tolerances import SAME_CIRCLE
 
 WORDS = ("LSL", "RSR", "LSR", "RSL", "LRL", "RLR")
 """By number; each odd one is the mirror image of the even one before it."""
-
-
-class DubinsPath(NamedTuple):
-    """A path from a pose by one of the `WORDS`.
-
-    Attributes
-    ----------
-    start
-        (3,) x and y in metres, heading in radians.
-    word
-        The number of its word.
-    lengths
-        (3,) metres of each of the word's letters.
-    radius
-        Of its turns, metres.
-    """
-
-    start: Floats
-    word: int
-    lengths: Floats
-    radius: float
-
-    @property
-    def length(self) -> float:
-        """The length of the path, metres."""
-        return float(self.lengths.sum())
-
-    def at(self, s: Floats) -> Floats:
-        """Return the poses (m, 3), x, y and heading, after `s`, (m,) metres of the path."""
-        return _sample(self.start, self.word, self.lengths, self.radius, np.asarray(s, dtype=np.float64))
-
-
-def shortest_path(start: Floats, end: Floats, radius: float) -> DubinsPath:
-    """Return the shortest path from pose to pose, (3,) each: x, y in metres, heading in radians.
-
-    Parameters
-    ----------
-    start, end
-        The poses.
-    radius
-        The least turn radius, metres.
-
-    Returns
-    -------
-    DubinsPath
-        Of several shortest ones that of the first word.
-    """
-    start, end = np.array(start, dtype=np.float64), np.array(end, dtype=np.float64)
-    every = all_words(start[0], start[1], start[2], end[0], end[1], end[2], radius)
-    word = int(np.argmin(every.sum(axis=1)))
-    return DubinsPath(start, word, every[word], radius)
 
 
 @kernel
@@ -162,14 +110,3 @@ def _lrl(apart: float, a: float, b: float) -> tuple[float, float, float]:
     first = _turn(math.atan2(across, along) + math.acos(share) + 0.5 * math.pi - a)
     middle = 2.0 * math.pi - 2.0 * math.asin(share)  # a path with the shorter arc is never the shortest
     return first, middle, _turn(b - a - first + middle)
-
-
-@kernel
-def _sample(start: Floats, word: int, lengths: Floats, radius: float, s: Floats) -> Floats:
-    """Return the poses (m, 3) after s, (m,) metres of a word."""
-    poses = np.empty((len(s), 3))
-    for i in range(len(s)):
-        poses[i, 0], poses[i, 1], poses[i, 2] = pose(
-            start[0], start[1], start[2], word, lengths[0], lengths[1], radius, s[i]
-        )
-    return poses

@@ -12,12 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.arrays import put
-from skyverse.numerics.bernstein import product, split, to_bernstein
-from skyverse.numerics.kernel import by_reference, inner, kernel
-from skyverse.numerics.tolerances import LIMIT_MARGIN, PEAK_TIGHTNESS
+from skyverse.numerics.bernstein import product, split
+from skyverse.numerics.kernel import by_reference, inner
 
 GRAVITY = 9.81
 """Metres per second squared."""
@@ -83,40 +81,6 @@ def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
         turn_radius=wing.turn_radius / more if wing else 0.0,
         climb=math.tan(math.radians(wing.climb)) * more if wing else 0.0,
     )
-
-
-def least_time_scale(uav: UAV, trajectory: Trajectory) -> float:
-    """Return the factor on all durations at which the trajectory just keeps the UAV's limits.
-
-    The least such factor is smaller by a relative `PEAK_TIGHTNESS` at most. A factor below 1 says that the trajectory
-    could be flown faster, 0 that it does not move. For an aeroplane only the limits on speed and acceleration are
-    regarded, since its airspeed is given.
-    """
-    factors = peaks(limits_of(uav), trajectory.knots.copy(), trajectory.coefficients.copy())
-    return float(factors.max()) * (1.0 + LIMIT_MARGIN)
-
-
-@kernel
-def peaks(limits: Limits, knots: Floats, coefficients: Floats) -> Floats:
-    """Return how many times as long a trajectory must take for each of the first five limits, (5,) factors.
-
-    They are upper bounds, to a relative `PEAK_TIGHTNESS`: for speed the peak's share of the limit, for acceleration,
-    thrust and tilt its square root, for jerk its cube root. A limit that does not apply has the factor 0.
-    """
-    greatest = np.zeros(5)
-    for k in range(len(coefficients)):
-        duration = knots[k + 1] - knots[k]
-        rows = coefficients[k]
-        for order in range(1, 4):
-            rows = derivative(rows)
-            b = to_bernstein(rows, duration)
-            for limit in range(5):
-                if DERIVATIVE[limit] == order and applies(limits, limit):
-                    upper, _, _, _ = peak(limits, limit, b, greatest[limit], PEAK_TIGHTNESS)
-                    greatest[limit] = max(greatest[limit], upper)
-    for limit in range(5):
-        greatest[limit] = greatest[limit] ** (1.0 / DERIVATIVE[limit])
-    return greatest
 
 
 @inner
