@@ -35,7 +35,7 @@ def query(function: Callable[P, R]) -> Callable[P, R]:
 
     With many arrays in a NamedTuple the counting would take longer than a short query.
     """
-    return _compiled(function, _nrt=False)
+    return _compiled(function, counts_references=False)
 
 
 def inner(function: Callable[P, R]) -> Callable[P, R]:
@@ -45,7 +45,7 @@ def inner(function: Callable[P, R]) -> Callable[P, R]:
 
 def inner_query(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a `query` that only kernels call; see `inner`."""
-    return _compiled(function, is_inner=True, _nrt=False)
+    return _compiled(function, is_inner=True, counts_references=False)
 
 
 def by_reference(cls: Class) -> Class:
@@ -57,7 +57,9 @@ def by_reference(cls: Class) -> Class:
     return cls
 
 
-def _compiled(function: Callable[P, R], *, is_inner: bool = False, **options: Any) -> Callable[P, R]:
+def _compiled(function: Callable[P, R], *, is_inner: bool = False, counts_references: bool = True) -> Callable[P, R]:
+    # numba would let a kernel that sets nothing count references only if its first caller does
+    options: dict[str, Any] = {"_nrt": counts_references}
     if PLAIN_PYTHON:
         return function
     if PLAIN_NUMBA:

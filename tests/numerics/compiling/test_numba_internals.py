@@ -56,6 +56,26 @@ def first(numbers: Numbers) -> float:
     return numbers.array[0]
 
 
+@kernel
+def draw(rng: np.random.Generator) -> float:
+    return rng.random() + rng.integers(0, 1000) + rng.standard_normal()
+
+
+@query
+def draw_without_counting(rng: np.random.Generator) -> float:
+    return rng.random()
+
+
+@kernel
+def sum_of_ones(n: int) -> float:
+    return np.ones(n).sum()
+
+
+@query
+def twice_the_sum_of_ones(n: int) -> float:
+    return 2 * sum_of_ones(n)
+
+
 def test_this_version_of_numba_is_one_that_was_tried():
     assert numba.version_info.short in VERIFIED
     assert not PLAIN_NUMBA
@@ -85,6 +105,21 @@ def test_a_kernel_returns_fields_that_it_was_given_by_reference():
         assert weigh_all(found) == 12.0
     del found
     assert [sys.getrefcount(array) for array in (nested.numbers.array, others)] == counts
+
+
+@pytest.mark.parametrize("source", [np.random.PCG64, np.random.MT19937, np.random.Philox, np.random.SFC64])
+def test_a_random_generator_goes_on_where_it_was_and_is_held_by_nobody_else(source):
+    rng, same = (np.random.Generator(source(5)) for _ in range(2))
+    counts = sys.getrefcount(rng), sys.getrefcount(rng.bit_generator)
+    for _ in range(50):
+        assert draw(rng) == draw.py_func(same)
+        assert draw_without_counting(rng) == same.random()
+        assert rng.random() == same.random()
+    assert (sys.getrefcount(rng), sys.getrefcount(rng.bit_generator)) == counts
+
+
+def test_a_kernel_that_a_query_calls_first_may_make_arrays():
+    assert twice_the_sum_of_ones(3) == 6.0
 
 
 def test_a_field_of_the_wrong_type_is_refused():

@@ -14,8 +14,9 @@ from numba.core import compiler
 from numba.core.bytecode import FunctionIdentity
 from numba.core.serialize import dumps
 from numba.core.target_extension import target_override
-from numba.core.types import unliteral
+from numba.core.types import npy_rng, unliteral
 from numba.core.untyped_passes import ExtractByteCode
+from numpy.random import Generator
 
 from skyverse.numerics.compiling.digest import callees_of, digest_of, name_of
 from skyverse.numerics.compiling.kept_code import KeptCode
@@ -66,6 +67,13 @@ class Kernel(Compiled):
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Return how other kernels call this one, by arguments of these types."""
         return super().get_call_template([referenced(unliteral(kind)) for kind in args], kws)
+
+    def typeof_pyval(self, value: Any) -> Any:
+        """Return the type of an argument that numba's C code does not know: of a generator, without a search."""
+        if type(value) is not Generator:
+            return super().typeof_pyval(value)
+        self._types_active_call.add(npy_rng)
+        return npy_rng
 
     def add_overload(self, cres: Any) -> None:
         """Take a compiled signature, and note what the code is, so that callers may call it by its symbol."""

@@ -3,6 +3,7 @@
 
 * a large kernel is called by its symbol, not linked into each of its callers and optimised there again;
 * reference counts read one field of an array, not all;
+* random generators come from Python through numpy's capsule, 20 us sooner than through ctypes;
 * compiler settings have a hash that tells them apart.
 
 Since the target has contexts of its own, other people's functions are compiled and run as ever.
@@ -15,10 +16,12 @@ from typing import Any
 
 import llvmlite
 import llvmlite.binding
-from numba.core import compiler, types
+from llvmlite import ir
+from numba.core import cgutils, compiler, types
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.cpu import CPUContext
 from numba.core.decorators import jit
+from numba.core.pythonapi import NativeValue, PythonAPI
 from numba.core.registry import CPUDispatcher, CPUTarget
 from numba.core.runtime.context import NRTContext
 from numba.core.target_extension import CPU, dispatcher_registry, jit_registry, target_registry
@@ -50,6 +53,39 @@ class Runtime(NRTContext):
         if not self._context.data_model_manager[ty].contains_nrt_meminfo():
             return []
         return super().get_meminfos(builder, ty, value)
+
+
+class ArgumentsFromPython(PythonAPI):
+    """How the arguments of a kernel come from Python."""
+
+    def to_native_value(self, typ: Any, obj: Any) -> Any:
+        """Take the addresses of a random generator from numpy's capsule; take all else as numba does.
+
+        A kernel counts no references to a generator: its caller holds it.
+        """
+        if not isinstance(typ, types.NumPyRandomGeneratorType):
+            return super().to_native_value(typ, obj)
+        builder = self.builder
+        source = self.object_getattr_string(obj, "bit_generator")
+        capsule = self.object_getattr_string(source, "capsule")
+        signature = ir.FunctionType(self.voidptr, [self.pyobj, self.cstring])
+        name = self.context.insert_const_string(self.module, "BitGenerator")
+        address = builder.call(self._get_function(signature, "PyCapsule_GetPointer"), [capsule, name])
+        for held in (capsule, source):
+            self.decref(held)
+        generator = cgutils.create_struct_proxy(typ)(self.context, builder)
+        generator.parent = obj
+        generator.meminfo = cgutils.get_null_value(generator.meminfo.type)
+        is_error = cgutils.is_null(builder, address)
+        with builder.if_then(builder.not_(is_error), likely=True):
+            words = builder.bitcast(address, self.context.get_value_type(types.uintp).as_pointer())
+            bits = cgutils.create_struct_proxy(types.NumPyRandomBitGeneratorType("bit_generator"))(
+                self.context, builder
+            )
+            for i, field in enumerate(("state", "fnptr_next_uint64", "fnptr_next_uint32", "fnptr_next_double")):
+                setattr(bits, field, builder.load(cgutils.gep(builder, words, i)))
+            generator.bit_generator = bits._getvalue()
+        return NativeValue(generator._getvalue(), is_error=is_error)
 
 
 class Library(JITCodeLibrary):
@@ -138,6 +174,10 @@ class Context(CPUContext):
     def nrt(self) -> Runtime:
         """Reference counting."""
         return Runtime(self, self.enable_nrt)
+
+    def get_python_api(self, builder: Any) -> ArgumentsFromPython:
+        """Return what takes arguments from Python."""
+        return ArgumentsFromPython(self, builder)
 
     def mangler(self, name: str, types: Any, *, abi_tags: Any = (), uid: int | None = None) -> Any:
         """Return the symbol of a function: of numba's own functions, one that no other process uses.
