@@ -9,7 +9,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Objective, Scenario
 from skyverse.model.shapes import Cylinder, Prism, Voxels, Zone
-from skyverse.numerics.kernel import by_reference, inner, kernel, writable
+from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel, query, writable
 from skyverse.numerics.norm import norm
 from skyverse.numerics.tolerances import COLLINEAR
 from skyverse.space import band, chord
@@ -136,14 +136,14 @@ def make_pricing(objective: Objective, step: Floats, rates: Rates | None = None)
     return Pricing(steps, objective.fuel if by_nodes else 0.0, objective.divergence, objective.end, rates or _UNPRICED)
 
 
-@inner
+@inner_query
 def _moved(grid: Grid, a: int, b: int) -> tuple[int, int, int]:
     """Return by how many nodes node b lies from node a along each axis."""
     ny, nz = grid.shape[1], grid.shape[2]
     return b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
 
 
-@kernel
+@query
 def fuel(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
     """Return alpha_1 C_fuel, equation 3.2: for the number of the path's nodes, start included, or for its length."""
     if pricing.steps[1] == pricing.steps[7] and pricing.first > 0.0:
@@ -155,7 +155,7 @@ def fuel(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
     return total
 
 
-@kernel
+@query
 def divergence(grid: Grid, pricing: Pricing, nodes: Ints) -> float:
     """Return alpha_2 C_divergence: for the number of non-zero cross products of consecutive steps."""
     turns = 0

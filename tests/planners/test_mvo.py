@@ -94,7 +94,7 @@ def test_wep_and_tdr_follow_equations_3_8_and_3_9(monkeypatch, form, settings):
     kernel, seen = getattr(mvo, form), []
 
     def watch(*args):
-        seen.append(args[5:])
+        seen.append(args[5:7])
         return kernel(*args)
 
     monkeypatch.setattr(mvo, form, watch)

@@ -5,7 +5,7 @@ from typing import Literal
 
 from numpy.random import Generator
 
-from skyverse.numerics.kernel import kernel
+from skyverse.numerics.kernel import query
 from skyverse.planners.metaheuristic import Metaheuristic
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, generate
 from skyverse.planners.run import LatticeRun
@@ -60,7 +60,7 @@ class LatticeSearch(Metaheuristic[LatticeRun]):
         return task._replace(repair_threshold=self.repair_threshold, retries=self.retries)
 
 
-@kernel
+@query
 def _populate(task: LatticeTask, workspace: Workspace, rng: Generator, paths: Paths, best: Paths) -> None:
     for i in range(len(paths.length)):
         if i and exhausted(workspace):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing
-from skyverse.numerics.kernel import by_reference, inner, kernel
+from skyverse.numerics.kernel import by_reference, inner_query, kernel, query
 from skyverse.space.lattice import Grid
 
 Exits = NDArray[np.int32]
@@ -90,13 +90,13 @@ class Workspace(NamedTuple):
     limit: Ints
 
 
-@kernel
+@query
 def exhausted(workspace: Workspace) -> bool:
     """Tell whether a counted budget is spent."""
     return limit_reached(workspace.spent, workspace.limit)
 
 
-@inner
+@inner_query
 def limit_reached(spent: Ints, limit: Ints) -> bool:
     """Tell whether one of the three counters has reached its limit."""
     return bool(
@@ -104,7 +104,7 @@ def limit_reached(spent: Ints, limit: Ints) -> bool:
     )
 
 
-@kernel
+@query
 def generate(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, goal: int, threshold: int) -> int:
     """Continue the draft by a random walk towards a goal (Algorithms 1 and 2), and cut out the walk's loops.
 
@@ -116,7 +116,7 @@ def generate(task: LatticeTask, workspace: Workspace, rng: Generator, length: in
     return _cut(workspace, length, _walk(task, workspace, rng, length, goal, threshold))
 
 
-@inner
+@inner_query
 def _cut(workspace: Workspace, length: int, walked: int) -> int:
     """Cut out the loops of a walk that began when the draft was `length` long.
 
@@ -125,7 +125,7 @@ def _cut(workspace: Workspace, length: int, walked: int) -> int:
     return cut_loops(workspace, length - 1, -walked) if walked < 0 else walked
 
 
-@kernel
+@query
 def _walk(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, goal: int, threshold: int) -> int:
     """Walk without cutting out loops; return the draft's new length, negative if the walk may have loops.
 
@@ -191,12 +191,12 @@ def _walk(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, 
     return -length if looped else length
 
 
-@inner
+@inner_query
 def _sign(v: int) -> int:
     return int(v > 0) - int(v < 0)
 
 
-@inner
+@inner_query
 def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) -> int:
     """Return those of some moves, given as bits, that lead to a node that the walk has not visited."""
     kept = 0
@@ -208,7 +208,7 @@ def _unvisited(offsets: Ints, mark: Marks, stamp: int, node: int, moves: int) ->
     return kept
 
 
-@inner
+@inner_query
 def _draw(offsets: Ints, moves: int, share: int) -> int:
     """Return one of some moves, given as bits, chosen by a random number of 32 bits."""
     if len(offsets) == 6:
@@ -227,67 +227,72 @@ def _draw(offsets: Ints, moves: int, share: int) -> int:
     return m
 
 
-@kernel
+@query
 def cut_loops(workspace: Workspace, first: int, length: int) -> int:
     """Remove what lies between two visits of a node from the draft, from position `first` on; return its new length."""
     draft, position = workspace.draft, workspace.position
-    kept = first
     for i in range(first, length):
-        node = np.uint64(draft[i])
-        before = position[node]
-        if first <= before < kept and draft[before] == draft[i]:
-            kept = before + 1
-        else:
-            position[node] = kept
+        position[np.uint64(draft[i])] = i  # in the end: where the node is visited for the last time
+    kept = begin = first
+    while begin < length:
+        end = begin
+        while end < length - 1 and position[np.uint64(draft[end])] == end:
+            end += 1
+        after = position[np.uint64(draft[end])] + 1
+        for i in range(begin, end + 1):
             draft[kept] = draft[i]
             kept += 1
+        begin = after
     return kept
 
 
-@kernel
+@query
 def judge(task: LatticeTask, workspace: Workspace, length: int) -> float:
     """Return the draft's cost (equation 3.4), and count an evaluation."""
     workspace.spent[EVALUATIONS] += 1
     return cost.total(task.grid, task.pricing, workspace.draft[:length], task.goal)
 
 
-@inner
+@inner_query
 def begin_at(workspace: Workspace, node: int) -> int:
     """Let the draft consist of one node; return its length."""
     workspace.draft[0] = node
     return int(np.int64(1))  # a literal 1 has a type of its own, for which numba would compile again
 
 
-@inner
+@inner_query
 def begin_with(workspace: Workspace, paths: Paths, i: int, end: int) -> int:
     """Let the draft consist of the first `end` nodes of path i; return its length."""
+    draft, row = workspace.draft, paths.nodes[i]
     for j in range(end):
-        workspace.draft[j] = paths.nodes[i, j]
+        draft[j] = row[j]
     return end
 
 
-@kernel
+@query
 def copy_in(workspace: Workspace, at: int, paths: Paths, i: int, first: int, end: int) -> int:
     """Copy nodes first:end of path i into the draft, from position `at` on; return the draft's new length.
 
     What exceeds the draft's capacity is left out: the draft is still a path, but one that does not reach the goal.
     """
-    for j in range(first, min(end, first + len(workspace.draft) - at)):
-        workspace.draft[at] = paths.nodes[i, j]
-        at += 1
-    return at
+    draft, row = workspace.draft, paths.nodes[i]
+    end = min(end, first + len(draft) - at)
+    for j in range(first, end):
+        draft[at + j - first] = row[j]
+    return at + max(0, end - first)
 
 
-@kernel
+@query
 def put(paths: Paths, i: int, workspace: Workspace, length: int, price: float) -> None:
     """Replace path i by the draft, whose cost is `price`."""
+    draft, row = workspace.draft, paths.nodes[i]
     for j in range(length):
-        paths.nodes[i, j] = workspace.draft[j]
+        row[j] = draft[j]
     paths.length[i] = length
     paths.cost[i] = price
 
 
-@kernel
+@query
 def random_node(grid: Grid, rng: Generator) -> int:
     """Return a random node from which a move leads."""
     while True:
@@ -296,7 +301,7 @@ def random_node(grid: Grid, rng: Generator) -> int:
             return node
 
 
-@kernel
+@query
 def random_node_near(
     exits: Exits, nx: int, ny: int, nz: int, rng: Generator, node: int, tdr: float, least: float
 ) -> int:
@@ -315,7 +320,7 @@ def random_node_near(
     return node
 
 
-@kernel
+@query
 def detour(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, threshold: int, retries: int) -> int:
     """Continue the draft by a walk to a random free node; return the draft's new length.
 
@@ -330,7 +335,7 @@ def detour(task: LatticeTask, workspace: Workspace, rng: Generator, length: int,
     return _cut(workspace, length, walked)
 
 
-@kernel
+@query
 def reroute(task: LatticeTask, workspace: Workspace, rng: Generator, U: Paths, i: int) -> int:
     """Draft Case 2: path i up to a random node of it, a walk to a random free node, and a walk to the goal."""
     length = begin_with(workspace, U, i, 1 + int(rng.random() * U.length[i]))
@@ -338,7 +343,7 @@ def reroute(task: LatticeTask, workspace: Workspace, rng: Generator, U: Paths, i
     return cut_loops(workspace, 0, generate(task, workspace, rng, length, task.goal, task.repair_threshold))
 
 
-@kernel
+@query
 def graft(task: LatticeTask, workspace: Workspace, rng: Generator, U: Paths, i: int, j: int) -> int:
     """Draft path i with a stretch of path j in it; return the draft's length.
 
@@ -377,7 +382,7 @@ def ranked(costs: Floats) -> Ints:
     return order
 
 
-@kernel
+@query
 def rank_wheel(n: int, rng: Generator) -> int:
     """Return a random rank from 0 to n - 1 by a roulette wheel, on which rank r has the weight n - r."""
     spin = rng.random() * (n * (n + 1) // 2)
@@ -388,7 +393,7 @@ def rank_wheel(n: int, rng: Generator) -> int:
     return rank
 
 
-@kernel
+@query
 def adopt(task: LatticeTask, workspace: Workspace, U: Paths, i: int, best: Paths, length: int) -> None:
     """Price the draft, replace path i by it, and the best path too if the draft is cheaper."""
     price = judge(task, workspace, length)

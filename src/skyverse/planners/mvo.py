@@ -3,9 +3,11 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.random import Generator
 
-from skyverse.numerics.kernel import inner, kernel
+from skyverse._typing import Ints
+from skyverse.numerics.kernel import inner_query, query
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
     LatticeTask,
@@ -96,15 +98,22 @@ class MVO(LatticeSearch):
         if self.as_run:
             _as_run(run.task, run.workspace, run.paths, run.best, run.rng, wep)
         else:
-            _described(run.task, run.workspace, run.paths, run.best, run.rng, wep, tdr)
+            order = ranked(run.paths.cost)
+            _described(run.task, run.workspace, run.paths, run.best, run.rng, wep, tdr, order)
 
 
-@kernel
+@query
 def _described(
-    task: LatticeTask, workspace: Workspace, U: Paths, best: Paths, rng: Generator, wep: float, tdr: float
+    task: LatticeTask,
+    workspace: Workspace,
+    U: Paths,
+    best: Paths,
+    rng: Generator,
+    wep: float,
+    tdr: float,
+    order: Ints,
 ) -> None:
     n = len(U.length)
-    order = ranked(U.cost)
     squares = 0.0
     for cost in U.cost:
         squares += cost**2
@@ -131,19 +140,19 @@ def _described(
                 put(best, 0, workspace, length, price)
 
 
-@inner
+@inner_query
 def _wormhole(
     task: LatticeTask, workspace: Workspace, U: Paths, i: int, best: Paths, rng: Generator, tdr: float
 ) -> int:
     """Draft Case 1, universe i after a wormhole to the best; return the draft's length."""
-    position = workspace.position
+    position, own = workspace.position, U.nodes[i]
     shared = _locate_in_best(position, U, i, best)
     skip = int(rng.random() * shared)
     a = -1
     while skip >= 0:
         a += 1
-        skip -= position[U.nodes[i, a]] >= 0
-    b = position[U.nodes[i, a]]
+        skip -= position[own[a]] >= 0
+    b = position[own[a]]
     size = best.length[0]
     p = b + int(rng.random() * (size - b))
     length = begin_with(workspace, U, i, a)
@@ -157,20 +166,21 @@ def _wormhole(
     return length
 
 
-@inner
+@inner_query
 def _locate_in_best(position: Positions, U: Paths, i: int, best: Paths) -> int:
     """Set each node's position in the best, -1 for those of universe i alone; return how many nodes both share."""
-    for j in range(U.length[i]):
-        position[U.nodes[i, j]] = -1
-    for j in range(best.length[0]):
-        position[best.nodes[0, j]] = j
+    own, row = U.nodes[i, : U.length[i]], best.nodes[0, : best.length[0]]
+    for node in own:
+        position[np.uint64(node)] = -1
+    for j in range(len(row)):
+        position[np.uint64(row[j])] = j
     shared = 0
-    for j in range(U.length[i]):
-        shared += position[U.nodes[i, j]] >= 0
+    for node in own:
+        shared += position[np.uint64(node)] >= 0
     return shared
 
 
-@inner
+@inner_query
 def _travel(task: LatticeTask, workspace: Workspace, rng: Generator, length: int, tdr: float) -> int:
     """Continue the draft to a random free node at most TDR of the bounds away (Case 2); return its new length.
 
@@ -186,7 +196,7 @@ def _travel(task: LatticeTask, workspace: Workspace, rng: Generator, length: int
     return length
 
 
-@kernel
+@query
 def _as_run(task: LatticeTask, workspace: Workspace, U: Paths, best: Paths, rng: Generator, wep: float) -> None:
     for i in range(1, len(U.length)):
         if exhausted(workspace):
