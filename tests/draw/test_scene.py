@@ -76,7 +76,7 @@ def test_the_flown_trail_ends_at_the_uav(mission):
 def test_rows_tell_costs_gaps_lengths_and_times(mission):
     ada, ben = scene(mission).rows
     assert (ada.uav, ada.target, ada.status) == ("ada", "north", Status.COMPLETE)
-    assert (ada.cost, ada.optimum, ada.fuel, ada.divergence, ada.end) == (44.0, 40.0, 44.0, 0.0, 0.0)
+    assert (ada.cost, ada.optimum, ada.terms) == (44.0, 40.0, {"fuel": 44.0, "divergence": 0.0, "end": 0.0})
     assert ada.gap == pytest.approx(10.0)
     assert ada.length == pytest.approx(3 + 13 + 3)
     assert (ada.duration, ben.duration) == (8.0, 4.0)
@@ -92,11 +92,10 @@ def test_totals_sum_the_fleet(mission):
 
 
 def test_only_searches_with_iterations_have_a_curve(mission):
-    (curve,) = scene(mission).curves
-    assert (curve.name, curve.bound) == ("ada", 40.0)
-    np.testing.assert_array_equal(curve.iterations, [0, 1, 2, 3])
-    np.testing.assert_array_equal(curve.generated_paths, [25, 50, 75, 100])
-    np.testing.assert_array_equal(curve.cost, [90.0, 60.0, 50.0, 44.0])
+    ((track, result),) = scene(mission).curves
+    assert (track.name, result.bound) == ("ada", 40.0)
+    np.testing.assert_array_equal(result.history.generated_paths, [25, 50, 75, 100])
+    np.testing.assert_array_equal(result.history.cost, [90.0, 60.0, 50.0, 44.0])
 
 
 def test_targets_without_a_uav_are_spare(mission):
@@ -216,6 +215,6 @@ def test_a_bound_is_called_an_optimum_only_where_it_is_one(mission):
         drawn = scene(dataclasses.replace(mission, results=(inexact, *others)))
         assert drawn.bound == "lower bound"
         assert of_search(drawn)[0]["name"].endswith("lower bound")
-    assert drawn.rows[0].risk == 2.0
+    assert drawn.rows[0].terms["risk"] == 2.0
     assert '<th scope="col" title="weighted share">Risk</th>' in cost_table(drawn)
     assert "Risk" not in cost_table(scene(mission))

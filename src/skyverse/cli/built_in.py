@@ -2,9 +2,7 @@
 
 from typing import Annotated
 
-from cyclopts import Parameter
-
-from skyverse.cli.option_types import AsJson, Output
+from skyverse.cli.option_types import FLAG, AsJson, Output
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.report import json_text, table
 
@@ -13,7 +11,7 @@ def scenarios(
     name: str | None = None,
     /,
     *,
-    schema: Annotated[bool, Parameter(negative="")] = False,
+    schema: Annotated[bool, FLAG] = False,
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:

@@ -4,12 +4,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from skyverse.cli.option_types import FLAG, AsJson
+
 
 def cache(
     *,
-    clear: Annotated[bool, Parameter(negative="")] = False,
-    fill: Annotated[bool, Parameter(name="--compile", negative="")] = False,
-    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    clear: Annotated[bool, FLAG] = False,
+    fill: Annotated[bool, Parameter(name="--compile"), FLAG] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Say where compiled kernels are kept and how large they are, remove them, or compile all.
 

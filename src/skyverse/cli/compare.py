@@ -1,5 +1,6 @@
 """The verb ``compare``: planners compared over scenarios, budgets and seeds."""
 
+import itertools
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -8,7 +9,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe
-from skyverse.cli.option_types import Whole
+from skyverse.cli.option_types import AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import json_text, table
 from skyverse.cli.study import study_of
@@ -39,12 +40,12 @@ def compare(
     iterations: Annotated[Whole, Parameter(group=asked)] = None,
     seconds: Annotated[float | None, Parameter(group=asked)] = None,
     assignment: Annotated[Literal["path-cost", "euclidean", "identity"] | None, Parameter(group=asked)] = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: Output = None,
     workers: Whole = None,
     dask: str | None = None,
     export: Path | None = None,
     report: bool = True,
-    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Compare planners over scenarios and seeds; go on where an earlier run of the same command was cut short.
 
@@ -129,7 +130,7 @@ def compare(
                 raise InputError(
                     f"{rows.path}: expected rows of this study only, found {others} of others; give another folder"
                 )
-            with watch as on_run:
+            with watch.bar() as on_run:
                 run_jobs(jobs, rows, workers=workers or cores(), dask=dask, on_run=on_run)
             summary = summarise(rows)
             written = [rows.path]
@@ -170,29 +171,25 @@ def summarise(rows: "Rows") -> list[dict[str, Any]]:
 
     columns = ("success", "cost", "gap", "generated_paths", "seconds")
     lines = []
-    for scenario in rows.labels("scenario"):
-        for budget in rows.labels("budget"):
-            for planner in rows.labels("planner"):
-                found = rows.select(columns, scenario=scenario, planner=planner, budget=budget)
-                cost, gap, runs = found["cost"], found["gap"], len(found["cost"])
-                if not runs:
-                    continue
-                known, finite = gap[np.isfinite(gap)], bool(np.isfinite(cost).all())
-                lines.append(
-                    {
-                        "scenario": scenario,
-                        "budget": budget,
-                        "planner": planner,
-                        "runs": runs,
-                        "success": float(found["success"].mean()),
-                        "median": float(np.median(cost)) if finite else None,
-                        "mean": float(cost.mean()) if finite else None,
-                        "standard error": float(cost.std(ddof=1) / runs**0.5) if finite and runs > 1 else None,
-                        "gap": float(known.mean()) if len(known) else None,
-                        "generated paths": float(found["generated_paths"].mean()),
-                        "seconds": float(found["seconds"].mean()),
-                    }
-                )
+    names: tuple[Literal["scenario", "budget", "planner"], ...] = ("scenario", "budget", "planner")
+    for labels in itertools.product(*(rows.labels(name) for name in names)):
+        group = dict(zip(names, labels, strict=True))
+        found = rows.select(columns, **group)
+        cost, gap, runs = found["cost"], found["gap"], len(found["cost"])
+        if not runs:
+            continue
+        known, finite = gap[np.isfinite(gap)], bool(np.isfinite(cost).all())
+        measured = {
+            "runs": runs,
+            "success": float(found["success"].mean()),
+            "median": float(np.median(cost)) if finite else None,
+            "mean": float(cost.mean()) if finite else None,
+            "standard error": float(cost.std(ddof=1) / runs**0.5) if finite and runs > 1 else None,
+            "gap": float(known.mean()) if len(known) else None,
+            "generated paths": float(found["generated_paths"].mean()),
+            "seconds": float(found["seconds"].mean()),
+        }
+        lines.append(group | measured)
     return lines
 
 

@@ -2,15 +2,13 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.option_types import FLAG
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
-
-if TYPE_CHECKING:
-    from skyverse.model.scenario import Origin
 
 
 def export(
@@ -25,7 +23,7 @@ def export(
     radius: float = 2.0,
     takeoff: float = 3.0,
     end: Literal["loiter", "land"] = "loiter",
-    allow_close: Annotated[bool, Parameter(negative="")] = False,
+    allow_close: Annotated[bool, FLAG] = False,
 ) -> None:
     """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
 
@@ -61,12 +59,14 @@ def export(
         Write waypoints even if UAVs come too close to each other between them.
     """
     import skyverse as sky
+    from skyverse.model.scenario import require_geoid
 
     read = sky.read_mission(mission)
     refuse_output(output, mission)
     at = read.scenario.frame.origin if origin is None else origin_of(origin)
     if at is not None and geoid is not None:
-        at = _with_geoid(at, geoid)
+        require_geoid(geoid)
+        at = at.model_copy(update={"geoid": geoid})
     notes: list[str] = []
     files = sky.export(
         read,
@@ -84,11 +84,3 @@ def export(
         print(path)
     for note in notes:
         print(note, file=sys.stderr)
-
-
-def _with_geoid(origin: "Origin", metres: float) -> "Origin":
-    """Return an origin at which mean sea level lies so many metres above the ellipsoid."""
-    from skyverse.model.scenario import require_geoid
-
-    require_geoid(metres)
-    return origin.model_copy(update={"geoid": metres})

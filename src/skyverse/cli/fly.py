@@ -1,17 +1,16 @@
 """The verb ``fly``: a mission in a simulator."""
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import numbers_of
 from skyverse.cli.report import json_text, table, violation_data
-from skyverse.cli.settings import whole_number
+from skyverse.cli.watch import count_bar
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,14 +27,14 @@ def fly(
     wind: str = "0,0,0",
     noise: float = 0.0,
     margin: float | None = None,
-    seed: Annotated[int | None, Parameter(converter=whole_number)] = None,
-    until_safe: Annotated[bool, Parameter(negative="")] = False,
-    rounds: Annotated[int | None, Parameter(converter=whole_number)] = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    seed: Whole = None,
+    until_safe: Annotated[bool, FLAG] = False,
+    rounds: Whole = None,
+    output: Output = None,
     animation: list[Path] | None = None,
     figures: Path | None = None,
-    jobs: Annotated[int | None, Parameter(name=["--jobs", "-j"], converter=whole_number)] = None,
-    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    jobs: Annotated[int | None, Parameter(name=["--jobs", "-j"]), WHOLE] = None,
+    as_json: AsJson = False,
 ) -> int:
     """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown.
 
@@ -82,7 +81,8 @@ def fly(
     for path in animation or []:
         if path.suffix.lower() not in ANIMATIONS:
             raise InputError(f"--animation: expected a file ending in {', '.join(ANIMATIONS)}, found {str(path)!r}")
-    for path in [*([output] if output else []), *(animation or [])]:
+    written = [*([output] if output else []), *(animation or [])]
+    for path in written:
         refuse_output(path, mission)
     if figures is not None:
         make_folder(figures)
@@ -99,36 +99,16 @@ def fly(
     }
     if rounds is not None:
         options["rounds"] = rounds
-    with _bar() as on_progress:
-        if until_safe:
-            flight = sky.fly_until_safe(given, **options, on_progress=on_progress)
-        else:
-            flight = sky.fly(given, **options, on_progress=on_progress)
-    written = []
+    with count_bar("flying", "UAVs") as on_progress:
+        flight = (sky.fly_until_safe if until_safe else sky.fly)(given, **options, on_progress=on_progress)
     if output is not None:
         sky.write(flight, output)
-        written.append(output)
     for path in animation or []:
         sky.write_animation(flight, path)
-        written.append(path)
     if figures is not None:
         written += sky.write_instants(flight, figures)
     _report(flight, written, as_json)
     return 0 if flight.safe else 1
-
-
-@contextmanager
-def _bar() -> Iterator[Callable[[int, int], None] | None]:
-    """Yield a function that draws a progress bar, or ``None`` where no person watches."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("flying", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total, description=f"{done} of {total} UAVs")
 
 
 def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
@@ -138,51 +118,30 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         {
             "uav": names[flown.uav],
             "seconds": flown.times[-1] - flown.times[0],
-            "rms error": flown.rms,
-            "largest error": flown.largest,
+            **{title: getattr(flown, name) for title, (name, _) in _MEASURES.items()},
             "clearance": flown.clearance if flown.clearance < float("inf") else None,
-            "above ground": flown.above_ground,
-            "mean thrust": flown.mean_thrust,
-            "peak thrust": flown.peak_thrust,
-            "peak tilt": flown.peak_tilt,
-            "energy": flown.energy,
         }
         for flown in flight.flown
         if flown is not None
     ]
-    pairs: list[dict[str, Any]] = [
-        {
-            "uavs": [names[i] for i in passing.uavs],
-            "time": passing.time,
-            "distance": passing.distance,
-            "nearness": passing.nearness,
-            "planned": passing.planned,
-        }
-        for passing in flight.passings
-    ]
+    pairs = [asdict(passing) | {"uavs": [names[i] for i in passing.uavs]} for passing in flight.passings]
     if as_json:
         summary = {
             "safe": flight.safe,
             "verdict": flight.sentence,
-            "vehicle": flight.vehicle,
-            "wind": flight.wind,
-            "noise": flight.noise,
-            "seed": flight.seed,
-            "margin": flight.margin,
+            **{name: getattr(flight, name) for name in ("vehicle", "wind", "noise", "seed", "margin", "rounds")},
             "makespan": flight.mission.makespan,
             "uavs": rows,
             "pairs": pairs,
             "violations": [violation_data(violation) for violation in flight.violations],
-            "rounds": flight.rounds,
             "files": [str(path) for path in written],
         }
         print(json_text(summary), end="")
         return
-    known = {name: unit for name, unit in _FORMATS.items() if any(row[name] is not None for row in rows)}
-    table(
-        list(known),
-        [["-" if row[name] is None else unit.format(row[name]) for name, unit in known.items()] for row in rows],
-    )
+    forms = {"uav": "{}", "seconds": "{:.1f}"} | {title: form for title, (_, form) in _MEASURES.items()}
+    known = {title: form for title, form in forms.items() if any(row[title] is not None for row in rows)}
+    cells = [["-" if row[title] is None else form.format(row[title]) for title, form in known.items()] for row in rows]
+    table(list(known), cells)
     if pairs:
         closest = min(pairs, key=lambda pair: pair["nearness"])
         print(
@@ -200,15 +159,14 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         print(path)
 
 
-_FORMATS = {
-    "uav": "{}",
-    "seconds": "{:.1f}",
-    "rms error": "{:.3f} m",
-    "largest error": "{:.3f} m",
-    "clearance": "{:.3f} m",
-    "above ground": "{:.2f} m",
-    "mean thrust": "{:.0%}",
-    "peak thrust": "{:.0%}",
-    "peak tilt": "{:.0f}°",
-    "energy": "{:.0f} J",
+_MEASURES = {
+    "rms error": ("rms", "{:.3f} m"),
+    "largest error": ("largest", "{:.3f} m"),
+    "clearance": ("clearance", "{:.3f} m"),
+    "above ground": ("above_ground", "{:.2f} m"),
+    "mean thrust": ("mean_thrust", "{:.0%}"),
+    "peak thrust": ("peak_thrust", "{:.0%}"),
+    "peak tilt": ("peak_tilt", "{:.0f}°"),
+    "energy": ("energy", "{:.0f} J"),
 }
+"""What is told of each UAV, by title: the field of `Flown`, and how its values are written."""

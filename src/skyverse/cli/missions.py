@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import without_way
-from skyverse.cli.option_types import AsJson, Output
+from skyverse.cli.option_types import FLAG, AsJson, Output
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
 from skyverse.errors import InputError
@@ -49,7 +49,7 @@ def show(
     *,
     output: Output = None,
     figures: Path | None = None,
-    browse: Annotated[bool, Parameter(name="--open", negative="")] = False,
+    browse: Annotated[bool, Parameter(name="--open"), FLAG] = False,
 ) -> None:
     """Draw a mission: a page that flies it, or static figures.
 

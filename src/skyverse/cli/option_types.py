@@ -1,12 +1,28 @@
 """The types of options that several verbs have."""
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
-from skyverse.cli.settings import whole_number
+from skyverse.errors import InputError
 
-Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
-AsJson = Annotated[bool, Parameter(name="--json", negative="")]
-Whole = Annotated[int | None, Parameter(converter=whole_number)]
+
+def _whole_number(_: object, tokens: Sequence[Token]) -> int:
+    """Read a whole number from 1 on, or from 0 on for a seed; cyclopts itself would cut 1.5 to 1."""
+    text, option = tokens[0].value, tokens[0].keyword
+    if not re.fullmatch(r"\+?\d+", text) or (int(text) == 0 and option != "--seed"):
+        least = 0 if option == "--seed" else 1
+        raise InputError(f"{option}: expected a whole number from {least} on, found {text!r}")
+    return int(text)
+
+
+OUTPUT = Parameter(name=["--output", "-o"])
+Output = Annotated[Path | None, OUTPUT]
+FLAG = Parameter(negative="")
+"""An option without a value, which has no opposite."""
+AsJson = Annotated[bool, Parameter(name="--json"), FLAG]
+WHOLE = Parameter(converter=_whole_number)
+Whole = Annotated[int | None, WHOLE]

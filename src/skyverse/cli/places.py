@@ -1,6 +1,7 @@
 """Points, places, altitudes and other numbers that a user writes as text."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError
@@ -58,30 +59,28 @@ def places_of(option: str, kind: str, texts: Sequence[str]) -> "dict[str, Global
 
 
 def _place_of(option: str, text: str) -> "GlobalPlace":
+    latitude, longitude, altitude = _parts(option, text, "altitude, as in '46.81,9.85,60 m agl'")
+    return latitude, longitude, altitude_of(f"{option} {text}", altitude)
+
+
+def _parts(option: str, text: str, form: str) -> tuple[float, float, str]:
+    """Return latitude and longitude, and what follows them, of which `form` tells what it should be."""
     words = text.split(",", 2)
-    try:
-        latitude, longitude = float(words[0]), float(words[1])
-    except (ValueError, IndexError):
-        words = []
-    if len(words) != 3:
-        raise InputError(f"{option}: expected latitude,longitude,altitude, as in '46.81,9.85,60 m agl', found {text!r}")
-    return latitude, longitude, altitude_of(f"{option} {text}", words[2])
+    with suppress(ValueError, IndexError):
+        return float(words[0]), float(words[1]), words[2]
+    raise InputError(f"{option}: expected latitude,longitude,{form}, found {text!r}")
 
 
 def origin_of(text: str) -> "Origin":
     """Read where a frame's zero lies, as in ``46.81,9.85,1560 m amsl``."""
     from skyverse.model.scenario import Origin
 
-    words = text.split(",", 2)
-    try:
-        latitude, longitude = float(words[0]), float(words[1])
-        altitude: Altitude | None = parse_altitude(words[2])
-    except (ValueError, IndexError):
-        altitude = None
+    form = "altitude above mean sea level, as in '46.81,9.85,1560 m amsl'"
+    latitude, longitude, said = _parts("--origin", text, form)
+    altitude: Altitude | None = None
+    with suppress(ValueError):
+        altitude = parse_altitude(said)
     if not isinstance(altitude, AboveSea):
-        raise InputError(
-            "--origin: expected latitude,longitude,altitude above mean sea level, as in '46.81,9.85,1560 m amsl', "
-            f"found {text!r}"
-        )
+        raise InputError(f"--origin: expected latitude,longitude,{form}, found {text!r}")
     require_on_globe("--origin", latitude, longitude)
     return Origin(latitude=latitude, longitude=longitude, altitude=altitude.metres)

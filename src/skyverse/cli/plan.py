@@ -8,10 +8,10 @@ from cyclopts import Group, Parameter
 from skyverse.cli.compile_with_bar import compile_with_bar
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe, tell_unknown, tell_unsought, with_more
-from skyverse.cli.option_types import AsJson, Output
+from skyverse.cli.option_types import WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import report
-from skyverse.cli.settings import planner_of, whole_number
+from skyverse.cli.settings import planner_of
 from skyverse.cli.watch import progress_bar, stop_rule
 from skyverse.errors import InputError
 
@@ -26,9 +26,9 @@ def plan(
     output: Output = None,
     planner: str = "mvo",
     settings: Annotated[list[str] | None, Parameter(name="--set")] = None,
-    seed: Annotated[int | None, Parameter(converter=whole_number)] = None,
-    iterations: Annotated[int | None, Parameter(group=budget, converter=whole_number)] = None,
-    paths: Annotated[int | None, Parameter(group=budget, converter=whole_number)] = None,
+    seed: Whole = None,
+    iterations: Annotated[int | None, Parameter(group=budget), WHOLE] = None,
+    paths: Annotated[int | None, Parameter(group=budget), WHOLE] = None,
     seconds: Annotated[float | None, Parameter(group=budget)] = None,
     assignment: Literal["path-cost", "euclidean", "identity"] = "path-cost",
     criterion: Literal["min-sum", "min-max"] = "min-sum",

@@ -4,22 +4,18 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter
-
 from skyverse.cli.exit_codes import INTERRUPTED
-from skyverse.cli.settings import whole_number
+from skyverse.cli.option_types import OUTPUT, WHOLE, Whole
 from skyverse.cli.watch import StudyWatch
 from skyverse.numerics.cores import cores
-
-WholeNumber = Annotated[int, Parameter(converter=whole_number)]
 
 
 def reproduce(
     *parts: str,
-    runs: WholeNumber = 50,
-    seed: WholeNumber = 0,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("out/reproduction"),
-    workers: Annotated[int | None, Parameter(converter=whole_number)] = None,
+    runs: Annotated[int, WHOLE] = 50,
+    seed: Annotated[int, WHOLE] = 0,
+    output: Annotated[Path, OUTPUT] = Path("out/reproduction"),
+    workers: Whole = None,
 ) -> int:
     """Run the thesis's experiments again: all its tables and figures and the verdict on its claims, or some of them.
 
@@ -46,7 +42,7 @@ def reproduce(
 
     watch = StudyWatch(output)
     try:
-        with watch as on_run:
+        with watch.bar() as on_run:
             pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or cores(), on_run=on_run)
     except KeyboardInterrupt:
         print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)

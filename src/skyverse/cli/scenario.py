@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import math
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -11,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from cyclopts import App, Group, Parameter
 
+from skyverse.cli.compile_with_bar import console
+from skyverse.cli.option_types import OUTPUT, AsJson
 from skyverse.cli.options import for_command_line, option_of
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import altitude_above_sea, altitude_of, numbers_of, origin_of, places_of
@@ -150,9 +153,9 @@ def _values(owner: type, given: dict[str, Any]) -> dict[str, Any]:
 
 def build(
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: Annotated[Path, OUTPUT],
     name: str | None = None,
-    as_json: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    as_json: AsJson = False,
     **given: Any,
 ) -> None:
     """Make a scenario of terrain, buildings and no-fly zones: crop, bring to local metres, simplify, write.
@@ -210,9 +213,7 @@ def _watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
     if not sys.stderr.isatty():
         yield notes.append
         return
-    from rich.console import Console
-
-    with Console(stderr=True).status("reading maps") as status:
+    with console().status("reading maps") as status:
 
         def keep(note: "Note") -> None:
             notes.append(note)
@@ -226,9 +227,8 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
     low, high = scenario.bounds.min, scenario.bounds.max
     origin = scenario.frame.origin
     assert origin is not None
-    nodes = 1
-    for a, b, step in zip(low, high, scenario.lattice.step, strict=True):
-        nodes *= int((b - a) / step + 1e-9) + 1
+    sides = zip(low, high, scenario.lattice.step, strict=True)
+    nodes = math.prod(int((b - a) / step + 1e-9) + 1 for a, b, step in sides)
     told = [(note.file, for_command_line(note.text)) for note in notes]
     if as_json:
         summary = {

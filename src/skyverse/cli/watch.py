@@ -2,10 +2,10 @@
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from skyverse.cli.compile_with_bar import console
 from skyverse.cli.settings import given
@@ -78,36 +78,41 @@ def progress_bar(scenario: "Scenario", stop: "Stop") -> Iterator["OnProgress | N
         yield on_progress
 
 
+@contextmanager
+def count_bar(beginning: str, things: str) -> Iterator[Callable[[int, int], None] | None]:
+    """Yield what draws how many of all things are done; ``None`` where no person watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import Progress as Bar
+
+    with Bar(console=console(), transient=True) as bar:
+        task = bar.add_task(beginning, total=None)
+        yield lambda done, total: bar.update(
+            task, completed=done, total=total, description=f"{done} of {total} {things}"
+        )
+
+
 class StudyWatch:
     """Tells how far a study is: a bar when a person watches; and what is kept when it ends too early."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._bar: Any = None
         self._done = self._total = 0
-        self._began = False
 
-    def __enter__(self) -> "OnRun":
-        if sys.stderr.isatty():
-            from rich.console import Console
-            from rich.progress import Progress
+    @contextmanager
+    def bar(self) -> Iterator["OnRun"]:
+        """Yield what must be called at the beginning and after each run."""
+        with count_bar("preparing", "runs") as draw:
 
-            self._bar = Progress(console=Console(stderr=True), transient=True)
-            self._bar.add_task("preparing", total=None)
-            self._bar.start()
-        return self._on_run
+            def on_run(done: int, total: int) -> None:
+                if self._total == 0 and done:
+                    print(f"skyverse: {done} of {total} runs were done before", file=sys.stderr)
+                if self._total and draw is not None:
+                    draw(done, total)
+                self._done, self._total = done, total
 
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.stop()
-
-    def _on_run(self, done: int, total: int) -> None:
-        if not self._began and done:
-            print(f"skyverse: {done} of {total} runs were done before", file=sys.stderr)
-        if self._began and self._bar is not None:
-            self._bar.update(self._bar.task_ids[0], description=f"{done} of {total} runs", completed=done, total=total)
-        self._began = True
-        self._done, self._total = done, total
+            yield on_run
 
     @property
     def kept(self) -> str:

@@ -1,11 +1,13 @@
 """A mission as still figures: paths, trajectories, three instants of the flight, convergence."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.draw.figure_files import moment, write_stills
 from skyverse.draw.map_figure import (
     GRID,
@@ -20,7 +22,8 @@ from skyverse.draw.map_figure import (
     plain,
     ring,
 )
-from skyverse.draw.scene import Scene, SearchCurve, scene
+from skyverse.draw.scene import Scene, scene
+from skyverse.draw.track import Track
 from skyverse.model.mission import Mission
 
 if TYPE_CHECKING:
@@ -50,16 +53,13 @@ def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> li
 
 def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
     makespan = drawn.totals.makespan
-    wanted: list[tuple[str, Callable[[], Figure]]] = [("paths", lambda: paths(drawn))]
+    wanted: list[tuple[str, Callable[[], Figure]]] = [("paths", partial(paths, drawn))]
     if makespan is not None:
-        wanted += [
-            ("trajectories", lambda: trajectories(drawn)),
-            ("flight-start", lambda: instant(drawn, 0.0)),
-            ("flight-middle", lambda: instant(drawn, makespan / 2)),
-            ("flight-end", lambda: instant(drawn, makespan)),
-        ]
+        shares = (("start", 0.0), ("middle", 0.5), ("end", 1.0))
+        wanted.append(("trajectories", partial(trajectories, drawn)))
+        wanted += [(f"flight-{name}", partial(instant, drawn, share * makespan)) for name, share in shares]
     if drawn.curves:
-        wanted.append(("convergence", lambda: convergence(drawn)))
+        wanted.append(("convergence", partial(convergence, drawn)))
     return wanted
 
 
@@ -99,31 +99,32 @@ def convergence(drawn: Scene) -> "Figure":
     figure = blank(10.0, height)
     both: Any = figure.subplots(1, 2, sharey=True)
     for axes, over in zip(both, ("iterations", "generated paths"), strict=True):
-        for curve in drawn.curves:
-            _curve(axes, curve, curve.iterations if over == "iterations" else curve.generated_paths)
+        for track, result in drawn.curves:
+            cost, generated = result.history.cost, result.history.generated_paths
+            _curve(axes, track, np.arange(len(cost)) if over == "iterations" else generated, cost, result.bound)
         axes.set_xlabel(over)
         axes.grid(color=GRID)
         axes.spines[["top", "right"]].set_visible(False)
-    costs = np.concatenate([curve.cost for curve in drawn.curves])
+    costs = np.concatenate([result.history.cost for _, result in drawn.curves])
     costs = costs[np.isfinite(costs) & (costs > 0)]
     if len(costs) and costs.max() > 12 * costs.min():
         logarithmic(both[0], "y", (1.0, 2.0, 5.0))
     both[0].set_ylabel("best cost so far")
-    dashed = any(curve.bound is not None for curve in drawn.curves)
+    dashed = any(result.bound is not None for _, result in drawn.curves)
     heading = f"{plain(drawn.scenario.name)}: convergence{f' (dashed: the {drawn.bound})' if dashed else ''}"
     figure.suptitle(heading, fontsize=12, color=INK, y=1 - 0.2 / height)
     figure.subplots_adjust(
         left=0.08, right=0.98, top=1 - 0.55 / height, bottom=(0.75 + 0.23 * rows) / height, wspace=0.06
     )
     lines = both[0].get_lines()
-    names = [plain(curve.name) for curve in drawn.curves]
+    names = [plain(track.name) for track, _ in drawn.curves]
     figure.legend(lines, names, loc="lower center", ncols=min(8, len(names)), frameon=False, fontsize=9)
     return figure
 
 
-def _curve(axes: Any, curve: SearchCurve, x: Any) -> None:
-    cost = np.where(np.isfinite(curve.cost), curve.cost, np.nan)
-    dash = LINE_STYLES[curve.lap % len(LINE_STYLES)]
-    axes.step(x, cost, where="post", color=curve.colour, linestyle=dash, linewidth=1.8)
-    if curve.bound is not None:
-        axes.hlines(curve.bound, x[0], x[-1], color=curve.colour, linestyles=(0, (4, 3)), linewidth=1.1)
+def _curve(axes: Any, track: Track, x: Any, cost: Floats, bound: float | None) -> None:
+    dash = LINE_STYLES[track.lap % len(LINE_STYLES)]
+    finite = np.where(np.isfinite(cost), cost, np.nan)
+    axes.step(x, finite, where="post", color=track.colour, linestyle=dash, linewidth=1.8)
+    if bound is not None:
+        axes.hlines(bound, x[0], x[-1], color=track.colour, linestyles=(0, (4, 3)), linewidth=1.1)

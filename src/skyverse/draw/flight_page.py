@@ -15,9 +15,9 @@ from skyverse.draw.page_parts import (
     facts_list,
     finding_line,
     number,
-    row,
     table,
     tiles,
+    uav_row,
 )
 from skyverse.draw.plotly_values import Trace, flat, plain, trace
 from skyverse.draw.scene import Scene
@@ -117,7 +117,7 @@ def _table(flight: Flight, drawn: Scene) -> str:
     rows = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
         target = NO_VALUE if track.target_name is None else escape(track.target_name)
-        rows.append(row(track.name, track.colour, (target,), [NO_VALUE] * 9 if flown is None else _cells(flown)))
+        rows.append(uav_row(track.name, track.colour, (target,), [NO_VALUE] * 9 if flown is None else _cells(flown)))
     caption = "Errors: distance from where the trajectory is at the same time. Thrust: share of the vehicle's most."
     return table(caption, _HEADS, rows, text_columns=2)
 

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyverse.draw.scene import Scene, SceneFinding, scene
+from skyverse.draw.scene import Scene, finding_of, scene
 from skyverse.draw.track import Track
 from skyverse.model.flight_record import Flight, Flown
-from skyverse.model.scenario import Scenario
 
 SAMPLE_STRIDE = 5
 """One sample of a flight in this many is drawn."""
@@ -22,7 +21,7 @@ def flight_scene(flight: Flight) -> Scene:
         planned,
         tracks=tracks,
         curves=(),
-        findings=tuple(_finding(flight.mission.scenario, flight, k) for k in range(len(flight.violations))),
+        findings=tuple(replace(finding_of(planned.scenario, one), severity="error") for one in flight.violations),
         notes=(),
         totals=replace(planned.totals, makespan=end),
         complete=True,
@@ -36,9 +35,3 @@ def _track(planned: Track, flown: Flown | None) -> Track:
     kept = np.unique(np.r_[0 : len(flown.times) : SAMPLE_STRIDE, len(flown.times) - 1])
     times = flown.times[kept]
     return replace(planned, path=meant, times=times, positions=flown.positions[kept], arrival=float(times[-1]))
-
-
-def _finding(scenario: Scenario, flight: Flight, k: int) -> SceneFinding:
-    violation = flight.violations[k]
-    names = tuple(scenario.uavs[uav].name for uav in violation.uavs)
-    return SceneFinding("error", violation.fault.value, names, violation.message, violation.time, violation.position)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, trace
+from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, round_step, trace
 from skyverse.draw.relief import Relief, tinted
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import footprint
@@ -82,9 +82,7 @@ def contours(relief: Relief) -> Trace:
 
 def spacing(range_: float) -> float:
     """Return a round number of metres that divides a range of heights into at most ten steps."""
-    raw = max(range_, 0.1) / 10
-    decade = 10.0 ** math.floor(math.log10(raw))
-    return float(next(n * decade for n in (1, 2, 5, 10) if n * decade >= raw * (1 - 1e-9)))
+    return round_step(max(range_, 0.1) / 10)
 
 
 def kind(kind: ShapeKind, number: int) -> Trace:
@@ -105,20 +103,13 @@ def _track(scene: Scene, number: int) -> list[Trace]:
     track, name = scene.tracks[number], plain(scene.tracks[number].name)
     flies = len(track.times) > 0
     line = {"color": track.colour, "width": 1.2 if flies else 3}
-    planned = trace(
-        "scatter", "lines", f"{name}: path", _xy(track.path), None, {"role": "path", "uav": number}, line=line
-    )
-    flown = trace(
-        "scatter",
-        "lines",
-        name,
-        _xy(track.positions),
-        "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE_ON_MAP,
-        {"role": "trajectory", "uav": number},
-        customdata=packed(np.column_stack([track.times, track.positions[:, 2]])),
-        line={"color": track.colour, "width": 3, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]},
-    )
-    return [planned, flown]
+    role = {"role": "path", "uav": number}
+    planned = trace("scatter", "lines", f"{name}: path", _xy(track.path), None, role, line=line)
+    line = {"color": track.colour, "width": 3, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]}
+    timed = {"customdata": packed(np.column_stack([track.times, track.positions[:, 2]])), "line": line}
+    hover = "%{fullData.name}<br>t = %{customdata[0]:.1f} s, z %{customdata[1]:.1f} m<br>" + _PLACE_ON_MAP
+    role = {"role": "trajectory", "uav": number}
+    return [planned, trace("scatter", "lines", name, _xy(track.positions), hover, role, **timed)]
 
 
 def _ends(scene: Scene) -> Trace:

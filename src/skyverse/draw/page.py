@@ -1,13 +1,12 @@
 """The web page that shows a scene: its template filled, with all scripts, styles and data inside."""
 
 import json
-import math
 import re
 from importlib.resources import files
 from typing import Any
 
 from skyverse.draw.map_traces import from_above
-from skyverse.draw.plotly_values import flat
+from skyverse.draw.plotly_values import flat, round_step
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene import Scene
 from skyverse.draw.scene_traces import in_space
@@ -99,8 +98,4 @@ def scene_data(scene: Scene) -> dict[str, Any]:
 
 def slider_step(makespan: float) -> float:
     """Return the slider's step: a round number of seconds that divides the flight into about `SLIDER_STEPS` steps."""
-    if makespan <= 0:
-        return 1.0
-    raw = makespan / SLIDER_STEPS
-    decade = 10.0 ** math.floor(math.log10(raw))
-    return float(next(f"{n * decade:.3g}" for n in (1, 2, 5, 10) if n * decade >= raw * (1 - 1e-9)))
+    return float(f"{round_step(makespan / SLIDER_STEPS):.3g}") if makespan > 0 else 1.0

@@ -35,7 +35,7 @@ def table(caption: str, heads: Sequence[tuple[str, str]], rows: Iterable[str], *
     return f"<caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
 
 
-def row(name: str, colour: str, texts: Iterable[str], cells: Iterable[str]) -> str:
+def uav_row(name: str, colour: str, texts: Iterable[str], cells: Iterable[str]) -> str:
     """Return a UAV's row of a table: its name with its colour, then `texts` and `cells`, both in HTML."""
     columns = [f'<td class="text">{text}</td>' for text in texts] + [f"<td>{cell}</td>" for cell in cells]
     return f'<tr><th scope="row"><i style="background:{colour}"></i>{escape(name)}</th>{"".join(columns)}</tr>'

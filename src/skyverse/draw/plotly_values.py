@@ -34,6 +34,12 @@ def packed(values: ArrayLike) -> Trace:
     return {"dtype": "i4" if whole else "f4", "bdata": base64.b64encode(array.tobytes()).decode(), **shape}
 
 
+def round_step(least: float) -> float:
+    """Return the first of 1, 2, 5 and 10 times a power of ten that is not below a number above zero."""
+    decade = 10.0 ** math.floor(math.log10(least))
+    return next(n * decade for n in (1, 2, 5, 10) if n * decade >= least * (1 - 1e-9))
+
+
 def plain(text: str) -> str:
     """Return `text` without characters that plotly reads as markup."""
     return text.translate({60: 0x2039, 62: 0x203A})  # < and > become single guillemets

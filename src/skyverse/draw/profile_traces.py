@@ -76,16 +76,10 @@ def _flight(track: Track, profile: Profile) -> list[Trace]:
     points = {"x": packed(profile.distance), "y": packed(profile.points[:, 2])}
     style = {"color": track.colour, "width": 3}
     line = trace("scatter", "lines", name, points, hover, {"role": "flight"}, line=style, **above)
-    ends = trace(
-        "scatter",
-        "markers",
-        "Start and end",
-        {"x": profile.distance[[0, -1]].tolist(), "y": profile.points[[0, -1], 2].tolist()},
-        "%{text}<extra></extra>",
-        {"role": "ends"},
-        marker={"symbol": ["circle", "diamond"], "color": track.colour, "size": 11, "line": {"width": 1.5}},
-        text=[f"{name}: start", f"{name}: end"],
-    )
+    points = {"x": profile.distance[[0, -1]].tolist(), "y": profile.points[[0, -1], 2].tolist()}
+    marker = {"symbol": ["circle", "diamond"], "color": track.colour, "size": 11, "line": {"width": 1.5}}
+    marks = {"marker": marker, "text": [f"{name}: start", f"{name}: end"]}
+    ends = trace("scatter", "markers", "Start and end", points, "%{text}<extra></extra>", {"role": "ends"}, **marks)
     return [line, ends]
 
 

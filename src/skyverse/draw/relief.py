@@ -77,27 +77,23 @@ def shade(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     """Return the brightness, (n, m) from 0 to 1, of the ground in light from the north-west, 45 degrees high."""
     east, north = np.gradient(drawn.z * exaggeration, drawn.x, drawn.y)
     light = (0.5 * east - 0.5 * north + np.sqrt(0.5)) / np.sqrt(1 + east**2 + north**2)
-    lit: Floats = np.clip(light, 0, 1)
-    return lit
+    return np.clip(light, 0, 1)
 
 
 def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     """Return the ground's colours, (n, m, 3) from 0 to 1, which follow height and shading."""
     at = _share(drawn) * (len(_TINTS) - 1)
     tints = np.stack([np.interp(at, np.arange(len(_TINTS)), _TINTS[:, channel]) for channel in range(3)], axis=-1)
-    colours: Floats = np.clip(tints / 255 * (0.45 + 0.78 * shade(drawn, exaggeration))[..., None], 0, 1)
-    return colours
+    return np.clip(tints / 255 * (0.45 + 0.78 * shade(drawn, exaggeration))[..., None], 0, 1)
 
 
 def relit(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     """Return height and shading combined into one number, (n, m) from 0 to 1, for a colour scale."""
-    both: Floats = 0.35 * _share(drawn) + 0.65 * shade(drawn, exaggeration)
-    return both
+    return 0.35 * _share(drawn) + 0.65 * shade(drawn, exaggeration)
 
 
 def _share(drawn: Relief) -> Floats:
     """Return heights, (n, m), scaled to 0 to 1; those of nearly level ground all lie near 0.5."""
     side = max(float(np.ptp(drawn.x)), float(np.ptp(drawn.y)))
     low, range_ = float(drawn.z.min()), float(np.ptp(drawn.z))
-    share: Floats = 0.5 + (drawn.z - low - range_ / 2) / max(range_, _LEVEL_SHARE * side)
-    return share
+    return 0.5 + (drawn.z - low - range_ / 2) / max(range_, _LEVEL_SHARE * side)

@@ -1,14 +1,12 @@
 """All that a picture of a mission shows, as data, for pages and figures alike."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from skyverse._typing import Floats
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
@@ -19,33 +17,16 @@ from skyverse.model.verdict import Fault, Verdict, Violation
 
 Thing = TypeVar("Thing")
 
-_TERMS = ("fuel", "divergence", "end", "altitude", "risk", "climb")
-
 MAX_PROFILE_POINTS = 10_000
 """The largest number of points of all profiles together."""
-
-
-@dataclass(frozen=True, eq=False)
-class SearchCurve:
-    """The best cost so far of one UAV's search, after each of k iterations and so many generated paths, (k,) each.
-
-    `bound` is a cost below which no path can be, ``None`` where unknown.
-    """
-
-    name: str
-    colour: str
-    lap: int
-    iterations: NDArray[np.int64]
-    generated_paths: NDArray[np.int64]
-    cost: Floats
-    bound: float | None
 
 
 @dataclass(frozen=True)
 class TableRow:
     """One UAV's row in the table; values that do not exist are ``None``.
 
-    `gap` is in per cent, `length` in metres; `duration` is that of the flight and `seconds` that of the search.
+    `gap` is in per cent, `length` in metres; `duration` is that of the flight and `seconds` that of the search. `terms`
+    are the weighted shares of the cost.
     """
 
     uav: str
@@ -55,12 +36,7 @@ class TableRow:
     cost: float | None = None
     optimum: float | None = None
     gap: float | None = None
-    fuel: float | None = None
-    divergence: float | None = None
-    end: float | None = None
-    altitude: float | None = None
-    risk: float | None = None
-    climb: float | None = None
+    terms: Mapping[str, float] = field(default_factory=dict)
     length: float | None = None
     duration: float | None = None
     generated_paths: int | None = None
@@ -98,18 +74,19 @@ class Totals:
 class Scene:
     """All that a picture of a mission shows.
 
-    `spare_targets` are the names and positions of targets to which no UAV flies; `notes` say what the mission lacks,
-    even where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path
-    to it and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the
-    lattice, but a lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end.
-    The mission is `proven` when its certificates say that the referee proved all of it at every instant.
+    `spare_targets` are the names and positions of targets to which no UAV flies; `curves` are the tracks and results of
+    searches that kept their history; `notes` say what the mission lacks, even where the referee found nothing wrong.
+    The mission is `complete` when every UAV that has a target has a path to it and, where any UAV flies, a trajectory
+    along the path. `bound` says what the optimum is: exact on the lattice, but a lower bound where a path leaves the
+    lattice or its cost has more terms than fuel, turns and end. The mission is `proven` when its certificates say that
+    the referee proved all of it at every instant.
     """
 
     scenario: Scenario
     bound: Literal["exact optimum", "lower bound"]
     tracks: tuple[Track, ...]
     spare_targets: tuple[tuple[str, Point], ...]
-    curves: tuple[SearchCurve, ...]
+    curves: tuple[tuple[Track, Result], ...]
     rows: tuple[TableRow, ...]
     findings: tuple[SceneFinding, ...]
     notes: tuple[str, ...]
@@ -157,11 +134,9 @@ def scene(mission: Mission) -> Scene:
         bound="exact optimum" if all(r is None or _exactly_bounded(r) for r in results) else "lower bound",
         tracks=tuple(tracks),
         spare_targets=tuple((spare.name, spare.position) for spare in scenario.targets if spare not in targets),
-        curves=tuple(
-            _curve(track, result) for track, result in answers if result is not None and len(result.history.cost) > 1
-        ),
+        curves=tuple((track, result) for track, result in answers if result and len(result.history.cost) > 1),
         rows=tuple(rows),
-        findings=tuple(_finding(scenario, violation) for violation in mission.violations),
+        findings=tuple(finding_of(scenario, violation) for violation in mission.violations),
         notes=tuple(track.name + note for track, note in zip(tracks, notes, strict=True) if note),
         totals=_totals(tracks, [result for result in results if result is not None]),
         complete=not any(note and target is not None for note, target in zip(notes, targets, strict=True)),
@@ -179,19 +154,6 @@ def _exactly_bounded(result: Result) -> bool:
     return not result.any_angle and result.terms.keys() <= {"fuel", "divergence", "end"}
 
 
-def _curve(track: Track, result: Result) -> SearchCurve:
-    history = result.history
-    return SearchCurve(
-        name=track.name,
-        colour=track.colour,
-        lap=track.lap,
-        iterations=np.arange(len(history.cost)),
-        generated_paths=history.generated_paths,
-        cost=history.cost,
-        bound=result.bound,
-    )
-
-
 def _row(track: Track, result: Result | None) -> TableRow:
     if result is None:
         return TableRow(track.name, track.colour, track.target_name, None)
@@ -204,7 +166,7 @@ def _row(track: Track, result: Result | None) -> TableRow:
         cost=result.cost,
         optimum=result.bound,
         gap=_gap(result.cost, result.bound) if result.status.reached else None,
-        **{term: result.terms.get(term) for term in _TERMS},
+        terms=result.terms,
         length=float(steps.sum()) if len(result.path) else None,
         duration=None if track.arrival is None else float(track.arrival - track.times[0]),
         generated_paths=result.effort.generated_paths,
@@ -219,7 +181,8 @@ def _gap(cost: float, bound: float | None) -> float | None:
     return 100.0 * (cost / bound - 1.0) if bound else 0.0 if cost == 0 else None
 
 
-def _finding(scenario: Scenario, violation: Violation) -> SceneFinding:
+def finding_of(scenario: Scenario, violation: Violation) -> SceneFinding:
+    """Return a violation as it is drawn."""
     uavs = (_nth(scenario.uavs, uav) for uav in violation.uavs)
     return SceneFinding(
         severity="warning" if violation.fault is Fault.SEPARATION else "error",

@@ -8,9 +8,10 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
-from skyverse.draw.scene import Scene, SearchCurve
+from skyverse.draw.scene import Scene
 from skyverse.draw.track import Track, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
+from skyverse.model.result import Result
 from skyverse.numerics.tolerances import DRAWN_DEVIATION
 
 # plotly draws other symbols in 3-D as letters of a font, which may lack them
@@ -32,43 +33,24 @@ def _xyz(points: Floats) -> Trace:
 
 def of_track(track: Track, number: int, tolerance: float) -> list[Trace]:
     """Return one UAV's path, its trajectory accurate to `tolerance` metres, and the marks of its start and target."""
-    name = plain(track.name)
+    name, place = plain(track.name), "%{text}<br>" + _PLACE_IN_SPACE
     kept = few(track.positions, tolerance)
-    dash = PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]
-    path = trace(
-        "scatter3d",
-        "lines",
-        f"{name}: path",
-        _xyz(track.path),
-        None,
-        {"role": "path", "uav": number},
-        line={"color": track.colour, "width": 1.5 if len(track.times) else 4},
-    )
-    trajectory = trace(
-        "scatter3d",
-        "lines",
-        f"{name}: trajectory",
-        _xyz(track.positions[kept]),
-        "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE_IN_SPACE,
-        {"role": "trajectory", "uav": number},
-        customdata=flat(track.times[kept]),
-        line={"color": track.colour, "width": 5, "dash": dash},
-    )
+    thin = {"color": track.colour, "width": 1.5 if len(track.times) else 4}
+    thick = {"color": track.colour, "width": 5, "dash": PLOTLY_DASHES[track.lap % len(PLOTLY_DASHES)]}
+    role = {"role": "path", "uav": number}
+    path = trace("scatter3d", "lines", f"{name}: path", _xyz(track.path), None, role, line=thin)
+    timed = {"customdata": flat(track.times[kept]), "line": thick}
+    hover = "%{fullData.name}<br>t = %{customdata:.2f} s<br>" + _PLACE_IN_SPACE
+    role, points = {"role": "trajectory", "uav": number}, _xyz(track.positions[kept])
+    trajectory = trace("scatter3d", "lines", f"{name}: trajectory", points, hover, role, **timed)
     ends, words, symbols = [track.start], [f"{name}: start"], ["circle"]
     if track.target is not None:
         ends, symbols = [track.start, track.target], ["circle", "diamond"]
         words.append(f"{name}: target {plain(track.target_name or '')}")
-    marks = trace(
-        "scatter3d",
-        "markers",
-        f"{name}: start and target",
-        _xyz(np.array(ends, dtype=np.float64)),
-        "%{text}<br>" + _PLACE_IN_SPACE,
-        {"role": "ends", "uav": number},
-        text=words,
-        marker={"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1},
-    )
-    return [path, trajectory, marks]
+    marker = {"color": track.colour, "size": [5, 7][: len(ends)], "symbol": symbols, "opacity": 1}
+    role, points = {"role": "ends", "uav": number}, _xyz(np.array(ends, dtype=np.float64))
+    name = f"{name}: start and target"
+    return [path, trajectory, trace("scatter3d", "markers", name, points, place, role, text=words, marker=marker)]
 
 
 def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, role: str) -> Trace:
@@ -113,13 +95,9 @@ def fleet(scene: Scene) -> list[Trace]:
 
 def in_space(scene: Scene) -> list[Trace]:
     """Return all traces of the 3-D scene; the ``meta`` of each says what it shows."""
-    spare = _marks(
-        "Spare targets",
-        (position for _, position in scene.spare_targets),
-        [f"{plain(name)} (no UAV flies here)" for name, _ in scene.spare_targets],
-        {"symbol": "diamond-open", "size": 8, "color": "#8a94a3"},
-        "spare",
-    )
+    words = [f"{plain(name)} (no UAV flies here)" for name, _ in scene.spare_targets]
+    marker = {"symbol": "diamond-open", "size": 8, "color": "#8a94a3"}
+    spare = _marks("Spare targets", (position for _, position in scene.spare_targets), words, marker, "spare")
     fine = DRAWN_DEVIATION * float((scene.world.high - scene.world.low).max())
     tracks = [each for number, track in enumerate(scene.tracks) for each in of_track(track, number, fine)]
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
@@ -127,34 +105,24 @@ def in_space(scene: Scene) -> list[Trace]:
     return [*world, *tracks, spare, findings(scene), *fleet(scene)]
 
 
-def of_curve(curve: SearchCurve, number: int, bound: str) -> list[Trace]:
+def of_curve(track: Track, result: Result, number: int, bound: str) -> list[Trace]:
     """Return the best cost so far of one search, and its bound as a dashed line that is named `bound`."""
-    name = plain(curve.name)
-    axes = {"iterations": curve.iterations.tolist(), "paths": curve.generated_paths.tolist()}
-    best = trace(
-        "scatter",
-        "lines",
-        name,
-        {"x": axes["iterations"], "y": flat(curve.cost)},
-        "%{fullData.name}<br>cost %{y:.2f} at %{x:,}<extra></extra>",
-        {"role": "cost", "curve": number, **axes},
-        line={"color": curve.colour, "width": 2, "shape": "hv"},
-    )
-    if curve.bound is None:
+    name, history = plain(track.name), result.history
+    axes = {"iterations": list(range(len(history.cost))), "paths": history.generated_paths.tolist()}
+    points, role = {"x": axes["iterations"], "y": flat(history.cost)}, {"role": "cost", "curve": number, **axes}
+    line: Trace = {"color": track.colour, "width": 2, "shape": "hv"}
+    hover = "%{fullData.name}<br>cost %{y:.2f} at %{x:,}<extra></extra>"
+    best = trace("scatter", "lines", name, points, hover, role, line=line)
+    if result.bound is None:
         return [best]
     ends = {axis: [values[0], values[-1]] for axis, values in axes.items()}
-    optimum = trace(
-        "scatter",
-        "lines",
-        f"{name}: {bound}",
-        {"x": ends["iterations"], "y": flat([curve.bound, curve.bound])},
-        "%{fullData.name}<br>%{y:.2f}<extra></extra>",
-        {"role": "bound", "curve": number, **ends},
-        line={"color": curve.colour, "width": 1.5, "dash": "dash"},
-    )
-    return [optimum, best]
+    points, role = {"x": ends["iterations"], "y": flat([result.bound] * 2)}, {"role": "bound", "curve": number, **ends}
+    line = {"color": track.colour, "width": 1.5, "dash": "dash"}
+    hover = "%{fullData.name}<br>%{y:.2f}<extra></extra>"
+    return [trace("scatter", "lines", f"{name}: {bound}", points, hover, role, line=line), best]
 
 
 def of_search(scene: Scene) -> list[Trace]:
     """Return all traces of the convergence chart."""
-    return [each for number, curve in enumerate(scene.curves) for each in of_curve(curve, number, scene.bound)]
+    curves = enumerate(scene.curves)
+    return [each for number, curve in curves for each in of_curve(*curve, number, scene.bound)]

@@ -152,8 +152,7 @@ _GAP = np.full((1, 3), np.nan)
 
 
 def _corners(box: Box) -> Floats:
-    corners: Floats = np.where(_CORNERS == 0, box.min, box.max).astype(np.float64)
-    return corners
+    return np.where(_CORNERS == 0, box.min, box.max).astype(np.float64)
 
 
 def _levels(rings: Sequence[Floats], shape: Cylinder | Prism) -> Floats:
@@ -210,8 +209,7 @@ def skin(voxels: Voxels) -> Floats:
             corners[:, :, across] = begin[:, 1:2] + [0, 1, 1, 0]
             corners[:, :, along] = np.stack([begin[:, 2], begin[:, 2], end, end], axis=1)
             quads.append(corners if side else corners[:, ::-1])
-    placed: Floats = np.array(voxels.origin) + np.array(voxels.step) * np.concatenate(quads)
-    return placed
+    return np.array(voxels.origin) + np.array(voxels.step) * np.concatenate(quads)
 
 
 def _runs(cells: NDArray[np.bool_]) -> tuple[Ints, Ints]:

@@ -42,8 +42,7 @@ def triangles(rings: Sequence[Floats]) -> Ints:
     corners = np.concatenate(rings)
     around = joined(rings)
     places = np.ascontiguousarray(corners[around] - corners[0])
-    cut: Ints = around[_ears(places)]
-    return cut
+    return around[_ears(places)]
 
 
 def _seen(corners: Floats, around: Ints, place: Floats) -> int:

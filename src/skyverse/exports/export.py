@@ -18,7 +18,7 @@ from skyverse.exports.file_names import (
 )
 from skyverse.exports.geo_csv import geo_csv_text
 from skyverse.exports.geojson import geojson_text
-from skyverse.exports.global_positions import AltitudeReference, global_positions, home, require_reference, with_origin
+from skyverse.exports.global_positions import AltitudeReference, home_on_globe, require_reference, with_origin
 from skyverse.exports.gpx import gpx_text
 from skyverse.exports.kml import kml_text
 from skyverse.exports.mavlink_items import End
@@ -136,16 +136,16 @@ def export(
         return files
     require_reference(mission.scenario, altitude, ALTITUDE_REFERENCES[suffix], str(path))
     scenario = with_origin(mission, origin, str(path))
+    texts: dict[str, Callable[[], str]] = {
+        ".geojson": lambda: geojson_text(scenario, flights, str(path)),
+        ".gpx": lambda: gpx_text(scenario, flights),
+        ".geo.csv": lambda: geo_csv_text(scenario, flights, altitude),
+    }
+    text = texts.get(suffix, lambda: kml_text(scenario, flights, altitude))()
     if suffix == ".kmz":
-        write_zip(path, {"doc.kml": kml_text(scenario, flights, altitude)})
-    elif suffix == ".kml":
-        write_text(path, kml_text(scenario, flights, altitude))
-    elif suffix == ".geojson":
-        write_text(path, geojson_text(scenario, flights, str(path)))
-    elif suffix == ".gpx":
-        write_text(path, gpx_text(scenario, flights))
+        write_zip(path, {"doc.kml": text})
     else:
-        write_text(path, geo_csv_text(scenario, flights, altitude))
+        write_text(path, text)
     return [path]
 
 
@@ -169,7 +169,7 @@ def _proofs(
 
 
 def _home_note(scenario: Scenario, uav: int) -> str:
-    at = round(float(global_positions(scenario, uav, home(scenario, uav)[None], "amsl").altitude[0]), 2)
+    at = round(home_on_globe(scenario, uav)[2], 2)
     return (
         f"{scenario.uavs[uav].name}: its heights are counted from home at {at + 0.0:.2f} m above mean sea level; where "
         "it arms lower than that, it flies as much lower."

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.global_positions import geoid_of, global_positions
+from skyverse.exports.global_positions import geoid_of, global_positions, targets_on_globe
 from skyverse.exports.sampling import SampledTrajectory
 from skyverse.exports.shape_outlines import outlines
 from skyverse.model.scenario import Scenario
@@ -27,12 +27,9 @@ def geojson_text(scenario: Scenario, flights: list[SampledTrajectory], what: str
             "altitude_frame": "amsl",
         }
         features.append(_feature(_line(rows), properties))
-    for target in scenario.targets:
-        at = global_positions(scenario, 0, np.array([target.position]), "amsl")
-        row = [float(at.longitude[0]), float(at.latitude[0]), float(at.altitude[0]) + geoid]
-        features.append(
-            _feature({"type": "Point", "coordinates": _rounded([row])[0]}, {"kind": "target", "name": target.name})
-        )
+    for name, (latitude, longitude, altitude) in targets_on_globe(scenario, "amsl"):
+        point = {"type": "Point", "coordinates": _rounded([[longitude, latitude, altitude + geoid]])[0]}
+        features.append(_feature(point, {"kind": "target", "name": name}))
     for noun, shapes in (("obstacle", scenario.obstacles), ("zone", scenario.zones)):
         for outline in outlines(scenario, shapes):
             rings = [_rounded(np.column_stack([r[:, 1], r[:, 0]])) for r in (outline.top, *outline.holes)]

@@ -1,5 +1,6 @@
 """Local metres converted to latitude, longitude and altitude above one of three references."""
 
+from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -35,6 +36,11 @@ class GlobalPositions(NamedTuple):
     altitude: Floats
     sea: Floats
     kind: type[Altitude]
+
+    @property
+    def rows(self) -> list[tuple[float, float, float]]:
+        """Latitude, longitude and altitude of each point."""
+        return list(zip(self.latitude.tolist(), self.longitude.tolist(), self.altitude.tolist(), strict=True))
 
 
 GEOID_REACH = 0.2
@@ -127,3 +133,16 @@ def home(scenario: Scenario, uav: int) -> Floats:
     elif scenario.terrain is not None:
         at[2] = scenario.terrain.height(at[:2])
     return at
+
+
+def home_on_globe(scenario: Scenario, uav: int) -> tuple[float, float, float]:
+    """Return latitude, longitude and altitude above mean sea level of the place at which a UAV takes off."""
+    return global_positions(scenario, uav, home(scenario, uav)[None], "amsl").rows[0]
+
+
+def targets_on_globe(
+    scenario: Scenario, reference: AltitudeReference
+) -> Iterator[tuple[str, tuple[float, float, float]]]:
+    """Yield the name of each target, and its latitude, longitude and altitude."""
+    for target in scenario.targets:
+        yield target.name, global_positions(scenario, 0, np.array([target.position]), reference).rows[0]

@@ -183,8 +183,7 @@ def require_home(scenario: Scenario, uav: int) -> None:
 def _within(way: Floats, radius: float) -> Floats:
     """Return a vector, (3,), cut to the length `radius`."""
     length = float(np.linalg.norm(way))
-    shorter: Floats = way * min(radius / length, 1.0) if length else way
-    return shorter
+    return way * min(radius / length, 1.0) if length else way
 
 
 def _middles(length: float, half: float) -> Floats:

@@ -45,35 +45,29 @@ def mission_items(scenario: Scenario, route: Route, reference: AltitudeReference
     """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter or land."""
     wing = scenario.uavs[route.uav].fixed_wing
     at = global_positions(scenario, route.uav, route.points, reference)
-    where = list(zip(at.latitude.tolist(), at.longitude.tolist(), at.altitude.tolist(), strict=True))
-    frame = MAVLINK_FRAMES[at.kind]
+    where, frame = at.rows, MAVLINK_FRAMES[at.kind]
     made = []
+
+    def add(command: Command, frame: int, *numbers: float | None) -> None:
+        made.append(MissionItem(command, frame, numbers))
+
     if route.times[0] > 0:
-        made.append(
-            MissionItem(
-                Command.DELAY, MISSION_FRAME, (round(float(route.times[0]), 3), -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
-            )
-        )
+        add(Command.DELAY, MISSION_FRAME, round(float(route.times[0]), 3), -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
     first = 1 if route.takeoff else 0
     pitch = wing.climb if wing is not None else 0.0
-    made.append(MissionItem(Command.TAKEOFF, frame, (pitch, 0.0, 0.0, None, *where[first])))
+    add(Command.TAKEOFF, frame, pitch, 0.0, 0.0, None, *where[first])
     said = 0.0
     for k in range(first + 1, len(where)):
         speed = max(float(route.speeds[k - 1]), 0.1)
         if not said / SPEED_CHANGE <= speed <= said * SPEED_CHANGE:
             kind = 0.0 if wing is not None else 1.0  # airspeed for an aeroplane, ground speed otherwise
-            made.append(MissionItem(Command.SPEED, MISSION_FRAME, (kind, round(speed, 3), -1.0, 0.0, 0.0, 0.0, 0.0)))
+            add(Command.SPEED, MISSION_FRAME, kind, round(speed, 3), -1.0, 0.0, 0.0, 0.0, 0.0)
             said = speed
-        made.append(
-            MissionItem(Command.WAYPOINT, frame, (round(float(route.holds[k]), 3), route.radius, 0.0, None, *where[k]))
-        )
+        add(Command.WAYPOINT, frame, round(float(route.holds[k]), 3), route.radius, 0.0, None, *where[k])
     if end == "land":
-        latitude, longitude, _ = where[-1]
-        made.append(
-            MissionItem(Command.LAND, MAVLINK_FRAMES[AboveHome], (0.0, 0.0, 0.0, None, latitude, longitude, 0.0))
-        )
+        add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, None, *where[-1][:2], 0.0)
     else:
         around = wing.turn_radius if wing is not None else 0.0
         yaw = 0.0 if at.kind is AboveGround else None  # ArduPilot, which flies such missions, needs a number here
-        made.append(MissionItem(Command.LOITER, frame, (0.0, 0.0, around, yaw, *where[-1])))
+        add(Command.LOITER, frame, 0.0, 0.0, around, yaw, *where[-1])
     return made

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.shape_geometry import extent, footprint
-from skyverse.exports.global_positions import AltitudeReference, global_positions, home, origin_of
+from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
 from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
@@ -23,9 +23,8 @@ PX4, ARDUPILOT = 12, 3
 def plan_text(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> str:
     """Return a ``.plan`` file."""
     vehicle = scenario.uavs[route.uav]
-    at = global_positions(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
     mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], reference).kind]
-    position = [float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0])]
+    position = home_on_globe(scenario, route.uav)
     wing = vehicle.fixed_wing
     speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
     mission = {
@@ -96,5 +95,4 @@ def _corners(scenario: Scenario, ring: Floats) -> list[list[float]]:
     """Return [latitude, longitude] of each place (x, y), (n, 2) metres, at mid-height of the bounds."""
     middle = math.fsum([scenario.bounds.min[2], scenario.bounds.max[2]]) / 2
     points = np.column_stack([ring, np.full(len(ring), middle)])
-    corners: list[list[float]] = to_wgs84(origin_of(scenario), points)[:, :2].tolist()
-    return corners
+    return to_wgs84(origin_of(scenario), points)[:, :2].tolist()

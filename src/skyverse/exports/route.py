@@ -57,8 +57,7 @@ class Route:
     def speeds(self) -> Floats:
         """(n - 1,) m/s along the legs."""
         along = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        speeds: Floats = along / np.maximum(np.diff(self.times) - self.holds[:-1], 1e-9)
-        return speeds
+        return along / np.maximum(np.diff(self.times) - self.holds[:-1], 1e-9)
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""

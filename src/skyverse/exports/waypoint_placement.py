@@ -157,5 +157,4 @@ def distances_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:
     along = b - a
     length = float(along @ along)
     shares = np.clip((points - a) @ along / length, 0.0, 1.0) if length else np.zeros(len(points))
-    off: Floats = np.linalg.norm(points - a - shares[:, None] * along, axis=1)
-    return off
+    return np.linalg.norm(points - a - shares[:, None] * along, axis=1)

@@ -2,17 +2,17 @@
 
 import math
 
-from skyverse.exports.global_positions import AltitudeReference, global_positions, home
+from skyverse.exports.global_positions import AltitudeReference, home_on_globe
 from skyverse.exports.mavlink_items import MAVLINK_FRAMES, Command, End, MissionItem, mission_items
 from skyverse.exports.route import Route
+from skyverse.model.altitude import AboveSea
 from skyverse.model.scenario import Scenario
 
 
 def waypoints_text(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> str:
     """Return a ``.waypoints`` file: line 0 is home, above mean sea level."""
-    at = global_positions(scenario, route.uav, home(scenario, route.uav)[None], "amsl")
-    first = (0.0, 0.0, 0.0, 0.0, float(at.latitude[0]), float(at.longitude[0]), float(at.altitude[0]))
-    rows = [_row(0, 1, MAVLINK_FRAMES[at.kind], 16, first)]
+    first = (0.0, 0.0, 0.0, 0.0, *home_on_globe(scenario, route.uav))
+    rows = [_row(0, 1, MAVLINK_FRAMES[AboveSea], Command.WAYPOINT, first)]
     rows += [_item(k, item) for k, item in enumerate(mission_items(scenario, route, reference, end), 1)]
     return "\n".join(["QGC WPL 110", *rows]) + "\n"
 

@@ -8,7 +8,7 @@ from skyverse.errors import InputError
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
 from skyverse.exports.kml import KML
 from skyverse.exports.route import Route
-from skyverse.exports.xml_text import add_text, document_text
+from skyverse.exports.xml_text import add_texts, document_text
 from skyverse.model.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
@@ -66,9 +66,8 @@ def _template(scenario: Scenario, route: Route, reference: AltitudeReference, en
     _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
     _add(folder, globalWaypointTurnMode=STOP_AT_WAYPOINT, globalUseStraightLine="1")
     geoid = origin_of(scenario).geoid
-    above_ellipsoid = (
-        at.altitude if geoid is None else at.sea + geoid
-    )  # DJI reads these only with heights above the sea
+    # DJI reads these only with heights above the sea
+    above_ellipsoid = at.altitude if geoid is None else at.sea + geoid
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, ellipsoidHeight=_number(float(above_ellipsoid[k])), height=_number(float(at.altitude[k])))
@@ -123,8 +122,7 @@ def _speeds(route: Route) -> list[float]:
 
 
 def _add(parent: ET.Element, **values: str) -> None:
-    for tag, text in values.items():
-        add_text(parent, f"wpml:{tag}", text)
+    add_texts(parent, "wpml:", **values)
 
 
 def _number(value: float) -> str:

@@ -1,15 +1,15 @@
 """Scenarios, missions and flights are read from files and written to them; the suffix tells the format."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError
 from skyverse.files.builtin import BUILTIN_NAMES, builtin
 from skyverse.files.document import parse, read_text
-from skyverse.files.flights import flight_from_data, flight_text
 from skyverse.files.grid_archive import GridArchive
-from skyverse.files.missions import mission_from_data, mission_text, trajectories_csv, waypoints_csv
+from skyverse.files.missions import FLIGHTS, MISSIONS, mission_from_data, trajectories_csv, waypoints_csv
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
 from skyverse.maps.readers import voxels
 from skyverse.maps.readers.rotorpy_world import is_rotorpy_world, rotorpy_world
@@ -61,10 +61,10 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     data = parse(path, read_text(path))
     if suffix == ".json" and is_rotorpy_world(data):
         return rotorpy_world(path, data)
-    if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/mission/"):
+    if MISSIONS.is_of(data):
         return mission_from_data(path, data)
-    if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/flight/"):
-        return flight_from_data(path, data).mission
+    if FLIGHTS.is_of(data):
+        return FLIGHTS.from_data(path, data).mission
     return scenario_from_data(path, data)
 
 
@@ -79,16 +79,16 @@ def read_mission(source: str | Path) -> Mission:
     found = read(source)
     if isinstance(found, Mission):
         return found
-    raise InputError(f"{source}: expected a mission (its 'format' is 'skyverse/mission/1'), found a scenario")
+    raise InputError(f"{source}: expected a mission (its 'format' is {MISSIONS.name!r}), found a scenario")
 
 
 def read_flight(path: str | Path) -> Flight:
     """Read a flight from its file, or raise `InputError`."""
     path = Path(path)
     data = parse(path, read_text(path))
-    if isinstance(data, dict) and str(data.get("format", "")).startswith("skyverse/flight/"):
-        return flight_from_data(path, data)
-    raise InputError(f"{path}: expected a flight (its 'format' is 'skyverse/flight/1'), found something else")
+    if FLIGHTS.is_of(data):
+        return FLIGHTS.from_data(path, data)
+    raise InputError(f"{path}: expected a flight (its 'format' is {FLIGHTS.name!r}), found something else")
 
 
 def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 20.0) -> None:
@@ -114,15 +114,15 @@ def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 
     if isinstance(what, Scenario):
         if suffix not in (".yaml", ".yml", ".json"):
             raise InputError(f"{path}: a scenario is written as .yaml, .yml or .json, not as {suffix or 'no suffix'!r}")
-        _write(path, lambda archive: scenario_text(what, suffix, archive))
+        _write(path, partial(scenario_text, what, suffix))
     elif isinstance(what, Flight):
         if suffix != ".json":
             raise InputError(f"{path}: a flight is written as .json, not as {suffix or 'no suffix'!r}")
-        _write(path, lambda archive: flight_text(what, archive))
+        _write(path, partial(FLIGHTS.text, what))
     elif not isinstance(what, Mission):
         raise TypeError(f"expected a Scenario, a Mission or a Flight to write, got {what!r:.60}")
     elif suffix == ".json":
-        _write(path, lambda archive: mission_text(what, archive))
+        _write(path, partial(MISSIONS.text, what))
     elif path.name.lower().endswith(".waypoints.csv"):
         write_text(path, waypoints_csv(what))
     elif suffix == ".csv":

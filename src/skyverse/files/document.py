@@ -2,25 +2,25 @@
 
 import difflib
 import json
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from skyverse.errors import InputError, first_line
-from skyverse.files.grid_archive import arrays_beside
+from skyverse.errors import InputError, first_line, unreadable
+from skyverse.files.grid_archive import GridArchive, arrays_beside
 from skyverse.files.yaml import load_yaml, unique_keys
 
 
 def read_text(path: Path) -> str:
     """Return the text of a file, or raise `InputError`."""
     try:
-        return path.read_text(encoding="utf-8")
+        with unreadable(path):
+            return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected a text file in UTF-8, found a byte that is not at {error.start}") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 def parse(path: Path, text: str) -> Any:
@@ -47,26 +47,48 @@ _UNKNOWN_KEY_ERRORS = ("extra_forbidden", "unexpected_keyword_argument")
 T = TypeVar("T")
 
 
-def validated(codec: TypeAdapter[T], expected: str, source: str | Path, data: Any) -> T:
-    """Return the object that the data of a file describe, or raise `InputError` that names file and field.
+class JsonFormat(Generic[T]):
+    """A format of JSON files, each of which holds one object of a type.
 
     Parameters
     ----------
-    codec
-        The type of the object.
-    expected
-        The format that the data must name.
-    source
-        The file; its large arrays are in the archive beside it.
-    data
-        Its data.
+    kind
+        The type.
+    name
+        What the file says its format is, such as ``"skyverse/mission/1"``.
     """
-    if data["format"] != expected:
-        raise InputError(f"{source}: format: expected {expected!r}, found {data['format']!r:.60}")
-    try:
-        return codec.validate_python(data, context={"grids": arrays_beside(Path(source))})
-    except ValidationError as error:
-        raise explained(source, error, set()) from None
+
+    def __init__(self, kind: type[T], name: str) -> None:
+        self.kind, self.name = kind, name
+
+    @cached_property
+    def _adapter(self) -> TypeAdapter[T]:
+        return TypeAdapter(self.kind)
+
+    def is_of(self, data: Any) -> bool:
+        """Tell whether the data of a file are said to be in this format, of any version."""
+        return isinstance(data, dict) and str(data.get("format", "")).startswith(self.name.rpartition("/")[0] + "/")
+
+    def from_data(self, source: str | Path, data: Any) -> T:
+        """Return the object that the data of a file describe, or raise `InputError` that names file and field.
+
+        Parameters
+        ----------
+        source
+            The file; its large arrays are in the archive beside it.
+        data
+            Its data.
+        """
+        if data["format"] != self.name:
+            raise InputError(f"{source}: format: expected {self.name!r}, found {data['format']!r:.60}")
+        try:
+            return self._adapter.validate_python(data, context={"grids": arrays_beside(Path(source))})
+        except ValidationError as error:
+            raise explained(source, error, set()) from None
+
+    def text(self, thing: T, archive: GridArchive | None = None) -> str:
+        """Return an object as the text of its file; large arrays of its scenario go to the archive if there is one."""
+        return self._adapter.dump_json(thing, indent=1, context={"side": archive}).decode() + "\n"
 
 
 def explained(source: object, error: ValidationError, known: set[str]) -> InputError:

@@ -1,39 +1,31 @@
-"""Mission files: one self-contained JSON, and waypoints and sampled trajectories as CSV."""
+"""Files of missions and flights: one self-contained JSON, and waypoints and sampled trajectories as CSV."""
 
 import csv
 import io
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from skyverse.errors import InputError
-from skyverse.files.document import validated
-from skyverse.files.grid_archive import GridArchive
+from skyverse.files.document import JsonFormat
+from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 
-MISSION_FORMAT = "skyverse/mission/1"
+MISSIONS, FLIGHTS = JsonFormat(Mission, "skyverse/mission/1"), JsonFormat(Flight, "skyverse/flight/1")
 MAX_CSV_ROWS = 1e7
 """Rows of sampled trajectories that a CSV file may have for each UAV."""
 
 
-@cache
-def _codec() -> TypeAdapter[Mission]:
-    return TypeAdapter(Mission)
-
-
 def mission_from_data(source: str | Path, data: Any) -> Mission:
     """Return the mission that a file's data describe, or raise `InputError` that names file and field."""
-    mission = validated(_codec(), MISSION_FORMAT, source, data)
+    mission = MISSIONS.from_data(source, data)
     _require_sound_arrays(source, mission)
     fleet = len(mission.scenario.uavs)
     for name in ("assignment", "results", "trajectories"):
         if len(getattr(mission, name)) != fleet:
-            raise InputError(
-                f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {len(getattr(mission, name))}"
-            )
+            found = len(getattr(mission, name))
+            raise InputError(f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {found}")
     return mission
 
 
@@ -56,11 +48,6 @@ def _require_sound_arrays(source: object, mission: Mission) -> None:
             columns = vars(result.history).values()
             if any(c.ndim != 1 for c in columns) or len({len(c) for c in columns}) > 1:
                 raise InputError(f"{source}: results[{i}].history: expected four columns of one length")
-
-
-def mission_text(mission: Mission, archive: GridArchive | None = None) -> str:
-    """Return a mission as the text of its JSON file; large arrays of its scenario go to the archive if there is one."""
-    return _codec().dump_json(mission, indent=1, context={"side": archive}).decode() + "\n"
 
 
 def waypoints_csv(mission: Mission) -> str:

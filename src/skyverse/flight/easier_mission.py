@@ -1,13 +1,13 @@
 """Makes a mission easier to fly: slower, or farther from obstacles and ground."""
 
 from dataclasses import replace
+from functools import partial
 
 from skyverse.errors import InputError
 from skyverse.mission.plan_mission import plan_mission
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Deconfliction
 from skyverse.planners.taut import Taut
 from skyverse.referee import certify, check
 from skyverse.trajectory import Shape
@@ -31,7 +31,7 @@ def slowed(mission: Mission, factor: float) -> Mission:
     trajectories = tuple(None if t is None else _stretched(t, factor) for t in mission.trajectories)
     told = mission.deconfliction
     if told is not None:
-        told = _later(told, factor)
+        told = replace(told, total_after=told.total_after * factor, makespan_after=told.makespan_after * factor)
     return judged(replace(mission, trajectories=trajectories, deconfliction=told))
 
 
@@ -40,10 +40,6 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
         trajectory.retimed(trajectory.start * factor, factor),
         note=trajectory.note if _SLOWED in trajectory.note else f"{trajectory.note} {_SLOWED}".strip(),
     )
-
-
-def _later(told: Deconfliction, factor: float) -> Deconfliction:
-    return replace(told, total_after=told.total_after * factor, makespan_after=told.makespan_after * factor)
 
 
 def farther(mission: Mission, more: float, shape: Shape) -> Mission:
@@ -57,15 +53,14 @@ def farther(mission: Mission, more: float, shape: Shape) -> Mission:
         ground = scenario.terrain.model_copy(update={"clearance": scenario.ground_clearance + more})
         wider = wider.model_copy(update={"terrain": ground})
     apart = mission.deconfliction is not None
+    plan = partial(plan_mission, planner=Taut(), rng=mission.provenance.seed, shape=shape, keep_apart=apart)
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # keep the assignment
         wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})
-        planned = plan_mission(
-            wider, Taut(), rng=mission.provenance.seed, assignment="identity", shape=shape, keep_apart=apart
-        )
+        planned = plan(wider, assignment="identity")
         assigned = tuple(None if own is None else sent[own] for own in planned.assignment)
     else:
-        planned = plan_mission(wider, Taut(), rng=mission.provenance.seed, shape=shape, keep_apart=apart)
+        planned = plan(wider)
         assigned = planned.assignment
     results = tuple(None if result is None else _unbounded(result) for result in planned.results)
     return judged(replace(planned, scenario=scenario, assignment=assigned, results=results))

@@ -87,5 +87,4 @@ def _air(made: dict[str, Any], velocity: Floats, up: Floats, thrust: Floats) -> 
     body = np.array([made["c_Dx"], made["c_Dy"], made["c_Dz"]]) * np.linalg.norm(velocity, axis=1)[:, None]
     push = -(rotors + body) * wind
     push[:, 2] += made["num_rotors"] * made["k_h"] * (wind[:, 0] ** 2 + wind[:, 1] ** 2)
-    force: Floats = np.einsum("mak,ma->mk", axes, push)
-    return force
+    return np.einsum("mak,ma->mk", axes, push)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from skyverse.errors import InputError
 from skyverse.flight.easier_mission import farther, slowed
@@ -64,18 +65,14 @@ def fly_until_safe(
     seed = rng if isinstance(rng, int) else int(seeded(rng)[0].integers(2**62))
     said: list[str] = []
     slowness, more, before = 1.0, 0.0, float("inf")
+    flown = partial(
+        fly, vehicle=vehicle, wind=wind, noise=noise, margin=margin, rng=seed, workers=workers, on_progress=on_progress
+    )
 
-    def flown(current: Mission) -> Flight:
-        return fly(
-            current,
-            vehicle=vehicle,
-            wind=wind,
-            noise=noise,
-            margin=margin,
-            rng=seed,
-            workers=workers,
-            on_progress=on_progress,
-        )
+    def say(sentence: str) -> None:
+        said.append(sentence)
+        if on_round is not None:
+            on_round(sentence)
 
     flight = flown(mission)
     winged = any(uav.fixed_wing is not None for uav in mission.scenario.uavs)
@@ -83,7 +80,7 @@ def fly_until_safe(
         if flight.safe:
             break
         if pair := _planned_close(flight):
-            _say(said, on_round, f"Round {number}: {pair} are planned too close, which no slower flight mends; ended.")
+            say(f"Round {number}: {pair} are planned too close, which no slower flight mends; ended.")
             break
         short = _shortfall(flight)
         if short > 0 and (winged or short > before / 2):
@@ -91,11 +88,11 @@ def fly_until_safe(
             anew = farther(mission, more, shape)
             done = f"planned anew at a clearance of {mission.scenario.clearance + more:.3g} m"
             if not anew.complete:
-                _say(said, on_round, f"Round {number}: {done}, which leaves no way; ended.")
+                say(f"Round {number}: {done}, which leaves no way; ended.")
                 break
             easier, before = slowed(anew, slowness) if slowness > 1 else anew, float("inf")
         elif winged:
-            _say(said, on_round, f"Round {number}: nothing can be slowed down while an aeroplane keeps its airspeed.")
+            say(f"Round {number}: nothing can be slowed down while an aeroplane keeps its airspeed.")
             break
         else:
             slowness *= SLOWDOWN
@@ -103,14 +100,8 @@ def fly_until_safe(
             done = f"slowed down to {1 / slowness:.0%} of its speed"
         flight = flown(easier)
         verdict = "safe" if flight.safe else f"not safe: {flight.violations[0].message}"
-        _say(said, on_round, f"Round {number}: {done}; {verdict}.")
+        say(f"Round {number}: {done}; {verdict}.")
     return replace(flight, rounds=tuple(said))
-
-
-def _say(said: list[str], on_round: Callable[[str], None] | None, sentence: str) -> None:
-    said.append(sentence)
-    if on_round is not None:
-        on_round(sentence)
 
 
 def _planned_close(flight: Flight) -> str:

@@ -77,9 +77,8 @@ def passings(mission: Mission, flown: tuple[Flown | None, ...], margin: float) -
         k = int(np.argmin(strayed - asked))
         if strayed[k] < asked[k]:
             middle = (actual[i][k] + actual[j][k]) / 2
-            given = (
-                f", {asked[k]:.2f} as their starts or targets are given" if asked[k] < 1.0 - NEARNESS_ROUNDING else ""
-            )
+            eased = asked[k] < 1.0 - NEARNESS_ROUNDING
+            given = f", {asked[k]:.2f} as their starts or targets are given" if eased else ""
             message = (
                 f"{uavs[i].name} and {uavs[j].name} come within {np.linalg.norm(apart[k]):.3f} m of each other at "
                 f"{times[k]:.2f} s, {nearness[k]:.2f} of their separation{given}; {margin:.3g} m each may be strayed"
@@ -112,8 +111,7 @@ def _held(flown: Flown, times: Floats) -> Floats:
 
 
 def _nearness(apart: Floats, level: float, upright: float) -> Floats:
-    nearness: Floats = np.linalg.norm(apart / [level, level, upright], axis=1)
-    return nearness
+    return np.linalg.norm(apart / [level, level, upright], axis=1)
 
 
 def _asked(mission: Mission, i: int, j: int, meant: Floats) -> Floats:
@@ -156,11 +154,8 @@ def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list
     if flown.outside > margin:
         beyond = np.maximum(scenario.bounds.min - flown.positions, flown.positions - scenario.bounds.max).max(axis=1)
         k = int(np.argmax(beyond))
-        note(
-            Fault.TRAJECTORY_BOUNDS,
-            f"is {beyond[k]:.3f} m out of bounds at {flown.times[k]:.2f} s; {margin:.3g} m may be strayed",
-            k,
-        )
+        out = f"is {beyond[k]:.3f} m out of bounds at {flown.times[k]:.2f} s; {margin:.3g} m may be strayed"
+        note(Fault.TRAJECTORY_BOUNDS, out, k)
     off = float(np.linalg.norm(flown.positions[-1] - flown.commanded[-1]))
     if flown.times[-1] < due:
         note(Fault.TRAJECTORY_ENDS, f"is lost at {flown.times[-1]:.2f} s, of {due:.2f} s to fly", -1)

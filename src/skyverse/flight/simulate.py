@@ -63,10 +63,8 @@ def simulate(job: SimulationJob) -> Samples:
     from rotorpy.wind.default_winds import ConstantWind
 
     kind, dt = vehicle_of(job.vehicle), 1.0 / COMMAND_RATE
-    first, last = (
-        np.floor(job.trajectory.start * COMMAND_RATE),
-        np.ceil((job.trajectory.end + SETTLING_SECONDS) * COMMAND_RATE),
-    )
+    first = np.floor(job.trajectory.start * COMMAND_RATE)
+    last = np.ceil((job.trajectory.end + SETTLING_SECONDS) * COMMAND_RATE)
     times = np.arange(first, last + 1) * dt
     control = SE3Control(kind.parameters)
     asked = reference(job.trajectory, kind, control, times, dt)

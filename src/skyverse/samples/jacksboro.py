@@ -115,17 +115,11 @@ def _terrain() -> Terrain:
 
 def _between(heights: Floats, row: Floats, column: Floats) -> Floats:
     """Return heights at fractional rows and columns, by bilinear interpolation."""
-    i = np.clip(row.astype(int), 0, heights.shape[0] - 2)
-    j = np.clip(column.astype(int), 0, heights.shape[1] - 2)
-    u, v = row - i, column - j
-    low = (1 - u) * ((1 - v) * heights[i, j] + v * heights[i, j + 1])
-    found: Floats = low + u * ((1 - v) * heights[i + 1, j] + v * heights[i + 1, j + 1])
-    return found
+    return Terrain(origin=(0.0, 0.0), step=(1.0, 1.0), heights=heights).height(np.column_stack([row, column]))
 
 
 def _above(terrain: Terrain, places: tuple[tuple[float, float], ...]) -> list[tuple[float, float, float]]:
     """Return local positions `END_HEIGHT` above the ground at places given as latitude and longitude."""
     flat = to_local(JACKSBORO_ORIGIN, [(*place, JACKSBORO_ORIGIN.altitude) for place in places])[:, :2].round(1)
-    row, column = ((flat - terrain.origin) / terrain.step).T
-    ground = _between(terrain.heights, row, column)
-    return [(float(x), float(y), float(z)) for (x, y), z in zip(flat, (ground + END_HEIGHT).round(1), strict=True)]
+    heights = (terrain.height(flat) + END_HEIGHT).round(1)
+    return [(float(x), float(y), float(z)) for (x, y), z in zip(flat, heights, strict=True)]

@@ -86,16 +86,15 @@ def build_scenario(options: BuildOptions) -> Scenario:
     above = clearance if ground_clearance is None else ground_clearance
     refuse_low(starting, relief, above, home_z)
     refuse_low(ending, relief, above)
-    points = [*starting.values(), *ending.values()]
+    ends = [*starting.items(), *ending.items()]
+    points = [point for _, point in ends]
     floor, highest = extent.heights(relief, local, [one for some in solids.values() for one in some], points)
     top = extent.ceiling(options.ceiling, options.band, zero, region, relief, floor, highest)
-    for ends in (starting, ending):
-        extent.refuse_high(ends, top)
+    extent.refuse_high(ends, top)
     obstacles: list[Prism | Voxels] = []
     soft: list[Prism] = []
     for cloud in clouds:
-        for ends in (starting, ending):
-            refuse_inside(ends, solids[cloud.path], clearance, cloud.path.name)
+        refuse_inside(ends, solids[cloud.path], clearance, cloud.path.name)
         obstacles += solids[cloud.path]
         sources.append((cloud.path, Source(file=cloud.path.name, gives="voxels", crs=cloud.name)))
     for file, features in zip(read, local, strict=True):
@@ -106,8 +105,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
             on_note(Note(file.path, "nothing of it lies in the area"))
         hard = [prism for prism in made if prism.risk is None]
         path = Path(file.path)
-        for ends in (starting, ending):
-            refuse_inside(ends, hard, clearance, path.name)
+        refuse_inside(ends, hard, clearance, path.name)
         obstacles += hard
         soft += [prism for prism in made if prism.risk is not None]
         gives = "buildings" if file.is_buildings else "zones"
@@ -176,9 +174,8 @@ def _survey(
     with ExitStack() as stack:
         files = [stack.enter_context(open_raster(raster)) for raster in rasters]
         for file in files:
-            for said in (file.doubt, "" if file.says_unit else NO_UNIT):
-                if said:
-                    on_note(Note(file.path, said))
+            for said in filter(None, (file.doubt, "" if file.says_unit else NO_UNIT)):
+                on_note(Note(file.path, said))
         for some in (starts, goals):
             refuse_off_map(some, files)
         area = None if options.area is None else Area(*options.area)
@@ -204,25 +201,17 @@ def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region
     if not rasters:
         ground = options.ground
         return None if ground is None else level_ground(origin, region, ground.metres, options.ground_clearance)
-    relief, changes = read_terrain(
-        rasters,
-        origin,
-        region,
-        step=options.terrain_step,
-        fill=options.fill_nodata,
-        clearance=options.ground_clearance,
-    )
+    step, fill, clearance = options.terrain_step, options.fill_nodata, options.ground_clearance
+    relief, changes = read_terrain(rasters, origin, region, step=step, fill=fill, clearance=clearance)
     nx, ny = relief.heights.shape
     for raster in rasters:
         size = f"{region[2] - region[0]:g} m by {region[3] - region[1]:g} m"
         options.on_note(Note(str(raster.path), f"read over {size}"))
-    options.on_note(
-        Note(
-            "",
-            f"ground of {nx} x {ny} heights, {changes.step:.3g} m apart; {changes.share:.0%} of them raised, by "
-            f"{changes.mean:.2f} m on average and {changes.most:.2f} m at most, so that no height of a file stands out",
-        )
+    made = (
+        f"ground of {nx} x {ny} heights, {changes.step:.3g} m apart; {changes.share:.0%} of them raised, by "
+        f"{changes.mean:.2f} m on average and {changes.most:.2f} m at most, so that no height of a file stands out"
     )
+    options.on_note(Note("", made))
     if changes.filled:
         options.on_note(Note("", f"{changes.filled:.2%} of the ground had no data, and was filled"))
     return relief
@@ -232,9 +221,7 @@ def _lowered(level: Origin, relief: Terrain) -> tuple[Origin, Terrain]:
     """Move the frame's zero to the lowest ground, in whole metres: only z changes."""
     down = float(np.floor(relief.heights.min()))
     lowered = level.model_copy(update={"altitude": level.altitude + down})
-    return lowered, Terrain(
-        origin=relief.origin, step=relief.step, heights=relief.heights - down, clearance=relief.clearance
-    )
+    return lowered, relief.model_copy(update={"heights": relief.heights - down})
 
 
 def _z_below(zero: Origin, point: tuple[float, float, float], altitude: float) -> float:

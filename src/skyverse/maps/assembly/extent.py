@@ -1,7 +1,7 @@
 """How high a scenario's bounds reach, the step of its lattice, and the heights that its paths keep to."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -17,7 +17,7 @@ DEFAULT_HEADROOM = 30.0
 """Metres from the highest ground, building, UAV or target to the ceiling by default."""
 MAX_DEFAULT_NODES = 2e6
 """Nodes of the lattice at most where its step is not given."""
-_ROUND_STEPS = [digit * 10.0**power for power in range(-1, 5) for digit in (1, 2, 5)]
+_ROUND_STEPS = [digit * 10.0**power for power in range(5) for digit in (1, 2, 5)]
 
 
 def heights(
@@ -86,9 +86,9 @@ def ceiling(
     return top
 
 
-def refuse_high(points: Mapping[str, tuple[float, float, float]], top: float) -> None:
-    """Raise `InputError` for a point above the ceiling."""
-    for name, point in points.items():
+def refuse_high(points: Iterable[tuple[str, tuple[float, float, float]]], top: float) -> None:
+    """Raise `InputError` for a point, given with its name, above the ceiling."""
+    for name, point in points:
         if point[2] > top:
             raise InputError(
                 f"{name}: expected a point below the ceiling, found it {point[2] - top:.1f} m above",
@@ -100,14 +100,8 @@ def lattice_step(bounds: Bounds, step: float | None) -> tuple[float, float, floa
     """Return the lattice's step along each axis, metres: the one asked for, or the shortest of few enough nodes."""
     sizes = [high - low for low, high in zip(bounds.min, bounds.max, strict=True)]
     if step is None:
-        step = next(
-            (
-                s
-                for s in _ROUND_STEPS
-                if s >= 1 and math.prod(size / min(s, size) + 1 for size in sizes) <= MAX_DEFAULT_NODES
-            ),
-            _ROUND_STEPS[-1],
-        )
+        few = (s for s in _ROUND_STEPS if math.prod(size / min(s, size) + 1 for size in sizes) <= MAX_DEFAULT_NODES)
+        step = next(few, _ROUND_STEPS[-1])
     x, y, z = (min(step, size) for size in sizes)
     return x, y, z
 

@@ -35,12 +35,8 @@ def simplify(polygons: Sequence[Polygon] | NDArray[Any], tolerance: float, least
     ndarray of Polygon
         One for each polygon; its holes touch neither the outline nor each other.
     """
-    given = np.empty(len(polygons), dtype=object)
-    given[:] = list(polygons)
-    if len(given) == 0:
-        return given
-    given = _filled(given, least_hole)
-    if tolerance <= 0:
+    given = _filled(np.array(polygons, dtype=object), least_hole)
+    if tolerance <= 0 or not len(given):
         return given
     lines = shapely.simplify(given, tolerance / 3, preserve_topology=True)
     whole = shapely.is_valid(lines) & (shapely.area(lines) > 0)
@@ -105,8 +101,7 @@ def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats,
     tolerance
         How far the ends of all those that become one may lie apart, metres.
     """
-    given = np.empty(len(polygons), dtype=object)
-    given[:] = list(polygons)
+    given = np.array(polygons, dtype=object)
     group = _groups(given, low, high, tolerance)
     order = np.argsort(group, kind="stable")
     members = np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if len(given) else []
@@ -117,14 +112,8 @@ def merge(polygons: Sequence[Polygon] | NDArray[Any], low: Floats, high: Floats,
         for part in parts:
             shapes.append(part)
             rows.append(one if len(parts) == 1 else one[shapely.covers(part, shapely.point_on_surface(given[one]))])
-    result = np.empty(len(shapes), dtype=object)
-    result[:] = shapes
-    return MergedFootprints(
-        _filled(result, 0.0),
-        np.array([low[one].min() for one in rows]),
-        np.array([high[one].max() for one in rows]),
-        rows,
-    )
+    least, most = np.array([low[one].min() for one in rows]), np.array([high[one].max() for one in rows])
+    return MergedFootprints(_filled(np.array(shapes, dtype=object), 0.0), least, most, rows)
 
 
 def _groups(polygons: NDArray[Any], low: Floats, high: Floats, tolerance: float) -> NDArray[np.int64]:

@@ -90,5 +90,4 @@ def _touched_cells(outline: Any, terrain: Terrain, first: tuple[int, int], shape
     (x0, y0), (dx, dy) = terrain.origin, terrain.step
     to_place = Affine(0, dx, x0 + first[0] * dx, dy, 0, y0 + first[1] * dy)  # the rows of the drawing go along x
     touched = rasterize([outline], shape, transform=to_place, all_touched=True, dtype="uint8").astype(bool)
-    found: NDArray[np.bool_] = touched if touched.any() else np.ones(shape, dtype=bool)
-    return found
+    return touched if touched.any() else np.ones(shape, dtype=bool)

@@ -1,8 +1,9 @@
 """Buildings and zones: outlines on the globe become prisms of the local frame that never cover less."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,11 @@ class LocalFeatures:
     high: Floats
     counts: Counter[str] = field(default_factory=Counter)
 
+    def chosen(self, these: NDArray[np.bool_]) -> "LocalFeatures":
+        """Return the features that are chosen, (n,)."""
+        outlines, features = list(compress(self.outlines, these)), list(compress(self.features, these))
+        return LocalFeatures(outlines, features, self.low[these], self.high[these], Counter(self.counts))
+
 
 def local_features(
     features: Sequence[Feature], origin: Origin, region: Rectangle, terrain: Terrain | None, reach: float
@@ -56,7 +62,7 @@ def local_features(
     """Bring features into the local frame; what is farther than `reach` metres from a region is cut off."""
     import shapely
 
-    from skyverse.maps.georeference.longitudes import features_around
+    from skyverse.maps.georeference.longitudes import features_around, pieces
 
     given, features = len(features), features_around(features, origin.longitude, origin.latitude)
     counts: Counter[str] = Counter()
@@ -65,12 +71,12 @@ def local_features(
     boxes = shapely.bounds(flat).reshape(-1, 4)
     near = (boxes[:, 0] <= x1) & (boxes[:, 2] >= x0) & (boxes[:, 1] <= y1) & (boxes[:, 3] >= y0)
     counts["outside"] = int((~near).sum()) + max(0, given - len(features))
-    kept = [feature for feature, inside in zip(features, near, strict=True) if inside]
+    kept = list(compress(features, near))
     boxes = boxes[near]
     low, high = _ends(kept, flat[near], boxes, origin, region, terrain)
     empty = low >= high
     counts["buried"] = int(empty.sum())
-    kept = [feature for feature, gone in zip(kept, empty, strict=True) if not gone]
+    kept = list(compress(kept, ~empty))
     low, high, boxes = low[~empty], high[~empty], boxes[~empty]
     # walls are upright in the frame, but on Earth verticals lean away: outlines at half height are widened by that
     most = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0.0) + 500.0)
@@ -84,16 +90,10 @@ def local_features(
     crossing = ~shapely.covered_by(outlines, frame)
     counts["cut at the edge of the area"] = int(crossing.sum())
     outlines[crossing] = shapely.intersection(outlines[crossing], frame)
-    result = LocalFeatures([], [], np.empty(0), np.empty(0), counts)
-    rows = []
-    for k, outline in enumerate(outlines):
-        for part in getattr(outline, "geoms", [outline]):
-            if part.geom_type == "Polygon" and part.area > 0:
-                result.outlines.append(part)
-                result.features.append(kept[k])
-                rows.append(k)
-    result.low, result.high = low[rows], high[rows]
-    return result
+    parts = [pieces(outline) for outline in outlines]
+    rows = [k for k, some in enumerate(parts) for _ in some]
+    whole = [part for some in parts for part in some]
+    return LocalFeatures(whole, [kept[k] for k in rows], low[rows], high[rows], counts)
 
 
 def _outlines(features: Sequence[Feature], origin: Origin, levels: Floats) -> NDArray[Any]:
@@ -162,14 +162,10 @@ def _metres(features: Sequence[Feature], these: NDArray[np.bool_], side: str) ->
 def within_bounds(these: LocalFeatures, floor: float, ceiling: float, reach: float) -> LocalFeatures:
     """Leave out what lies above the ceiling or below the floor; what has no end ends `reach` metres beyond them."""
     inside = (these.low < ceiling + reach) & (these.high > floor - reach)
-    counts = these.counts + Counter({"above or below the bounds": int((~inside).sum())})
-    return LocalFeatures(
-        [outline for outline, kept in zip(these.outlines, inside, strict=True) if kept],
-        [feature for feature, kept in zip(these.features, inside, strict=True) if kept],
-        np.maximum(these.low[inside], floor - reach),
-        np.minimum(these.high[inside], ceiling + reach),
-        counts,
-    )
+    found = these.chosen(inside)
+    found.low, found.high = np.maximum(found.low, floor - reach), np.minimum(found.high, ceiling + reach)
+    found.counts["above or below the bounds"] += int((~inside).sum())
+    return found
 
 
 def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
@@ -188,21 +184,16 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
 
     if not these.outlines:
         return these
-    outlines = np.empty(len(these.outlines), dtype=object)
-    outlines[:] = these.outlines
-    counts = Counter(these.counts)
-    corners = int(shapely.get_num_coordinates(outlines).sum())
+    corners = int(shapely.get_num_coordinates(these.outlines).sum())
     alike = np.array([tolerance > 0 and f.kind == "building" and f.risk is None for f in these.features])
-    features = [feature for feature, one in zip(these.features, alike, strict=True) if not one]
-    outlines, joint = outlines[~alike], outlines[alike]
-    low, high = these.low[~alike], these.high[~alike]
-    if len(joint):
-        merged = merge(joint, these.low[alike], these.high[alike], tolerance)
-        given = [feature for feature, one in zip(these.features, alike, strict=True) if one]
-        features += [
-            given[rows[0]] if len(rows) == 1 else replace(given[rows[0]], name=None) for rows in merged.members
-        ]
-        counts["merged with others"] = len(joint) - len(merged.polygons)
+    rest, joint = these.chosen(~alike), these.chosen(alike)
+    features, counts, low, high = rest.features, rest.counts, rest.low, rest.high
+    outlines = np.array(rest.outlines, dtype=object)
+    if joint.outlines:
+        merged = merge(joint.outlines, joint.low, joint.high, tolerance)
+        firsts = [(joint.features[rows[0]], len(rows)) for rows in merged.members]
+        features += [first if many == 1 else replace(first, name=None) for first, many in firsts]
+        counts["merged with others"] = len(joint.outlines) - len(merged.polygons)
         outlines = np.concatenate([outlines, merged.polygons])
         low, high = np.concatenate([low, merged.low]), np.concatenate([high, merged.high])
     outlines = simplify(outlines, tolerance)
@@ -215,10 +206,13 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
 
 
 def refuse_inside(
-    points: Mapping[str, tuple[float, float, float]], solids: Sequence[Prism | Voxels], clearance: float, file: str
+    points: Iterable[tuple[str, tuple[float, float, float]]],
+    solids: Sequence[Prism | Voxels],
+    clearance: float,
+    file: str,
 ) -> None:
-    """Raise `InputError` for a point that is in an obstacle of a file, or nearer to it than the clearance."""
-    for name, point in points.items():
+    """Raise `InputError` for a point, given with its name, in an obstacle of a file, or nearer than the clearance."""
+    for name, point in points:
         near = next((solid for solid in solids if _is_near(solid, np.array(point), clearance)), None)
         if near is not None:
             called = f"the {near.kind or 'obstacle'}" + (f" {near.name!r}" if near.name else "")
@@ -250,13 +244,8 @@ def prisms(these: LocalFeatures) -> tuple[list[Prism], Counter[str]]:
     counts = Counter(these.counts)
     made = []
     for outline, feature, low, high in zip(these.outlines, these.features, these.low, these.high, strict=True):
-        given = {
-            "low": float(low),
-            "high": float(high),
-            "name": feature.name,
-            "kind": feature.kind,
-            "risk": feature.risk,
-        }
+        given = {name: getattr(feature, name) for name in ("name", "kind", "risk")}
+        given |= {"low": float(low), "high": float(high)}
         try:
             made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))
         except ValidationError:  # an outline that touches itself or is thinner than the rounding has a sound hull
@@ -280,5 +269,4 @@ def _ring(ring: Any) -> Floats:
     import shapely
 
     corners: Floats = np.round(shapely.get_coordinates(ring), 3)
-    kept: Floats = corners[1:][np.any(corners[1:] != corners[:-1], axis=1)]
-    return kept
+    return corners[1:][np.any(corners[1:] != corners[:-1], axis=1)]

@@ -27,75 +27,58 @@ class Area:
 
     def __post_init__(self) -> None:
         found = f"{self.west:g},{self.south:g},{self.east:g},{self.north:g}"
-        for name, value in (("south", self.south), ("north", self.north)):
-            if not abs(value) <= 90:
+        for name, most in (("south", 90), ("north", 90), ("west", 180), ("east", 180)):
+            value = getattr(self, name)
+            if not abs(value) <= most:
                 hint = "; the order is west,south,east,north" if abs(value) <= 180 else ""
-                raise InputError(
-                    f"{found}: expected {name} from -90 to 90 degrees, found {value:g}{hint}", field="area"
-                )
-        for name, value in (("west", self.west), ("east", self.east)):
-            if not abs(value) <= 180:
-                raise InputError(f"{found}: expected {name} from -180 to 180 degrees, found {value:g}", field="area")
+                said = f"{found}: expected {name} from -{most} to {most} degrees, found {value:g}{hint}"
+                raise InputError(said, field="area")
         if not self.south < self.north or self.west == self.east:
             raise InputError(
                 f"{found}: expected west,south,east,north, found {self.south:g} for south, {self.north:g} for north, "
                 f"{self.west:g} for west, {self.east:g} for east",
                 field="area",
             )
-        if (wide := (self.east - self.west) % 360) > 180:
-            raise InputError(
-                f"{found}: expected west,south,east,north, found {wide:g} degrees from west to east", field="area"
-            )
+        if self._width > 180:
+            said = f"{found}: expected west,south,east,north, found {self._width:g} degrees from west to east"
+            raise InputError(said, field="area")
+
+    @property
+    def _width(self) -> float:
+        return (self.east - self.west) % 360
 
     @property
     def middle(self) -> tuple[float, float]:
         """Latitude and longitude of the middle, degrees."""
-        wide = (self.east - self.west) % 360
-        return (self.south + self.north) / 2, (self.west + wide / 2 + 180) % 360 - 180
+        return (self.south + self.north) / 2, (self.west + self._width / 2 + 180) % 360 - 180
 
     def inside(self, origin: Origin) -> Rectangle:
         """Return the largest rectangle of whole metres of the local frame that lies in the area."""
         along = np.linspace(0, 1, 65)
-        wide = (self.east - self.west) % 360
-        longitude = self.west + wide * along
+        longitude = self.west + self._width * along
         latitude = self.south + (self.north - self.south) * along
-        one = np.ones_like(along)
-        return _between_edges(
-            origin,
-            [
-                (latitude, self.west * one),
-                (latitude, self.east * one),
-                (self.south * one, longitude),
-                (self.north * one, longitude),
-            ],
-            "the area",
-        )
+        edges = [(latitude, np.full_like(along, side)) for side in (self.west, self.east)]
+        edges += [(np.full_like(along, side), longitude) for side in (self.south, self.north)]
+        return _between_edges(origin, edges, "the area")
 
 
 def covered(raster: OpenRaster, origin: Origin) -> Rectangle:
     """Return the largest rectangle of whole metres of the local frame that a raster covers."""
     width, height = raster.data.width, raster.data.height
     across, down = np.linspace(0, width, 65), np.linspace(0, height, 65)
-    edges = []
-    for columns, rows in (
-        (0 * down, down),
-        (0 * down + width, down),
-        (across, 0 * across),
-        (across, 0 * across + height),
-    ):
-        longitude, latitude = raster.places(columns, rows)
-        edges.append((latitude, longitude))
-    return _between_edges(origin, edges, raster.path)
+    pixels = [(np.full_like(down, side), down) for side in (0, width)]
+    pixels += [(across, np.full_like(across, side)) for side in (0, height)]
+    places = [raster.places(columns, rows) for columns, rows in pixels]
+    return _between_edges(origin, [(latitude, longitude) for longitude, latitude in places], raster.path)
 
 
 def _between_edges(origin: Origin, edges: list[tuple[Floats, Floats]], what: str) -> Rectangle:
     """Return the rectangle between four edges of latitudes and longitudes, at low and high altitudes alike."""
-    places = [
-        np.concatenate(
-            [to_local(origin, np.column_stack([lat, lon, np.full_like(lat, level)]))[:, :2] for level in LEVELS]
-        )
-        for lat, lon in edges
-    ]
+
+    def flat(lat: Floats, lon: Floats, level: float) -> Floats:
+        return to_local(origin, np.column_stack([lat, lon, np.full_like(lat, level)]))[:, :2]
+
+    places = [np.concatenate([flat(lat, lon, level) for level in LEVELS]) for lat, lon in edges]
     middle = np.mean(np.concatenate(places), axis=0)
     limits = [-np.inf, -np.inf, np.inf, np.inf]
     for edge in places:
@@ -110,8 +93,8 @@ def _between_edges(origin: Origin, edges: list[tuple[Floats, Floats]], what: str
             f"{what}: expected four sides towards west, south, east and north",
             give=[Remedy("area", None, "that is smaller")],
         )
-    rectangle = tuple(np.ceil(limits[:2])) + tuple(np.floor(limits[2:]))
-    return require_size((float(rectangle[0]), float(rectangle[1]), float(rectangle[2]), float(rectangle[3])), what)
+    (x0, y0), (x1, y1) = np.ceil(limits[:2]).tolist(), np.floor(limits[2:]).tolist()
+    return require_size((x0, y0, x1, y1), what)
 
 
 def require_size(region: Rectangle, what: str) -> Rectangle:

@@ -13,7 +13,7 @@ from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.ground import z_at_altitude
 from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
-from skyverse.maps.readers.raster import OpenRaster, open_raster
+from skyverse.maps.readers.raster import open_raster
 from skyverse.maps.readers.raster_tiles import LEVELS, Tile, pixel_size, tiles
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Origin
@@ -93,9 +93,8 @@ def read_terrain(
     with ExitStack() as stack:
         files = [stack.enter_context(open_raster(raster)) for raster in rasters]
         if step is None:
-            step = max(
-                min(pixel_size(file, level) for file in files), np.sqrt((x1 - x0) * (y1 - y0) / (0.8 * MAX_HEIGHTS))
-            )
+            finest = min(pixel_size(file, level) for file in files)
+            step = max(finest, np.sqrt((x1 - x0) * (y1 - y0) / (0.8 * MAX_HEIGHTS)))
         nx, ny = (max(1, int(np.ceil((high - low) / step - 1e-9))) + 1 for low, high in ((x0, x1), (y0, y1)))
         if nx * ny > MAX_HEIGHTS:
             raise InputError(
@@ -111,10 +110,15 @@ def read_terrain(
         z, reached = grid.sample(tile)
         heights = np.fmax(heights, z)
         covered |= reached
-    _refuse_uncovered(files, level, grid, covered)
+    names = ", ".join(file.path for file in files)
+    if not covered.all():
+        raise InputError(
+            f"{names}: expected terrain over all of the area, but {1 - covered.mean():.1%} of it lies outside, "
+            f"such as {grid.place(level, ~covered)}"
+        )
     holes = np.isnan(heights)
     if holes.any():
-        heights = _filled(files, level, grid, heights, fill)
+        heights = _filled(names, level, grid, heights, fill)
     lift = np.zeros_like(heights)
     for tile in found:
         grid.raise_to(tile, heights, lift)
@@ -140,6 +144,12 @@ class _TerrainGrid:
     def __init__(self, x: Floats, y: Floats) -> None:
         self.x, self.y = x, y
         self.steps = float(x[1] - x[0]), float(y[1] - y[0])
+
+    def place(self, origin: Origin, these: NDArray[np.bool_]) -> str:
+        """Return the place of the first of some nodes (nx, ny) in words."""
+        i, j = np.argwhere(these)[0]
+        latitude, longitude, _ = to_wgs84(origin, [self.x[i], self.y[j], 0.0])[0]
+        return f"latitude {latitude:.6f}, longitude {longitude:.6f}"
 
     def sample(self, tile: Tile) -> tuple[Floats, NDArray[np.bool_]]:
         """Return z (nx, ny) at the nodes, interpolated between pixels' centres, and which nodes the tile covers."""
@@ -173,11 +183,8 @@ class _TerrainGrid:
                 u, v = x - i, y - j
                 shares = (1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v
                 nodes = (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)
-                short = (
-                    strip.z
-                    + ROUNDING_LIFT
-                    - sum(share * heights[node] for share, node in zip(shares, nodes, strict=True))
-                )
+                level = sum(share * heights[node] for share, node in zip(shares, nodes, strict=True))
+                short = strip.z + ROUNDING_LIFT - level
                 low = (short > 0) & ~strip.holes
                 if not low.any():
                     continue
@@ -272,39 +279,23 @@ def _between(tile: Tile, column: Floats, row: Floats) -> tuple[Floats, NDArray[n
     return np.where(inside, found, np.nan), inside
 
 
-def _refuse_uncovered(files: list[OpenRaster], level: Origin, grid: _TerrainGrid, covered: NDArray[np.bool_]) -> None:
-    if covered.all():
-        return
-    i, j = np.argwhere(~covered)[0]
-    latitude, longitude, _ = to_wgs84(level, [grid.x[i], grid.y[j], 0.0])[0]
-    names = ", ".join(file.path for file in files)
-    raise InputError(
-        f"{names}: expected terrain over all of the area, but {1 - covered.mean():.1%} of it lies outside, "
-        f"such as latitude {latitude:.6f}, longitude {longitude:.6f}"
-    )
-
-
 def _filled(
-    files: list[OpenRaster], level: Origin, grid: _TerrainGrid, heights: Floats, fill: float | Literal["nearest"] | None
+    files: str, level: Origin, grid: _TerrainGrid, heights: Floats, fill: float | Literal["nearest"] | None
 ) -> Floats:
     """Return heights whose holes are filled, or refuse holes where `fill` is ``None``."""
     holes = np.isnan(heights)
     if fill is None:
-        i, j = np.argwhere(holes)[0]
-        latitude, longitude, _ = to_wgs84(level, [grid.x[i], grid.y[j], 0.0])[0]
         raise InputError(
-            f"{', '.join(file.path for file in files)}: {holes.mean():.1%} of the area has no data, such as latitude "
-            f"{latitude:.6f}, longitude {longitude:.6f}",
+            f"{files}: {holes.mean():.1%} of the area has no data, such as {grid.place(level, holes)}",
             give=[Remedy("fill_nodata", None, "above sea level"), Remedy("fill_nodata", "nearest")],
         )
     if fill == "nearest":
         if holes.all():
-            raise InputError(f"{', '.join(file.path for file in files)}: there is no data in the area")
+            raise InputError(f"{files}: there is no data in the area")
         from scipy.ndimage import distance_transform_edt
 
         i, j = distance_transform_edt(holes, sampling=grid.steps, return_distances=False, return_indices=True)
-        filled: Floats = heights[i, j]
-        return filled
+        return heights[i, j]
     each, other = (at[holes] for at in np.meshgrid(grid.x, grid.y, indexing="ij"))
     heights = heights.copy()
     heights[holes] = z_at_altitude(level, each, other, np.full(len(each), float(fill)))

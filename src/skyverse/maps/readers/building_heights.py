@@ -20,23 +20,15 @@ _MAX_LENGTH = 1e5
 
 def length_in_metres(value: object) -> float | None:
     """Return a length such as ``10``, ``10.5 m``, ``33 ft``, ``33'`` or ``7'4"`` in metres, or ``None``."""
-    if isinstance(value, bool):
-        return None
-    if isinstance(value, int | float):
-        return float(value) if abs(value) < _MAX_LENGTH else None
-    if not isinstance(value, str):
-        return None
-    feet = _FEET_AND_INCHES.fullmatch(value.strip())
-    if feet:
-        return _sensible((float(feet[1]) + float(feet[2] or 0) / 12) * FOOT)
-    length = _LENGTH.fullmatch(value.strip())
-    if length is None:
-        return None
-    return _sensible(float(length[1]) * (FOOT if (length[2] or "m").lower()[0] in "f'" else 1.0))
-
-
-def _sensible(number: float) -> float | None:
-    return number if number < _MAX_LENGTH else None
+    number = None
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _MAX_LENGTH:
+        number = float(value)
+    elif isinstance(value, str):
+        if feet := _FEET_AND_INCHES.fullmatch(value.strip()):
+            number = (float(feet[1]) + float(feet[2] or 0) / 12) * FOOT
+        elif length := _LENGTH.fullmatch(value.strip()):
+            number = float(length[1]) * (FOOT if (length[2] or "m").lower()[0] in "f'" else 1.0)
+    return number if number is None or number < _MAX_LENGTH else None
 
 
 def number_of_levels(value: object) -> float | None:

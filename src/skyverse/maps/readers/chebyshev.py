@@ -42,8 +42,7 @@ class ChebyshevMap:
     def grid(self, first: NDArray[Any], second: NDArray[Any]) -> Floats:
         """Return the values (k, n, m) at every pair of one of `first` (n,) and one of `second` (m,)."""
         left, right = (_weights(at, *span) for at, span in zip((first, second), self._ranges, strict=True))
-        values: Floats = left @ self._values @ right.T
-        return values
+        return left @ self._values @ right.T
 
 
 _ANGLES = (2 * np.arange(CHEBYSHEV_NODES) + 1) * np.pi / (2 * CHEBYSHEV_NODES)
@@ -58,5 +57,4 @@ def _weights(at: NDArray[Any], low: float, high: float) -> Floats:
     shares = _BARYCENTRIC_WEIGHTS / np.where(met, 1.0, apart)
     shares[met.any(axis=1)] = 0.0
     shares[met] = 1.0
-    weights: Floats = shares / shares.sum(axis=1, keepdims=True)
-    return weights
+    return shares / shares.sum(axis=1, keepdims=True)

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyproj
@@ -59,9 +59,7 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
     vertices, templates = _vertices(document, path), _templates(document, path)
     crs, unit = _system(document, path, choices)
     objects = require_type(dict, document.get("CityObjects"), f"{path}: 'CityObjects'", "objects by name")
-    outlines: list[BaseGeometry] = []
-    spans: list[tuple[float, float]] = []
-    said: list[tuple[str, str, str, dict[str, Any]]] = []
+    bodies: list[_Body] = []
     others: Counter[str] = Counter()
     for name, one in objects.items():
         where = f"{path}: {printable(name)}"
@@ -72,48 +70,52 @@ def buildings(document: dict[str, Any], path: Path, choices: Choices) -> list[Fe
         solid = _solid(one, vertices, templates, where, choices)
         if solid is None:
             continue
-        footprint, low, high = solid
         attributes = require_type(dict, one.get("attributes") or {}, f"{where}: 'attributes'", "fields")
-        outlines.append(footprint)
-        spans.append((low * unit, high * unit))
         kind = KIND_OF_TYPE[_type(one)]
-        said.append((where, printable(name), choices.kind or kind if kind == "building" else kind, attributes))
+        kind = choices.kind or kind if kind == "building" else kind
+        bodies.append(_Body(where, printable(name), kind, attributes, *solid))
     if others:
         named = ", ".join(f"{number:,} {kind}" for kind, number in others.most_common())
         choices.tally[Sentence(f"left out, which are no obstacles or of unknown type: {named}")] += others.total()
-    if not outlines:
+    if not bodies:
         raise InputError(f"{path}: expected buildings with surfaces, found none")
-    moved = to_globe(np.array(outlines, dtype=object), crs, str(path), lambda k: said[k][0], choices.tell)
+    outlines = np.array([body.footprint for body in bodies], dtype=object)
+    moved = to_globe(outlines, crs, str(path), lambda k: bodies[k].where, choices.tell)
     return [
         feature
-        for place, span, (where, name, kind, fields) in zip(moved, spans, said, strict=True)
-        for feature in _features(place, span, where, name, kind, fields, choices)
+        for body, place in zip(bodies, moved, strict=True)
+        for feature in _features(body, place, (body.low * unit, body.high * unit), choices)
     ]
 
 
-def _features(
-    footprint: BaseGeometry,
-    span: tuple[float, float],
-    where: str,
-    name: str,
-    kind: str,
-    attributes: dict[str, Any],
-    choices: Choices,
-) -> Iterator[Feature]:
+class _Body(NamedTuple):
+    """What an object takes up: the ground below it, in the document's coordinates, and its least and greatest z."""
+
+    where: str
+    name: str
+    kind: str
+    attributes: dict[str, Any]
+    footprint: BaseGeometry
+    low: float
+    high: float
+
+
+def _features(body: _Body, place: BaseGeometry, span: tuple[float, float], choices: Choices) -> Iterator[Feature]:
+    """Yield the features of a body whose footprint on the globe and whose altitudes, metres, are given."""
     low: Altitude | None = AboveSea(span[0])
     high: Altitude = AboveSea(span[1])
     if not span[0] < span[1]:  # a flat footprint, level of detail 0
         try:
-            low, high = building_limits(Fields(attributes), where, choices)
+            low, high = building_limits(Fields(body.attributes), body.where, choices)
         except InputError:
-            if KIND_OF_TYPE["Building"] == kind or kind == choices.kind:
+            if body.kind in (KIND_OF_TYPE["Building"], choices.kind):
                 raise
-            choices.count(f"of kind {kind!r} left out, flat and without a height")
+            choices.count(f"of kind {body.kind!r} left out, flat and without a height")
             return
-    for part in polygons(footprint, where, choices.tell, buffer=choices.buffer, lenient=True):
+    for part in polygons(place, body.where, choices.tell, buffer=choices.buffer, lenient=True):
         holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
         outline = np.array(part.exterior.coords)[:-1]
-        yield Feature(outline, holes, low, high, kind, name, where, choices.risk)
+        yield Feature(outline, holes, low, high, body.kind, body.name, body.where, choices.risk)
 
 
 def _vertices(document: dict[str, Any], path: Path) -> Floats:
@@ -122,8 +124,7 @@ def _vertices(document: dict[str, Any], path: Path) -> Floats:
     if transform is None:
         return vertices
     factors = [_three(transform, name, path) for name in ("scale", "translate")]
-    moved: Floats = vertices * factors[0] + factors[1]
-    return moved
+    return vertices * factors[0] + factors[1]
 
 
 def _threes(listed: Any, where: str) -> Floats:

@@ -151,8 +151,7 @@ def _xml(path: Path, choices: Choices) -> Iterator[GeometryRecord]:
         at = np.searchsorted(numbers, way.nodes)
         if not len(way.nodes) or not len(numbers) or (numbers[np.minimum(at, len(numbers) - 1)] != way.nodes).any():
             return None
-        found: Floats = places[at]
-        return found
+        return places[at]
 
     for element in [*(way for way in parser.ways.values() if _is_building(way.tags)), *parser.relations]:
         where = f"{path}: {element.kind} {element.number}"

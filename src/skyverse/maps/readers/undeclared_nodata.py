@@ -3,8 +3,6 @@
 Such a number fills blocks of pixels that have a cliff nearly all around them.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from skyverse._typing import Floats
@@ -23,25 +21,6 @@ MIN_BORDER = 0.5
 """The least border of a block, in sides of a square of its area: the plain around a tower is not cut off by it."""
 SURROUNDINGS = 300
 """Pixels around a doubtful window that are looked at as well."""
-
-
-@dataclass(frozen=True)
-class UndeclaredGap:
-    """A block of one height that is not ground.
-
-    Attributes
-    ----------
-    height
-        The height, metres.
-    cell
-        Row and column of one of the block's cells.
-    share
-        The share of all cells that have this height.
-    """
-
-    height: float
-    cell: tuple[int, int]
-    share: float
 
 
 def highest_of_blocks(raster: OpenRaster, window: Window, block: int) -> Floats:
@@ -100,12 +79,18 @@ def refuse_undeclared_nodata(raster: OpenRaster, window: Window, heights: Floats
     core = slice(above, above + rows), slice(before, before + columns)
     found = undeclared_gap(highest_of_blocks(raster, wide, block), width, core, MIN_BORDER)
     if found is not None:
-        row, column = (first[1] + (found.cell[0] + 0.5) * block, first[0] + (found.cell[1] + 0.5) * block)
-        raster.refuse_height(found.height, found.share, (column, row), "with a cliff all round it")
+        height, (row, column), share = found
+        pixel = first[0] + (column + 0.5) * block, first[1] + (row + 0.5) * block
+        raster.refuse_height(height, share, pixel, "with a cliff all round it")
 
 
-def undeclared_gap(heights: Floats, width: float, core: tuple[slice, slice], min_border: float) -> UndeclaredGap | None:
+def undeclared_gap(
+    heights: Floats, width: float, core: tuple[slice, slice], min_border: float
+) -> tuple[float, tuple[int, int], float] | None:
     """Return the largest block of one height that cliffs cut off and that reaches into the core, or ``None``.
+
+    It is returned as its height, metres, the row and column of one of its cells, and the share of the core's cells that
+    have this height.
 
     Parameters
     ----------
@@ -165,4 +150,4 @@ def undeclared_gap(heights: Floats, width: float, core: tuple[slice, slice], min
     row, column = np.argwhere(inside >= 0)[np.flatnonzero(here == chosen)[0]]
     height = float(inner[row, column])
     cell = int(row) + core[0].start, int(column) + core[1].start
-    return UndeclaredGap(height, cell, float((inner == height).mean()))
+    return height, cell, float((inner == height).mean())

@@ -23,89 +23,71 @@ def touched(corners: NDArray[np.float64], occupied: NDArray[np.bool_]) -> None:
     occupied
         (nx, ny, nz); voxels that are touched become true.
     """
-    low = np.empty(3, dtype=np.int64)
-    high = np.empty(3, dtype=np.int64)
+    low, high, cell = np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64), np.empty(3, dtype=np.int64)
+    axes, least, most = np.empty((10, 3)), np.empty(10), np.empty(10)
     for t in range(len(corners)):
-        a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
+        base = np.floor(corners[t, 0])  # places are counted from here, so that rounding stays as small as the triangle
+        a, b, c = corners[t, 0] - base, corners[t, 1] - base, corners[t, 2] - base
         for axis in range(3):
-            least = min(a[axis], b[axis], c[axis])
-            most = max(a[axis], b[axis], c[axis])
-            low[axis] = max(0, int(np.ceil(least - _VOXEL_TOUCH)) - 1)
-            high[axis] = min(occupied.shape[axis] - 1, int(np.floor(most + _VOXEL_TOUCH)))
-        nx = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
-        ny = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
-        nz = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+            lowest, highest = min(a[axis], b[axis], c[axis]), max(a[axis], b[axis], c[axis])
+            low[axis] = max(0, int(base[axis] + np.ceil(lowest - _VOXEL_TOUCH)) - 1)
+            high[axis] = min(occupied.shape[axis] - 1, int(base[axis] + np.floor(highest + _VOXEL_TOUCH)))
+        _axes_of_triangle(a, b, c, axes, least, most)
+        normal = axes[9]
         # along the axis that is nearest to the normal, a column of voxels meets the plane in few voxels
-        size = abs(nx) + abs(ny) + abs(nz)
-        face = 0 if abs(nx) >= max(abs(ny), abs(nz)) else (1 if abs(ny) >= abs(nz) else 2)
-        normal = nx if face == 0 else (ny if face == 1 else nz)
+        face = int(np.argmax(np.abs(normal)))
         u, v = (face + 1) % 3, (face + 2) % 3
-        nu = ny if face == 0 else (nz if face == 1 else nx)
-        nv = nz if face == 0 else (nx if face == 1 else ny)
         for i in range(low[u], high[u] + 1):
             for j in range(low[v], high[v] + 1):
                 first, last = low[face], high[face]
-                if size > 0:
-                    middle = a[face] - (nu * (i + 0.5 - a[u]) + nv * (j + 0.5 - a[v])) / normal
-                    reach = (abs(nu) + abs(nv)) / abs(normal) / 2 + 1e-6
+                if normal[face] != 0:
+                    beside = normal[u] * (i + 0.5 - base[u] - a[u]) + normal[v] * (j + 0.5 - base[v] - a[v])
+                    middle = base[face] + a[face] - beside / normal[face]
+                    reach = (abs(normal[u]) + abs(normal[v])) / abs(normal[face]) / 2 + 1e-6
                     first = max(first, int(np.floor(middle - reach)) - 1)
                     last = min(last, int(np.floor(middle + reach)) + 1)
                 for k in range(first, last + 1):
-                    x = k if face == 0 else (j if face == 1 else i)
-                    y = i if face == 0 else (k if face == 1 else j)
-                    z = j if face == 0 else (i if face == 1 else k)
-                    if not occupied[x, y, z] and _overlap(a, b, c, x + 0.5, y + 0.5, z + 0.5):
-                        occupied[x, y, z] = True
+                    cell[u], cell[v], cell[face] = i, j, k
+                    if not occupied[cell[0], cell[1], cell[2]]:
+                        x, y, z = cell[0] + 0.5 - base[0], cell[1] + 0.5 - base[1], cell[2] + 0.5 - base[2]
+                        occupied[cell[0], cell[1], cell[2]] = _is_met(axes, least, most, x, y, z)
 
 
 @inner
-def _overlap(
-    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], x: float, y: float, z: float
+def _axes_of_triangle(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    c: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    least: NDArray[np.float64],
+    most: NDArray[np.float64],
+) -> None:
+    """Fill in the axes that may separate a triangle from a voxel whose box meets that of the triangle.
+
+    They are the products of its edges and the voxel's axes, and its normal, the last. Where it touches a voxel, the
+    voxel's middle lies between `least` and `most`, (10,), along each of `axes`, (10, 3).
+    """
+    for row in range(10):
+        begin, end = (a, b) if row < 3 else ((b, c) if row < 6 else (c, a))
+        side, u, v = row % 3, (row + 1) % 3, (row + 2) % 3
+        axes[row, side], axes[row, u], axes[row, v] = 0.0, begin[v] - end[v], end[u] - begin[u]
+        if row == 9:
+            for k in range(3):
+                u, v = (k + 1) % 3, (k + 2) % 3
+                axes[row, k] = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u])
+        x, y, z = axes[row, 0], axes[row, 1], axes[row, 2]
+        p, q, r = x * a[0] + y * a[1] + z * a[2], x * b[0] + y * b[1] + z * b[2], x * c[0] + y * c[1] + z * c[2]
+        reach = (abs(x) + abs(y) + abs(z)) * (0.5 + _VOXEL_TOUCH)
+        least[row], most[row] = min(p, q, r) - reach, max(p, q, r) + reach
+
+
+@inner
+def _is_met(
+    axes: NDArray[np.float64], least: NDArray[np.float64], most: NDArray[np.float64], x: float, y: float, z: float
 ) -> bool:
-    """Tell whether a triangle touches the unit cube around x, y, z: no axis separates them."""
-    ax, ay, az = a[0] - x, a[1] - y, a[2] - z
-    bx, by, bz = b[0] - x, b[1] - y, b[2] - z
-    cx, cy, cz = c[0] - x, c[1] - y, c[2] - z
-    if (
-        _separates(1.0, 0.0, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
-        or _separates(0.0, 1.0, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
-        or _separates(0.0, 0.0, 1.0, ax, ay, az, bx, by, bz, cx, cy, cz)
-    ):
-        return False
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    ex, ey, ez = cx - bx, cy - by, cz - bz
-    fx, fy, fz = ax - cx, ay - cy, az - cz
-    if _separates(dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex, ax, ay, az, bx, by, bz, cx, cy, cz):
-        return False
-    for edge in range(3):
-        ox = dx if edge == 0 else (ex if edge == 1 else fx)
-        oy = dy if edge == 0 else (ey if edge == 1 else fy)
-        oz = dz if edge == 0 else (ez if edge == 1 else fz)
-        if (
-            _separates(0.0, -oz, oy, ax, ay, az, bx, by, bz, cx, cy, cz)
-            or _separates(oz, 0.0, -ox, ax, ay, az, bx, by, bz, cx, cy, cz)
-            or _separates(-oy, ox, 0.0, ax, ay, az, bx, by, bz, cx, cy, cz)
-        ):
+    """Tell whether a triangle touches the voxel around x, y, z: none of its axes separates them."""
+    for row in range(10):
+        along = axes[row, 0] * x + axes[row, 1] * y + axes[row, 2] * z
+        if along < least[row] or along > most[row]:
             return False
     return True
-
-
-@inner
-def _separates(
-    nx: float,
-    ny: float,
-    nz: float,
-    ax: float,
-    ay: float,
-    az: float,
-    bx: float,
-    by: float,
-    bz: float,
-    cx: float,
-    cy: float,
-    cz: float,
-) -> bool:
-    """Tell whether an axis separates a triangle from the unit cube around zero by more than `_VOXEL_TOUCH`."""
-    p, q, r = nx * ax + ny * ay + nz * az, nx * bx + ny * by + nz * bz, nx * cx + ny * cy + nz * cz
-    reach = (abs(nx) + abs(ny) + abs(nz)) * (0.5 + _VOXEL_TOUCH)
-    return min(p, q, r) > reach or max(p, q, r) < -reach
