@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+from skyverse.cli.compile_with_bar import compile_with_bar
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.cli.option_types import AsJson, Output, Whole
@@ -123,6 +124,7 @@ def compare(
         refuse_output(export)
     _keep_study(folder, study)
     watch = StudyWatch(folder)
+    compile_with_bar([type(job.planner).__name__ for job in {job.label: job for job in jobs}.values()])
     try:
         with Rows(folder / "rows.sqlite") as rows:
             others = len(rows.done() - {job.key for job in jobs})

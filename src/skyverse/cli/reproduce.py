@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
+from skyverse.cli.compile_with_bar import compile_with_bar
 from skyverse.cli.exit_codes import INTERRUPTED
 from skyverse.cli.option_types import OUTPUT, WHOLE, Whole
 from skyverse.cli.watch import StudyWatch
@@ -41,6 +42,7 @@ def reproduce(
     from skyverse.reproduction.reproduce import reproduce as run_again
 
     watch = StudyWatch(output)
+    compile_with_bar(["mission", "AStar", "MVO", "GSO", "BBO", "RandomRestart", "HybridMVO"])
     try:
         with watch.bar() as on_run:
             pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or cores(), on_run=on_run)

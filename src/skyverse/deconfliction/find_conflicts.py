@@ -21,6 +21,7 @@ from skyverse.deconfliction.pair_conflicts import conflict_spans, is_given, near
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Conflict
+from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import MIN_HORIZON, SEPARATION_FORGIVEN
 
@@ -116,7 +117,7 @@ def close_pairs(curves: Curves, schedule: Schedule, semi_axis_xy: Floats, semi_a
         since, until = end * s / slices, end * (s + 1) / slices
         for i in range(n):
             _bounding_box(curves, schedule, i, since, until, low[i], high[i])
-        order = np.argsort(low[:, 0])
+        order = order_of(low[:, 0].copy())
         largest = semi_axis_xy.max() if n > 0 else 0.0
         for p in range(n):
             i = order[p]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.numerics.arrays import doubled, put
+from skyverse.numerics.arrays import doubled, order_of, put
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.space.world import Space
 
@@ -121,8 +121,9 @@ def _best_cut(lows: Floats, highs: Floats, some: Ints, low: Floats, high: Floats
                     faces[count] = face
                     count += 1
         if count > 12:
-            faces[:count].sort()
-            faces[0], faces[1], faces[2] = faces[count // 3], faces[count // 2], faces[2 * count // 3]
+            order = order_of(faces[:count])
+            low_third, middle, high_third = order[count // 3], order[count // 2], order[2 * count // 3]
+            faces[0], faces[1], faces[2] = faces[low_third], faces[middle], faces[high_third]
             count = 3
         for f in range(count):
             cut = faces[f]

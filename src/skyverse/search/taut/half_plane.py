@@ -3,6 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance
 from skyverse.space.world import Space, point_free, segment_free
@@ -135,7 +136,7 @@ def _free_at(space: Space, p: Floats, side: Floats, metres: float, q: Floats) ->
 @inner
 def _keep_upper_hull(at: Floats, height: Floats, count: int) -> int:
     """Keep, in place and in order, the places on the upper convex hull of the first `count`; return how many."""
-    order = np.argsort(at[:count])
+    order = order_of(at[:count])
     x, y = at[:count][order], height[:count][order]
     kept = 0
     for i in range(count):
