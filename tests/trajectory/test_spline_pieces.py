@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 from skyverse.trajectory.spline import DEGREE
-from skyverse.trajectory.spline_pieces import polynomial_pieces
+from skyverse.trajectory.smooth import polynomial_pieces
 
 
 def curve(spans, far):

@@ -101,18 +101,13 @@ def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
     low, high = np.minimum(passed, centre) - reach, np.maximum(passed, centre) + reach
     low[axis], high[axis] = centre[axis] - WALL_HALF_THICKNESS, centre[axis] + WALL_HALF_THICKNESS
     hole = HOLE_HALF_WIDTH * semi_axes + clearance
-    first, second = (k for k in range(3) if k != axis)
     boxes = []
-    for k, bounded in ((first, None), (second, first)):
-        for side in (-1, 1):
-            a, b = low.copy(), high.copy()
-            if side < 0:
-                b[k] = centre[k] - hole[k]
-            else:
-                a[k] = centre[k] + hole[k]
-            if bounded is not None:
-                a[bounded], b[bounded] = centre[bounded] - hole[bounded], centre[bounded] + hole[bounded]
+    for k in (k for k in range(3) if k != axis):
+        before, after = high.copy(), low.copy()
+        before[k], after[k] = centre[k] - hole[k], centre[k] + hole[k]
+        for a, b in ((low, before), (after, high)):
             boxes.append(Box(min=tuple(a.tolist()), max=tuple(b.tolist())))
+        low[k], high[k] = before[k], after[k]
     return tuple(boxes)
 
 

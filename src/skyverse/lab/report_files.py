@@ -2,7 +2,7 @@
 
 import base64
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -55,13 +55,14 @@ def write_report_files(
         raise InputError(f"{str(folder)!r}: cannot be made: {getattr(error, 'strerror', None) or error}") from None
     written, images = [], {}
     for block in _figures(report):
-        for suffix, content in _drawn(block, {*figures, shown}):
-            if suffix in figures:
-                written.append(folder / "figures" / f"{block.name}.{suffix}")
-                with whole_file(written[-1]) as beside:
-                    beside.write_bytes(content)
-            if suffix == shown and "html" in formats:
-                images[block.name] = f"data:{_TYPES[shown]};base64,{base64.b64encode(content).decode()}"
+        with style():
+            drawn = block.draw()
+            contents = {suffix: image(drawn, suffix) for suffix in sorted({*figures, shown})}
+        images[block.name] = f"data:{_TYPES[shown]};base64,{base64.b64encode(contents[shown]).decode()}"
+        for suffix in sorted(set(figures)):
+            written.append(folder / "figures" / f"{block.name}.{suffix}")
+            with whole_file(written[-1]) as beside:
+                beside.write_bytes(contents[suffix])
     if "md" in formats:
         written.append(folder / f"{stem}.md")
         write_text(written[-1], markdown(report, suffix=shown if shown in figures else None))
@@ -171,13 +172,6 @@ def _text(text: str) -> str:
 
 def _figures(report: Report) -> list[Figure]:
     return [block for block in report.blocks if isinstance(block, Figure)]
-
-
-def _drawn(block: Figure, suffixes: set[str]) -> Iterator[tuple[str, bytes]]:
-    with style():
-        drawn = block.draw()
-        for suffix in sorted(suffixes):
-            yield suffix, image(drawn, suffix)
 
 
 def _check(report: Report, formats: Sequence[str], figures: Sequence[str]) -> None:

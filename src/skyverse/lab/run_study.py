@@ -73,17 +73,15 @@ def run_jobs(
     rows.expect("scenario", dict.fromkeys(job.case.label for job in wanted))
     rows.expect("planner", dict.fromkeys(job.label for job in wanted))
     rows.expect("budget", dict.fromkeys(job.budget for job in wanted))
-    done, total = len(wanted) - len(pending), len(wanted)
-    if on_run is not None:
-        on_run(done, total)
+    note = on_run or (lambda done, total: None)
+    before, total = len(wanted) - len(pending), len(wanted)
+    note(before, total)
     if not pending:
         return
     with closing(_finished(pending, workers, dask)) as finished:
-        for job, row in finished:
+        for done, (job, row) in enumerate(finished, before + 1):
             rows.add(row, job.key)
-            done += 1
-            if on_run is not None:
-                on_run(done, total)
+            note(done, total)
 
 
 def _finished(jobs: Sequence[Job], workers: int, dask: str | None) -> Generator[tuple[Job, Row]]:

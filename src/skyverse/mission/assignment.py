@@ -1,5 +1,6 @@
 """Optimal assignment of UAVs to targets (the thesis's Algorithm 4, solved exactly by scipy)."""
 
+from bisect import bisect_left
 from typing import Literal
 
 import numpy as np
@@ -69,16 +70,9 @@ def _smallest_maximum(matrix: Floats, possible: np.ndarray) -> float:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import maximum_bipartite_matching
 
-    def matched(allowed: np.ndarray) -> int:
-        return int(np.sum(maximum_bipartite_matching(csr_array(allowed), perm_type="column") >= 0))
+    def matched(level: float) -> int:
+        allowed = csr_array(possible & (matrix <= level))
+        return int(np.sum(maximum_bipartite_matching(allowed, perm_type="column") >= 0))
 
-    levels = np.unique(matrix[possible])
-    most = matched(possible)
-    low, high = 0, len(levels) - 1
-    while low < high:
-        middle = (low + high) // 2
-        if matched(possible & (matrix <= levels[middle])) == most:
-            high = middle
-        else:
-            low = middle + 1
-    return float(levels[low])
+    levels = np.unique(matrix[possible]).tolist()
+    return float(levels[bisect_left(levels, matched(levels[-1]), key=matched)])

@@ -52,25 +52,22 @@ class ArrayRecord:
 
 def floats(value: object) -> Floats:
     """Return numbers in rows of equal length as a read-only array, or raise `ValueError`."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError("expected numbers in rows of equal length") from None
-    array.flags.writeable = False
-    return array
+    return frozen(_array(value, np.float64, "numbers in rows of equal length"))
 
 
 def integers(value: object) -> Ints:
     """Return whole numbers as a read-only array, or raise `ValueError`."""
-    try:
-        array = np.array(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError("expected whole numbers") from None
+    array = _array(value, None, "whole numbers")
     if array.size and array.dtype.kind not in "iu":
         raise ValueError("expected whole numbers")
-    array = array.astype(np.int64)
-    array.flags.writeable = False
-    return array
+    return frozen(array.astype(np.int64))
+
+
+def _array(value: object, dtype: type[np.float64] | None, due: str) -> NDArray[Any]:
+    try:
+        return np.array(value, dtype=dtype)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"expected {due}") from None
 
 
 def _points(value: object) -> Floats:

@@ -2,7 +2,6 @@
 
 import dataclasses
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar, cast
 
@@ -92,9 +91,8 @@ class Metaheuristic(Planner, Generic[R]):
             share = stop.spent(dataclasses.replace(progress, iterations=iterations))
             self.step(run, share if share is not None else 0.0)
         seconds = run.seeding_seconds + clock.seconds
-        return run.result(
-            problem, SearchRecord(origin, Effort(paths, nodes, evaluations), seconds, _history(rows), ended)
-        )
+        history = History(*(np.array(column) for column in zip(*rows, strict=True)))
+        return run.result(problem, SearchRecord(origin, Effort(paths, nodes, evaluations), seconds, history, ended))
 
     def open_run(self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance) -> R | Result:
         """Return a run without candidates, or the result where there is nothing to search."""
@@ -106,8 +104,3 @@ class Metaheuristic(Planner, Generic[R]):
             return lattice_result(problem, problem.route.nodes, SearchRecord(origin))
         capacity = self.longest(problem.airspace.grid)
         return cast("R", lattice_run(problem, self.task(problem), self.population, capacity, stop, rng))
-
-
-def _history(rows: Sequence[tuple[float, ...]]) -> History:
-    costs, paths, nodes, evaluations = (np.array(column) for column in zip(*rows, strict=True))
-    return History(costs, paths, nodes, evaluations)
