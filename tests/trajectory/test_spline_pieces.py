@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from skyverse.trajectory.spline import DEGREE
 from skyverse.trajectory.smooth import polynomial_pieces
+from skyverse.trajectory.spline import DEGREE
 
 
 def curve(spans, far):
