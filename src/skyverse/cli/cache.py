@@ -29,8 +29,8 @@ def cache(
     as_json
         Print JSON.
     """
-    from skyverse.cli.compile_with_bar import compile_with_bar
     from skyverse.cli.report import json_text
+    from skyverse.cli.watch import compile_with_bar
     from skyverse.numerics.compiling.store import Contents, KernelStore, user_folder
 
     folder = user_folder()

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from skyverse.cli.compile_with_bar import compile_with_bar
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.cli.option_types import AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import json_text, table
 from skyverse.cli.study import study_of
-from skyverse.cli.watch import StudyWatch
+from skyverse.cli.watch import StudyWatch, compile_with_bar
 from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
 

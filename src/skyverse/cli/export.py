@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -68,18 +68,8 @@ def export(
         require_geoid(geoid)
         at = at.model_copy(update={"geoid": geoid})
     notes: list[str] = []
-    files = sky.export(
-        read,
-        output,
-        altitude=altitude,
-        origin=at,
-        rate=rate,
-        radius=radius,
-        takeoff=takeoff,
-        end=end,
-        allow_close=allow_close,
-        on_note=notes.append,
-    )
+    how: dict[str, Any] = {"altitude": altitude, "rate": rate, "radius": radius, "takeoff": takeoff, "end": end}
+    files = sky.export(read, output, origin=at, **how, allow_close=allow_close, on_note=notes.append)
     for path in files:
         print(path)
     for note in notes:

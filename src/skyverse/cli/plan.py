@@ -1,18 +1,17 @@
 """The verb ``plan``: a mission from a scenario."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from skyverse.cli.compile_with_bar import compile_with_bar
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe, tell_unknown, tell_unsought, with_more
 from skyverse.cli.option_types import WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import report
 from skyverse.cli.settings import planner_of
-from skyverse.cli.watch import progress_bar, stop_rule
+from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
 from skyverse.errors import InputError
 
 budget = Group("Budget (whichever comes first; 40 iterations without any; a clock only beside a count)")
@@ -104,17 +103,9 @@ def plan(
     wings = ["aeroplane"] if any(uav.fixed_wing for uav in asked.uavs) else []
     before_compiling(lambda: compile_with_bar(["mission", type(method).__name__, shape, *wings]))
     with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:
-        mission = sky.plan_mission(
-            asked,
-            method,
-            stop=stop,
-            rng=seed,
-            assignment=assignment,
-            criterion=criterion,
-            shape=shape,
-            keep_apart=keep_apart,
-            on_progress=on_progress,
-        )
+        how: dict[str, Any] = {"assignment": assignment, "criterion": criterion, "shape": shape}
+        how |= {"keep_apart": keep_apart, "on_progress": on_progress}
+        mission = sky.plan_mission(asked, method, stop=stop, rng=seed, **how)
         sky.write(mission, out)
         written = [out]
         if page:

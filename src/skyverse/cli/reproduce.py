@@ -4,10 +4,9 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from skyverse.cli.compile_with_bar import compile_with_bar
 from skyverse.cli.exit_codes import INTERRUPTED
 from skyverse.cli.option_types import OUTPUT, WHOLE, Whole
-from skyverse.cli.watch import StudyWatch
+from skyverse.cli.watch import StudyWatch, compile_with_bar
 from skyverse.numerics.cores import cores
 
 

@@ -1,21 +1,58 @@
-"""A long run watched: its end by budget or Ctrl-C, its progress, the first run's compilation."""
+"""A long run watched: kernels compiled before it, its end by budget or Ctrl-C, its progress."""
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from skyverse.cli.compile_with_bar import console
 from skyverse.cli.settings import given
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from skyverse.lab.run_study import OnRun
     from skyverse.mission.plan_mission import OnProgress
     from skyverse.model.scenario import Scenario
     from skyverse.stop import Progress, Stop
+
+
+@cache
+def console() -> "Console":
+    """Return what all bars are drawn on, so that one can be drawn within another."""
+    from rich.console import Console
+
+    return Console(stderr=True)
+
+
+def compile_with_bar(workloads: Sequence[str]) -> None:
+    """Compile the kernels that workloads need and that are not kept yet, on all cores; show how far that is."""
+    from skyverse.numerics.compiling.together import compile_missing
+
+    if not sys.stderr.isatty():
+        told = -1
+
+        def tell(done: int, total: int, kernel: str) -> None:
+            nonlocal told
+            if done * 4 // total > told:
+                told = done * 4 // total
+                print(f"skyverse: compiling kernels, this once: {told * 25} % done", file=sys.stderr, flush=True)
+
+        compile_missing(workloads, tell)
+        return
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    with Progress(*columns, TextColumn("{task.fields[kernel]}"), console=console(), transient=True) as bar:
+        task = bar.add_task("compiling kernels, this once", total=None, kernel="")
+
+        def draw(done: int, total: int, kernel: str) -> None:
+            bar.update(task, completed=done, total=total, kernel=kernel.removeprefix("skyverse."))
+
+        compile_missing(workloads, draw)
 
 
 @contextmanager

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.atomic import whole_file, write_text
-from skyverse.draw.figure_files import moment, write_stills
+from skyverse.draw.figure_files import Line, fleet_figure, write_stills
 from skyverse.draw.flight_scene import flight_scene
 from skyverse.draw.map_figure import INK, ends, legend, line, map_figure, uav
 from skyverse.draw.scene import Scene
+from skyverse.draw.track import Track
 from skyverse.errors import InputError
 from skyverse.model.flight_record import Flight
 
@@ -80,7 +81,12 @@ def write_instants(flight: Flight, folder: Path | str, *, suffix: str = ".png") 
 
 def instant(drawn: Scene, t: float) -> "Figure":
     """Return the figure of a flight's scene at `t` seconds: planned paths thin, flown motion until then thick."""
-    return moment(drawn, f"flown, t = {t:.1f} s", t, lambda track: track.path, drawn.findings)
+    heading = f"flown, t = {t:.1f} s"
+
+    def lines(track: Track) -> list[Line]:
+        return [(track.path, 0.9, 0.55), (track.flown(t), 2.6, 1.0)]
+
+    return fleet_figure(drawn, heading, lines, t=t, findings=drawn.findings)
 
 
 def instants(drawn: Scene) -> tuple[list[float], int]:

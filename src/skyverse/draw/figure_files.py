@@ -1,6 +1,6 @@
-"""Figures of the fleet at an instant, and figures written to files, for missions and flights alike."""
+"""Figures of the fleet, and figures written to files, for missions and flights alike."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,16 +16,29 @@ if TYPE_CHECKING:
 DOTS_PER_INCH = 160
 
 
-def moment(
-    drawn: Scene, heading: str, t: float, thin: Callable[[Track], Floats], findings: Iterable[SceneFinding] = ()
+Line = tuple[Floats, float, float]
+"""The points of a line, (n, 3), its width, and how opaque it is, from 0 to 1."""
+
+
+def fleet_figure(
+    drawn: Scene,
+    heading: str,
+    lines: Callable[[Track], Sequence[Line]],
+    *,
+    t: float | None = None,
+    findings: Iterable[SceneFinding] = (),
 ) -> "Figure":
-    """Return the figure of the fleet at `t` seconds: a `thin` line and its flight so far for each UAV."""
+    """Return the figure of the map with the lines of each UAV, its start and target, and rings around findings.
+
+    With `t`, seconds, the UAVs are drawn where they are then.
+    """
     figure, axes = map_figure(drawn, heading)
     for track in drawn.tracks:
-        line(axes, track, thin(track), width=0.9, alpha=0.55)
-        line(axes, track, track.flown(t), width=2.6)
+        for points, width, alpha in lines(track):
+            line(axes, track, points, width=width, alpha=alpha)
         ends(axes, track)
-        uav(axes, track, track.at(t))
+        if t is not None:
+            uav(axes, track, track.at(t))
     for finding in findings:
         ring(axes, finding)
     legend(figure, drawn)

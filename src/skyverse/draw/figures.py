@@ -8,20 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.figure_files import moment, write_stills
-from skyverse.draw.map_figure import (
-    GRID,
-    INK,
-    LINE_STYLES,
-    blank,
-    ends,
-    legend,
-    line,
-    logarithmic,
-    map_figure,
-    plain,
-    ring,
-)
+from skyverse.draw.figure_files import fleet_figure, write_stills
+from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, blank, logarithmic, plain
 from skyverse.draw.scene import Scene, scene
 from skyverse.draw.track import Track
 from skyverse.model.mission import Mission
@@ -65,31 +53,21 @@ def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
 
 def paths(drawn: Scene) -> "Figure":
     """Return the figure of the map with the paths."""
-    figure, axes = map_figure(drawn, "path" if len(drawn.tracks) == 1 else "paths")
-    for track in drawn.tracks:
-        line(axes, track, track.path, width=2.0)
-        ends(axes, track)
-    legend(figure, drawn)
-    return figure
+    return fleet_figure(drawn, "path" if len(drawn.tracks) == 1 else "paths", lambda track: [(track.path, 2.0, 1.0)])
 
 
 def trajectories(drawn: Scene) -> "Figure":
     """Return the figure of the map with trajectories, thin paths, and rings around the referee's findings."""
-    figure, axes = map_figure(drawn, "trajectory" if len(drawn.tracks) == 1 else "trajectories")
-    for track in drawn.tracks:
-        line(axes, track, track.path, width=0.8, alpha=0.55)
-        line(axes, track, track.positions, width=2.4)
-        ends(axes, track)
-    for finding in drawn.findings:
-        ring(axes, finding)
-    legend(figure, drawn)
-    return figure
+    heading = "trajectory" if len(drawn.tracks) == 1 else "trajectories"
+    return fleet_figure(
+        drawn, heading, lambda track: [(track.path, 0.8, 0.55), (track.positions, 2.4, 1.0)], findings=drawn.findings
+    )
 
 
 def instant(drawn: Scene, t: float) -> "Figure":
     """Return the figure of the fleet at `t` seconds, with its trajectories up to that time."""
     heading = f"t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s"
-    return moment(drawn, heading, t, lambda track: track.positions)
+    return fleet_figure(drawn, heading, lambda track: [(track.positions, 0.9, 0.55), (track.flown(t), 2.6, 1.0)], t=t)
 
 
 def convergence(drawn: Scene) -> "Figure":

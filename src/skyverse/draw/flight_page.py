@@ -1,6 +1,7 @@
 """A flight as one web page that works offline: planned and flown motion, tracking errors, and the verdict."""
 
 import math
+from collections.abc import Callable
 from html import escape
 from typing import Any
 
@@ -30,19 +31,18 @@ _FLIGHT_WORDS = {
     "value": "tracking error (mm)",
     "log": False,
 }
-_HEADS = (
-    ("UAV", ""),
-    ("Target", ""),
-    ("Flight", "seconds flown"),
-    ("RMS error", "root mean square of the tracking error"),
-    ("Largest error", "largest tracking error"),
-    ("Clearance", "smallest distance to an obstacle as given"),
-    ("Above ground", "least height above the ground"),
-    ("Mean thrust", "share of the most"),
-    ("Peak thrust", "share of the most"),
-    ("Peak tilt", "degrees between thrust and the vertical"),
-    ("Energy", "mechanical work of the rotors"),
+_COLUMNS: tuple[tuple[str, str, Callable[[Flown], str]], ...] = (
+    ("Flight", "seconds flown", lambda flown: f"{flown.times[-1] - flown.times[0]:.2f} s"),
+    ("RMS error", "root mean square of the tracking error", lambda flown: f"{1000 * flown.rms:,.1f} mm"),
+    ("Largest error", "largest tracking error", lambda flown: f"{1000 * flown.largest:,.1f} mm"),
+    ("Clearance", "smallest distance to an obstacle as given", lambda flown: _metres(flown.clearance)),
+    ("Above ground", "least height above the ground", lambda flown: _metres(flown.above_ground)),
+    ("Mean thrust", "share of the most", lambda flown: f"{flown.mean_thrust:.0%}"),
+    ("Peak thrust", "share of the most", lambda flown: f"{flown.peak_thrust:.0%}"),
+    ("Peak tilt", "degrees between thrust and the vertical", lambda flown: f"{flown.peak_tilt:.0f}°"),
+    ("Energy", "mechanical work of the rotors", lambda flown: f"{flown.energy:,.0f} J"),
 )
+"""The columns of the table: what stands above them, the tooltip of that, and what is written of a UAV."""
 
 
 def flight_page(flight: Flight) -> str:
@@ -79,10 +79,10 @@ def _tiles(flight: Flight) -> str:
     closest = min((passing.nearness for passing in flight.passings), default=None)
     rms = math.sqrt(sum(f.rms**2 * len(f.times) for f in flown) / sum(len(f.times) for f in flown))
     heights = [f.above_ground for f in flown if f.above_ground is not None]
-    low = [("Above ground", f"{number(min(heights), 3)} m", "least height")] if heights else []
+    low = [("Above ground", _metres(min(heights)), "least height")] if heights else []
     shown = [
         ("Largest error", f"{1000 * flight.largest:.1f} mm", f"RMS {1000 * rms:.1f} mm"),
-        ("Clearance", f"{number(nearest, 3)} m" if nearest < math.inf else NO_VALUE, "to an obstacle as given"),
+        ("Clearance", _metres(nearest), "to an obstacle as given"),
         *low,
         ("Separation", NO_VALUE if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
         ("Makespan", f"{flight.mission.makespan:.2f} s", "as planned"),
@@ -100,13 +100,8 @@ def _banner(flight: Flight, drawn: Scene) -> str:
     if flight.rounds:
         lines = "".join(f"<li>{escape(sentence)}</li>" for sentence in flight.rounds)
         verdict += card("note", "i", "The mission was made easier until it was safe.", f"<ul>{lines}</ul>")
-    left = [
-        uav.name
-        for uav, flown, trajectory in zip(
-            flight.mission.scenario.uavs, flight.flown, flight.mission.trajectories, strict=True
-        )
-        if flown is None and trajectory is not None
-    ]
+    fleet = zip(flight.mission.scenario.uavs, flight.flown, flight.mission.trajectories, strict=True)
+    left = [uav.name for uav, flown, trajectory in fleet if flown is None and trajectory is not None]
     if left:
         names = escape(", ".join(left))
         verdict += card("note", "i", "Not flown:", f"<p>{names}, as an aeroplane; shown as planned.</p>")
@@ -117,23 +112,15 @@ def _table(flight: Flight, drawn: Scene) -> str:
     rows = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
         target = NO_VALUE if track.target_name is None else escape(track.target_name)
-        rows.append(uav_row(track.name, track.colour, (target,), [NO_VALUE] * 9 if flown is None else _cells(flown)))
+        cells = [NO_VALUE if flown is None else written(flown) for _, _, written in _COLUMNS]
+        rows.append(uav_row(track.name, track.colour, (target,), cells))
+    heads = [("UAV", ""), ("Target", ""), *((title, tooltip) for title, tooltip, _ in _COLUMNS)]
     caption = "Errors: distance from where the trajectory is at the same time. Thrust: share of the vehicle's most."
-    return table(caption, _HEADS, rows, text_columns=2)
+    return table(caption, heads, rows, text_columns=2)
 
 
-def _cells(flown: Flown) -> list[str]:
-    return [
-        f"{flown.times[-1] - flown.times[0]:.2f} s",
-        f"{1000 * flown.rms:,.1f} mm",
-        f"{1000 * flown.largest:,.1f} mm",
-        f"{number(flown.clearance, 3)} m" if flown.clearance < math.inf else NO_VALUE,
-        NO_VALUE if flown.above_ground is None else f"{number(flown.above_ground, 3)} m",
-        f"{flown.mean_thrust:.0%}",
-        f"{flown.peak_thrust:.0%}",
-        f"{flown.peak_tilt:.0f}°",
-        f"{flown.energy:,.0f} J",
-    ]
+def _metres(value: float | None) -> str:
+    return NO_VALUE if value is None or value == math.inf else f"{number(value, 3)} m"
 
 
 def _errors(flight: Flight, drawn: Scene) -> list[Trace]:

@@ -39,10 +39,6 @@ SAMPLE_RATES = {".csv": 20.0, SHOW_SUFFIX: 4.0}
 """Samples a second by suffix; for others it is 10."""
 
 
-def _silent(note: str) -> None:
-    """Ignore a note."""
-
-
 def export(
     mission: Mission,
     path: str | Path,
@@ -54,7 +50,7 @@ def export(
     takeoff: float = 3.0,
     end: End = "loiter",
     allow_close: bool = False,
-    on_note: Callable[[str], object] = _silent,
+    on_note: Callable[[str], object] = lambda note: None,
 ) -> list[Path]:
     """Write a mission as a file for other software; the suffix tells the format.
 

@@ -132,15 +132,13 @@ def route(
 
 def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
     """Return the acceptance radii to try, and for each whether the UAV may stop where a corner is not clear."""
-    halved = []
-    while radius >= MIN_ACCEPTANCE_RADIUS:
-        halved.append(radius)
-        radius /= 2
+    halved = [radius]
+    while halved[-1] / 2 >= MIN_ACCEPTANCE_RADIUS:
+        halved.append(halved[-1] / 2)
     if not may_stop:
         return [(size, False) for size in halved]
-    return [(size, False) for size in halved if size >= MIN_RADIUS_SHARE * halved[0]] + [
-        (size, True) for size in halved
-    ]
+    large = [(size, False) for size in halved if size >= MIN_RADIUS_SHARE * radius]
+    return large + [(size, True) for size in halved]
 
 
 def _made(

@@ -49,17 +49,14 @@ class WaypointPlacement:
         return np.array([*(0.0 for _ in self.begin), *(float(k in self.stopped) for k, _ in nodes)])
 
     def _trouble(self) -> tuple[int, str] | None:
-        found = self.legs.trouble(self._points(), self.radius, self._stops(self.nodes))
+        points = self._points()
+        found = self.legs.trouble(points, self.radius, self._stops(self.nodes))
         if found is None:
             return None
         where, said = found
-        return where, f"{self._name(where)}: {said}"
-
-    def _name(self, where: int) -> str:
-        points = self._points()
-        at = points[where - len(points)] if where >= len(points) else points[where]
         noun = "corner at" if where >= len(points) else "leg from"
-        return f"the {noun} ({', '.join(f'{value:.6g}' for value in at)})"
+        at = ", ".join(f"{value:.6g}" for value in points[where % len(points)])
+        return where, f"the {noun} ({at}): {said}"
 
     def _follow(self) -> None:
         """Add waypoints until no leg is farther from the curve than half the reach (Ramer, Douglas and Peucker)."""
@@ -67,13 +64,15 @@ class WaypointPlacement:
         while k < len(self.nodes) - 1:
             off, a = self._between(k, k + 1)
             if len(off) and off.max() > self.reach / 2:
-                best = a + 1 + int(np.argmax(off))
-                self.nodes.insert(k + 1, (best, self.curve[best]))
+                self._insert(k + 1, a + 1 + int(np.argmax(off)))
             elif len(off) and self._swells(k, k + 1):
-                middle = (a + self.nodes[k + 1][0]) // 2
-                self.nodes.insert(k + 1, (middle, self.curve[middle]))
+                self._insert(k + 1, (a + self.nodes[k + 1][0]) // 2)
             else:
                 k += 1
+
+    def _insert(self, k: int, index: int) -> None:
+        """Add waypoint k at a sample of the curve."""
+        self.nodes.insert(k, (index, self.curve[index]))
 
     def _between(self, i: int, j: int) -> tuple[Floats, int]:
         """Return the distances of the samples between two waypoints from their leg, and the index before the first."""
@@ -96,8 +95,7 @@ class WaypointPlacement:
         b = self.nodes[k + 1][0]
         tried = max(self.pushed.get(a, 0.0), self.pushed.get(b, 0.0))
         if len(off) and off.max() > max(tried, LEG_ALLOWANCE / 4):
-            best = a + 1 + int(np.argmax(off))
-            self.nodes.insert(k + 1, (best, self.curve[best]))
+            self._insert(k + 1, a + 1 + int(np.argmax(off)))
             return True
         stopped = [self._stop(j) for j in (k, k + 1) if self.pushed.get(self.nodes[j][0], 0.0) > 0]
         if any(stopped):
@@ -106,8 +104,7 @@ class WaypointPlacement:
         if any(moved):
             return True
         if b - a > 1:
-            middle = (a + b) // 2
-            self.nodes.insert(k + 1, (middle, self.curve[middle]))
+            self._insert(k + 1, (a + b) // 2)
             return True
         return False
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
 from skyverse.files.document import explained
 from skyverse.files.grid_archive import GridArchive, arrays_beside
@@ -53,16 +53,11 @@ def course_map(source: Path, text: str) -> Scenario:
         where = f"{source}: line {number}"
         if words[0] not in ("boundary", "block"):
             raise InputError(f"{where}: expected 'boundary' or 'block', found {words[0]!r:.40}")
-        wanted = (6,) if words[0] == "boundary" else (6, 9)
-        try:
+        counts, colour = ((6,), "") if words[0] == "boundary" else ((6, 9), " and a colour")
+        with unreadable(where, words[0], ValueError):
             numbers = [float(word) for word in words[1:]]
-        except ValueError as error:
-            raise InputError(f"{where}: {words[0]}: {error}") from None
-        if len(numbers) not in wanted:
-            raise InputError(
-                f"{where}: {words[0]}: expected six numbers{' and a colour' if words[0] == 'block' else ''}, "
-                f"found {len(numbers)}"
-            )
+        if len(numbers) not in counts:
+            raise InputError(f"{where}: {words[0]}: expected six numbers{colour}, found {len(numbers)}")
         low, high = tuple(numbers[:3]), tuple(numbers[3:6])
         try:
             if words[0] == "block":

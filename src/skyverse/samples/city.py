@@ -85,11 +85,8 @@ def random_city(
     while len(ends) < uavs:
         across, far = rng.random() < 0.5, rng.random() < 0.5
         here, there = (0.0, side) if far else (side, 0.0)
-        ends.append(
-            ((here, side / 2), (there, side / 2), (edge, side / 2))
-            if across
-            else ((side / 2, here), (side / 2, there), (side / 2, edge))
-        )
+        a, b, reach = (here, side / 2), (there, side / 2), (edge, side / 2)
+        ends.append((a, b, reach) if across else (a[::-1], b[::-1], reach[::-1]))
     ways = [(free_place(a, reach), free_place(b, reach)) for a, b, reach in ends[:uavs]]
     return Scenario(
         name=f"city-{buildings}-{seed}",

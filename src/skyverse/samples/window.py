@@ -57,15 +57,10 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
 
 def _free(room: Scenario, place: tuple[float, float, float]) -> bool:
     """Return whether a place is in the room's bounds and clear of its boxes; other shapes are ignored."""
-    inside = all(low <= p <= high for low, p, high in zip(room.bounds.min, place, room.bounds.max, strict=True))
-    return inside and not any(
-        all(
-            low - room.clearance < p < high + room.clearance
-            for low, p, high in zip(obstacle.min, place, obstacle.max, strict=True)
-        )
-        for obstacle in room.obstacles
-        if isinstance(obstacle, Box)
-    )
+    p, (low, high) = np.array(place), (np.array(room.bounds.min), np.array(room.bounds.max))
+    boxes = np.array([(box.min, box.max) for box in room.obstacles if isinstance(box, Box)]).reshape(-1, 2, 3)
+    near = (boxes[:, 0] - room.clearance < p) & (p < boxes[:, 1] + room.clearance)
+    return bool(np.all((low <= p) & (p <= high)) and not near.all(axis=1).any())
 
 
 def _places(count: int, first: float, away: int) -> list[tuple[float, float, float]]:

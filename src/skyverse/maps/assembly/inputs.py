@@ -1,7 +1,8 @@
 """The files of buildings, zones and point clouds that a scenario is built of, read, and what is told of them."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,18 +11,12 @@ from skyverse.maps.assembly.options import BuildOptions, Note
 from skyverse.maps.georeference.choices import Choices, Reading
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.rectangle import Rectangle
-from skyverse.maps.readers.aerial_point_cloud import (
-    WHY_LEFT_OUT,
-    AerialCloud,
-    aerial_cloud,
-    aerial_voxels,
-)
+from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, aerial_cloud, aerial_voxels
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain, Voxels
 
 MAX_SENTENCES = 5
 """Sentences told of one file at most."""
-OnNote = Callable[[Note], object]
 
 
 class FeatureFile(NamedTuple):
@@ -44,9 +39,8 @@ def read_feature_files(options: BuildOptions) -> list[FeatureFile]:
     for path, kind, risk in asked:
         if risk is not None and not (math.isfinite(risk) and risk > 0):
             raise InputError(f"{path}: expected a risk above 0, found {risk:g}")
-        told: list[str] = []
-        found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=told.append))
-        _tell(path, told, options.on_note)
+        with _told(path, options.on_note) as tell:
+            found = read_features(path, Choices(**vars(reading), kind=kind, risk=risk, tell=tell))
         read.append(FeatureFile(path, found, kind is not None))
     return read
 
@@ -55,13 +49,16 @@ def open_clouds(options: BuildOptions) -> list[AerialCloud]:
     """Read what the files of points say of where they lie."""
     clouds = []
     for path in options.voxels:
-        told: list[str] = []
-        clouds.append(aerial_cloud(Path(path), Choices(**vars(options.reading or Reading()), tell=told.append)))
-        _tell(str(path), told, options.on_note)
+        with _told(str(path), options.on_note) as tell:
+            clouds.append(aerial_cloud(Path(path), Choices(**vars(options.reading or Reading()), tell=tell)))
     return clouds
 
 
-def _tell(path: str, told: Sequence[str], on_note: OnNote) -> None:
+@contextmanager
+def _told(path: str, on_note: Callable[[Note], object]) -> Iterator[Callable[[str], object]]:
+    """Yield what takes sentences on a file, the first of which become notes at the end."""
+    told: list[str] = []
+    yield told.append
     for sentence in told[:MAX_SENTENCES]:
         on_note(Note(path, sentence.removeprefix(f"{path}: ")))
     if len(told) > MAX_SENTENCES:
@@ -82,11 +79,9 @@ def voxels_of(
         options.on_note(Note(str(cloud.path), "nothing of it stands in the area"))
         return []
     left = "".join(f", {counts[what]:,} {what} left out" for what in WHY_LEFT_OUT if counts[what])
-    options.on_note(
-        Note(
-            str(cloud.path),
-            f"{counts['kept']:,} points{left}; {counts['columns']:,} columns of voxels of {solid.step[0]:g} m, "
-            "occupied from the highest point down, as what is below was not seen",
-        )
+    made = (
+        f"{counts['kept']:,} points{left}; {counts['columns']:,} columns of voxels of {solid.step[0]:g} m, "
+        "occupied from the highest point down, as what is below was not seen"
     )
+    options.on_note(Note(str(cloud.path), made))
     return [solid]

@@ -3,13 +3,15 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from skyverse.errors import InputError
+from skyverse.maps.georeference.fields import Fields
 from skyverse.model.scenario import Source
 
 OPEN_STREET_MAP = "© OpenStreetMap contributors, Open Database License (ODbL) 1.0"
 _LICENCE_FIELDS = ("license", "licence", "copyright", "attribution")
+_HOLDERS = ("metadata", "+metadata-extended")
+"""Where documents hold such fields, besides their top."""
 
 
 def licence_of(path: Path) -> str:
@@ -23,19 +25,9 @@ def licence_of(path: Path) -> str:
         document = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
         return ""
-    return _licence_in(document) if isinstance(document, dict) else ""
-
-
-def _licence_in(document: dict[str, Any]) -> str:
-    metadata = document.get("metadata")
-    extended = document.get("+metadata-extended")
-    for held in (document, metadata, extended):
-        if isinstance(held, dict):
-            lower = {str(name).lower(): value for name, value in held.items()}
-            for name in _LICENCE_FIELDS:
-                if isinstance(lower.get(name), str) and lower[name].strip():
-                    return " ".join(lower[name].split())[:200]
-    return ""
+    holders = [document, *(document.get(name) for name in _HOLDERS)] if isinstance(document, dict) else []
+    said = (Fields(holder).text(*_LICENCE_FIELDS) for holder in holders if isinstance(holder, dict))
+    return next(filter(None, said), "")
 
 
 def licensed(sources: list[tuple[Path, Source]], licences: Mapping[str, str]) -> list[Source]:

@@ -40,10 +40,6 @@ class Note:
     text: str
 
 
-def _ignore(_: Note) -> None:
-    pass
-
-
 @dataclass(frozen=True, kw_only=True)
 class MapFiles:
     """The files and places that a scenario is built of.
@@ -175,7 +171,7 @@ class BuildOptions(MapDetail, MapRegion, MapFiles):
     name: str
     _: KW_ONLY
     reading: Reading | None = None
-    on_note: Callable[[Note], object] = _ignore
+    on_note: Callable[[Note], object] = lambda note: None
 
     def __post_init__(self) -> None:
         super().__post_init__()

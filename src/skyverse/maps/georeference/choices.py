@@ -13,10 +13,6 @@ MAX_BUFFER = 100_000.0
 """The widest band, metres, that may be put around a point or a line."""
 
 
-def _ignore(_: str) -> None:
-    pass
-
-
 @dataclass(frozen=True)
 class Raster:
     """A file of ground heights that rasterio can read, and what the file does not say itself.
@@ -122,7 +118,7 @@ class Choices(Reading):
 
     kind: str | None = None
     risk: float | None = None
-    tell: Callable[[str], object] = _ignore
+    tell: Callable[[str], object] = lambda sentence: None
     tally: Counter[Sentence] = field(default_factory=Counter)
 
     def count(self, text: str, *give: Remedy) -> None:

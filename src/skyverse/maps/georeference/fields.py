@@ -30,17 +30,13 @@ class Fields:
 
     def first_number(self, *words: str) -> str | None:
         """Return the name of the first field that holds a number and has any of these words in its plain name."""
-        named = ((name, *one) for name, found in self._fields.items() for one in found)
-        return next(
-            (
-                written
-                for name, written, value in named
-                if any(word in name for word in words)
-                and not isinstance(value, bool)
-                and (isinstance(value, int | float) or (isinstance(value, str) and value.strip()[0].isdigit()))
-            ),
-            None,
-        )
+        for name, found in self._fields.items():
+            for written, value in found:
+                starts = isinstance(value, str) and value.strip()[0].isdigit()
+                is_number = starts or (isinstance(value, int | float) and not isinstance(value, bool))
+                if is_number and any(word in name for word in words):
+                    return written
+        return None
 
     def text(self, *names: str) -> str | None:
         """Return the first of these fields that holds a text, in printable characters."""

@@ -75,7 +75,7 @@ def to_globe(
     if flat.is_projected:
         unit = flat.axis_info[0].unit_conversion_factor or 1.0
         _require_finite(geometries, names)
-        step = max(MAX_EDGE / unit, _width(geometries) / MAX_ADDED_CORNERS)
+        step = max(MAX_EDGE / unit, max(x1 - x0, y1 - y0) / MAX_ADDED_CORNERS)
         geometries = shapely.segmentize(geometries, step)
 
     def moved(places: Floats) -> Floats:
@@ -102,12 +102,6 @@ def _require_area_of_use(geometries: NDArray[Any], crs: pyproj.CRS, names: Calla
             f"{names(int(bad[0]))}: expected coordinates in {crs.name}, used in {area.name:.60}, "
             f"but that would put it at {y:.4f}, {x:.4f}"
         )
-
-
-def _width(geometries: NDArray[Any]) -> float:
-    """Return the longer side of the box around all geometries, 0 where it is not finite."""
-    bounds = shapely.total_bounds(geometries)
-    return float(np.max(bounds[2:] - bounds[:2])) if np.all(np.isfinite(bounds)) else 0.0
 
 
 def _require_finite(geometries: NDArray[Any], names: Callable[[int], str], system: str = "") -> None:

@@ -74,11 +74,9 @@ def _require_format(path: Path) -> None:
         head = stream.read(100)
     if not head.startswith(_FIRST_BYTES[suffix]):
         raise InputError(f"{path}: expected a {suffix} file, found something else")
-    size = path.stat().st_size
-    if suffix == ".shp" and size < 2 * int.from_bytes(head[24:28], "big"):
-        raise InputError(
-            f"{path}: expected {2 * int.from_bytes(head[24:28], 'big')} bytes, found {size}; it is cut off"
-        )
+    size, needed = path.stat().st_size, 2 * int.from_bytes(head[24:28], "big")
+    if suffix == ".shp" and size < needed:
+        raise InputError(f"{path}: expected {needed} bytes, found {size}; it is cut off")
 
 
 def _tried(path: Path, read: Callable[[], Any]) -> Any:

@@ -132,7 +132,8 @@ def repaired(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False)
         return [shapely.remove_repeated_points(polygon)]
     outer = filled(np.array(polygon.exterior.coords)[:, :2])
     if outer.is_empty:
-        found = f"an outline of {_corners(polygon)} corners without an area"
+        corners = len(np.unique(shapely.get_coordinates(polygon.exterior), axis=0))
+        found = f"an outline of {corners} corners without an area"
         if not lenient:
             raise InputError(f"{where}: expected a polygon, found {found}")
         tell(f"{where}: left out, {found}")
@@ -144,10 +145,6 @@ def repaired(polygon: Polygon, where: str, tell: Tell, *, lenient: bool = False)
             kept.append(hole)
     tell(f"{where}: its outline meets itself or a hole; repaired so that nothing that it may enclose is lost")
     return pieces(outer.difference(shapely.union_all(kept)) if kept else outer)
-
-
-def _corners(polygon: Polygon) -> int:
-    return len({(x, y) for x, y, *_ in polygon.exterior.coords})
 
 
 def filled(ring: Floats) -> MultiPolygon | Polygon:
