@@ -329,12 +329,14 @@ def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
     warm = [sys.executable, "-m", "skyverse", "plan", "map1", "-o", str(tmp_path / "warm.json")]
     subprocess.run(warm, check=True, capture_output=True)
     words = ["plan", "table-4.8", "--iterations", "100000000", "-o", str(tmp_path / "m.json")]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "skyverse", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    time.sleep(8)  # the kernels are compiled: a signal while they are would end the program with nothing written
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=120)
+    command = [sys.executable, "-m", "skyverse", *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            time.sleep(12)  # by then all is ready: a signal while kernels load would end it with nothing written
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=120)
+        finally:
+            process.kill()
     assert process.returncode == 130, err
     assert "keeping the best so far" in err
     assert "Interrupted: this is the best so far." in out
