@@ -88,7 +88,7 @@ class Metaheuristic(Planner, Generic[R]):
             if ended is not None:
                 break
             iterations += 1
-            share = stop.spent(dataclasses.replace(progress, iterations=iterations))
+            share = stop.spent(Progress(iterations, paths, nodes, evaluations, progress.seconds, progress.cost))
             self.step(run, share if share is not None else 0.0)
         seconds = run.seeding_seconds + clock.seconds
         history = History(*(np.array(column) for column in zip(*rows, strict=True)))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, add_soft
 from skyverse.numerics.arrays import doubled
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import inner, inner_query, kernel, query
 from skyverse.numerics.tolerances import PRICE_ROUNDING
 from skyverse.space.lattice import Grid, write_position
 
@@ -91,7 +91,7 @@ class _Settled(NamedTuple):
     expanded: int
 
 
-@kernel
+@query
 def _steps_left(grid: Grid, pricing: Pricing, x: int, y: int, z: int) -> float:
     """Return the price of the steps that lead x, y, z nodes farther, without obstacles."""
     dx, dy, dz = abs(x), abs(y), abs(z)
@@ -110,7 +110,7 @@ def _steps_left(grid: Grid, pricing: Pricing, x: int, y: int, z: int) -> float:
     return pricing.steps[7] * three + pricing.steps[both] * pair + pricing.steps[rest] * single
 
 
-@kernel
+@query
 def _turns_left(grid: Grid, axis: int, x: int, y: int, z: int) -> int:
     """Return how many turns a path at least makes that goes x, y, z nodes farther after a move along an axis."""
     if len(grid.offsets) == 6:
@@ -142,7 +142,7 @@ def _walk_back(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> In
     return nodes
 
 
-@inner
+@inner_query
 def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
     """Return the state from which a state was reached."""
     flags = info[state]
@@ -152,7 +152,7 @@ def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
     return (state // axes - grid.offsets[move]) * axes + (flags & _ORIGIN)
 
 
-@inner
+@inner_query
 def _turns(grid: Grid, nodes: Ints) -> int:
     """Return the number of turns of a path whose consecutive nodes are neighbours."""
     turns = 0
@@ -168,7 +168,7 @@ def _turns(grid: Grid, nodes: Ints) -> int:
     return turns
 
 
-@inner
+@inner_query
 def _index(goals: Ints, node: int) -> int:
     """Return the place of a node among sorted goals, or where it would be inserted."""
     low, high = 0, len(goals)
@@ -208,18 +208,20 @@ def _search(
     ceiling
         States whose f lies above it are dropped.
     """
-    axes = len(grid.offsets) // 2 if turning else 1
-    count = len(grid.exits) * axes
+    # read once: in the loop they would be read again after every write to an array
+    offsets, moves, safe_moves, turn = grid.offsets, grid.moves, grid.exits, pricing.turn
+    axes = len(offsets) // 2 if turning else 1
+    count = len(safe_moves) * axes
     info = np.zeros(count, np.uint8)
     g = np.empty(count, np.float64)
-    step_price = np.empty(len(grid.offsets))
+    step_price = np.empty(len(offsets))
     width, dearest = math.inf, 0.0
-    for m in range(len(grid.offsets)):
-        step_price[m] = pricing.steps[abs(grid.moves[m, 0]) + 2 * abs(grid.moves[m, 1]) + 4 * abs(grid.moves[m, 2])]
+    for m in range(len(offsets)):
+        step_price[m] = pricing.steps[abs(moves[m, 0]) + 2 * abs(moves[m, 1]) + 4 * abs(moves[m, 2])]
         width, dearest = min(width, step_price[m]), max(dearest, step_price[m])
     if turning:
-        width = max(min(width, pricing.turn), 0.02 * dearest)
-    widest = 2.0 * dearest + pricing.turn * 2.0
+        width = max(min(width, turn), 0.02 * dearest)
+    widest = 2.0 * dearest + turn * 2.0
     buckets = math.ceil(widest / width) + 3
     soft = pricing.rates.soft
     if soft:  # moves may cost any amount: a state that belongs beyond all buckets waits in the last one
@@ -233,7 +235,7 @@ def _search(
     unsettled = len(goals)
     reached = -1
     slack = 0.0
-    lengths_wanted = not turning and pricing.turn > 0.0 and towards >= 0
+    lengths_wanted = not turning and turn > 0.0 and towards >= 0
 
     ny, nz = grid.shape[1], grid.shape[2]
     tx, ty, tz = towards // (ny * nz), (towards // nz) % ny, towards % nz
@@ -275,7 +277,7 @@ def _search(
                 bx, by, bz = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
                 f += guide[node] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
                 if turning and info[state] & _ORIGIN != _ORIGIN:
-                    f += pricing.turn * _turns_left(grid, state % axes, bx, by, bz)
+                    f += turn * _turns_left(grid, state % axes, bx, by, bz)
             due = int((f - base) / width)
             if due > current:
                 slot = min(due, current + buckets - 1) % buckets
@@ -293,28 +295,28 @@ def _search(
             prices[where] = here
             reached = state
             if lengths_wanted:
-                slack = pricing.turn * _turns(grid, _walk_back(grid, info, state, axes))
+                slack = turn * _turns(grid, _walk_back(grid, info, state, axes))
             if unsettled == 0:
                 furthest = 0.0
                 for settled in prices:
                     furthest = max(furthest, settled)
                 ceiling = min(ceiling, furthest + slack)
-        exits = grid.exits[node]
+        exits = safe_moves[node]
         axis = state % axes
         fresh = info[state] & _ORIGIN == _ORIGIN
         x, y, z = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
         if soft:
             write_position(grid, node, a)
-        for m in range(len(grid.offsets)):
+        for m in range(len(offsets)):
             if not (exits >> m) & 1:
                 continue
-            beyond = node + grid.offsets[m]
+            beyond = node + offsets[m]
             price = here + step_price[m]
             after = beyond
             if turning:
                 after = beyond * axes + (m >> 1)
                 if m >> 1 != axis and not fresh:
-                    price += pricing.turn
+                    price += turn
             if soft and not (info[after] & _SEEN and price >= g[after] - PRICE_ROUNDING * price):
                 write_position(grid, beyond, b)
                 shares[0] = shares[1] = shares[2] = 0.0
@@ -324,10 +326,10 @@ def _search(
                 continue
             f = price
             if towards >= 0:
-                bx, by, bz = x - grid.moves[m, 0], y - grid.moves[m, 1], z - grid.moves[m, 2]
+                bx, by, bz = x - moves[m, 0], y - moves[m, 1], z - moves[m, 2]
                 f += guide[beyond] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
                 if turning:
-                    f += pricing.turn * _turns_left(grid, m >> 1, bx, by, bz)
+                    f += turn * _turns_left(grid, m >> 1, bx, by, bz)
             if f > ceiling + PRICE_ROUNDING * ceiling:
                 continue
             g[after] = price

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
-from skyverse.numerics.kernel import by_reference, inner, kernel
+from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.numerics.tolerances import GRID_INDEX
 from skyverse.space import blocks
 from skyverse.space.world import Space, World, segment_free
@@ -108,7 +108,7 @@ def position(grid: Grid, node: int) -> Floats:
     return p
 
 
-@inner
+@inner_query
 def write_position(grid: Grid, node: int, p: Floats) -> None:
     """Write a node's place, (3,) metres, into `p`."""
     rest = node
