@@ -101,7 +101,7 @@ def make_workspace(stop: Stop, nodes: int = 0, capacity: int = 0) -> Workspace:
     return Workspace(
         mark=np.zeros(nodes, np.uint8),
         stamp=np.zeros(1, np.int64),
-        position=np.zeros(nodes, np.int32),
+        position=np.empty(nodes, np.int32),
         draft=np.empty(capacity, np.int64),
         spent=np.zeros(3, np.int64),
         limit=np.array(limits).astype(np.int64),
