@@ -78,7 +78,7 @@ def _composed(
 ) -> str:
     before = "" if field is None else f"{name(field)}: "
     remedies = " or ".join(f"{spelling(one.field, one.value)} {one.purpose}".rstrip() for one in give)
-    return f"{before}{text}; give {remedies}" if give else f"{before}{text}"
+    return f"{before}{text.removesuffix('.')}; give {remedies}" if give else f"{before}{text}"
 
 
 class InputError(ValueError):

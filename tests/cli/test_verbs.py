@@ -1,5 +1,6 @@
 """The command line as a user meets it."""
 
+import contextlib
 import csv
 import json
 import os
@@ -226,9 +227,11 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["export", "MISSION", "m.foo"], "m.foo: a mission is written as .plan"),
         (["export", "MISSION", "m.csv", "--rate", "0"], "rate: expected samples a second above 0"),
         (["export", "MISSION", "m.csv", "--rate", "1e10"], "rate: expected at most 1e+07 rows a UAV"),
-        (["export", "MISSION", "/dev/null/m.csv"], "/dev/null: cannot be made"),
+        (["export", "MISSION", "/dev/null/m.csv"], "/dev/null: expected a folder, found a file"),
         (["show", "MISSION", "-o", "m.pdf"], "expected a file ending in .html"),
         (["scenarios", "map9"], "map9: no such file"),
+        (["scenarios", "-o", "mine.yaml"], "--output: expected a scenario to write, or --schema, found neither"),
+        (["scenarios", "map1", "--schema"], "--schema: expected it alone, found 'map1' with it"),
         (["scenarios", "map1", "-o", "map1.xml"], "a scenario is written as .yaml"),
     ],
 )
@@ -345,3 +348,37 @@ def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
     assert mission.results[0].status.reached
     assert mission.results[4].status is sky.Status.NOT_PLANNED
     assert {v.fault for v in sky.check(mission.scenario, mission)} <= {sky.Fault.SEPARATION}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")
+def test_ctrl_c_while_kernels_compile_ends_all_processes_with_130_and_one_sentence(tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-m", "skyverse", "plan", "map1", "-o", str(tmp_path / "m.json")],
+        env={**os.environ, "SKYVERSE_CACHE": str(tmp_path / "cache")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        try:
+            first = process.stderr.readline()
+            time.sleep(3)
+            os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the processes that compile, too
+            _, rest = process.communicate(timeout=60)
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+    assert "compiling kernels, this once: 0 %" in first
+    assert process.returncode == 130
+    assert [line for line in rest.splitlines() if "compiling" not in line] == ["skyverse: interrupted"]
+    assert not (tmp_path / "m.json").exists()
+
+
+def test_whoever_cannot_keep_kernels_is_told_that_they_compile(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("SKYVERSE_CACHE", str(tmp_path / "file" / "cache"))
+    run = subprocess.run(
+        [sys.executable, "-m", "skyverse", "cache", "--compile"], capture_output=True, text=True, check=True
+    )
+    assert "compiling kernels, which takes a minute or more, since none can be kept" in run.stderr
+    assert "not used: " in run.stdout

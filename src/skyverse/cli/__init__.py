@@ -40,6 +40,7 @@ app = App(
     help=f"{WHAT_IT_DOES}\n\nExample: `skyverse plan table-4.8`",
     help_format="markdown",
     default_parameter=Parameter(negative_iterable=()),
+    suppress_keyboard_interrupt=False,
 )
 for verb in (scenarios, plan, check, show, export, fly, compare, reproduce, scenario_app, cache):
     app.command(verb)
@@ -63,7 +64,7 @@ def main(words: Sequence[str] | None = None) -> None:
     except MemoryError:
         _fail("this machine has too little memory; take longer lattice steps, smaller bounds or fewer paths")
     except KeyboardInterrupt:
-        print("skyverse: interrupted, nothing was written", file=sys.stderr)
+        print("skyverse: interrupted", file=sys.stderr)
         sys.exit(INTERRUPTED)
     except BrokenPipeError:
         sys.stderr.close()

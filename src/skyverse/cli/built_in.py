@@ -2,9 +2,11 @@
 
 from typing import Annotated
 
+from skyverse.atomic import write_text
 from skyverse.cli.option_types import FLAG, AsJson, Output
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.report import json_text, table
+from skyverse.errors import InputError
 
 
 def scenarios(
@@ -34,20 +36,25 @@ def scenarios(
     from skyverse.files import BUILTIN_NAMES
     from skyverse.files.scenarios import scenario_text
 
-    if schema or name:
-        if schema:
-            text = json_text(sky.scenario_schema())
-        else:
-            text = scenario_text(sky.read_scenario(str(name)), ".json" if as_json else ".yaml")
+    if schema and name:
+        raise InputError(f"--schema: expected it alone, found {name!r} with it")
+    if output is not None and not (schema or name):
+        raise InputError("--output: expected a scenario to write, or --schema, found neither")
+    if output is not None:
+        refuse_output(output, *([name] if name else []))
+    if schema:
+        text = json_text(sky.scenario_schema())
         if output is None:
             print(text, end="")
-        elif schema:
-            from skyverse.atomic import write_text
-
-            write_text(output, text)
         else:
-            refuse_output(output, str(name))
-            sky.write(sky.read_scenario(str(name)), output)
+            write_text(output, text)
+        return
+    if name:
+        scenario = sky.read_scenario(name)
+        if output is None:
+            print(scenario_text(scenario, ".json" if as_json else ".yaml"), end="")
+        else:
+            sky.write(scenario, output)
         return
     rows = [
         {"name": s.name, "uavs": len(s.uavs), "obstacles": len(s.obstacles), "description": s.description}

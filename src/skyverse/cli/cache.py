@@ -39,7 +39,9 @@ def cache(
     if fill:
         compile_with_bar(["all"])
         contents = store.contents() if store else contents
-    refusal = store.refusal if store else "this user has no home folder; SKYVERSE_CACHE can name another"
+    refusal = "this user has no home folder; SKYVERSE_CACHE can name another"
+    if store:
+        refusal = store.refusal or ("" if store.writable else "the folder cannot be made, or not be written to")
     if as_json:
         row = {"folder": folder and str(folder), "files": contents.files, "bytes": contents.size_bytes}
         print(json_text(row | {"cleared": clear, "refusal": refusal}), end="")

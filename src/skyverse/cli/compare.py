@@ -60,8 +60,8 @@ def compare(
     sources
         One study file, or scenarios by name or file.
     planner
-        A planner to compare; repeat for more. By default mvo and random-restart; there are gso, bbo, astar, cma-es,
-        pso, ga, de, l-shade, woa, mfo, gwo and da, too.
+        A planner to compare; repeat for more. By default mvo and random-restart; there are gso, bbo, hybrid-mvo, taut,
+        theta-star, astar, cma-es, pso, ga, de, l-shade, woa, mfo, gwo and da, too.
     settings
         A setting of all planners, as in `--set universes=50`, or of one, as in `--set mvo.universes=50`; repeat for
         more.
@@ -123,8 +123,8 @@ def compare(
         refuse_output(export)
     _keep_study(folder, study)
     watch = StudyWatch(folder)
-    compile_with_bar([type(job.planner).__name__ for job in {job.label: job for job in jobs}.values()])
     try:
+        compile_with_bar([type(job.planner).__name__ for job in {job.label: job for job in jobs}.values()])
         with Rows(folder / "rows.sqlite") as rows:
             others = len(rows.done() - {job.key for job in jobs})
             if others:
@@ -142,7 +142,6 @@ def compare(
             if export is not None:
                 written += rows.export(export)
             judged = rows.select(_JUDGED_COLUMNS)
-            shut = list(dict.fromkeys(rows.select(("scenario",), status="no path")["scenario"].tolist()))
             wrong = [run for run in zip(*(judged[name].tolist() for name in _JUDGED_COLUMNS), strict=True) if run[-1]]
     except KeyboardInterrupt:
         print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
@@ -150,7 +149,7 @@ def compare(
     except WorkerError as error:
         print(f"skyverse: {error}; {watch.kept}", file=sys.stderr)
         return FOUND_WRONG
-    _print_summary(summary, wrong, shut, written, as_json)
+    _print_summary(summary, wrong, written, as_json)
     return FOUND_WRONG if wrong else 0
 
 
@@ -195,7 +194,7 @@ def summarise(rows: "Rows") -> list[dict[str, Any]]:
 
 
 def _print_summary(
-    summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], shut: list[str], written: list[Path], as_json: bool
+    summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], written: list[Path], as_json: bool
 ) -> None:
     if as_json:
         verdicts = [dict(zip(_JUDGED_COLUMNS, row, strict=True)) for row in wrong]

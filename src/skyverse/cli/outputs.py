@@ -16,6 +16,8 @@ def make_folder(folder: Path) -> None:
     """Make a folder and those above it, unless they exist."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InputError(f"{folder}: expected a folder, found a file") from None
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
 

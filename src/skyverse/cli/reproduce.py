@@ -41,8 +41,8 @@ def reproduce(
     from skyverse.reproduction.reproduce import reproduce as run_again
 
     watch = StudyWatch(output)
-    compile_with_bar(["mission", "AStar", "MVO", "GSO", "BBO", "RandomRestart", "HybridMVO"])
     try:
+        compile_with_bar(["mission", "AStar", "MVO", "GSO", "BBO", "RandomRestart", "HybridMVO"])
         with watch.bar() as on_run:
             pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or cores(), on_run=on_run)
     except KeyboardInterrupt:

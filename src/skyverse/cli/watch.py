@@ -1,5 +1,6 @@
 """A long run watched: kernels compiled before it, its end by budget or Ctrl-C, its progress."""
 
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from skyverse.cli.settings import given
 from skyverse.errors import InputError
+from skyverse.interrupt import on_interrupt
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,6 +32,18 @@ def console() -> "Console":
 
 def compile_with_bar(workloads: Sequence[str]) -> None:
     """Compile the kernels that workloads need and that are not kept yet, on all cores; show how far that is."""
+    from skyverse.numerics.compiling.kept_code import can_keep
+    from skyverse.numerics.compiling.together import missing_kernels
+
+    if not can_keep() and missing_kernels(workloads):
+        told = "skyverse: compiling kernels, which takes a minute or more, since none can be kept (see: skyverse cache)"
+        print(told, file=sys.stderr, flush=True)
+        return
+    with on_interrupt(signal.default_int_handler):  # there is nothing yet that could be kept
+        _compile_with_bar(workloads)
+
+
+def _compile_with_bar(workloads: Sequence[str]) -> None:
     from skyverse.numerics.compiling.together import compile_missing
 
     if not sys.stderr.isatty():
@@ -58,7 +72,6 @@ def compile_with_bar(workloads: Sequence[str]) -> None:
 @contextmanager
 def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) -> Iterator["Stop"]:
     """Yield the stop rule of the options and of Ctrl-C; a second Ctrl-C ends the program."""
-    import signal
     import threading
 
     import skyverse as sky

@@ -25,12 +25,12 @@ GATE_PARTS = 8
 
 
 class CandidatePool:
-    """All candidates of a fleet that have come up so far, and what is asked of them.
+    """All candidates of a fleet that have come up so far, and the flights that can be made of them.
 
     Parameters
     ----------
     airspace
-        Of the scenario.
+        The airspace of the scenario.
     make_trajectory
         Turns a path into a trajectory.
     stop

@@ -61,7 +61,7 @@ def conflict_spans(
     Parameters
     ----------
     curves
-        That are flown.
+        The curves that are flown.
     one, other
         The two flights.
     semi_axis_xy, semi_axis_z

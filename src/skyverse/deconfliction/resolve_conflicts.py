@@ -30,7 +30,7 @@ def resolve_conflicts(
     Parameters
     ----------
     airspace
-        Of the scenario.
+        The airspace of the scenario.
     mission
         As it was planned.
     make_trajectory

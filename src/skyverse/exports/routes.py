@@ -49,7 +49,7 @@ def routes(
     for noun, value, least, most in (("radius", radius, 0.05, 1000.0), ("takeoff", takeoff, 0.0, math.inf)):
         if not (math.isfinite(value) and least <= value <= most):
             until = f"to {most:g}" if most < math.inf else "on"
-            raise InputError(f"{noun}: expected metres from {least:g} {until}, found {value!r}")
+            raise InputError(f"expected metres from {least:g} {until}, found {value!r}", field=noun)
     found = [
         route(scenario, k, trajectory, altitude, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
         for k, trajectory in enumerate(mission.trajectories)

@@ -20,7 +20,7 @@ def read_text(path: Path) -> str:
         with unreadable(path):
             return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected a text file in UTF-8, found a byte that is not at {error.start}") from None
+        raise InputError(f"{path}: expected a text file in UTF-8, found something else at byte {error.start}") from None
 
 
 def parse(path: Path, text: str) -> Any:

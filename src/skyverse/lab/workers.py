@@ -2,15 +2,15 @@
 
 import multiprocessing
 import signal
-import threading
 import traceback
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Generator, Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from skyverse.errors import InputError
+from skyverse.interrupt import on_interrupt
 from skyverse.lab.row import Row
 from skyverse.lab.run_job import Job, run_job, warm_up
 
@@ -27,24 +27,11 @@ def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
         interrupts.append(number)
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-    with _on_interrupt(catch):  # an exception raised inside a kernel may crash the process
+    with on_interrupt(catch):  # an exception raised inside a kernel may crash the process
         for job in jobs:
             yield job, run_job(job)
             if interrupts:
                 raise KeyboardInterrupt
-
-
-@contextmanager
-def _on_interrupt(handler: Any) -> Iterator[None]:
-    """Let a handler take Ctrl-C within this context, if this is the main thread; no other may set a handler."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def on_workers(jobs: Sequence[Job], workers: int) -> Generator[tuple[Job, Row]]:
@@ -95,7 +82,7 @@ class _Worker:
     def __init__(self, context: Any) -> None:
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with _on_interrupt(signal.SIG_IGN):  # from its first instant, since this process handles Ctrl-C
+        with on_interrupt(signal.SIG_IGN):  # from its first instant, since this process handles Ctrl-C
             self.process.start()
         theirs.close()
         self.job: Job | None = None

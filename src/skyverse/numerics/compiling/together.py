@@ -2,10 +2,12 @@
 
 import heapq
 import multiprocessing
+import signal
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 
-from skyverse.numerics.compiling.kept_code import is_kept, stores
+from skyverse.interrupt import on_interrupt
+from skyverse.numerics.compiling.kept_code import can_keep, is_kept
 from skyverse.numerics.compiling.listing import Listing, read_listing
 from skyverse.numerics.cores import cores
 from skyverse.numerics.kernel import PLAIN_NUMBA, PLAIN_PYTHON
@@ -31,12 +33,8 @@ def compile_missing(
     workers
         How many processes; as many as there are cores by default.
     """
-    if PLAIN_PYTHON or PLAIN_NUMBA or not any(store.writable for store, _ in stores()):
-        return 0
-    listing, workloads = read_listing(), list(workloads)
-    asked = range(len(listing.kernels)) if "all" in workloads else listing.needed_by(workloads)
-    missing = [i for i in asked if not is_kept(*listing.kernels[i].load())]
-    if len(missing) < MIN_KERNELS:
+    listing, missing = read_listing(), missing_kernels(workloads)
+    if len(missing) < MIN_KERNELS or not can_keep():
         return 0
     workers = workers or cores()
     total, done = sum(listing.kernels[i].ir_lines for i in missing), 0
@@ -51,9 +49,19 @@ def compile_missing(
     return len(missing)
 
 
+def missing_kernels(workloads: Iterable[str]) -> list[int]:
+    """Return the positions in the list of the kernels that workloads need and that the stores do not hold."""
+    if PLAIN_PYTHON or PLAIN_NUMBA:
+        return []
+    listing, workloads = read_listing(), list(workloads)
+    asked = range(len(listing.kernels)) if "all" in workloads else listing.needed_by(workloads)
+    return [i for i in asked if not is_kept(*listing.kernels[i].load())]
+
+
 def _in_order(listing: Listing, missing: list[int], pool: ProcessPoolExecutor, workers: int) -> Iterable[int]:
     """Compile each kernel when those that it calls are done, first what most work waits for; yield what is done."""
-    waiting = {i: {k for k in listing.kernels[i].calls if k in set(missing)} for i in missing}
+    unkept = set(missing)
+    waiting = {i: unkept & {*listing.kernels[i].calls} for i in missing}
     callers: dict[int, list[int]] = {i: [] for i in missing}
     for i, calls in waiting.items():
         for k in calls:
@@ -67,7 +75,8 @@ def _in_order(listing: Listing, missing: list[int], pool: ProcessPoolExecutor, w
     while ready or running:
         while ready and len(running) < workers:
             _, i = heapq.heappop(ready)
-            running[pool.submit(_compile, i)] = i
+            with on_interrupt(signal.SIG_IGN):  # for the processes that this may start: Ctrl-C is for the first one
+                running[pool.submit(_compile, i)] = i
         finished, _ = wait(running, return_when=FIRST_COMPLETED)
         for future in finished:
             i = running.pop(future)
@@ -80,5 +89,6 @@ def _in_order(listing: Listing, missing: list[int], pool: ProcessPoolExecutor, w
 
 
 def _compile(i: int) -> None:
+    """Compile a kernel of the list, which keeps its machine code."""
     kernel, types = read_listing().kernels[i].load()
     kernel.compile(types)
