@@ -169,7 +169,7 @@ def test_long_legs_count_the_curvature_of_earth(length):
     low, high = (-50.0, -length - 50.0, -2000.0), (length + 50.0, length + 50.0, 3000.0)
     flight = handmade.along([(0, 0, 100), (length, length / 2, 100)], 3600)
     mission = handmade.mission([flight], origin=Origin(latitude=60, longitude=10, altitude=0), low=low, high=high)
-    from skyverse.exports.leg_clearance import LegChecker
+    from skyverse.exports.autopilot_leg_clearance import LegChecker
 
     legs = LegChecker(mission.scenario, "amsl")
     a, b = flight.at([0, 3600]).position
@@ -245,7 +245,7 @@ def test_where_a_corner_cannot_be_cut_the_uav_stops_at_it_and_is_held_there(tmp_
 
 
 def test_places_cut_off_at_1e_7_degrees_are_within_what_is_added_to_the_clearance():
-    from skyverse.exports.leg_clearance import LegChecker
+    from skyverse.exports.autopilot_leg_clearance import LegChecker
 
     rng = np.random.default_rng(3)
     origin = Origin(latitude=0.0, longitude=20.0, altitude=0.0)

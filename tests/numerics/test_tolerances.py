@@ -5,6 +5,7 @@ from pathlib import Path
 
 from skyverse.numerics import tolerances
 
+SOURCE = Path(tolerances.__file__).parents[1]
 BODY = ast.parse(Path(tolerances.__file__).read_text(encoding="utf-8")).body[1:]
 
 
@@ -19,3 +20,17 @@ def test_each_tolerance_says_why():
         assert isinstance(value, ast.Assign)
         assert isinstance(reason, ast.Expr)
         assert len(reason.value.value.split()) > 5
+
+
+def test_no_small_number_stands_elsewhere_in_what_plans_and_exports():
+    found = []
+    for room in ("numerics", "space", "search", "planners", "trajectory", "deconfliction", "mission", "exports"):
+        for file in (SOURCE / room).rglob("*.py"):
+            if file.name == "tolerances.py":
+                continue
+            found += [
+                f"{file.name}:{node.lineno}: {node.value}"
+                for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+                if isinstance(node, ast.Constant) and isinstance(node.value, float) and 0.0 < node.value <= 1e-5
+            ]
+    assert [line for line in found if not line.startswith("gso.py")] == []  # a setting's least value

@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from skyverse._version import __version__
-from skyverse.cli.built_in import scenarios
 from skyverse.cli.cache import cache
 from skyverse.cli.compare import compare
 from skyverse.cli.exit_codes import BAD_INPUT, FOUND_WRONG, INTERRUPTED
 from skyverse.cli.export import export
 from skyverse.cli.fly import fly
 from skyverse.cli.missions import check, show
-from skyverse.cli.options import for_command_line
+from skyverse.cli.option_names import for_command_line
 from skyverse.cli.plan import plan
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
+from skyverse.cli.scenarios import scenarios
 from skyverse.errors import InputError
 
 WHAT_IT_DOES = "Plan, prove and export 3-D missions for fleets of UAVs."

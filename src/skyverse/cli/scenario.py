@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from cyclopts import App, Group, Parameter
 
+from skyverse.cli.option_names import for_command_line, option_of
 from skyverse.cli.option_types import OUTPUT, AsJson
-from skyverse.cli.options import for_command_line, option_of
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import altitude_above_sea, altitude_of, numbers_of, origin_of, places_of
 from skyverse.cli.report import json_text

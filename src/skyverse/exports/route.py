@@ -7,12 +7,12 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.leg_clearance import LegChecker
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
-from skyverse.numerics.tolerances import LEG_ALLOWANCE
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MIN_LEG_DURATION, SAME_PLACE
 
 MIN_ACCEPTANCE_RADIUS = 0.05
 """Metres: autopilots accept no smaller acceptance radius."""
@@ -57,7 +57,7 @@ class Route:
     def speeds(self) -> Floats:
         """(n - 1,) m/s along the legs."""
         along = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        return along / np.maximum(np.diff(self.times) - self.holds[:-1], 1e-9)
+        return along / np.maximum(np.diff(self.times) - self.holds[:-1], MIN_LEG_DURATION)
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
@@ -157,7 +157,7 @@ def _made(
     if climb:
         holds = np.r_[0.0, holds]
         points = np.concatenate([curve[:1], points])
-        pace = np.linalg.norm(points[2] - points[1]) / max(times[1] - times[0], 1e-9)
+        pace = np.linalg.norm(points[2] - points[1]) / max(times[1] - times[0], MIN_LEG_DURATION)
         times = np.concatenate([times[:1], times + climb / max(pace, 0.5)])
     return Route(uav, points, times, radius, climb, off, holds)
 
@@ -169,7 +169,7 @@ def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:
         [(trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), [trajectory.end]]
     )
     curve = trajectory.at(t).position
-    moved = np.linalg.norm(np.diff(curve, axis=0), axis=1) > 1e-6
+    moved = np.linalg.norm(np.diff(curve, axis=0), axis=1) > SAME_PLACE
     keep = np.r_[True, moved]
     keep[-1] = True
     if keep[:-1].sum() > 1 and not moved[-1]:

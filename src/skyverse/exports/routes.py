@@ -7,8 +7,8 @@ from typing import get_args
 import numpy as np
 
 from skyverse.errors import InputError
+from skyverse.exports.autopilot_leg_clearance import require_home
 from skyverse.exports.global_positions import AltitudeReference, home, require_reference, with_origin
-from skyverse.exports.leg_clearance import require_home
 from skyverse.exports.route import Route, route
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario

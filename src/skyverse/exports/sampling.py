@@ -9,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.mission import Mission
 from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import SAME_INSTANT
 
 MAX_SAMPLES = 1e6
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
@@ -48,7 +49,7 @@ def instants(trajectory: Trajectory, rate: float) -> Floats:
         )
     ticks = np.arange(np.ceil(trajectory.start * rate), np.floor(trajectory.end * rate) + 1) / rate
     t = np.unique(np.r_[trajectory.knots, ticks])
-    return t[np.r_[True, np.diff(t) > 1e-6]]
+    return t[np.r_[True, np.diff(t) > SAME_INSTANT]]
 
 
 def clock(seconds: float) -> str:

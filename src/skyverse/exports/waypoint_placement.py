@@ -3,8 +3,8 @@
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.leg_clearance import LegChecker
-from skyverse.numerics.tolerances import LEG_ALLOWANCE
+from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, STRAIGHT_ON
 
 MAX_WAYPOINTS = 700
 """The largest number of waypoints that autopilots accept."""
@@ -119,7 +119,7 @@ class WaypointPlacement:
         ahead, behind = self.nodes[k + 1][1] - self.curve[index], self.curve[index] - self.nodes[k - 1][1]
         bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)
         size = float(np.linalg.norm(bend))
-        if size < 1e-6:
+        if size < STRAIGHT_ON:
             return False
         self.pushed[index] = min(done + max(done, LEG_ALLOWANCE), MAX_PUSH * self.reach)
         self.nodes[k] = index, self.curve[index] - bend / size * self.pushed[index]

@@ -91,6 +91,12 @@ OPTIMALITY_GAP = 1e-9
 LIMIT_MARGIN = 1e-9
 """Relative: the share of a flight limit that is left unused, so that rounding exceeds none."""
 
+MIN_LEG_DURATION = 1e-9
+"""Seconds: the length of an exported leg is divided by at least this, so that no speed is infinite."""
+
+DIAGONAL_FLOOR = 1e-9
+"""Added to the diagonal of a matrix of which a share is added to the matrix, so that the share is never 0."""
+
 SEAM_MARGIN = 1e-7
 """Metres added to the clearance of a line of sight: none then slips through the seam between obstacles that touch.
 
@@ -140,6 +146,15 @@ PATH_CONVERGED = 1e-6
 
 NEARNESS_ROUNDING = 1e-6
 """In units of the separation: two UAVs as flown may be this much nearer than required, as distances are rounded."""
+
+STRAIGHT_ON = 1e-6
+"""The length of a difference of two unit directions below which an exported route goes straight on."""
+
+SAME_PLACE = 1e-6
+"""Metres: samples of a trajectory that lie closer are one place of the exported route; the UAV hovers there."""
+
+SAME_INSTANT = 1e-6
+"""Seconds: exported samples that are closer in time are one, since files round to microseconds."""
 
 TERRAIN_RIM = 1e-5
 """Metres by which a terrain's outermost cells go on beyond its last heights: bounds may exceed them by rounding."""

@@ -20,14 +20,12 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner
-from skyverse.numerics.tolerances import MIN_PIVOT
+from skyverse.numerics.tolerances import DIAGONAL_FLOOR, MIN_PIVOT
 
 BAND = 15
 """Entries of a row of A from its diagonal on: five control points of three coordinates."""
 FIRST_SHIFT, SHIFT_FACTOR, MAX_SHIFT = 1e-3, 4.0, 1e12
 """Multiples of D's diagonal that are added to S where it is not positive definite: the first, the next, the largest."""
-DIAGONAL_FLOOR = 1e-9
-"""Added to the diagonal that these are multiples of."""
 
 
 class NewtonSystem(NamedTuple):

@@ -17,7 +17,7 @@ from skyverse.space.world import Space, segment_free
 from skyverse.trajectory.climb import ALL_ALONG, climb_along, climb_length
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.dubins_leg import DubinsLeg, pose_on_leg
-from skyverse.trajectory.leg_clearance import BLOCKED_AT_ANY_HEIGHT, CLEAR, leg_clear
+from skyverse.trajectory.dubins_leg_clearance import BLOCKED_AT_ANY_HEIGHT, CLEAR, leg_clear
 
 MAX_WAYPOINTS_AHEAD = 5
 """How many waypoints farther on a leg may lead at most."""

@@ -10,8 +10,8 @@ from skyverse.numerics.kernel import PLAIN_NUMBA, PLAIN_PYTHON
 pytestmark = pytest.mark.skipif(PLAIN_PYTHON or PLAIN_NUMBA, reason="nothing is taken by reference")
 
 RETURN_REFERENCES = {
-    "skyverse.search.taut.window:_local_space": "to parts of its argument; `shorten_window` does not return them",
-    "skyverse.space.world:with_margin": "to parts of its argument; no kernel that calls it returns them",
+    "skyverse.search.taut.shorten_window:_local_space": "to parts of its argument, which its caller does not return",
+    "skyverse.space.world:with_margin": "to parts of its argument, which no caller returns",
 }
 """Kernels whose result points to memory of whoever called them, and why that memory is still there."""
 

@@ -72,9 +72,9 @@ def _read(path: Path, suffix: str, choices: Choices) -> list[Feature]:
 
         return features_of(kml.records(path), WGS84, str(path), choices)
     if suffix in _GDAL_SUFFIXES:
-        from skyverse.maps.readers import gdal
+        from skyverse.maps.readers import vector_tables
 
-        layers = list(gdal.layers(path, choices))
+        layers = list(vector_tables.layers(path, choices))
         if not layers:
             raise InputError(f"{path}: expected polygons of zones or buildings, found none")
         return [feature for records, crs in layers for feature in features_of(records, crs, str(path), choices)]

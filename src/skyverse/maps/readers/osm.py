@@ -211,12 +211,12 @@ def _closed(lines: list[LineString]) -> BaseGeometry | None:
 
 
 def _binary(path: Path, choices: Choices) -> Iterator[GeometryRecord]:
-    from skyverse.maps.readers import gdal
+    from skyverse.maps.readers import vector_tables
 
     with tempfile.TemporaryDirectory() as folder:
         rules = Path(folder) / "osm.ini"
         rules.write_text(_GDAL_RULES)
-        _, rows = gdal.table(path, "multipolygons", choices, CONFIG_FILE=str(rules))
+        _, rows = vector_tables.table(path, "multipolygons", choices, CONFIG_FILE=str(rules))
     for shape, said in rows:
         tags = json.loads(said.get("all_tags") or "{}")
         if _is_building(tags):

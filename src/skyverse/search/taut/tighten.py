@@ -9,7 +9,7 @@ from skyverse.numerics.norm import distance, length_of
 from skyverse.numerics.tolerances import MIN_WINDOW_SHARE, TIGHTEN_CONVERGED
 from skyverse.search.path_shortening.shortcut import shortcut
 from skyverse.search.taut.edge_geometry import pieces_within
-from skyverse.search.taut.window import MAX_PIECES, shorten_window
+from skyverse.search.taut.shorten_window import MAX_PIECES, shorten_window
 from skyverse.space.edges import Edges
 from skyverse.space.world import Space, segment_free
 

@@ -8,7 +8,7 @@ import pytest
 
 import skyverse
 from skyverse.cli import app
-from skyverse.cli.options import OPTIONS, PLACEHOLDERS, for_command_line, option_of
+from skyverse.cli.option_names import OPTIONS, PLACEHOLDERS, for_command_line, option_of
 from skyverse.errors import InputError, Remedy, Sentence
 
 ROOT = Path(skyverse.__file__).parent
