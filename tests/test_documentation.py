@@ -24,9 +24,9 @@ def test_the_layers_that_are_drawn_are_the_contract():
     assert drawn[1].splitlines() == [layer.replace("skyverse.", "") for layer in contract["layers"]]
 
 
-def test_every_room_is_explained():
-    rooms = {folder.name for folder in Path(skyverse.__file__).parent.iterdir() if (folder / "__init__.py").exists()}
-    assert set(re.findall(r"^\| `(\w+)` \|", CONTRIBUTING, re.MULTILINE)) == rooms
+def test_every_package_is_explained():
+    packages = {folder.name for folder in Path(skyverse.__file__).parent.iterdir() if (folder / "__init__.py").exists()}
+    assert set(re.findall(r"^\| `(\w+)` \|", CONTRIBUTING, re.MULTILINE)) == packages
 
 
 def test_every_file_on_the_way_of_a_scenario_is_there():
