@@ -263,7 +263,7 @@ def test_output_that_cannot_be_kept_is_refused_before_the_run(skyverse, tmp_path
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.json").mkdir()
     monkeypatch.setattr(sky, "plan_mission", lambda *_, **__: pytest.fail("planned for nothing"))
-    assert "file: cannot be made" in complaint(skyverse("plan", "map1", "-o", "file/m.json"))
+    assert "file: expected a folder, found a file" in complaint(skyverse("plan", "map1", "-o", "file/m.json"))
     assert "expected a file, found a folder" in complaint(skyverse("plan", "map1", "-o", "folder.json"))
     (tmp_path / "page.html").mkdir()
     assert "page.html: expected a file, found a folder" in complaint(skyverse("plan", "map1", "-o", "page.json"))
