@@ -13,7 +13,7 @@ from skyverse.cli.option_types import AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import json_text, table
 from skyverse.cli.study import study_of
-from skyverse.cli.watch import StudyWatch, compile_with_bar
+from skyverse.cli.watch import StudyWatch
 from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
 
@@ -122,9 +122,8 @@ def compare(
         refuse_export(export)
         refuse_output(export)
     _keep_study(folder, study)
-    watch = StudyWatch(folder)
+    watch = StudyWatch(folder, [] if dask else sorted({type(job.planner).__name__ for job in jobs}))
     try:
-        compile_with_bar([type(job.planner).__name__ for job in {job.label: job for job in jobs}.values()])
         with Rows(folder / "rows.sqlite") as rows:
             others = len(rows.done() - {job.key for job in jobs})
             if others:

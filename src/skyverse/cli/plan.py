@@ -1,7 +1,7 @@
 """The verb ``plan``: a mission from a scenario."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
@@ -103,9 +103,17 @@ def plan(
     wings = ["aeroplane"] if any(uav.fixed_wing for uav in asked.uavs) else []
     before_compiling(lambda: compile_with_bar(["mission", type(method).__name__, shape, *wings]))
     with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:
-        how: dict[str, Any] = {"assignment": assignment, "criterion": criterion, "shape": shape}
-        how |= {"keep_apart": keep_apart, "on_progress": on_progress}
-        mission = sky.plan_mission(asked, method, stop=stop, rng=seed, **how)
+        mission = sky.plan_mission(
+            asked,
+            method,
+            stop=stop,
+            rng=seed,
+            assignment=assignment,
+            criterion=criterion,
+            shape=shape,
+            keep_apart=keep_apart,
+            on_progress=on_progress,
+        )
         sky.write(mission, out)
         written = [out]
         if page:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from skyverse.cli.exit_codes import INTERRUPTED
 from skyverse.cli.option_types import OUTPUT, WHOLE, Whole
-from skyverse.cli.watch import StudyWatch, compile_with_bar
+from skyverse.cli.watch import StudyWatch
 from skyverse.numerics.cores import cores
 
 
@@ -40,9 +40,8 @@ def reproduce(
     """
     from skyverse.reproduction.reproduce import reproduce as run_again
 
-    watch = StudyWatch(output)
+    watch = StudyWatch(output, ["mission", "AStar", "MVO", "GSO", "BBO", "RandomRestart", "HybridMVO"])
     try:
-        compile_with_bar(["mission", "AStar", "MVO", "GSO", "BBO", "RandomRestart", "HybridMVO"])
         with watch.bar() as on_run:
             pages = run_again(parts, output, runs=runs, seed=seed, workers=workers or cores(), on_run=on_run)
     except KeyboardInterrupt:

@@ -144,10 +144,18 @@ def count_bar(beginning: str, things: str) -> Iterator[Callable[[int, int], None
 
 
 class StudyWatch:
-    """Tells how far a study is: a bar when a person watches; and what is kept when it ends too early."""
+    """Tells how far a study is: a bar when a person watches; and what is kept when it ends too early.
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    Parameters
+    ----------
+    folder
+        Where the study's rows are kept.
+    workloads
+        What to compile once it is known that there is something to run.
+    """
+
+    def __init__(self, folder: Path, workloads: Sequence[str]) -> None:
+        self._folder, self._workloads = folder, workloads
         self._done = self._total = 0
 
     @contextmanager
@@ -158,6 +166,8 @@ class StudyWatch:
             def on_run(done: int, total: int) -> None:
                 if self._total == 0 and done:
                     print(f"skyverse: {done} of {total} runs were done before", file=sys.stderr)
+                if self._total == 0 and done < total and self._workloads:
+                    compile_with_bar(self._workloads)
                 if self._total and draw is not None:
                     draw(done, total)
                 self._done, self._total = done, total
