@@ -113,15 +113,21 @@ def _write(context: Any, builder: Any, kind: Any, to: Any, value: Any, pointer: 
 
 @box(StructReference)
 def _box(kind: Any, pointer: Any, c: Any) -> Any:
-    """Make a NamedTuple for Python, of fields that a kernel was given by reference and has returned within another."""
+    """Make a NamedTuple for Python, of fields that a kernel was given by reference and has returned within another.
+
+    Numba has released its hold on the arguments by then. So an array is the caller's own object, which the caller still
+    holds, and numba's count of who holds the array is not touched.
+    """
     items = []
     for i, field in enumerate(kind.types):
         place = cgutils.gep_inbounds(c.builder, pointer, 0, i)
         if not isinstance(field, StructReference):
             place = c.context.data_model_manager.lookup(field).load_from_data_pointer(c.builder, place)
-            if c.context.enable_nrt:
-                c.context.nrt.incref(c.builder, field, place)
-        items.append(c.box(field, place))
+        if isinstance(field, types.Array):
+            items.append(c.context.make_array(field)(c.context, c.builder, place).parent)
+            c.pyapi.incref(items[-1])
+        else:
+            items.append(c.box(field, place))
     cls = c.pyapi.unserialize(c.pyapi.serialize_object(kind.instance_class))
     made = c.pyapi.call_function_objargs(cls, items)
     for item in (*items, cls):
