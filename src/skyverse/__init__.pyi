@@ -66,6 +66,7 @@ from .model.trajectory import Motion as Motion
 from .model.trajectory import Trajectory as Trajectory
 from .model.uav import UAV as UAV
 from .model.uav import FixedWing as FixedWing
+from .model.uav import TrackingError as TrackingError
 from .model.verdict import Action as Action
 from .model.verdict import Certificate as Certificate
 from .model.verdict import Conflict as Conflict

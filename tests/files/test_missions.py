@@ -63,7 +63,7 @@ def test_the_file_is_strict_json_with_format_scenario_and_provenance(tmp_path):
         raise AssertionError(f"{constant} is no JSON")
 
     data = json.loads((tmp_path / "m.json").read_text(), parse_constant=forbid)
-    assert data["format"] == "skyverse/mission/1"
+    assert data["format"] == "skyverse/mission/2"
     assert data["scenario"]["name"] == "room"
     provenance = data["provenance"]
     assert provenance["skyverse"] == sky.__version__
@@ -113,7 +113,7 @@ def dumped(tmp_path):
         (("provenance", "seed"), "x", ["provenance.seed", "found 'x'"]),
         (("provenance",), None, ["provenance"]),
         (("interrupted",), "perhaps", ["interrupted", "found 'perhaps'"]),
-        (("format",), "skyverse/mission/2", ["format: expected 'skyverse/mission/1', found 'skyverse/mission/2'"]),
+        (("format",), "skyverse/mission/3", ["format: expected 'skyverse/mission/2', found 'skyverse/mission/3'"]),
     ],
 )
 def test_a_field_that_is_wrong_is_named(place, value, says, tmp_path):

@@ -102,7 +102,7 @@ def test_a_file_by_hand_reads_as_it_says(tmp_path):
         ("step: [0.5, 0.5, 0.5]", "step: [0.5, 9, 0.5]", ["lattice.step is 9 m along y", "3 m"]),
         ("step: [0.5, 0.5, 0.5]", "step: [0.5, 0.5, 0.5], connectivity: 8", ["lattice.connectivity", "found 8"]),
         ("name: yard", "name: yard\nobjective: cheap", ["objective", "'cheap'", "thesis, turns"]),
-        ("name: yard", "name: yard\nformat: skyverse/scenario/9", ["format", "skyverse/scenario/1"]),
+        ("name: yard", "name: yard\nformat: skyverse/scenario/9", ["format", "skyverse/scenario/2"]),
         ("name: yard\n", "", ["name", "is missing"]),
     ],
 )

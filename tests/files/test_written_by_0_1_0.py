@@ -1,17 +1,47 @@
-"""Files that version 0.1.0 wrote are read, judged and written as they were then.
+"""Files that version 0.1.0 wrote are read and judged as they were then, and written in the newest format.
 
 The files in `written_by_0_1_0` are never written anew: a version that cannot read them breaks what users have kept.
 """
 
+import json
+import re
 import shutil
 from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
 
 import skyverse as sky
 from skyverse.model.shapes import Voxels
 
 HERE = Path(__file__).parent / "written_by_0_1_0"
+ADDED = {
+    "tracking_error": {"horizontal": 0.0, "vertical": 0.0},
+    "max_climb": None,
+    "max_descent": None,
+    "vehicle": "",
+    "closed_above": False,
+    "max_height": None,
+}
+"""What the newest version writes of a file of version 1: the fields that it added, each without any limit."""
+
+
+def load(path):
+    text = path.read_text()
+    return json.loads(text) if path.suffix == ".json" else YAML(typ="safe").load(text)
+
+
+def without_added(data):
+    """Return the data of a file without the fields of ADDED that set no limit, and as of version 1."""
+    if isinstance(data, list):
+        return [without_added(entry) for entry in data]
+    if not isinstance(data, dict):
+        return data
+    return {
+        key: value[:-1] + "1" if key == "format" else without_added(value)
+        for key, value in data.items()
+        if key not in ADDED or value != ADDED[key]
+    }
 
 
 def test_a_scenario_with_every_kind_of_shape_is_read_from_yaml_and_json_alike():
@@ -27,9 +57,12 @@ def test_a_scenario_with_every_kind_of_shape_is_read_from_yaml_and_json_alike():
 
 
 @pytest.mark.parametrize("name", ["yard.yaml", "yard.json", "hills.yaml"])
-def test_a_scenario_is_written_as_it_was(name, tmp_path):
-    sky.write(sky.read_scenario(HERE / name), tmp_path / name)
-    assert (tmp_path / name).read_bytes() == (HERE / name).read_bytes()
+def test_a_scenario_is_written_as_it_was_but_for_fields_without_a_limit(name, tmp_path):
+    scenario = sky.read_scenario(HERE / name)
+    sky.write(scenario, tmp_path / name)
+    assert without_added(load(tmp_path / name)) == load(HERE / name)
+    assert load(tmp_path / name)["format"] == "skyverse/scenario/2"
+    assert sky.read_scenario(tmp_path / name) == scenario
 
 
 def test_a_terrain_is_read_from_the_file_beside_its_scenario():
@@ -45,7 +78,9 @@ def test_a_mission_is_read_judged_and_written_as_it_was(tmp_path):
     assert sky.check(mission.scenario, mission) == []
     assert sky.certify(mission.scenario, mission) == (mission.certificates, mission.apart)
     sky.write(mission, tmp_path / "again.json")
-    assert (tmp_path / "again.json").read_bytes() == (HERE / "yard.mission.json").read_bytes()
+    assert without_added(load(tmp_path / "again.json")) == load(HERE / "yard.mission.json")
+    assert load(tmp_path / "again.json")["format"] == "skyverse/mission/2"
+    assert sky.read_mission(tmp_path / "again.json") == mission
 
 
 def test_a_flight_is_read_and_written_as_it_was(tmp_path):
@@ -54,7 +89,23 @@ def test_a_flight_is_read_and_written_as_it_was(tmp_path):
     assert flight.safe
     assert flight.rounds == ("Nothing had to change.",)
     sky.write(flight, tmp_path / "again.json")
-    assert (tmp_path / "again.json").read_bytes() == (HERE / "yard.flight.json").read_bytes()
+    assert without_added(load(tmp_path / "again.json")) == load(HERE / "yard.flight.json")
+    assert sky.read_flight(tmp_path / "again.json") == flight
+
+
+@pytest.mark.parametrize("place", ["uavs[0].max_climb", "uavs[1].vehicle", "obstacles[2].closed_above", "max_height"])
+@pytest.mark.parametrize("name", ["yard.yaml", "yard.json", "yard.mission.json", "yard.flight.json"])
+def test_a_file_of_version_1_with_a_field_of_version_2_is_refused_by_name(name, place, tmp_path):
+    data = load(HERE / name)
+    at = data.get("mission", data)
+    at = at.get("scenario", at)
+    part, _, field = place.partition(".")
+    if field:
+        at = at[part[:-3]][int(part[-2])]
+    at[field or part] = 1
+    (tmp_path / name.replace("yaml", "json")).write_text(json.dumps(data))
+    with pytest.raises(sky.InputError, match=f"{re.escape(place)}: 'skyverse/scenario/1' has no such field; "):
+        sky.read(tmp_path / name.replace("yaml", "json"))
 
 
 def test_a_study_goes_on_from_its_rows_where_it_was(tmp_path):

@@ -110,13 +110,47 @@ def test_an_outline_may_turn_either_way_and_have_straight_and_inward_corners(cor
         (("targets",), [{"name": "b", "position": [0, 0, 0]}] * 3, "'b' stands 3 times"),
         (("frame",), {"origin": {"latitude": 91, "longitude": 0, "altitude": 0}}, "less than or equal to 90"),
         (("name",), "", "at least 1"),
-        (("format",), "skyverse/scenario/2", "skyverse/scenario/1"),
+        (("format",), "skyverse/scenario/3", "skyverse/scenario/2"),
+        (("format",), 2, "skyverse/scenario/2"),
+        (("max_height",), 120, "max_height is counted from the ground, but the scenario has no terrain"),
+        (("max_height",), 0, "greater than 0"),
+        (("obstacles", 0, "closed_above"), "yes", "boolean"),
+        (("zones",), [CYLINDER | {"closed_above": True}], "a zone cannot be closed above"),
+        (("uavs", 0, "max_climb"), 0, "greater than or equal to 0.001"),
+        (("uavs", 0, "max_descent"), -1, "greater than or equal to 0.001"),
+        (("uavs", 0, "tracking_error"), 1, "TrackingError"),
+        (("uavs", 0, "tracking_error"), {"horizontal": -1}, "greater than or equal to 0"),
     ],
 )
 def test_what_is_wrong_is_refused_and_named(place, value, says):
     with pytest.raises(ValidationError) as refused:
         sky.Scenario.model_validate(changed(place, value))
     assert says in str(refused.value)
+
+
+def test_a_scenario_says_how_far_uavs_may_stray_how_fast_they_climb_and_how_high_they_may_fly():
+    uav = {
+        "start": [0, 0, 1],
+        "tracking_error": {"horizontal": 1.5, "vertical": 2},
+        "max_climb": 3,
+        "max_descent": 2,
+        "vehicle": "",
+    }
+    terrain = {"origin": [0, 0], "step": [4, 3], "heights": [[0, 0], [0, 0]]}
+    scenario = sky.Scenario.model_validate({**VALID, "uavs": [uav], "terrain": terrain, "max_height": 1.5})
+    assert scenario.uavs[0].tracking_error == sky.TrackingError(horizontal=1.5, vertical=2)
+    assert (scenario.uavs[0].max_climb, scenario.uavs[0].max_descent, scenario.max_height) == (3, 2, 1.5)
+    with pytest.raises(ValidationError, match=r"max_height, 0\.25 m, must be above the clearance"):
+        sky.Scenario.model_validate({**VALID, "uavs": [uav], "terrain": terrain, "max_height": 0.25})
+
+
+def test_no_limit_of_format_2_is_there_unless_it_is_given():
+    scenario = sky.Scenario.model_validate({**VALID, "format": "skyverse/scenario/1"})
+    assert scenario == sky.Scenario.model_validate(VALID)
+    assert scenario.format == "skyverse/scenario/2"
+    assert (scenario.max_height, scenario.obstacles[0].closed_above) == (None, False)
+    uav = scenario.uavs[0]
+    assert (uav.max_climb, uav.max_descent, uav.vehicle, uav.tracking_error) == (None, None, "", sky.TrackingError())
 
 
 @pytest.mark.parametrize("key", ["name", "bounds", "clearance", "lattice"])
@@ -262,6 +296,11 @@ def test_limits_that_no_vehicle_has_are_refused_by_name(field, value):
     [
         ({"fixed_wing": {"speed": 5, "turn_radius": 50, "climb": 10}}, "above max_speed"),
         ({"fixed_wing": {"speed": 4, "turn_radius": 2, "climb": 10}}, "not below max_acceleration"),
+        (
+            {"fixed_wing": {"speed": 4, "turn_radius": 9, "climb": 20}, "max_climb": 1},
+            "is 1.456 m/s, above max_climb, 1",
+        ),
+        ({"fixed_wing": {"speed": 4, "turn_radius": 9, "climb": 20}, "max_descent": 1}, "above max_descent, 1"),
         ({"separation": 0, "vertical_separation": 1}, "must both be above 0, or both 0"),
     ],
 )

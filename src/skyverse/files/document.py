@@ -2,6 +2,7 @@
 
 import difflib
 import json
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -55,11 +56,14 @@ class JsonFormat(Generic[T]):
     kind
         The type.
     name
-        What the file says its format is, such as ``"skyverse/mission/1"``.
+        What the file says its format is, such as ``"skyverse/mission/2"``.
+    renew
+        Returns the data of an older version of the format as those of the newest, and other data as they are; raises
+        `ValueError` if an older version has a field of a newer one.
     """
 
-    def __init__(self, kind: type[T], name: str) -> None:
-        self.kind, self.name = kind, name
+    def __init__(self, kind: type[T], name: str, renew: Callable[[Any], Any]) -> None:
+        self.kind, self.name, self._renew = kind, name, renew
 
     @cached_property
     def _adapter(self) -> TypeAdapter[T]:
@@ -79,6 +83,10 @@ class JsonFormat(Generic[T]):
         data
             Its data.
         """
+        try:
+            data = self._renew(data)
+        except ValueError as error:
+            raise InputError(f"{source}: {error}") from None
         if data["format"] != self.name:
             raise InputError(f"{source}: format: expected {self.name!r}, found {data['format']!r:.60}")
         try:

@@ -10,9 +10,11 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
+from skyverse.model.formats import MISSION_2, flight_with_mission_2, mission_to_2
 from skyverse.model.mission import Mission
 
-MISSIONS, FLIGHTS = JsonFormat(Mission, "skyverse/mission/1"), JsonFormat(Flight, "skyverse/flight/1")
+MISSIONS = JsonFormat(Mission, MISSION_2, mission_to_2)
+FLIGHTS = JsonFormat(Flight, "skyverse/flight/1", flight_with_mission_2)
 MAX_CSV_ROWS = 1e7
 """Rows of sampled trajectories that a CSV file may have for each UAV."""
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from skyverse._version import __version__
 from skyverse.lab.row import Row
+from skyverse.lab.scenario_text import scenario_text
 from skyverse.mission.plan_mission import Assignment, assign_targets
 from skyverse.model.result import History, Result, Status, no_history
 from skyverse.model.scenario import Scenario
@@ -35,7 +36,7 @@ class Case:
     @cached_property
     def digest(self) -> str:
         """A digest of scenario and assignment, without the label."""
-        return _digest(self.scenario.model_dump_json(), self.assignment)
+        return _digest(scenario_text(self.scenario), self.assignment)
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, Case) else NotImplemented

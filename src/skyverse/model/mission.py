@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from skyverse.model.arrays import ArrayRecord
+from skyverse.model.formats import MISSION_2
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
@@ -41,7 +42,7 @@ class Mission(ArrayRecord):
     certificates: tuple[Certificate | None, ...] = ()
     apart: Certificate | None = None
     deconfliction: Deconfliction | None = None
-    format: str = field(default="skyverse/mission/1")
+    format: str = field(default=MISSION_2)
 
     @property
     def cost(self) -> float:

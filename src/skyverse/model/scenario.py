@@ -6,9 +6,10 @@ All units are SI; positions are local east-north-up metres, with an optional WGS
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from skyverse.errors import InputError
+from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.uav import UAV
@@ -219,13 +220,18 @@ class Scenario(Model):
         Shapes that may be flown through, at a risk.
     terrain
         The ground, which must cover the bounds.
+    max_height
+        Metres above the terrain that no UAV may exceed; ``None`` where there is no such ceiling. It needs a terrain.
     objective
         The weights of the cost, or the name of a preset: ``"thesis"`` or ``"turns"``.
     sources
         The files that the scenario was made from.
     """
 
-    format: Literal["skyverse/scenario/1"] = "skyverse/scenario/1"
+    format: Annotated[
+        Literal["skyverse/scenario/2"],
+        WithJsonSchema({"enum": [SCENARIO_1, SCENARIO_2], "default": SCENARIO_2, "type": "string"}),
+    ] = SCENARIO_2
     name: Annotated[str, Field(min_length=1)]
     description: str = ""
     bounds: Bounds
@@ -233,6 +239,7 @@ class Scenario(Model):
     zones: tuple[Zone, ...] = ()
     terrain: Terrain | None = None
     clearance: NonNegative
+    max_height: Positive | None = None
     lattice: Lattice
     objective: Annotated[
         Objective, BeforeValidator(_preset, json_schema_input_type=Objective | Literal["thesis", "turns"])
@@ -248,6 +255,11 @@ class Scenario(Model):
         own = None if self.terrain is None else self.terrain.clearance
         return self.clearance if own is None else own
 
+    @model_validator(mode="before")
+    @classmethod
+    def _of_the_newest_version(cls, data: Any) -> Any:
+        return scenario_to_2(data)
+
     @field_validator("uavs")
     @classmethod
     def _name_uavs(cls, uavs: tuple[UAV, ...]) -> tuple[UAV, ...]:
@@ -262,12 +274,19 @@ class Scenario(Model):
     def _on_the_ground(self) -> Self:
         band = self.objective.altitude
         if self.terrain is None:
+            if self.max_height is not None:
+                raise ValueError("max_height is counted from the ground, but the scenario has no terrain")
             if band is not None and band.above == "ground":
                 raise ValueError("objective.altitude.above is 'ground', but the scenario has no terrain")
             return self
         if band is not None and band.above is None:
             raise ValueError(
                 "objective.altitude.above: with a terrain, say what low and high are counted from, 'zero' or 'ground'"
+            )
+        if self.max_height is not None and self.max_height <= self.ground_clearance:
+            raise ValueError(
+                f"max_height, {self.max_height:g} m, must be above the clearance from the ground, "
+                f"{self.ground_clearance:g} m"
             )
         first, last = self.terrain.extent
         for axis in range(2):

@@ -26,11 +26,14 @@ class Shape(Model):
         What it stands for, such as ``"building"`` or ``"no-fly zone"``; pictures show each kind in its own way.
     risk
         What a metre flown inside a zone adds to the path's risk. Obstacles have none.
+    closed_above
+        Whether all that is above the shape belongs to it too, so that nothing may fly over it. Zones have no such.
     """
 
     name: str | None = None
     kind: str | None = None
     risk: Positive | None = None
+    closed_above: Annotated[bool, Field(strict=True)] = False
 
 
 class Upright(Shape):
@@ -218,6 +221,8 @@ def _forbidden(shape: Shape) -> Shape:
 def _risky(shape: Shape) -> Shape:
     if shape.risk is None:
         raise ValueError("a zone needs a risk, per metre flown inside; what must not be entered belongs to obstacles")
+    if shape.closed_above:
+        raise ValueError("a zone cannot be closed above; what must not be flown over belongs to obstacles")
     return shape
 
 

@@ -26,6 +26,17 @@ class FixedWing(Model):
     climb: Annotated[Positive, Field(lt=90)]
 
 
+class TrackingError(Model):
+    """How far a UAV may stray from its nominal position: wind, gusts and the errors of GPS and barometer together.
+
+    The position that is flown stays within `horizontal` metres of the nominal one seen from above, and within
+    `vertical` metres of it in altitude.
+    """
+
+    horizontal: NonNegative = 0.0
+    vertical: NonNegative = 0.0
+
+
 class UAV(Model):
     """One vehicle: where it starts, its limits, and its separation from others.
 
@@ -40,6 +51,8 @@ class UAV(Model):
         count heights above home. If it is left out, it is the terrain below, or the start where there is no terrain.
     max_speed, max_acceleration, max_jerk
         Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
+    max_climb, max_descent
+        The fastest that it climbs and descends, m/s; ``None`` where it has no such limit of its own.
     max_tilt
         The largest angle between a multirotor's thrust and the vertical, degrees.
     thrust_to_weight
@@ -49,10 +62,14 @@ class UAV(Model):
     vertical_separation
         The vertical distance that UAVs above and below it must keep because of its downwash, metres; twice `separation`
         if it is left out. In all other directions an ellipsoid with these semi-axes must be kept free.
+    tracking_error
+        How far it may stray from its nominal position; it keeps to it exactly if this is left out.
     priority
         Of two UAVs in conflict, the one of lower priority gives way.
     fixed_wing
         Given for an aeroplane, whose tilt and thrust are not limited, and which does not rest at its start and target.
+    vehicle
+        The name of the vehicle profile that it was made from; empty if there was none.
     """
 
     name: str = ""
@@ -61,12 +78,16 @@ class UAV(Model):
     max_speed: Limit = 5.0
     max_acceleration: Limit = 3.5
     max_jerk: Limit = 50.0
+    max_climb: Limit | None = None
+    max_descent: Limit | None = None
     max_tilt: Annotated[Number, Field(ge=0.1, lt=90)] = 40.0
     thrust_to_weight: Annotated[Number, Field(gt=1, le=1e6)] = 2.5
     separation: NonNegative = 0.5
     vertical_separation: NonNegative | None = None
+    tracking_error: TrackingError = TrackingError()
     priority: Annotated[int, Field(strict=True)] = 0
     fixed_wing: FixedWing | None = None
+    vehicle: str = ""
 
     @property
     def ellipsoid(self) -> tuple[float, float]:
@@ -92,6 +113,13 @@ class UAV(Model):
                 f"fixed_wing.speed of {wing.speed:g} m/s at a climb of {wing.climb:g} degrees is {fastest:.4g} m/s, "
                 f"above max_speed, {self.max_speed:g}"
             )
+        rising = wing.speed * math.tan(math.radians(wing.climb))
+        for name, limit in (("max_climb", self.max_climb), ("max_descent", self.max_descent)):
+            if limit is not None and rising > limit:
+                raise ValueError(
+                    f"fixed_wing.climb of {wing.climb:g} degrees at {wing.speed:g} m/s is {rising:.4g} m/s, "
+                    f"above {name}, {limit:g}"
+                )
         turning = wing.speed**2 / wing.turn_radius
         if turning >= self.max_acceleration:
             raise ValueError(

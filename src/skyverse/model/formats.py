@@ -1,0 +1,69 @@
+"""The versions of file formats: the data of an older file become those of the newest version, or are refused.
+
+A field that a version brought is refused in a file of an older version, which could not mean it.
+"""
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+SCENARIO_1: Final = "skyverse/scenario/1"
+SCENARIO_2: Final = "skyverse/scenario/2"
+MISSION_1: Final = "skyverse/mission/1"
+MISSION_2: Final = "skyverse/mission/2"
+
+NEW_IN_SCENARIO_2 = {
+    "": ("max_height",),
+    "uavs": ("tracking_error", "max_climb", "max_descent", "vehicle"),
+    "obstacles": ("closed_above",),
+    "zones": ("closed_above",),
+}
+"""The fields that version 2 brought, by the list whose entries have them; the scenario itself has those of ``""``."""
+
+
+def scenario_to_2(data: Any) -> Any:
+    """Return the data of a scenario of version 1 as those of version 2, and other data as they are.
+
+    The fields that version 2 brought are left out, which means that there are no such limits.
+
+    Raises
+    ------
+    ValueError
+        If a scenario of version 1 has a field that only version 2 has.
+    """
+    if not isinstance(data, dict) or data.get("format") != SCENARIO_1:
+        return data
+    for place in _fields_of_scenario_2(data):
+        raise ValueError(f"{place}: {SCENARIO_1!r} has no such field; {SCENARIO_2!r}, as the format, has it")
+    return {**data, "format": SCENARIO_2}
+
+
+def _fields_of_scenario_2(data: dict[Any, Any]) -> Iterator[str]:
+    """Yield the places of fields that only version 2 has."""
+    for part, names in NEW_IN_SCENARIO_2.items():
+        entries = data.get(part) if part else [data]
+        for number, entry in enumerate(entries if isinstance(entries, list | tuple) else ()):
+            if isinstance(entry, dict):
+                place = f"{part}[{number}]." if part else ""
+                yield from (f"{place}{name}" for name in names if name in entry)
+
+
+def mission_to_2(data: Any) -> Any:
+    """Return the data of a mission of version 1 as those of version 2, and other data as they are.
+
+    Raises
+    ------
+    ValueError
+        If a mission of version 1 has a field that only version 2 has.
+    """
+    if not isinstance(data, dict) or data.get("format") != MISSION_1:
+        return data
+    if "flights" in data:
+        raise ValueError(f"flights: {MISSION_1!r} has no such field; {MISSION_2!r}, as the format, has it")
+    return {**data, "format": MISSION_2}
+
+
+def flight_with_mission_2(data: Any) -> Any:
+    """Return the data of a flight with the mission that was flown as one of version 2; see `mission_to_2`."""
+    if not isinstance(data, dict) or "mission" not in data:
+        return data
+    return {**data, "mission": mission_to_2(data["mission"])}
