@@ -338,14 +338,6 @@ def test_aeroplanes_need_not_rest_and_may_begin_a_turn_at_once():
     assert found == {Fault.TRAJECTORY_ENDS, Fault.CONTINUITY}  # a multirotor has to
 
 
-def test_smooth_forms_have_no_jumps_in_jerk():
-    flight = stops((0, 0, 0), (1, 0, 0), (2, 1, 0))
-    assert faults(mission((AGILE, flight))) == []
-    (found,) = faults(mission((AGILE, replace(flight, form="smooth"))))
-    assert found.fault is Fault.CONTINUITY
-    assert "m/s^3" in found.message
-
-
 @pytest.mark.parametrize("far", [0.0, 5e5])
 @pytest.mark.parametrize(
     ("jump", "found"), [(0.0, []), (9e-7, []), (1.1e-6, [Fault.CONTINUITY]), (0.4, [Fault.CONTINUITY])]

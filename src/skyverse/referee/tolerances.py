@@ -15,7 +15,7 @@ TWO_ROUNDINGS = 4e-16
 """Relative: two roundings, such as those of a subtraction and a division, change a number by no more than this."""
 
 JUMP_ROUNDING = 8 * MACHINE_EPSILON
-"""Relative to the distance from the frame's origin: the jump in position at a knot that rounding alone may make."""
+"""Relative to a position, velocity, acceleration or instant: how far off rounding alone may make it at a knot."""
 
 WORST_INSTANT = 1e-9
 """Metres, or shares of a limit: the search for the worst instant ends when no other can be worse by more than this."""
@@ -30,7 +30,10 @@ OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
 
 LET_PASS = 1e-6
-"""Metres, also m/s and m/s^2 at rest: what is wrong by no more than this is let pass, a micrometre being no danger."""
+"""Metres, also m/s and m/s^2 at rest: what is wrong by no more than this is let pass, a micrometre being no danger.
+
+All jumps of one trajectory together may make no more than this either.
+"""
 
 LIMIT_LET_PASS = 1e-6
 """Share of a UAV's limit that may be exceeded: planners reach limits exactly, and rounding adds to that."""

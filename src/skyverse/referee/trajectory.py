@@ -9,12 +9,13 @@ from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_curve
+from skyverse.referee.continuity import judge_continuity
 from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.limits import FlightLimit, flight_limits
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.subdivision import Peaks, find_peaks
-from skyverse.referee.tolerances import JUMP_ROUNDING, LET_PASS
+from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.world import RefereeWorld
 
 
@@ -36,15 +37,16 @@ class _Answer(NamedTuple):
 
 def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajectory: Trajectory) -> JudgedTrajectory:
     """Judge UAV number `uav`'s trajectory to its target, if it has one; what is not proven is a violation."""
-    name = world.scenario.uavs[uav].name
+    vehicle = world.scenario.uavs[uav]
+    name = vehicle.name
     curve = curve_of(trajectory)
     if isinstance(curve, str):
         malformed = Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s trajectory {curve}.")
         return JudgedTrajectory([malformed], 0, None)
-    violations = [*_judge_ends(world, uav, target, curve), *_judge_continuity(world, uav, curve, trajectory.form)]
+    violations = [*_judge_ends(world, uav, target, curve), *judge_continuity(vehicle, uav, curve)]
     position = bernstein(curve.pieces, curve.durations)
     answers = [_judge_limit(name, uav, curve, _bounds(world, position)), _judge_clearance(world, uav, curve, position)]
-    answers += [_judge_limit(name, uav, curve, limit) for limit in flight_limits(world.scenario.uavs[uav], curve)]
+    answers += [_judge_limit(name, uav, curve, limit) for limit in flight_limits(vehicle, curve)]
     violations += [answer.violation for answer in answers if answer.violation is not None]
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
@@ -110,10 +112,6 @@ def _undecided(name: str, uav: int, curve: PolynomialCurve, answer: _Answer) -> 
     return Violation(Fault.UNDECIDED, (uav,), message, time, position_tuple(motion[0]))
 
 
-SMOOTH_FORMS = ("smooth", "slowed", "straightened")
-"""The forms of trajectories whose jerk must not jump either."""
-
-
 def _judge_ends(world: RefereeWorld, uav: int, target: int | None, curve: PolynomialCurve) -> Iterator[Violation]:
     """Yield the first end of a trajectory at which the UAV is not where it must be, or not at rest."""
     scenario, (knots, pieces) = world.scenario, curve
@@ -134,26 +132,3 @@ def _judge_ends(world: RefereeWorld, uav: int, target: int | None, curve: Polyno
             )
             yield Violation(Fault.TRAJECTORY_ENDS, (uav,), message, float(time), position_tuple(motion[0]))
             return
-
-
-def _judge_continuity(world: RefereeWorld, uav: int, curve: PolynomialCurve, form: object) -> Iterator[Violation]:
-    """Yield the worst jump of position or velocity, of a multirotor's acceleration, or of the jerk of a smooth form."""
-    vehicle, (knots, pieces) = world.scenario.uavs[uav], curve
-    if len(pieces) < 2:
-        return
-    kinds = 2 if vehicle.fixed_wing is not None else 4 if isinstance(form, str) and form in SMOOTH_FORMS else 3
-    each = np.arange(len(pieces))
-    before, after = curve.motions(each[:-1], curve.durations[:-1]), curve.motions(each[1:], np.zeros(len(each) - 1))
-    jumps = np.linalg.norm(before - after, axis=2)[:, :kinds]
-    sizes = np.linalg.norm(after, axis=2)[:, :kinds]
-    let_pass = LET_PASS * np.maximum(1.0, sizes)
-    # a jump in position may go through a wall, so that far from the origin only rounding is let pass on top
-    let_pass[:, 0] = LET_PASS + JUMP_ROUNDING * sizes[:, 0]
-    k = int(np.argmax((jumps / let_pass).max(axis=1)))
-    if not (jumps[k] <= let_pass[k]).all():
-        numbers = [f"{jump:.6g} {unit}" for jump, unit in zip(jumps[k], ("m", "m/s", "m/s^2", "m/s^3"), strict=False)]
-        message = (
-            f"{vehicle.name}'s trajectory jumps by {', '.join(numbers[:-1])} and {numbers[-1]} "
-            f"at t = {knots[k + 1]:.6g} s, position {position_text(after[k, 0])}."
-        )
-        yield Violation(Fault.CONTINUITY, (uav,), message, float(knots[k + 1]), position_tuple(after[k, 0]))
