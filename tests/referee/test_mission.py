@@ -35,7 +35,7 @@ from skyverse.model.result import Status, no_history
 from skyverse.model.scenario import Lattice, Target
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Fault, Violation
+from skyverse.model.verdict import Deconfliction, Fault, Violation
 from skyverse.referee import check
 
 
@@ -185,6 +185,11 @@ PLANTED = {
     "tilts": (Fault.TILT, 0, given_uav(0, max_tilt=10)),
     "too little thrust": (Fault.THRUST, 0, given_uav(0, thrust_to_weight=1.05)),
     "a jolt": (Fault.CONTINUITY, 0, flying(jolting(0.01))),
+    "an early last arrival": (
+        Fault.DECONFLICTION,
+        (),
+        replace(VALID, deconfliction=Deconfliction((), (), (), 12.0, 12.0, 6.0, 5.9)),
+    ),
 }
 
 

@@ -1,5 +1,6 @@
 """What a planner answers: one path, how its search ended, and what it took."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -141,10 +142,15 @@ class Result(ArrayRecord):
 
     @property
     def gap(self) -> float | None:
-        """``cost / bound - 1`` of a complete path whose bound is known, and otherwise ``None``."""
+        """``cost / bound - 1`` of a complete path whose bound is known, and otherwise ``None``.
+
+        It is infinite where a path costs something and its bound is no more than 0.
+        """
         if self.bound is None or not self.status.reached:
             return None
-        return self.cost / self.bound - 1.0 if self.bound > 0 else 0.0
+        if self.bound > 0:
+            return self.cost / self.bound - 1.0
+        return 0.0 if self.cost <= self.bound else math.inf
 
     @property
     def cancelled(self) -> bool:

@@ -33,6 +33,7 @@ class Fault(Enum):
     AIRSPEED = "off its airspeed"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"
+    DECONFLICTION = "deconfliction"
     UNDECIDED = "undecided"
 
 

@@ -1,6 +1,5 @@
 """Judges a mission, or the result of one of its UAVs: who is sent where, what each flies, and what is proven of it."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +9,8 @@ from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
+from skyverse.referee.assignment import judge_assignment
+from skyverse.referee.claims import judge_claims, judge_deconfliction
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
@@ -30,11 +31,16 @@ class Certificates(NamedTuple):
 
 
 class JudgedFleet(NamedTuple):
-    """The certificates, and the violations behind them: of each UAV's trajectory, and of the fleet's separation."""
+    """The certificates, and what is behind them.
+
+    The violations of each UAV's trajectory, those of the fleet's separation, and each UAV's curve, ``None`` where it
+    has none.
+    """
 
     certificates: Certificates
     trajectories: tuple[list[Violation], ...]
     apart: list[Violation]
+    curves: tuple[PolynomialCurve | None, ...]
 
 
 def certify(scenario: Scenario, mission: Mission) -> Certificates:
@@ -86,7 +92,9 @@ def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
         apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.")
-    return JudgedFleet(Certificates(tuple(certificates), apart), tuple(violations), separation.violations)
+    return JudgedFleet(
+        Certificates(tuple(certificates), apart), tuple(violations), separation.violations, tuple(curves)
+    )
 
 
 def _proven_sentence(scenario: Scenario, uav: int, curve: PolynomialCurve | None) -> str:
@@ -153,7 +161,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
     """Return what `check` and `certify` return, at the price of one of them."""
     with np.errstate(all="ignore"):
         world = referee_world(scenario)
-        violations = _judge_assignment(scenario, mission)
+        violations = judge_assignment(scenario, mission)
         fleet = judge_fleet(world, mission)
         for uav in range(len(scenario.uavs)):
             target = target_index(scenario, entry(mission.assignment, uav))
@@ -164,7 +172,11 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                     violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(world, uav, target, result, isinstance(trajectory, Trajectory))
             violations += fleet.trajectories[uav]
-        violations += [*fleet.apart, *_judge_claims(scenario, mission, fleet.certificates)]
+        violations += [
+            *fleet.apart,
+            *judge_claims(scenario, mission, fleet.certificates.trajectories, fleet.certificates.apart),
+        ]
+        violations += judge_deconfliction(scenario, mission, fleet.curves)
         return violations, fleet.certificates
 
 
@@ -195,56 +207,3 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
             raise ValueError(f"scenario {scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}")
     with np.errstate(all="ignore"):
         return list(judge_result(referee_world(scenario), uav, target, result, None))
-
-
-def _judge_claims(scenario: Scenario, mission: Mission, true: Certificates) -> Iterator[Violation]:
-    """Yield which of the mission's own certificates say "proven" where the referee does not."""
-    own = mission.certificates if isinstance(mission.certificates, tuple | list) else ()
-    claims = [(f"{uav.name}'s trajectory", (k,), entry(own, k)) for k, uav in enumerate(scenario.uavs)]
-    fleet = ("the fleet's separation", (), mission.apart)
-    for (noun, uavs, claim), known in zip([*claims, fleet], [*true.trajectories, true.apart], strict=True):
-        proven = known is not None and known.verdict is Verdict.PROVEN
-        if isinstance(claim, Certificate) and claim.verdict is Verdict.PROVEN and not proven:
-            verdict = "not there" if known is None else f"{known.verdict.value}"
-            yield Violation(Fault.STATUS, uavs, f"The mission says that {noun} is proven, but it is {verdict}.")
-
-
-def _judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
-    """Return what is wrong with who is sent where, and with which results and trajectories there are."""
-    found = []
-    count = len(scenario.uavs)
-    if mission.scenario != scenario:
-        found.append(Violation(Fault.SCENARIO, (), "The mission embeds another scenario than the one it is judged by."))
-    columns = {noun: getattr(mission, noun) for noun in ("assignment", "results", "trajectories")}
-    for noun, values in columns.items():
-        if len(values) != count:
-            message = f"The mission's {noun} has {len(values)} entries, but the scenario has {count} UAVs."
-            found.append(Violation(Fault.ASSIGNMENT, (), message))
-    takers: dict[int, int] = {}
-    for uav in range(min(count, *(len(values) for values in columns.values()))):
-        name = scenario.uavs[uav].name
-        given, result, trajectory = mission.assignment[uav], mission.results[uav], mission.trajectories[uav]
-        target = target_index(scenario, given)
-        complaints = []
-        if given is not None and target is None:
-            complaints.append(f"is sent to target {given!r}, but targets are numbered 0 to {len(scenario.targets) - 1}")
-        if target is not None and target in takers:
-            other = scenario.uavs[takers[target]].name
-            complaints.append(f"is sent to {scenario.targets[target].name}, which {other} already has")
-        if target is not None:
-            takers.setdefault(target, uav)
-        for value, kind in ((result, Result), (trajectory, Trajectory)):
-            if value is not None and not isinstance(value, kind):
-                complaints.append(f"has a {type(value).__name__} in place of a {kind.__name__.lower()}")
-        if given is not None and result is None:
-            complaints.append("has a target but no result")
-        for value, noun in ((result, "result"), (trajectory, "trajectory")):
-            if given is None and value is not None:
-                complaints.append(f"has a {noun} but no target")
-        found += [Violation(Fault.ASSIGNMENT, (uav,), f"{name} {complaint}.") for complaint in complaints]
-    wanted = min(count, len(scenario.targets))
-    if len(takers) < wanted and not found:
-        targets = len(scenario.targets)
-        message = f"{len(takers)} UAVs have a target, but {count} UAVs and {targets} targets make {wanted}."
-        found.append(Violation(Fault.ASSIGNMENT, (), message))
-    return found
