@@ -12,8 +12,8 @@ from skyverse.problem import Airspace, Problem
 from skyverse.trajectory import fly_along
 
 
-def planned(seed, *, vertical=False):
-    """A planned flight past a random building."""
+def planned(seed, planner, *, vertical=False):
+    """A flight past a random building, planned on the lattice or off it."""
     rng = np.random.default_rng(seed)
     corner = rng.uniform((6, 2, 0), (10, 6, 0))
     start, target = rng.uniform((1, 1, 2), (3, 11, 6)), rng.uniform((15, 1, 2), (17, 11, 6))
@@ -25,13 +25,13 @@ def planned(seed, *, vertical=False):
         obstacles=[sky.Box(min=tuple(corner), max=tuple(corner + rng.uniform((1, 1, 4), (4, 4, 8))))],
         clearance=0.1,
         lattice=sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=26),
-        objective=sky.Objective(unit="metres"),
+        objective=sky.Objective(unit="nodes"),
         uavs=[sky.UAV(start=tuple(start))],
         targets=[sky.Target(position=tuple(target))],
     )
     airspace = Airspace(scenario)
     problem = Problem(airspace, 0, 0)
-    result = sky.Taut().plan(problem)
+    result = planner.plan(problem)
     trajectory = fly_along(problem, result)
     return airspace, Candidate(0, 0, 0, trajectory.end - trajectory.start, result, trajectory)
 
@@ -41,10 +41,14 @@ def inside(boxes, points):
     return np.any([(np.array(b.min) < points).all(axis=-1) & (points < np.array(b.max)).all(axis=-1) for b in boxes], 0)
 
 
+PLANNERS = pytest.mark.parametrize("planner", [sky.Taut(), sky.AStar()], ids=["any angle", "lattice"])
+
+
+@PLANNERS
 @pytest.mark.parametrize("vertical", [False, True])
 @given(seed=st.integers(0, 2**32), share=st.floats(0.1, 0.9))
-def test_gates_are_in_free_space_beside_the_path_the_shortest_detour_first(seed, share, vertical):
-    airspace, candidate = planned(seed, vertical=vertical)
+def test_gates_are_in_free_space_beside_the_path_the_shortest_detour_first(seed, share, vertical, planner):
+    airspace, candidate = planned(seed, planner, vertical=vertical)
     gates, offsets, ratios = gates_beside(airspace, candidate, share)
     assert len(gates) == len(offsets) == len(ratios) > 0
     assert airspace.world.free(np.array([gate.centre for gate in gates])).all()
@@ -57,9 +61,12 @@ def test_gates_are_in_free_space_beside_the_path_the_shortest_detour_first(seed,
         assert gate.beside
 
 
+@PLANNERS
 @given(seed=st.integers(0, 2**32), share=st.floats(0.2, 0.8), data=st.data())
-def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_true_problem(seed, share, data):
-    airspace, candidate = planned(seed)
+def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_true_problem(
+    seed, share, data, planner
+):
+    airspace, candidate = planned(seed, planner)
     gate = data.draw(st.sampled_from(gates_beside(airspace, candidate, share).gates[:30]))
     scenario = airspace.scenario
     wall = _wall(scenario.uavs[0], scenario.clearance, gate)
@@ -67,10 +74,12 @@ def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_
     blocked[gate.axis] = gate.centre[gate.axis]
     assert inside(wall, blocked)
     assert not inside(wall, np.array(gate.centre))
-    found = plan_detour(airspace, 0, 0, (gate,), fly_along)
+    any_angle = candidate.result.any_angle
+    found = plan_detour(Problem(airspace, 0, 0), (gate,), fly_along, any_angle=any_angle)
     if found is None:
         return
     result, trajectory = found
+    assert result.any_angle == any_angle
     assert sky.check_result(scenario, 0, 0, result) == []
     positions = trajectory.at(np.linspace(trajectory.start, trajectory.end, 5000)).position
     assert not inside(wall, positions).any()

@@ -192,6 +192,16 @@ def test_an_exchange_is_told_of_even_where_it_does_not_resolve_all():
     assert [(action.uav, action.kind) for action in told] == [(0, "exchange"), (1, "exchange")]
 
 
+def test_what_was_done_is_compared_with_the_flight_before_also_after_an_exchange():
+    uavs = [sky.UAV(name="a", start=(1, 5, 1)), sky.UAV(name="b", start=(19, 5, 1))]
+    exchanged = _crossed(scenario(uavs, [(14, 5, 1), (8, 5, 1)], CORRIDOR))
+    first, second = (action.sentence for action in exchanged.deconfliction.actions)
+    assert first.startswith("a flies to target-2, not to target-1: 7 m in ")
+    assert " s instead of 13 m in " in first
+    assert second.startswith("b flies to target-1, not to target-2: 5 m in ")
+    assert " s instead of 11 m in " in second
+
+
 def test_without_being_asked_no_conflict_is_resolved():
     mission = plan(scenario(CROSSING, ACROSS), faults={Fault.SEPARATION}, keep_apart=False)
     assert mission.deconfliction is None
@@ -315,3 +325,12 @@ def test_circles_that_cannot_be_are_refused(wrong):
 def test_windows_that_cannot_be_are_refused(room, uavs, says):
     with pytest.raises(sky.InputError, match=says):
         sky.window_swap(sky.read(room), uavs)
+
+
+@pytest.mark.parametrize("name", ["table-4.8", "table-4.13"])
+def test_a_fleet_priced_in_nodes_has_results_in_nodes_only_after_detours_too(name):
+    given = sky.read(name)
+    mission = apart(sky.plan_mission(given, sky.AStar(), rng=1, assignment="euclidean"))
+    assert not any(result.any_angle for result in mission.results)
+    assert all(result.cost >= result.bound for result in mission.results)
+    assert mission.cost == sum(round(result.cost) for result in mission.results)

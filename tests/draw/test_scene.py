@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.draw.cost_table import cost_table
+from skyverse.draw.cost_table import cost_table, fleet_tiles
 from skyverse.draw.scene import scene
 from skyverse.draw.scene_traces import in_space, of_search
 from skyverse.draw.shape_geometry import surface
@@ -87,8 +87,17 @@ def test_rows_tell_costs_gaps_lengths_and_times(mission):
 def test_totals_sum_the_fleet(mission):
     totals = scene(mission).totals
     assert (totals.uavs, totals.targeted, totals.reached) == (2, 2, 2)
-    assert (totals.cost, totals.optimum, totals.makespan) == (61.0, 57.0, 8.0)
+    assert (totals.costs, totals.optimum, totals.makespan) == ({"nodes": 61.0}, 57.0, 8.0)
     assert totals.gap == pytest.approx(100 * 4 / 57)
+
+
+def test_nodes_and_metres_are_told_apart_and_have_no_optimum_in_common(mission):
+    nodes, metres = mission.results
+    mixed = dataclasses.replace(mission, results=(nodes, dataclasses.replace(metres, any_angle=True)))
+    drawn = scene(mixed)
+    assert drawn.totals.costs == {"nodes": 44.0, "metres": 17.0}
+    assert drawn.totals.optimum is drawn.totals.gap is None
+    assert "44 nodes, 17 metres" in fleet_tiles(drawn)
 
 
 def test_only_searches_with_iterations_have_a_curve(mission):

@@ -26,8 +26,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     results = [result for result in mission.results if result is not None]
     terms = max((list(result.terms) for result in results if len(result.terms) > 3), key=len, default=[])
     exact = not terms and not any(result.any_angle for result in results)
-    nodes = mission.scenario.objective.unit == "nodes"
-    comparable = mission.complete and not (nodes and len({result.any_angle for result in results}) > 1)
+    costs = mission.costs if mission.complete else {}
     rows = []
     for uav, target, result, trajectory in zip(
         mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, strict=True
@@ -52,7 +51,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         summary = {
             "mission": str(written[0]),
             "page": str(written[1]) if len(written) > 1 else None,
-            "cost": mission.cost if comparable else None,
+            "cost": mission.cost if len(costs) == 1 else None,
+            "costs": costs,
             "total_time": mission.total_time,
             "makespan": mission.makespan,
             "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
@@ -66,7 +66,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print(json_text(summary), end="")
         return
     table(list(rows[0]) if rows else ["uav"], [[_cell(k, v) for k, v in row.items()] for row in rows])
-    total = _cell("total", mission.cost if comparable else None)
+    sums = [f"{value:.6g}{f' {unit}' if len(costs) > 1 else ''}" for unit, value in costs.items()]
+    total = " and ".join(sums) or "-"
     times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"
     print(f"total cost {total}, {times}, seed {mission.provenance.seed}")
     _report_conflicts(mission)

@@ -73,9 +73,8 @@ class Candidate:
 
     @cached_property
     def metres(self) -> float:
-        """The length of the trajectory, approximated by `LENGTH_SAMPLES` samples."""
-        instants = np.linspace(self.trajectory.start, self.trajectory.end, LENGTH_SAMPLES)
-        return float(np.linalg.norm(np.diff(self.trajectory.at(instants).position, axis=0), axis=1).sum())
+        """The length of the trajectory."""
+        return flown_length(self.trajectory)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,3 +102,9 @@ class PlacedFlight:
     def arrival(self) -> float:
         """Seconds into the mission."""
         return self.departure + self.time_scale * self.candidate.seconds
+
+
+def flown_length(trajectory: Trajectory) -> float:
+    """Return the length of a trajectory, metres, approximated by `LENGTH_SAMPLES` samples."""
+    instants = np.linspace(trajectory.start, trajectory.end, LENGTH_SAMPLES)
+    return float(np.linalg.norm(np.diff(trajectory.at(instants).position, axis=0), axis=1).sum())

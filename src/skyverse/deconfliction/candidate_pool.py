@@ -15,7 +15,7 @@ from skyverse.deconfliction.pair_conflicts import conflict_spans
 from skyverse.deconfliction.traffic import Traffic, conflicting_flights, earliest_departure, estimate_detours
 from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory
-from skyverse.problem import Airspace
+from skyverse.problem import Airspace, Problem
 from skyverse.stop import Stop
 
 CLOSE_ENDS = 1.05
@@ -35,6 +35,11 @@ class CandidatePool:
         Turns a path into a trajectory.
     stop
         A rule that can end the search, if it is `Cancelled`.
+
+    Attributes
+    ----------
+    semi_axis_xy, semi_axis_z
+        (n, n) the ellipsoid's semi-axes that count between each two of the n UAVs, metres.
     """
 
     def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory, stop: Stop | None = None) -> None:
@@ -42,9 +47,10 @@ class CandidatePool:
         self.make_trajectory, self._stop = make_trajectory, stop
         self._store = CurveStore()
         xy, z = semi_axes(self.scenario)
-        self._semi_axis_xy, self._semi_axis_z = np.maximum.outer(xy, xy), np.maximum.outer(z, z)
+        self.semi_axis_xy, self.semi_axis_z = np.maximum.outer(xy, xy), np.maximum.outer(z, z)
         self._gates: dict[tuple[int, int], RankedGates] = {}
         self._detours: dict[tuple[int, Gate], Candidate | None] = {}
+        self._problems: dict[tuple[int, int], Problem] = {}
 
     @property
     def cancelled(self) -> bool:
@@ -69,7 +75,7 @@ class CandidatePool:
         uavs = np.array([flight.candidate.uav for flight in placed], dtype=np.int64)
         curve = np.array([flight.candidate.curve for flight in placed], dtype=np.int64)
         departure, time_scale = np.array([p.departure for p in placed]), np.array([p.time_scale for p in placed])
-        xy, z = self._semi_axis_xy[candidate.uav, uavs], self._semi_axis_z[candidate.uav, uavs]
+        xy, z = self.semi_axis_xy[candidate.uav, uavs], self.semi_axis_z[candidate.uav, uavs]
         close_ends = np.zeros(len(placed), np.bool_)
         for theirs, own in (
             ([p.candidate.start for p in placed], candidate.start),
@@ -135,14 +141,25 @@ class CandidatePool:
         return [(float(arrivals[k]), gates[k]) for k in order]
 
     def detour(self, candidate: Candidate, gate: Gate) -> Candidate | None:
-        """Return a candidate that leads through one more gate, or ``None`` where there is no path through it."""
+        """Return a candidate that leads through one more gate, or ``None`` where there is no path through it.
+
+        It is on the lattice where the given one is, so that the costs of a fleet stay in one unit.
+        """
         key = candidate.curve, gate
         if key not in self._detours:
             assert candidate.target is not None
+            assert candidate.result is not None
             gates = (*candidate.gates, gate)
-            found = plan_detour(self.airspace, candidate.uav, candidate.target, gates, self.make_trajectory)
+            problem = self._problem(candidate.uav, candidate.target)
+            found = plan_detour(problem, gates, self.make_trajectory, any_angle=candidate.result.any_angle)
             self._detours[key] = None if found is None else self._add(candidate.uav, candidate.target, *found, gates)
         return self._detours[key]
+
+    def _problem(self, uav: int, target: int) -> Problem:
+        """Return the problem of a UAV and a target, which keeps its exact answer for further detours."""
+        if (uav, target) not in self._problems:
+            self._problems[uav, target] = Problem(self.airspace, uav, target)
+        return self._problems[uav, target]
 
     def middle_conflict(self, candidate: Candidate, traffic: Traffic, in_conflict: Bools) -> float | None:
         """Return when, as a share of its time, a candidate that departs at once is in conflict in flight.

@@ -8,14 +8,17 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Gate
-from skyverse.model.result import Result
+from skyverse.model.result import Effort, Result
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.numerics.kernel import Stopwatch
 from skyverse.numerics.tolerances import MIN_COMPARED_LENGTH
-from skyverse.planners.results import SearchRecord, any_angle_result
+from skyverse.planners.base import provenance
+from skyverse.planners.results import SearchRecord, any_angle_result, lattice_result
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
+from skyverse.space.lattice import Grid
 
 MakeTrajectory = Callable[[Problem, Result], Trajectory | None]
 """Turns a problem's result into a trajectory, or into ``None`` where none can be proven."""
@@ -32,6 +35,8 @@ WALL_HALF_THICKNESS = 0.01
 """Half the thickness of a gate's wall, metres, without the clearance around it."""
 DIRECTION_SHARE = 0.02
 """The share of a flight's time before and after a point of it by which its direction there is measured."""
+WORTH_SAYING = 0.01
+"""Metres to a side, or up, that are said of a gate."""
 STEEP = 1e-3
 """The sine of the angle to the vertical below which a path counts as vertical."""
 
@@ -55,7 +60,10 @@ class RankedGates(NamedTuple):
 
 
 def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> RankedGates:
-    """Return the gates in free space beside a candidate's trajectory after a share of its time."""
+    """Return the gates in free space beside a candidate's trajectory after a share of its time.
+
+    Those beside a path on the lattice are centred on a line of nodes, so that a path on the lattice leads through them.
+    """
     uav, trajectory = airspace.scenario.uavs[candidate.uav], candidate.trajectory
     since, seconds = trajectory.start, candidate.seconds
     passed = trajectory.at(since + share * seconds).position[0]
@@ -68,15 +76,20 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     if steep:
         right, up, semi_axis_z = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0]), semi_axis_xy
     right /= np.linalg.norm(right)
-    spacing = (semi_axis_xy, semi_axis_z)
+    spacing = np.array([semi_axis_xy, semi_axis_z])
     steps = np.array([(r, u) for u in STEPS_UP for r in STEPS_RIGHT][1:], dtype=np.float64) * GATE_SPACING * spacing
     offsets = steps[:, :1] * right + steps[:, 1:] * up
+    axis = int(np.argmax(np.abs(ahead)))
+    if candidate.result is not None and not candidate.result.any_angle:
+        offsets = _on_lattice(airspace.grid, passed + offsets, axis) - passed
+        steps = offsets @ np.column_stack([right, up])
+        far = np.linalg.norm(steps / spacing, axis=1) >= 1.0
+        offsets, steps = offsets[far], steps[far]
     centres = passed + offsets
     lengths = np.linalg.norm(centres - candidate.start, axis=1) + np.linalg.norm(centres - candidate.end, axis=1)
     ratios = np.maximum(lengths / max(candidate.metres, MIN_COMPARED_LENGTH), 1.0)
     free = airspace.world.free(centres)
     chosen = [k for k in np.argsort(ratios, kind="stable").tolist() if free[k]]
-    axis = int(np.argmax(np.abs(ahead)))
     found = [
         Gate(tuple(passed.tolist()), tuple(centres[k].tolist()), axis, _in_words(*steps[k].tolist(), steep=bool(steep)))
         for k in chosen
@@ -84,11 +97,21 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     return RankedGates(found, offsets[chosen], ratios[chosen])
 
 
+def _on_lattice(grid: Grid, centres: Floats, axis: int) -> Floats:
+    """Return the centres of gates (n, 3) moved to the nearest lines of nodes along an axis; each line once, (m, 3)."""
+    cells = np.clip(np.round((centres - grid.origin) / grid.step), 0, grid.shape - 1)
+    lines = grid.origin + cells * grid.step
+    lines[:, axis] = centres[:, axis]
+    _, first = np.unique(np.delete(cells, axis, axis=1), axis=0, return_index=True)
+    moved: Floats = lines[np.sort(first)]
+    return moved
+
+
 def _in_words(right: float, up: float, *, steep: bool) -> str:
     """Say how far off a path a gate is, metres; for a vertical path, "up" is along the x axis."""
     above, below = ("ahead", "back") if steep else ("over", "under")
-    words = [f"{abs(right):.2g} m to the {'right' if right > 0 else 'left'}"] if right else []
-    words += [f"{abs(up):.2g} m {above if up > 0 else below}"] if up else []
+    words = [f"{abs(right):.2g} m to the {'right' if right > 0 else 'left'}"] if abs(right) >= WORTH_SAYING else []
+    words += [f"{abs(up):.2g} m {above if up > 0 else below}"] if abs(up) >= WORTH_SAYING else []
     return " and ".join(words)
 
 
@@ -112,21 +135,55 @@ def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
 
 
 def plan_detour(
-    airspace: Airspace, uav: int, target: int, gates: tuple[Gate, ...], make_trajectory: MakeTrajectory
+    problem: Problem, gates: tuple[Gate, ...], make_trajectory: MakeTrajectory, *, any_angle: bool
 ) -> tuple[Result, Trajectory] | None:
     """Plan a path through gates and a trajectory along it, or return ``None`` where there is none.
 
     The path is planned among the obstacles and the gates' walls; its result is that of the problem without the walls.
+
+    Parameters
+    ----------
+    problem
+        The UAV and its target, without walls.
+    gates
+        The gates that it is led through.
+    make_trajectory
+        Turns the path into a trajectory.
+    any_angle
+        Whether the path may leave the lattice, and is a shortest one. Otherwise it is a cheapest one on the lattice, so
+        that its cost is in the objective's unit.
     """
-    scenario = airspace.scenario
-    walls = [box for gate in gates for box in _wall(scenario.uavs[uav], scenario.clearance, gate)]
-    walled = Problem(Airspace(scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)})), uav, target)
+    scenario = problem.scenario
+    walls = [box for gate in gates for box in _wall(scenario.uavs[problem.uav], scenario.clearance, gate)]
+    among_walls = Airspace(scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)}))
+    walled = Problem(among_walls, problem.uav, problem.target)
+    found = _shortest_path(problem, walled) if any_angle else _cheapest_on_lattice(problem, walled)
+    trajectory = None if found is None else make_trajectory(walled, found)
+    return None if found is None or trajectory is None else (found, trajectory)
+
+
+def _shortest_path(problem: Problem, walled: Problem) -> Result | None:
+    """Return a shortest path among the walls as a result of the problem without them, if there is a path."""
     planned = Taut(proof=0).plan(walled)
     if not planned.status.reached:
         return None
-    trajectory = make_trajectory(walled, planned)
-    if trajectory is None:
-        return None
     origin = replace(planned.provenance, planner="Taut, led around others")
     record = SearchRecord(origin, planned.effort, planned.seconds, planned.history, planned.stopped_by)
-    return any_angle_result(Problem(airspace, uav, target), planned.path, None, record), trajectory
+    return any_angle_result(problem, planned.path, None, record)
+
+
+def _cheapest_on_lattice(problem: Problem, walled: Problem) -> Result | None:
+    """Return a cheapest path on the lattice among the walls as a result of the problem without them, if there is one.
+
+    Both problems must have the same nodes for the UAV's start and target.
+    """
+    ends = problem.source, problem.goal
+    if problem.refusal is not None or walled.refusal is not None or (walled.source, walled.goal) != ends:
+        return None
+    clock = Stopwatch()
+    route = walled.route
+    if route is None:
+        return None
+    effort = Effort(generated_paths=1, generated_nodes=route.expanded, evaluations=1)
+    origin = provenance("AStar, led around others", None, None)
+    return lattice_result(problem, route.nodes, SearchRecord(origin, effort, clock.seconds))

@@ -3,6 +3,9 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from skyverse._typing import Bools, Floats
 from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.find_conflicts import find_conflicts
@@ -46,11 +49,16 @@ def resolve_by_placing(pool: CandidatePool, planned: list[Candidate], conflicts:
 
 
 def exchange_targets(pool: CandidatePool, first: Resolution, replan: Replan) -> Resolution:
-    """Let pairs in conflict exchange their targets; return the best resolution that this gives, or the first one."""
+    """Let pairs in conflict exchange their targets; return the best resolution that this gives, or the first one.
+
+    No exchange is tried that would bring two targets too close to each other for those that would then fly there.
+    """
     best = first
     for _, (a, b) in zip(range(MAX_EXCHANGES), _late_pairs(first), strict=False):
         if pool.cancelled:
             break
+        if _makes_targets_too_close(pool, best.planned, a, b):
+            continue
         planned = list(best.planned)
         for uav, other in ((a, b), (b, a)):
             target = best.planned[other].target
@@ -67,6 +75,26 @@ def exchange_targets(pool: CandidatePool, first: Resolution, replan: Replan) -> 
             if cost_of(resolution.placed) < cost_of(best.placed):
                 best = resolution
     return best
+
+
+def _makes_targets_too_close(pool: CandidatePool, planned: Sequence[Candidate], a: int, b: int) -> bool:
+    """Tell whether an exchange brings the ends of two flights closer than their separation that were apart before.
+
+    Such a conflict nobody could resolve: it would be given, by the exchange. Of two UAVs the larger separation counts,
+    so that the same targets may be far enough from each other for some UAVs and not for others.
+    """
+    order = list(range(len(planned)))
+    order[a], order[b] = b, a
+    ends = np.array([own.end for own in planned])
+    return bool((_too_close(pool, ends[order]) & ~_too_close(pool, ends)).any())
+
+
+def _too_close(pool: CandidatePool, ends: Floats) -> Bools:
+    """Tell of each two UAVs whether these ends of their flights, (n, 3) metres, are too close to each other, (n, n)."""
+    gap = (ends[:, None] - ends) ** 2
+    xy, z = pool.semi_axis_xy, pool.semi_axis_z
+    close: Bools = (gap[..., 0] + gap[..., 1]) * z**2 + gap[..., 2] * xy**2 < (xy * z) ** 2
+    return close
 
 
 def _late_pairs(resolution: Resolution) -> Iterator[tuple[int, int]]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from skyverse.deconfliction.candidate import flown_length
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.exchange_targets import Replan, Resolution, exchange_targets, resolve_by_placing
@@ -73,21 +74,26 @@ def resolve_conflicts(
 
 
 def _actions(mission: Mission, resolution: Resolution) -> Iterator[Action]:
-    """Yield what was done to each UAV of a mission, in sentences."""
+    """Yield what was done to each UAV of a mission, in sentences that compare with its flight before."""
     scenario = mission.scenario
-    flights = zip(resolution.placed, mission.trajectories, resolution.planned, strict=True)
-    for uav, (flight, planned, own) in enumerate(flights):
+    flights = zip(resolution.placed, mission.assignment, mission.trajectories, resolution.planned, strict=True)
+    for uav, (flight, target, before, own) in enumerate(flights):
         name, candidate = scenario.uavs[uav].name, flight.candidate
-        if planned is None:
+        if before is None or target is None:
             continue
-        if candidate.target is not None and candidate.target != mission.assignment[uav]:
-            yield Action(uav, "exchange", f"{name} flies to {scenario.targets[candidate.target].name}.")
+        was = f"instead of {flown_length(before):.4g} m in {before.end - before.start:.2f} s"
+        if candidate.target is not None and candidate.target != target:
+            there, instead = scenario.targets[candidate.target].name, scenario.targets[target].name
+            now = f"{own.metres:.4g} m in {own.seconds:.2f} s"
+            yield Action(uav, "exchange", f"{name} flies to {there}, not to {instead}: {now} {was}.")
         if candidate.gates:
             aside = ", then ".join(gate.beside for gate in candidate.gates)
-            metres = f"{candidate.metres:.4g} m instead of {own.metres:.4g} m"
-            yield Action(uav, "detour", f"{name} flies {aside} of the others: {metres}.")
+            now = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
+            yield Action(uav, "detour", f"{name} flies {aside} of the others: {now} {was}.")
         if flight.time_scale > 1.0:
-            yield Action(uav, "slow down", f"{name} flies {flight.time_scale:g} times as slowly.")
+            seconds = flight.time_scale * candidate.seconds
+            now = f"{seconds:.2f} s instead of {candidate.seconds:.2f} s"
+            yield Action(uav, "slow down", f"{name} flies {flight.time_scale:g} times as slowly: {now}.")
         if flight.departure > candidate.trajectory.start:
             delay = flight.departure - candidate.trajectory.start
             yield Action(uav, "delay", f"{name} departs {delay:.2f} s later.")

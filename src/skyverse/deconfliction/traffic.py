@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Bools, Floats, Ints
+from skyverse.deconfliction.close_ends import forbid_at_rest, nearness_allowed
 from skyverse.deconfliction.curves import Curves, Schedule, TimedCurve, curve_duration
 from skyverse.deconfliction.forbidden_departures import TICK, forbid_departures, free_departures, next_free
-from skyverse.deconfliction.pair_conflicts import in_conflict, nearness_at_ends
+from skyverse.deconfliction.pair_conflicts import in_conflict
 from skyverse.deconfliction.swept_volume_tree import SweptVolumeTrees, enclose_children
 from skyverse.numerics.arrays import put
 from skyverse.numerics.kernel import inner, kernel
@@ -57,8 +58,8 @@ def earliest_departure(
     """Return the least delay, seconds, at which a flight is in conflict with nobody; -1 if there is none.
 
     A conflict that is given by starts or targets forbids nothing. Boxes are too coarse for traffic with close ends.
-    There they only forbid what is in conflict for an ellipsoid that is smaller by `TWO_LEAVES`, and of the delays that
-    are left every `STRIDE`-th is tested exactly.
+    There they only forbid what comes closer than starts and targets are given, by `TWO_LEAVES`. Of the delays that
+    these boxes and `forbid_at_rest` leave, every `STRIDE`-th is tested exactly.
 
     Parameters
     ----------
@@ -78,12 +79,13 @@ def earliest_departure(
         xy, z = semi_axis_xy[p], semi_axis_z[p]
         if xy > 0.0 and next_free(free, 0) < len(free) - 1:
             other = _flight(schedule, p)
-            if not close_ends[p] or min(nearness_at_ends(curves, other.curve, c, xy, z)) >= 1.0:
-                less = TWO_LEAVES if close_ends[p] else 0.0
-                smaller = max(xy - less, MIN_SEMI_AXIS), max(z - less, MIN_SEMI_AXIS)
-                forbid_departures(curves, trees, other, smaller, trees.boxes, base, leaves, seconds, 1, free)
             if not close_ends[p]:
+                forbid_departures(curves, trees, other, (xy, z), trees.boxes, base, leaves, seconds, 1, free)
                 continue
+            forbid_at_rest(curves, other, c, scale, xy, z, free)
+            allowed = nearness_allowed(curves, other.curve, c, xy, z)
+            smaller = max(allowed * xy - TWO_LEAVES, MIN_SEMI_AXIS), max(allowed * z - TWO_LEAVES, MIN_SEMI_AXIS)
+            forbid_departures(curves, trees, other, smaller, trees.boxes, base, leaves, seconds, 1, free)
             arrived = math.ceil((other.departure + other.time_scale * curve_duration(curves, other.curve)) / TICK) + 1
             if arrived < len(free) - 1 and in_conflict(curves, other, TimedCurve(c, arrived * TICK, scale), xy, z):
                 for k in range(arrived, len(free) - 1):  # the other does not move any more: later delays are alike

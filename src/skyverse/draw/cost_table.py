@@ -37,12 +37,19 @@ def seconds(value: float | None) -> str:
 def fleet_tiles(scene: Scene) -> str:
     """Return the tiles with the numbers of the fleet."""
     totals = scene.totals
-    places = decimals([totals.cost, totals.optimum])
-    cost = number(totals.cost, places) if math.isfinite(totals.cost) else NO_VALUE
-    if totals.optimum is not None:
-        under = f"{scene.bound.removeprefix('exact ')} {number(totals.optimum, places)}"
+    places = decimals([*totals.costs.values(), totals.optimum])
+    solved = all(math.isfinite(cost) for cost in totals.costs.values())
+    cost = NO_VALUE
+    if not solved:
+        under = "not every UAV has a path"
+    elif len(totals.costs) > 1:
+        cost = ", ".join(f"{number(sum_, places)} {unit}" for unit, sum_ in totals.costs.items())
+        under = "nodes and metres do not add up"
     else:
-        under = "not every UAV has a path" if not math.isfinite(totals.cost) else "optimum unknown"
+        cost = number(sum(totals.costs.values()), places)
+        under = "optimum unknown"
+    if totals.optimum is not None and solved:
+        under = f"{scene.bound.removeprefix('exact ')} {number(totals.optimum, places)}"
     search = "1 path" if totals.generated_paths == 1 else f"{totals.generated_paths:,} paths"
     shown = [
         ("Total cost", cost, under),

@@ -57,12 +57,16 @@ class SceneFinding:
 
 @dataclass(frozen=True)
 class Totals:
-    """Sums over the fleet; `optimum` and `gap` (per cent) are ``None`` unless every bound is known."""
+    """Sums over the fleet.
+
+    `costs` are the sums of costs by unit. `optimum` and `gap` (per cent) are ``None`` unless every bound is known and
+    all costs are in one unit.
+    """
 
     uavs: int
     targeted: int
     reached: int
-    cost: float
+    costs: Mapping[str, float]
     optimum: float | None
     gap: float | None
     makespan: float | None
@@ -138,7 +142,7 @@ def scene(mission: Mission) -> Scene:
         rows=tuple(rows),
         findings=tuple(finding_of(scenario, violation) for violation in mission.violations),
         notes=tuple(track.name + note for track, note in zip(tracks, notes, strict=True) if note),
-        totals=_totals(tracks, [result for result in results if result is not None]),
+        totals=_totals(mission.costs, tracks, [result for result in results if result is not None]),
         complete=not any(note and target is not None for note, target in zip(notes, targets, strict=True)),
         interrupted=mission.interrupted,
         proven=mission.apart is not None and mission.apart.verdict is Verdict.PROVEN and not mission.violations,
@@ -204,17 +208,16 @@ def _note(track: Track, row: TableRow, flies: bool) -> str:
     return " has a path but no trajectory along it." if flies and track.arrival is None else ""
 
 
-def _totals(tracks: list[Track], results: list[Result]) -> Totals:
-    cost = float(sum(result.cost for result in results))
+def _totals(costs: dict[str, float], tracks: list[Track], results: list[Result]) -> Totals:
     bounds = [result.bound for result in results if result.bound is not None and result.status.reached]
-    optimum = sum(bounds) if results and len(bounds) == len(results) else None
+    optimum = sum(bounds) if len(costs) == 1 and len(bounds) == len(results) else None
     return Totals(
         uavs=len(tracks),
         targeted=sum(track.target is not None for track in tracks),
         reached=sum(result.status.reached for result in results),
-        cost=cost,
+        costs=costs,
         optimum=optimum,
-        gap=_gap(cost, optimum),
+        gap=None if optimum is None else _gap(sum(costs.values()), optimum),
         makespan=max((track.arrival for track in tracks if track.arrival is not None), default=None),
         seconds=sum(result.seconds for result in results),
         generated_paths=sum(result.effort.generated_paths for result in results),

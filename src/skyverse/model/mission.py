@@ -1,5 +1,6 @@
 """The fleet's answer: who goes where, by which path and trajectory, and what the referee says of it."""
 
+import math
 from dataclasses import dataclass, field
 
 from skyverse.model.arrays import ArrayRecord
@@ -45,12 +46,26 @@ class Mission(ArrayRecord):
     format: str = field(default=MISSION_2)
 
     @property
-    def cost(self) -> float:
-        """The sum of the results' costs, in the objective's unit.
+    def costs(self) -> dict[str, float]:
+        """The sums of the results' costs by unit, ``"nodes"`` and ``"metres"``; those in different units do not mix.
 
-        The cost of a detour around another UAV is in metres; the sum means nothing where other paths count nodes.
+        Where the objective counts nodes, paths that leave the lattice have none, and their costs are in metres. A
+        result without a path makes every sum infinite.
         """
-        return sum(result.cost for result in self.results if result is not None)
+        found = [result for result in self.results if result is not None]
+        lost = sum(result.cost for result in found if not len(result.path))
+        sums: dict[str, float] = {}
+        for result in found:
+            if len(result.path):
+                unit = "metres" if result.any_angle else self.scenario.objective.unit
+                sums[unit] = sums.get(unit, lost) + result.cost
+        return sums or ({self.scenario.objective.unit: lost} if found else {})
+
+    @property
+    def cost(self) -> float:
+        """The sum of the results' costs; NaN where they are in two units, which `costs` tells apart."""
+        sums = list(self.costs.values())
+        return sums[0] if len(sums) == 1 else math.nan if sums else 0.0
 
     @property
     def makespan(self) -> float:

@@ -1,0 +1,23 @@
+"""What is printed of a mission."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import skyverse as sky
+from skyverse.cli.report import report
+
+
+def test_a_total_never_adds_nodes_to_metres(capsys):
+    scenario = sky.read("table-4.9-2")
+    nodes, metres = (sky.plan_mission(scenario, planner, rng=1) for planner in (sky.AStar(), sky.Taut()))
+    mixed = dataclasses.replace(nodes, results=(nodes.results[0], metres.results[1]))
+    first, second = nodes.results[0].cost, metres.results[1].cost
+    report(mixed, [Path("mission.json")], as_json=False)
+    assert f"total cost {first:.6g} nodes and {second:.6g} metres, total time" in capsys.readouterr().out
+    report(mixed, [Path("mission.json")], as_json=True)
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["cost"] is None
+    assert summary["costs"] == {"nodes": first, "metres": second}
+    report(nodes, [Path("mission.json")], as_json=False)
+    assert f"total cost {nodes.cost:.6g}, total time" in capsys.readouterr().out
