@@ -11,6 +11,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import skyverse as sky
@@ -90,6 +91,23 @@ def test_scenarios_lists_the_built_in_ones_and_prints_each_as_a_file_that_reads_
     assert sky.read("copy.yaml") == sky.read("table-4.8")
     assert skyverse("scenarios", "map2", "-o", "copy.json")[0] == 0
     assert sky.read("copy.json") == sky.read("map2")
+
+
+def test_scenarios_prints_a_map_of_voxels_without_its_voxels_and_writes_them_all(skyverse, tmp_path):
+    occupied = np.zeros((60, 60, 60), dtype=bool)
+    occupied[10:20, 5:50, 30] = True
+    bounds = sky.Bounds(min=(0, 0, 0), max=(6, 6, 6))
+    lattice = sky.Lattice(step=(0.5, 0.5, 0.5))
+    voxels = sky.Voxels(origin=(0, 0, 0), step=(0.1, 0.1, 0.1), occupied=occupied)
+    given = sky.Scenario(name="office", bounds=bounds, clearance=0, lattice=lattice, obstacles=(voxels,))
+    sky.write(given, tmp_path / "office.yaml")
+    code, out, err = skyverse("scenarios", "office.yaml")
+    assert code == 0
+    assert len(out) < 2000
+    assert "shape: [60, 60, 60]\n    occupied: 450\n" in out
+    assert err == "one array is too large to be printed; -o FILE writes the whole scenario\n"
+    assert skyverse("scenarios", "office.yaml", "-o", "copy.yaml")[0] == 0
+    assert sky.read("copy.yaml") == given
 
 
 def test_scenarios_prints_the_schema(skyverse):

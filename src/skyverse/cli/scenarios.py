@@ -1,5 +1,6 @@
 """The verb ``scenarios``: the built-in scenarios, to list or to print."""
 
+import sys
 from typing import Annotated
 
 from skyverse.atomic import write_text
@@ -34,7 +35,7 @@ def scenarios(
     """
     import skyverse as sky
     from skyverse.files import BUILTIN_NAMES
-    from skyverse.files.scenarios import scenario_text
+    from skyverse.files.scenarios import printed_scenario
 
     if schema and name:
         raise InputError(f"--schema: expected it alone, found {name!r} with it")
@@ -52,7 +53,11 @@ def scenarios(
     if name:
         scenario = sky.read_scenario(name)
         if output is None:
-            print(scenario_text(scenario, ".json" if as_json else ".yaml"), end="")
+            text, left_out = printed_scenario(scenario, ".json" if as_json else ".yaml")
+            print(text, end="")
+            if left_out:
+                many = "one array is" if left_out == 1 else f"{left_out} arrays are"
+                print(f"{many} too large to be printed; -o FILE writes the whole scenario", file=sys.stderr)
         else:
             sky.write(scenario, output)
         return

@@ -1,15 +1,17 @@
 """Scenario files: YAML, JSON, and the map files of the MEAM 620 course."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from skyverse.errors import InputError, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
 from skyverse.files.document import explained
-from skyverse.files.grid_archive import GridArchive, arrays_beside
+from skyverse.files.grid_archive import arrays_beside
 from skyverse.files.yaml import yaml_text
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
@@ -27,10 +29,33 @@ def scenario_from_data(source: str | Path, data: Any) -> Scenario:
         raise explained(source, error, _keys(scenario_schema())) from None
 
 
-def scenario_text(scenario: Scenario, suffix: str, archive: GridArchive | None = None) -> str:
+MAX_PRINTED_NUMBERS = 100_000
+"""Numbers of one array at most that `printed_scenario` shows: more take minutes, and no reader of YAML takes them."""
+
+
+def scenario_text(scenario: Scenario, suffix: str, archive: Callable[[NDArray[Any]], object] | None = None) -> str:
     """Return a scenario as the text of a YAML or JSON file; its large arrays go to the archive if there is one."""
     data = scenario.model_dump(mode="json", exclude_none=True, context={"side": archive})
     return yaml_text(data) if suffix in (".yaml", ".yml") else json.dumps(data, indent=2) + "\n"
+
+
+def printed_scenario(scenario: Scenario, suffix: str) -> tuple[str, int]:
+    """Return a scenario as text to be read by people, and how many arrays in it are too large to be shown.
+
+    In the place of such an array stands its shape, and how many voxels are occupied, or the least and greatest height.
+    """
+    left_out = 0
+
+    def summary(array: NDArray[Any]) -> object:
+        nonlocal left_out
+        if array.size <= MAX_PRINTED_NUMBERS:
+            return array.astype(int).tolist() if array.dtype == bool else array.tolist()
+        left_out += 1
+        if array.dtype == bool:
+            return {"shape": list(array.shape), "occupied": int(array.sum())}
+        return {"shape": list(array.shape), "least": float(array.min()), "greatest": float(array.max())}
+
+    return scenario_text(scenario, suffix, summary), left_out
 
 
 def scenario_schema() -> dict[str, Any]:
