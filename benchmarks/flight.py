@@ -14,7 +14,7 @@ from machine import describe, table
 
 import skyverse as sky
 from skyverse.files import BUILTIN_NAMES
-from skyverse.flight import simulate
+from skyverse.flight import commands
 from skyverse.flight.feedforward import Reference
 from skyverse.flight.wind_observer import WindObserver
 from skyverse.numerics.cores import cores
@@ -52,7 +52,7 @@ def main() -> None:
     stock = "--stock" in words
     vehicles = [word for word in words if word != "--stock"] or ["thesis"]
     if stock:
-        simulate.reference = lambda trajectory, kind, gains, times, hold: Reference(*trajectory.at(times))
+        commands.reference = lambda trajectory, kind, times, hold: Reference(*trajectory.at(times))
         WindObserver.push = lambda *_: 0.0
     print(describe("rotorpy"))
     print()

@@ -35,6 +35,8 @@ from .model.altitude import AboveGround as AboveGround
 from .model.altitude import AboveHome as AboveHome
 from .model.altitude import AboveSea as AboveSea
 from .model.altitude import parse_altitude as parse_altitude
+from .model.disturbances import Disturbances as Disturbances
+from .model.disturbances import wind_from as wind_from
 from .model.flight_record import Flight as Flight
 from .model.flight_record import Flown as Flown
 from .model.flight_record import Passing as Passing

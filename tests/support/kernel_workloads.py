@@ -6,7 +6,12 @@ from pathlib import Path
 import numpy as np
 
 import skyverse as sky
+from handmade import mission, straight
 from skyverse.draw.triangulation import triangles
+from skyverse.flight.commands import commands
+from skyverse.flight.simulate import SimulationJob, simulate
+from skyverse.flight.vehicle import vehicle_of
+from skyverse.flight.weather import Weather
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.voxelise import touched
 
@@ -160,6 +165,16 @@ def maps_and_pages():
         read_octomap(octree(Path(folder) / "tree.bt", rng))
 
 
+def flights_in_simulation():
+    vehicle = vehicle_of("thesis")
+    told = commands(mission(straight((0, 0, 2), (0.2, 0.1, 2.3), 0.4)), 0, vehicle)
+    others = sky.Disturbances(gusts=True, mismatch=0.2, position_noise=0.5, delay=0.02)
+    for seed, weather in enumerate(
+        (Weather((0.0, 0.0, 0.0), 0.0, sky.Disturbances()), Weather((8, 2, 0), 0.1, others))
+    ):
+        simulate(SimulationJob(told, vehicle, weather, seed))
+
+
 def octree(path, rng):
     """Write a binary OctoMap file with random leaves, some of them twice as large as the others."""
     leaves = rng.integers(0, 3, (3, 8))
@@ -179,4 +194,5 @@ WORKLOADS = (
     aeroplanes,
     questions_about_space,
     maps_and_pages,
+    flights_in_simulation,
 )

@@ -70,7 +70,8 @@ def _told(flight: Flight) -> str:
     speed = math.hypot(east, north, up)
     wind = f"wind of {speed:.3g} m/s" if speed else "no wind"
     noise = f"noise of {flight.noise:g} m" if flight.noise else "no noise"
-    return f"Flown in rotorpy: vehicle {flight.vehicle}, {wind}, {noise}."
+    told = ", ".join(filter(None, [f"vehicle {flight.vehicle}", wind, noise, flight.disturbances.sentence]))
+    return f"Flown in rotorpy: {told}."
 
 
 def _tiles(flight: Flight) -> str:
@@ -146,6 +147,7 @@ def _footer(flight: Flight) -> str:
             "Vehicle": flight.vehicle,
             "Wind": f"{', '.join(f'{speed:.3g}' for speed in flight.wind)} m/s",
             "Noise": f"{flight.noise:g} m",
+            "Disturbances": flight.disturbances.sentence or "none",
             "Seed": "none" if flight.seed is None else str(flight.seed),
             "skyverse": made.skyverse,
             "Platform": made.platform,

@@ -30,13 +30,14 @@ class Reference(NamedTuple):
     acceleration: Floats
 
 
-def reference(trajectory: Trajectory, vehicle: Vehicle, gains: Any, times: Floats, hold: float) -> Reference:
+def reference(trajectory: Trajectory, vehicle: Vehicle, times: Floats, hold: float) -> Reference:
     """Return the commands at `times`, (m,) seconds, each of which is held for `hold` seconds.
 
     The controller's angular acceleration is -kp * (attitude error) - kd * (rate), with the rate itself instead of its
     error. To turn with the trajectory, the commanded attitude must lead it by (kd * rate + angular acceleration) / kp.
     Motors respond `tau_m` + `hold` / 2 late, so thrust and angular acceleration are commanded that much earlier.
     """
+    kp, kd = vehicle.attitude_gains
     motion = trajectory.at(times)
     late = times + vehicle.parameters["tau_m"] + hold / 2
     before, _ = _thrust(trajectory, vehicle, times - _DIFFERENCE_STEP)
@@ -49,7 +50,7 @@ def reference(trajectory: Trajectory, vehicle: Vehicle, gains: Any, times: Float
         + _thrust(trajectory, vehicle, late - _DIFFERENCE_STEP)[0]
         - 2 * soon
     )
-    ahead = (gains.kd_att * rate + bend / _DIFFERENCE_STEP**2) / gains.kp_att
+    ahead = (kd * rate + bend / _DIFFERENCE_STEP**2) / kp
     ahead -= np.sum(ahead * now, axis=1, keepdims=True) * now
     reach = np.linalg.norm(ahead, axis=1, keepdims=True)  # the sine of the lead angle
     ahead *= np.minimum(1.0, _MAX_LEAD_SINE / np.maximum(reach, 1e-12))

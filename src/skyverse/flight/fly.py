@@ -7,9 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from skyverse.errors import InputError
+from skyverse.flight.commands import commands
 from skyverse.flight.judge import measure, passings, strayed
-from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate
+from skyverse.flight.simulate import Samples, SimulationJob, require_simulator, simulate_in_rotorpy
 from skyverse.flight.vehicle import refuse_weak, vehicle_of
+from skyverse.flight.weather import weather_of
+from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.mission import Mission
 from skyverse.planners.base import Seed, seeded
@@ -18,11 +21,6 @@ from skyverse.space.world import World
 OnFlown = Callable[[int, int], None]
 """Called with the number of UAVs that have been flown and the number of all UAVs to fly."""
 
-MAX_WIND = 100.0
-"""m/s."""
-MAX_NOISE = 10.0
-"""Metres, and m/s."""
-
 
 def fly(
     mission: Mission,
@@ -30,6 +28,7 @@ def fly(
     vehicle: str = "thesis",
     wind: Sequence[float] = (0.0, 0.0, 0.0),
     noise: float = 0.0,
+    disturbances: Disturbances | None = None,
     margin: float | None = None,
     rng: Seed = None,
     workers: int = 1,
@@ -38,7 +37,8 @@ def fly(
     """Fly every trajectory of a mission in rotorpy, a quadrotor simulator, and judge the flight.
 
     rotorpy's SE3 controller follows each trajectory with its own gains; the documentation's page on flight describes
-    the commands that it gets. Aeroplanes are not flown; the other UAVs are judged against their trajectories.
+    the commands that it gets. Each UAV has hovered in the wind for some seconds when it departs. Aeroplanes are not
+    flown; the other UAVs are judged against their trajectories.
 
     The flight is safe if every UAV keeps the scenario's clearance less the margin, leaves the bounds by at most the
     margin, and ends within the margin of the end of its trajectory, and if no two UAVs enter each other's ellipsoid of
@@ -57,10 +57,12 @@ def fly(
     noise
         The standard deviation, on each axis, of the white normal noise in what the controller measures: this many
         metres of position and m/s of velocity.
+    disturbances
+        Gusts, mismatch of the vehicle, drift of measured positions and delay; none by default.
     margin
         The allowed deviation of a UAV, metres; half the scenario's clearance by default.
     rng
-        Seed or generator of the noise; every UAV has a random stream of its own.
+        Seed or generator of all that is random; every UAV has a random stream of its own.
     workers
         The number of processes. A script that asks for more than 1 must start under ``if __name__ == "__main__":``.
     on_progress
@@ -71,9 +73,7 @@ def fly(
     InputError
         If rotorpy is not installed, there is nothing to fly, the vehicle is too weak, or a parameter is out of range.
     """
-    blown = _wind(wind)
-    if not (isinstance(noise, (int, float)) and 0 <= noise <= MAX_NOISE):
-        raise InputError(f"expected metres from 0 to {MAX_NOISE:g}, found {noise!r}", field="noise")
+    weather = weather_of(wind, noise, disturbances)
     if margin is None:
         margin = mission.scenario.clearance / 2
     if not (isinstance(margin, (int, float)) and 0 <= margin < math.inf):
@@ -93,7 +93,7 @@ def fly(
         raise InputError(f"{scenario.name}: expected a trajectory of a multirotor to fly, found none")
     refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying))
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
-    jobs = {uav: SimulationJob(flight, vehicle, blown, float(noise), seeds[uav]) for uav, flight in flying.items()}
+    jobs = {uav: SimulationJob(commands(mission, uav, kind), kind, weather, seeds[uav]) for uav in flying}
     world = World(scenario.model_copy(update={"terrain": None}))
     flown: list[Flown | None] = [None] * len(scenario.uavs)
     for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):
@@ -103,34 +103,28 @@ def fly(
     found, wrong = passings(mission, tuple(flown), margin)
     violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin, flying[f.uav].end)] + wrong
     return Flight(
-        mission, vehicle, blown, float(noise), seed, float(margin), tuple(flown), tuple(found), tuple(violations)
+        mission,
+        vehicle,
+        weather.wind,
+        weather.noise,
+        seed,
+        float(margin),
+        tuple(flown),
+        tuple(found),
+        tuple(violations),
+        disturbances=weather.others,
     )
-
-
-def _wind(wind: Sequence[float]) -> tuple[float, float, float]:
-    try:
-        numbers = [float(number) for number in wind]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        raise InputError(f"expected east,north,up in m/s, or speed,degrees, found {wind!r}", field="wind")
-    if max(map(abs, numbers if len(numbers) == 3 else numbers[:1])) > MAX_WIND:
-        raise InputError(f"expected at most {MAX_WIND:g} m/s, found {wind!r}", field="wind")
-    if len(numbers) == 2:
-        speed, heading = numbers[0], math.radians(numbers[1])
-        return round(speed * math.cos(heading), 12), round(speed * math.sin(heading), 12), 0.0
-    return numbers[0], numbers[1], numbers[2]
 
 
 def _simulated(jobs: dict[int, SimulationJob], workers: int) -> Iterator[tuple[int, Samples]]:
     """Yield the index and the samples of each UAV, as soon as it has been flown."""
     if workers == 1:
         for uav, job in jobs.items():
-            yield uav, simulate(job)
+            yield uav, simulate_in_rotorpy(job)
         return
     context = multiprocessing.get_context("spawn")  # a forked process would inherit locks that other threads hold
     with ProcessPoolExecutor(workers, context, _deaf) as pool:
-        waiting = {pool.submit(simulate, job): uav for uav, job in jobs.items()}
+        waiting = {pool.submit(simulate_in_rotorpy, job): uav for uav, job in jobs.items()}
         try:
             for done in as_completed(waiting):
                 yield waiting[done], done.result()

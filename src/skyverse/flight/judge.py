@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.flight.simulate import COMMAND_RATE, Samples
+from skyverse.flight.commands import COMMAND_RATE
+from skyverse.flight.simulate import Samples
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.flight_record import Flown, Passing
 from skyverse.model.mission import Mission

@@ -1,4 +1,4 @@
-"""Flies one UAV in rotorpy."""
+"""Flies one UAV: in rotorpy, or in the compiled simulator, which does the same many times as fast."""
 
 from dataclasses import dataclass
 
@@ -6,41 +6,51 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.flight.feedforward import reference
+from skyverse.flight.commands import COMMAND_RATE, Commands
+from skyverse.flight.draw_disturbances import draw
+from skyverse.flight.quadrotor import ATTITUDE, POSITION, ROTORS, STATE_SIZE, VELOCITY, quadrotor_of
 from skyverse.flight.runge_kutta import RungeKutta
-from skyverse.flight.vehicle import vehicle_of
-from skyverse.flight.wind_observer import WindObserver, upward
-from skyverse.model.trajectory import Trajectory
+from skyverse.flight.tracking_control import LOST_DISTANCE, DrawnDisturbances, track
+from skyverse.flight.vehicle import Vehicle
+from skyverse.flight.weather import Weather
+from skyverse.flight.wind_observer import WindObserver
 from skyverse.trajectory.limits import GRAVITY
 
-COMMAND_RATE = 100.0
-"""Commands, and samples, per second."""
-SETTLING_SECONDS = 1.0
-"""Seconds for which a UAV is still simulated after its trajectory has ended."""
-LOST_DISTANCE = 20.0
-"""Metres: a UAV that is farther from its trajectory is lost."""
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SimulationJob:
-    """The flight of one UAV: trajectory, vehicle by name, wind (m/s), noise (m and m/s), seed of the noise."""
+    """The flight of one UAV: its commands, its vehicle, what disturbs it, and the seed of that."""
 
-    trajectory: Trajectory
-    vehicle: str
-    wind: tuple[float, float, float]
-    noise: float
+    commands: Commands
+    vehicle: Vehicle
+    weather: Weather
     seed: int
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """The motion of one UAV: (m,) seconds, (m, 3) metres and m/s, (m, 4) rotor speeds (rad/s), (m,) degrees of tilt."""
+    """The motion of one UAV from its departure on, a hundredth of a second apart.
+
+    Attributes
+    ----------
+    times
+        (m,) seconds into the mission.
+    positions, velocities
+        (m, 3) metres and m/s.
+    rotors
+        (m, 4) rad/s.
+    tilt
+        (m,) degrees between the thrust and the vertical.
+    lost
+        Whether the samples end early because the UAV was lost.
+    """
 
     times: Floats
     positions: Floats
     velocities: Floats
     rotors: Floats
     tilt: Floats
+    lost: bool
 
 
 def require_simulator() -> None:
@@ -52,46 +62,54 @@ def require_simulator() -> None:
 
 
 def simulate(job: SimulationJob) -> Samples:
-    """Fly one UAV from its departure until `SETTLING_SECONDS` after the end of its trajectory.
+    """Fly one UAV in the compiled simulator, from a hover until it has settled after its arrival or is lost."""
+    told, known = job.commands, job.vehicle
+    drawn = draw(told, known, job.weather, job.seed)
+    disturbed = DrawnDisturbances(drawn.wind, drawn.position_error, drawn.velocity_error, drawn.delay)
+    real, believed = quadrotor_of(drawn.vehicle), quadrotor_of(known)
+    position, velocity, acceleration = (np.ascontiguousarray(rows) for rows in told.reference)
+    count, states = track(real, believed, position, velocity, acceleration, disturbed, 1.0 / COMMAND_RATE)
+    return _samples(told, states[:count])
 
-    The UAV departs from a hover. rotorpy's SE3 controller, with its own gains, commands the rotors `COMMAND_RATE` times
-    a second. It follows the reference of `feedforward`, less the wind's acceleration that the observer has estimated,
-    within the vehicle's largest tilt. The samples end when the UAV is lost.
+
+def simulate_in_rotorpy(job: SimulationJob) -> Samples:
+    """Fly one UAV in rotorpy, as `simulate` does.
+
+    rotorpy's SE3 controller, with its own gains, commands the rotors `COMMAND_RATE` times a second. It follows the
+    reference of `feedforward`, less the wind's acceleration that the observer has estimated, within the vehicle's
+    largest tilt.
     """
     from rotorpy.controllers.quadrotor_control import SE3Control
     from rotorpy.vehicles.multirotor import Multirotor
-    from rotorpy.wind.default_winds import ConstantWind
 
-    kind, dt = vehicle_of(job.vehicle), 1.0 / COMMAND_RATE
-    first = np.floor(job.trajectory.start * COMMAND_RATE)
-    last = np.ceil((job.trajectory.end + SETTLING_SECONDS) * COMMAND_RATE)
-    times = np.arange(first, last + 1) * dt
+    told, kind, dt = job.commands, job.vehicle, 1.0 / COMMAND_RATE
+    drawn, asked = draw(told, kind, job.weather, job.seed), told.reference
     control = SE3Control(kind.parameters)
-    asked = reference(job.trajectory, kind, control, times, dt)
     hover = np.sqrt(kind.mass * GRAVITY / (kind.parameters["num_rotors"] * kind.parameters["k_eta"]))
-    wind = ConstantWind(*job.wind)
     state: dict[str, Floats] = {
         "x": asked.position[0],
         "v": np.zeros(3),
         "q": np.array([0.0, 0.0, 0.0, 1.0]),
         "w": np.zeros(3),
-        "wind": np.array(job.wind),
+        "wind": drawn.wind[0],
         "rotor_speeds": np.full(4, hover),
     }
-    body = Multirotor(
-        kind.parameters, state, integrator_kwargs={"method": RungeKutta, "max_step": kind.parameters["tau_m"]}
-    )
-    observer = WindObserver(body, kind)
-    errors = np.random.default_rng(job.seed)
-    rows = np.empty((len(times), 11))
-    for k, t in enumerate(times):
-        rows[k] = (*state["x"], *state["v"], *state["rotor_speeds"], upward(state["q"])[2])
-        state["wind"] = wind.update(t, state["x"])
-        told = state
-        if job.noise:
-            told = state | {key: state[key] + errors.normal(scale=job.noise, size=3) for key in ("x", "v")}
-        acceleration = asked.acceleration[k] - observer.push(told, dt)
-        felt = control.kp_pos * (told["x"] - asked.position[k]) + control.kd_pos * (told["v"] - asked.velocity[k])
+    steps = {"method": RungeKutta, "max_step": kind.parameters["tau_m"]}
+    body = Multirotor(drawn.vehicle.parameters, state, integrator_kwargs=steps)
+    observer = WindObserver(Multirotor(kind.parameters, state), kind)
+    states = np.empty((len(told.times), STATE_SIZE))
+    for k, t in enumerate(told.times):
+        states[k] = (*state["x"], *state["v"], *state["q"], *state["w"], *state["rotor_speeds"])
+        state["wind"] = drawn.wind[k]
+        late = states[max(0, k - drawn.delay)]
+        measured = {
+            "x": late[POSITION:VELOCITY] + drawn.position_error[k],
+            "v": late[VELOCITY:ATTITUDE] + drawn.velocity_error[k],
+        }
+        believed = state | measured
+        acceleration = asked.acceleration[k] - observer.push(believed, dt)
+        felt = control.kp_pos * (believed["x"] - asked.position[k])
+        felt += control.kd_pos * (believed["v"] - asked.velocity[k])
         flat = {
             "x": asked.position[k],
             "x_dot": asked.velocity[k],
@@ -99,11 +117,28 @@ def simulate(job: SimulationJob) -> Samples:
             "yaw": 0.0,
             "yaw_dot": 0.0,
         }
-        state = body.step(state, control.update(t, told, flat), dt)
+        state = body.step(state, control.update(t, believed, flat), dt)
         if not np.linalg.norm(state["x"] - asked.position[k]) < LOST_DISTANCE:
-            times, rows = times[: k + 1], rows[: k + 1]
+            states = states[: k + 1]
             break
-    return Samples(times, rows[:, :3], rows[:, 3:6], rows[:, 6:10], np.degrees(np.arccos(np.clip(rows[:, 10], -1, 1))))
+    return _samples(told, states)
+
+
+def _samples(told: Commands, states: Floats) -> Samples:
+    """Return the states (m, 17) from the departure on; where a UAV was lost before it, those from the hover on."""
+    count = len(states)
+    first = min(told.hover, count - 1)
+    flown = states[first:]
+    x, y = flown[:, ATTITUDE], flown[:, ATTITUDE + 1]
+    upright = 1.0 - 2.0 * (x * x + y * y)  # the vertical part of the thrust's direction
+    return Samples(
+        told.times[first:count],
+        flown[:, POSITION:VELOCITY],
+        flown[:, VELOCITY:ATTITUDE],
+        flown[:, ROTORS:STATE_SIZE],
+        np.degrees(np.arccos(np.clip(upright, -1.0, 1.0))),
+        count < len(told.times),
+    )
 
 
 def _within_tilt(acceleration: Floats, most: float | None) -> Floats:

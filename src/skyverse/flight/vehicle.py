@@ -12,7 +12,11 @@ from skyverse.errors import InputError
 from skyverse.model.uav import UAV
 from skyverse.trajectory.limits import GRAVITY
 
-THESIS_ARM, HUMMINGBIRD_ARM = 0.086, 0.17
+THESIS_ARM, HUMMINGBIRD_ARM, CRAZYFLIE_ARM = 0.086, 0.17, 0.043
+HUMMINGBIRD_PROPELLER, CRAZYFLIE_PROPELLER = 0.10, 0.0225
+"""Radii of propellers, metres: rotorpy's for the Hummingbird, and an estimate of 45 mm across for the Crazyflie."""
+THESIS_PROPELLER = math.sqrt(HUMMINGBIRD_PROPELLER * CRAZYFLIE_PROPELLER)
+"""The geometric mean of both radii, metres, as for the thesis's other unknown parameters."""
 
 
 @dataclass(frozen=True)
@@ -25,13 +29,21 @@ class Vehicle:
         One of `VEHICLES`.
     parameters
         rotorpy's ``quad_params``.
+    radius
+        How far the vehicle reaches from its centre, metres: to the tips of its propellers.
     max_tilt
         The largest angle between commanded thrust and the vertical, degrees; ``None`` without a limit.
     """
 
     name: str
     parameters: dict[str, Any]
+    radius: float
     max_tilt: float | None = None
+
+    @property
+    def attitude_gains(self) -> tuple[float, float]:
+        """The gains of rotorpy's controller for the errors of attitude, 1/s^2, and of body rates, 1/s."""
+        return float(self.parameters.get("kp_att", 310.0)), float(self.parameters.get("kd_att", 57.0))
 
     @property
     def mass(self) -> float:
@@ -76,8 +88,12 @@ def refuse_weak(vehicle: Vehicle, uavs: tuple[UAV, ...]) -> None:
             )
 
 
-def _of_rotorpy(name: str) -> Vehicle:
-    return Vehicle(name, import_module(f"rotorpy.vehicles.{name}_params").quad_params)
+def _of_rotorpy(name: str, radius: float) -> Vehicle:
+    try:
+        parameters = import_module(f"rotorpy.vehicles.{name}_params").quad_params
+    except ImportError:
+        raise InputError(f'the {name} is one of rotorpy\'s vehicles: pip install "skyverse[flight]"') from None
+    return Vehicle(name, parameters, radius)
 
 
 def _thesis() -> Vehicle:
@@ -123,12 +139,12 @@ def _thesis() -> Vehicle:
         "kp_att": 544.0,
         "kd_att": 46.64,
     }
-    return Vehicle("thesis", parameters, max_tilt=40.0)
+    return Vehicle("thesis", parameters, THESIS_ARM + THESIS_PROPELLER, max_tilt=40.0)
 
 
 VEHICLES: dict[str, Callable[[], Vehicle]] = {
     "thesis": _thesis,
-    "crazyflie": lambda: _of_rotorpy("crazyflie"),
-    "hummingbird": lambda: _of_rotorpy("hummingbird"),
+    "crazyflie": lambda: _of_rotorpy("crazyflie", CRAZYFLIE_ARM + CRAZYFLIE_PROPELLER),
+    "hummingbird": lambda: _of_rotorpy("hummingbird", HUMMINGBIRD_ARM + HUMMINGBIRD_PROPELLER),
 }
 """The function that makes each vehicle; all but the thesis's need rotorpy."""

@@ -41,8 +41,3 @@ def _matrix(q: Floats) -> Floats:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
-
-
-def upward(q: Floats) -> Floats:
-    """Return the direction of the rotors' thrust, (3,), at an attitude given as a quaternion x, y, z, w."""
-    return _matrix(q)[:, 2]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
+from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
 from skyverse.model.verdict import Violation
 
@@ -101,6 +102,8 @@ class Flight(ArrayRecord):
         What went wrong in the flight; empty if nothing did.
     rounds
         What `fly_until_safe` did, one sentence for each round.
+    disturbances
+        What disturbed the flight beside wind and white noise.
     """
 
     mission: Mission
@@ -113,6 +116,7 @@ class Flight(ArrayRecord):
     passings: tuple[Passing, ...]
     violations: tuple[Violation, ...]
     rounds: tuple[str, ...] = ()
+    disturbances: Disturbances = field(default_factory=Disturbances)
     format: str = field(default="skyverse/flight/1")
 
     @property

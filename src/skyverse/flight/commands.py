@@ -1,0 +1,53 @@
+"""What the controller of one UAV is told at every sample of a flight."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.flight.feedforward import Reference, reference
+from skyverse.flight.vehicle import Vehicle
+from skyverse.model.mission import Mission
+
+COMMAND_RATE = 100.0
+"""Commands, and samples, per second."""
+HOVER_SECONDS = 3.0
+"""Seconds for which a UAV hovers at its start, in the wind, before it departs."""
+SETTLING_SECONDS = 1.0
+"""Seconds for which a UAV is still simulated after its trajectory has ended."""
+
+
+@dataclass(frozen=True, eq=False)
+class Commands:
+    """The commands to one UAV.
+
+    Attributes
+    ----------
+    times
+        (m,) seconds into the mission, a hundredth apart; the first `hover` of them lie before the departure.
+    reference
+        What is commanded at those times.
+    height
+        (m,) metres above the terrain, or above the floor of the bounds where there is none.
+    hover
+        How many samples precede the departure.
+    """
+
+    times: Floats
+    reference: Reference
+    height: Floats
+    hover: int
+
+
+def commands(mission: Mission, uav: int, vehicle: Vehicle) -> Commands:
+    """Return the commands to a UAV from a hover before its departure until it has settled after its arrival."""
+    trajectory, scenario = mission.trajectories[uav], mission.scenario
+    assert trajectory is not None
+    hover = round(HOVER_SECONDS * COMMAND_RATE)
+    first = np.floor(trajectory.start * COMMAND_RATE) - hover
+    last = np.ceil((trajectory.end + SETTLING_SECONDS) * COMMAND_RATE)
+    times = np.arange(first, last + 1) / COMMAND_RATE
+    told = reference(trajectory, vehicle, times, 1.0 / COMMAND_RATE)
+    terrain = scenario.terrain
+    ground = scenario.bounds.min[2] if terrain is None else terrain.height(told.position[:, :2])
+    return Commands(times, told, np.asarray(told.position[:, 2] - ground), hover)
