@@ -1,0 +1,98 @@
+"""Two UAVs on timed paths, compared with brute force over many instants."""
+
+import numpy as np
+import pytest
+
+from skyverse.model.timed_path import TimedPath
+from skyverse.referee.timed_paths import KeptDistance, nearest_points, paths_apart
+
+
+def path(points, times, late=0.0, deviation=0.0):
+    points, times = np.array(points, dtype=float), np.array(times, dtype=float)
+    earliest = np.stack([times[:-1], times[1:]], axis=1)
+    off = np.full((len(points) - 1, 2), deviation)
+    return TimedPath(points[:-1], points[1:], earliest, earliest + late, off)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_nearest_points_of_segments_are_those_of_a_fine_grid(seed):
+    rng = np.random.default_rng(seed)
+    p, q, r, s = rng.uniform(-3, 3, (4, 50, 3))
+    if seed % 4 == 1:
+        s = r + (q - p) * rng.uniform(-2, 2, (50, 1))  # parallel
+    if seed % 4 == 2:
+        q = p.copy()  # a point
+    if seed % 4 == 3:
+        s, q = r.copy(), p.copy()
+    share, other, distance = nearest_points(p, q, r, s)
+    grid = np.linspace(0, 1, 81)
+    a = p[:, None] + grid[None, :, None] * (q - p)[:, None]
+    b = r[:, None] + grid[None, :, None] * (s - r)[:, None]
+    brute = np.linalg.norm(a[:, :, None] - b[:, None], axis=3).min(axis=(1, 2))
+    assert (distance <= brute + 1e-9).all()
+    assert (distance >= brute - 0.2).all()
+    found = p + share[:, None] * (q - p) - r - other[:, None] * (s - r)
+    np.testing.assert_allclose(np.linalg.norm(found, axis=1), distance, atol=1e-12)
+
+
+def test_paths_that_cross_are_apart_only_at_different_times():
+    keep = KeptDistance(1.0, 2.0)
+    east, north = path([(-9, 0, 0), (9, 0, 0)], [0, 18]), path([(0, -9, 0), (0, 9, 0)], [0, 18])
+    assert not paths_apart(east, north, keep, timed=False)
+    assert not paths_apart(east, north, keep, timed=True)
+    later = path([(0, -9, 0), (0, 9, 0)], [4, 22])
+    assert not paths_apart(east, later, keep, timed=False)
+    assert paths_apart(east, later, keep, timed=True)
+    assert not paths_apart(path([(-9, 0, 0), (9, 0, 0)], [0, 18], late=3.0), later, keep, timed=True)
+    above = path([(0, -9, 2.0), (0, 9, 2.0)], [0, 18])
+    assert paths_apart(east, above, keep, timed=False)
+    assert not paths_apart(east, path([(0, -9, 1.99), (0, 9, 1.99)], [0, 18]), keep, timed=False)
+
+
+@pytest.mark.parametrize(("errors", "apart"), [((0.0, 0.0), True), ((0.4, 0.0), False), ((0.0, 0.4), False)])
+def test_tracking_errors_count_in_their_own_direction(errors, apart):
+    keep = KeptDistance(1.0, 2.0, *errors)
+    low = path([(-9, 0, 0), (9, 0, 0)], [0, 18])
+    beside, above = path([(-9, 1.2, 0), (9, 1.2, 0)], [0, 18]), path([(-9, 0, 2.3), (9, 0, 2.3)], [0, 18])
+    assert paths_apart(low, beside if errors[0] else above, keep, timed=False) is apart
+
+
+def test_a_deviation_is_subtracted_from_the_distance():
+    keep = KeptDistance(1.0, 1.0)
+    a, b = path([(-9, 0, 0), (9, 0, 0)], [0, 18], deviation=0.3), path([(-9, 1.5, 0), (9, 1.5, 0)], [0, 18])
+    assert paths_apart(a, b, keep, timed=False)
+    assert not paths_apart(a, path([(-9, 1.2, 0), (9, 1.2, 0)], [0, 18]), keep, timed=False)
+
+
+def test_a_stay_without_end_is_in_the_way_for_ever():
+    stay = TimedPath(*np.zeros((2, 1, 3)), np.array([[0.0, 0.0]]), np.full((1, 2), np.inf), np.zeros((1, 2)))
+    passing = path([(-9, 0.5, 0), (9, 0.5, 0)], [1000, 1018])
+    assert not paths_apart(stay, passing, KeptDistance(1.0, 1.0), timed=True)
+    assert paths_apart(stay, passing, KeptDistance(0.4, 0.4), timed=True)
+    assert paths_apart(stay, passing, KeptDistance(0.0, 0.0), timed=False)
+
+
+def delayed(clock, points, times, shift):
+    return np.stack([np.interp(clock - shift, times, points[:, k]) for k in range(3)], axis=1)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_what_is_proven_holds_at_every_time_that_the_paths_allow(seed):
+    rng = np.random.default_rng(seed)
+    keep = KeptDistance(float(rng.uniform(0.5, 2)), float(rng.uniform(0.5, 3)))
+    made = []
+    for _ in range(2):
+        points = rng.uniform([-8, -8, -3], [8, 8, 3], (int(rng.integers(2, 5)), 3))
+        times = np.cumsum(rng.uniform(1, 5, len(points)))
+        made.append((points, times, float(rng.uniform(0, 3))))
+    proven = paths_apart(*(path(points, times, late) for points, times, late in made), keep, timed=True)
+    if not proven:
+        return
+    clock = np.arange(0, 25, 0.02)
+    for _ in range(20):
+        a, b = (delayed(clock, points, times, rng.uniform(0, late)) for points, times, late in made)
+        begin = max(times[0] + late for _, times, late in made)
+        end = min(times[-1] for _, times, _ in made)
+        flying = (clock >= begin) & (clock <= end)
+        if flying.any():
+            assert (np.linalg.norm((a - b)[flying] / [keep.across, keep.across, keep.above], axis=1) >= 1 - 1e-9).all()
