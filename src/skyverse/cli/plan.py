@@ -7,7 +7,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe, tell_unknown, tell_unsought, with_more
-from skyverse.cli.option_types import WHOLE, AsJson, Output, Whole
+from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import report
 from skyverse.cli.settings import planner_of
@@ -33,6 +33,7 @@ def plan(
     criterion: Literal["min-sum", "min-max"] = "min-sum",
     shape: Literal["minimum-snap", "minimum-jerk", "stop-and-go"] = "minimum-snap",
     keep_apart: bool = True,
+    apart_in_space: Annotated[bool, FLAG] = False,
     uav: More = None,
     target: More = None,
     unknown: Literal["free", "occupied"] | None = None,
@@ -75,6 +76,8 @@ def plan(
         The trajectories: through waypoints without stopping, with little snap or little jerk, or at rest at each one.
     keep_apart
         Resolve conflicts between UAVs by delay, speed, exchange of targets, or detour; otherwise only report them.
+    apart_in_space
+        Lead UAVs around the paths of others, so that they keep apart whatever the timing; exports then say so.
     uav
         Add a UAV that starts at x,y,z; repeat for more.
     target
@@ -112,6 +115,7 @@ def plan(
             criterion=criterion,
             shape=shape,
             keep_apart=keep_apart,
+            apart_in_space=apart_in_space,
             on_progress=on_progress,
         )
         sky.write(mission, out)

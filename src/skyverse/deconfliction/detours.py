@@ -1,6 +1,6 @@
 """Detours of a UAV around others: paths through a gate beside, above or below the place of a conflict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Gate
 from skyverse.model.result import Effort, Result
-from skyverse.model.shapes import Box
+from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import Stopwatch
@@ -155,6 +155,17 @@ def plan_detour(
     """
     scenario = problem.scenario
     walls = [box for gate in gates for box in _wall(scenario.uavs[problem.uav], scenario.clearance, gate)]
+    return plan_among(problem, walls, make_trajectory, any_angle=any_angle)
+
+
+def plan_among(
+    problem: Problem, walls: Sequence[Box | Cylinder | Prism], make_trajectory: MakeTrajectory, *, any_angle: bool
+) -> tuple[Result, Trajectory] | None:
+    """Plan a path among the obstacles and walls, and a trajectory along it, or return ``None`` where there is none.
+
+    The parameters are those of `plan_detour`, with `walls` instead of gates.
+    """
+    scenario = problem.scenario
     among_walls = Airspace(scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)}))
     walled = Problem(among_walls, problem.uav, problem.target)
     found = _shortest_path(problem, walled) if any_angle else _cheapest_on_lattice(problem, walled)

@@ -7,6 +7,8 @@ from typing import Literal, Protocol
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.deconfliction.find_conflicts import find_conflicts
+from skyverse.deconfliction.paths_apart import PathsApart, keep_paths_apart
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion, assign, straight_line
@@ -14,6 +16,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.verdict import Action
 from skyverse.planners.base import Planner, Seed, provenance, seeded
 from skyverse.planners.results import refused_result
 from skyverse.problem import Airspace, Problem, snap_endpoint
@@ -42,6 +45,7 @@ def plan_mission(
     criterion: Criterion = "min-sum",
     shape: Shape = "minimum-snap",
     keep_apart: bool = True,
+    apart_in_space: bool = False,
     on_progress: OnProgress | None = None,
 ) -> Mission:
     """Assign UAVs to targets, plan paths, make trajectories, resolve conflicts between them, and check the mission.
@@ -66,6 +70,9 @@ def plan_mission(
     keep_apart
         Whether conflicts are resolved: UAVs that would come too close, those of lower priority first, depart later, fly
         more slowly, take a detour, or exchange targets (unless the assignment is ``"identity"``).
+    apart_in_space
+        Whether UAVs are first led around the paths of others, so that they keep their separation whatever the timing,
+        as far as that can be; needs `keep_apart`.
     on_progress
         Called after every iteration, and when a UAV is done.
 
@@ -108,9 +115,26 @@ def plan_mission(
     if keep_apart and not interrupted:
         make_trajectory = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
-        mission = resolve_conflicts(airspace, mission, make_trajectory=make_trajectory, replan=replan, stop=stop)
+        asked = mission
+        paths = keep_paths_apart(airspace, asked, make_trajectory) if apart_in_space else PathsApart(asked, [])
+        mission = resolve_conflicts(airspace, paths.mission, make_trajectory=make_trajectory, replan=replan, stop=stop)
+        mission = _with_detours(mission, asked, paths.actions)
     violations, (certificates, apart) = judge(scenario, mission)
     return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
+
+
+def _with_detours(mission: Mission, asked: Mission, detours: list[Action]) -> Mission:
+    """Return a mission whose record of deconfliction begins with detours, and compares with the mission before them."""
+    if not detours or mission.deconfliction is None:
+        return mission
+    record = replace(
+        mission.deconfliction,
+        found=find_conflicts(asked.scenario, asked.trajectories),
+        actions=(*detours, *mission.deconfliction.actions),
+        total_before=asked.total_time,
+        makespan_before=asked.makespan,
+    )
+    return replace(mission, deconfliction=record)
 
 
 def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:

@@ -1,0 +1,146 @@
+"""Plans the paths of a fleet so that they are apart in space: UAVs then keep their separation whatever the timing.
+
+One UAV after another, those of higher priority first, keeps its trajectory if it is clear of the paths before it and of
+the places of all others, or else is led around them, over them or under them. For its planner they are obstacles:
+prisms about the chords of each trajectory, and columns about starts and targets.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.deconfliction.detours import MakeTrajectory, plan_among
+from skyverse.model.mission import Mission
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Prism
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.verdict import Action, Verdict
+from skyverse.numerics.tolerances import MIN_NORM
+from skyverse.problem import Airspace, Problem
+from skyverse.space.world import World
+from skyverse.trajectory.proof import prove
+
+PATH_MARGIN = 0.6
+"""Metres added to the separation: exported waypoints and cut corners are off the trajectories by less."""
+TAKEOFF_HEIGHT = 3.0
+"""Metres above home to which exported missions first climb."""
+SAMPLES_PER_PIECE = 16
+"""Samples on each piece of a trajectory, from which its chords are made."""
+MAX_CLIMB_SHARE = 0.5
+"""The largest climb along one chord, as a share of the vertical separation: a prism is as tall as its chord climbs."""
+
+
+class PathsApart(NamedTuple):
+    """A mission whose paths are apart in space as far as they can be, and what was changed."""
+
+    mission: Mission
+    actions: list[Action]
+
+
+def keep_paths_apart(airspace: Airspace, mission: Mission, make_trajectory: MakeTrajectory) -> PathsApart:
+    """Lead UAVs around the paths of others, so that all paths are apart in space as far as they can be.
+
+    Parameters
+    ----------
+    airspace
+        The airspace of the scenario.
+    mission
+        As it was planned.
+    make_trajectory
+        Turns a problem's result into a trajectory.
+    """
+    scenario = mission.scenario
+    results, flown = list(mission.results), list(mission.trajectories)
+    actions = []
+    placed: list[int] = []
+    for uav in sorted(range(len(flown)), key=lambda k: (-scenario.uavs[k].priority, k)):
+        own, result, target = flown[uav], results[uav], mission.assignment[uav]
+        if own is None or result is None or target is None:
+            continue
+        walls = [*_columns(mission, uav)]
+        for other in placed:
+            walls += _around(scenario, uav, other, flown[other])
+        walled = scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)})
+        if walls and prove(World(walled), scenario.uavs[uav], own).verdict is not Verdict.PROVEN:
+            found = plan_among(Problem(airspace, uav, target), walls, make_trajectory, any_angle=result.any_angle)
+            if found is not None:
+                results[uav], flown[uav] = found
+                actions.append(Action(uav, "detour", f"{scenario.uavs[uav].name} flies around the paths of others."))
+        placed.append(uav)
+    return PathsApart(replace(mission, results=tuple(results), trajectories=tuple(flown)), actions)
+
+
+def _columns(mission: Mission, uav: int) -> Iterator[Prism]:
+    """Yield what a UAV must keep clear of about the starts, from the ground on, and the targets of all others."""
+    scenario = mission.scenario
+    for other, vehicle in enumerate(scenario.uavs):
+        if other == uav:
+            continue
+        start, target = np.array(vehicle.start), mission.assignment[other]
+        ground = start[2] if vehicle.home is None else vehicle.home
+        if vehicle.home is None and scenario.terrain is not None:
+            ground = float(scenario.terrain.height(start[:2]))
+        below, above = start.copy(), start.copy()
+        below[2], above[2] = ground, max(float(start[2]), ground + TAKEOFF_HEIGHT)
+        yield _prism(scenario, uav, other, below, above, 0.0)
+        if target is not None:
+            place = np.array(scenario.targets[target].position)
+            yield _prism(scenario, uav, other, place, place, 0.0)
+
+
+def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None) -> Iterator[Prism]:
+    """Yield prisms about another UAV's flight that a UAV must not enter."""
+    if flight is None:
+        return
+    shares = np.arange(SAMPLES_PER_PIECE) / SAMPLES_PER_PIECE
+    instants = np.r_[(flight.knots[:-1, None] + np.diff(flight.knots)[:, None] * shares).ravel(), flight.end]
+    curve = flight.at(instants).position
+    tall = max(scenario.uavs[uav].ellipsoid[1], scenario.uavs[other].ellipsoid[1])
+    ends = _chord_ends(curve, 0, len(curve) - 1, MAX_CLIMB_SHARE * max(tall, PATH_MARGIN))
+    for a, b in pairwise(ends):
+        yield _prism(scenario, uav, other, curve[a], curve[b], float(_off_chord(curve[a : b + 1]).max()))
+
+
+def _chord_ends(curve: Floats, first: int, last: int, climb: float) -> list[int]:
+    """Return samples between which a curve keeps near its chord and climbs little (Ramer, Douglas and Peucker)."""
+    part = curve[first : last + 1]
+    off = _off_chord(part)
+    bent, steep = off.max() > PATH_MARGIN / 4, np.ptp(part[:, 2]) > climb
+    if last - first < 2 or not (bent or steep):
+        return [first, last]
+    middle = first + (int(np.argmax(off)) if bent else (last - first) // 2)
+    middle = min(max(middle, first + 1), last - 1)
+    return [*_chord_ends(curve, first, middle, climb), *_chord_ends(curve, middle, last, climb)[1:]]
+
+
+def _off_chord(points: Floats) -> Floats:
+    """Return how far points, (n, 3), are from the segment between the first and the last of them, (n,) metres."""
+    along = points[-1] - points[0]
+    shares = np.clip((points - points[0]) @ along / max(float(along @ along), MIN_NORM), 0.0, 1.0)
+    return np.linalg.norm(points - points[0] - shares[:, None] * along, axis=1)
+
+
+def _prism(scenario: Scenario, uav: int, other: int, a: Floats, b: Floats, off: float) -> Prism:
+    """Return a prism about a chord: grown by the clearance, it holds all places that are too close to the chord."""
+    pair = scenario.uavs[uav], scenario.uavs[other]
+    errors = [vehicle.tracking_error for vehicle in pair]
+    beside = max(vehicle.ellipsoid[0] for vehicle in pair) + sum(error.horizontal for error in errors)
+    above = max(vehicle.ellipsoid[1] for vehicle in pair) + sum(error.vertical for error in errors)
+    wide = max(beside + PATH_MARGIN + off - scenario.clearance, PATH_MARGIN / 4)
+    tall = max(above + PATH_MARGIN + off - scenario.clearance, PATH_MARGIN / 4)
+    way = (b - a)[:2]
+    length = float(np.hypot(*way))
+    ahead = way / length if length > MIN_NORM else np.array([1.0, 0.0])
+    aside = np.array([-ahead[1], ahead[0]])
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    corners = [(b if along > 0 else a)[:2] + wide * (along * ahead + across * aside) for along, across in signs]
+    return Prism(
+        vertices=tuple(tuple(corner.tolist()) for corner in corners),
+        low=float(min(a[2], b[2])) - tall,
+        high=float(max(a[2], b[2])) + tall,
+        kind="path of another UAV",
+    )
