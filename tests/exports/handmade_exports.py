@@ -111,6 +111,15 @@ def local(origin, latitude, longitude, altitude):
     return np.column_stack(moved)
 
 
+def climb(scenario, route):
+    """How many metres a UAV climbs to its first waypoint from the ground below, where nothing stands; 0 in flight."""
+    vehicle = scenario.uavs[route.uav]
+    if vehicle.fixed_wing is not None:
+        return 0.0
+    ground = under(scenario, np.array([vehicle.start]))[0] if scenario.terrain is not None else vehicle.start[2]
+    return route.waypoints[0][2] - (ground if vehicle.home is None else vehicle.home)
+
+
 def under(scenario, points):
     """The height of the bilinear ground, by SciPy."""
     from scipy.interpolate import RegularGridInterpolator

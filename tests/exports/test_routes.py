@@ -236,7 +236,6 @@ def test_where_a_corner_cannot_be_cut_the_uav_stops_at_it_and_is_held_there(tmp_
     assert (route.holds > 0).tolist() == [False, True, False]
     np.testing.assert_allclose(route.points, corners, atol=1e-9)
     assert route.times[-1] == pytest.approx(40 + route.holds[1])
-    assert route.speeds == pytest.approx([2.5, 2.5])
     assert "but at 1, where it stops" in route.sentence(mission.scenario)
     (file,) = sky.export(mission, tmp_path / "m.waypoints", takeoff=0)
     held = [float(row.split("\t")[4]) for row in file.read_text().splitlines()[1:] if row.split("\t")[3] == "16"]
@@ -264,17 +263,17 @@ def crossing(begin):
 
 def test_waypoints_of_uavs_that_would_meet_are_refused_unless_one_says_that_they_may(tmp_path):
     for suffix in ("plan", "waypoints", "wpml.kmz"):
-        with pytest.raises(sky.InputError, match=r"come too close: .*uav-1.*; give allow_close=True"):
+        with pytest.raises(sky.InputError, match=r"UAVs come too close: .*uav-1.*; give allow_close=True"):
             sky.export(crossing(0.0), tmp_path / f"m.{suffix}")
         assert not list(tmp_path.iterdir())
     notes = []
     assert len(sky.export(crossing(0.0), tmp_path / "m.plan", allow_close=True, on_note=notes.append)) == 2
-    assert len(notes) == 3
+    assert len(notes) == 5
     notes = []
     assert len(sky.export(crossing(25.0), tmp_path / "m.plan", on_note=notes.append)) == 2
     assert "straight legs proven" in notes[0]
     assert "above ground" not in notes[0]
-    assert "Between waypoints, on schedule: " in notes[2]
+    assert "uav-1 and uav-2 keep" in notes[2]
 
 
 def test_the_command_line_says_what_is_proven_of_waypoints(tmp_path, capsys):
@@ -286,7 +285,8 @@ def test_the_command_line_says_what_is_proven_of_waypoints(tmp_path, capsys):
     assert out.splitlines() == [str(tmp_path / f"m-uav-{k}.plan") for k in (1, 2)]
     assert said.count("straight legs proven") == 2
     assert said.count("counted from home at 60.00 m above mean sea level") == 2
-    assert "Between waypoints, on schedule" in said
+    assert "uav-1 and uav-2 keep" in said
+    assert "made for PX4" in said
     sky.write(crossing(0.0), tmp_path / "m.json")
     with pytest.raises(sky.InputError, match="allow_close=True"):
         export(str(tmp_path / "m.json"), tmp_path / "m.plan")

@@ -23,6 +23,8 @@ def export(
     radius: float = 2.0,
     takeoff: float = 3.0,
     end: Literal["loiter", "land"] = "loiter",
+    autopilot: Literal["px4", "ardupilot", "dji"] | None = None,
+    apart_in_space: Annotated[bool, FLAG] = False,
     allow_close: Annotated[bool, FLAG] = False,
 ) -> None:
     """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
@@ -54,9 +56,14 @@ def export(
     takeoff
         In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
     end
-        Whether a UAV stays at the target or lands below it.
+        Whether a UAV stays at the target or lands below it, on the ground or on a roof.
+    autopilot
+        What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
+        and .waypoints for ardupilot.
+    apart_in_space
+        Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
     allow_close
-        Write waypoints even if UAVs come too close to each other between them.
+        Write waypoints even if UAVs come too close to each other as their autopilots fly them.
     """
     import skyverse as sky
     from skyverse.model.scenario import require_geoid
@@ -69,6 +76,7 @@ def export(
         at = at.model_copy(update={"geoid": geoid})
     notes: list[str] = []
     how: dict[str, Any] = {"altitude": altitude, "rate": rate, "radius": radius, "takeoff": takeoff, "end": end}
+    how |= {"autopilot": autopilot, "apart_in_space": apart_in_space}
     files = sky.export(read, output, origin=at, **how, allow_close=allow_close, on_note=notes.append)
     for path in files:
         print(path)

@@ -60,7 +60,7 @@ class LegChecker:
                 continue
             entered = points[k - 1]
             if k > 1 and not stops[k - 1]:
-                entered = points[k - 1] + _within(points[k - 2] - points[k - 1], radius)
+                entered = points[k - 1] + towards(points[k - 2] - points[k - 1], radius)
             said = self._remembered(self.corner, np.concatenate([entered[None], points[k - 1 : k + 2]]), radius)
             if said is not None:
                 return len(points) + k, said
@@ -90,13 +90,13 @@ class LegChecker:
         stays between the leg and the straight line from where it turned to `after`. It comes from `before`, or from
         `entered` if it has cut the corner at `before`.
         """
-        p, q = _within(before - at, radius), _within(entered - at, radius)
+        p, q = towards(before - at, radius), towards(entered - at, radius)
         on = after - at
         long = float(np.linalg.norm(on))
         if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < MIN_GROWTH / 10:
             return None  # there is no corner
         apart = max(self.apart(before, at), self.apart(at, after))
-        slope = 0.0 if self.reference == "agl" or self.scenario.terrain is None else _steepest(self.scenario.terrain)
+        slope = 0.0 if self.reference == "agl" or self.scenario.terrain is None else steepest(self.scenario.terrain)
         said = None
         for width in np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER):
             deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
@@ -158,7 +158,7 @@ class LegChecker:
         clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
         terrain = self.scenario.terrain
         if terrain is not None:
-            steep = extra + MAVLINK_ROUNDING * _steepest(terrain)
+            steep = extra + MAVLINK_ROUNDING * steepest(terrain)
             above = max(self.scenario.ground_clearance - LEG_ALLOWANCE, 0.0) + steep
             terrain = None if self.reference == "agl" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
@@ -180,7 +180,7 @@ def require_home(scenario: Scenario, uav: int) -> None:
         )
 
 
-def _within(way: Floats, radius: float) -> Floats:
+def towards(way: Floats, radius: float) -> Floats:
     """Return a vector, (3,), cut to the length `radius`."""
     length = float(np.linalg.norm(way))
     return way * min(radius / length, 1.0) if length else way
@@ -192,7 +192,7 @@ def _middles(length: float, half: float) -> Floats:
     return (np.arange(count) + 0.5) / count
 
 
-def _steepest(terrain: Terrain) -> float:
+def steepest(terrain: Terrain) -> float:
     """Return a bound of the ground's slope, from the slopes along the edges of its bilinear cells."""
     east = np.abs(np.diff(terrain.heights, axis=0)).max() / terrain.step[0]
     north = np.abs(np.diff(terrain.heights, axis=1)).max() / terrain.step[1]

@@ -1,10 +1,11 @@
 """Writes missions as files for ground stations, maps, robots and light shows; the suffix tells the format."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from skyverse.atomic import write_text
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError
+from skyverse.exports.autopilots import AutopilotName
 from skyverse.exports.file_names import (
     ALTITUDE_REFERENCES,
     OWN_SUFFIXES,
@@ -18,22 +19,18 @@ from skyverse.exports.file_names import (
 )
 from skyverse.exports.geo_csv import geo_csv_text
 from skyverse.exports.geojson import geojson_text
-from skyverse.exports.global_positions import AltitudeReference, home_on_globe, require_reference, with_origin
+from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.gpx import gpx_text
 from skyverse.exports.kml import kml_text
 from skyverse.exports.mavlink_items import End
-from skyverse.exports.qgc_plan import plan_text
 from skyverse.exports.ros import as_text, path_message, trajectory_message
-from skyverse.exports.route import Route
-from skyverse.exports.routes import routes, routes_apart
 from skyverse.exports.sampling import sample_trajectories
+from skyverse.exports.separation import FleetApart
 from skyverse.exports.skybrush import show_csv
-from skyverse.exports.wpl import waypoints_text
-from skyverse.exports.wpml import wpml_parts
+from skyverse.exports.waypoint_files import WaypointOptions, export_waypoints
 from skyverse.files import write
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Origin, Scenario
-from skyverse.model.verdict import Verdict
+from skyverse.model.scenario import Origin
 
 SAMPLE_RATES = {".csv": 20.0, SHOW_SUFFIX: 4.0}
 """Samples a second by suffix; for others it is 10."""
@@ -49,8 +46,11 @@ def export(
     radius: float = 2.0,
     takeoff: float = 3.0,
     end: End = "loiter",
+    autopilot: AutopilotName | None = None,
+    apart_in_space: bool = False,
     allow_close: bool = False,
     on_note: Callable[[str], object] = lambda note: None,
+    on_certificate: Callable[[FleetApart], object] = lambda certificate: None,
 ) -> list[Path]:
     """Write a mission as a file for other software; the suffix tells the format.
 
@@ -80,12 +80,19 @@ def export(
         The height above home, metres, to which the UAV first climbs vertically, in ``.plan`` and ``.waypoints``; less
         where an obstacle is in the way.
     end
-        ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, which is not proven to be safe.
+        ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, on the ground or on a roof.
+    autopilot
+        ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``. By
+        default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and ``.waypoints`` for ArduPilot.
+    apart_in_space
+        Whether all paths must be apart in space, so that UAVs keep their separation whatever the timing. The acceptance
+        radius is halved until they are.
     allow_close
-        Whether waypoints are written even if UAVs come closer than their separation when they fly straight between
-        waypoints on schedule.
+        Whether waypoints are written even if UAVs come closer than their separation when they fly them on schedule.
     on_note
         Called with each sentence on what is proven of the waypoints.
+    on_certificate
+        Called with what is proven of each pair of UAVs, where there are pairs.
 
     Returns
     -------
@@ -108,13 +115,10 @@ def export(
         return [path]
     if suffix in ROUTE_SUFFIXES:
         scenario = with_origin(mission, origin, str(path))
-        takeoff, stops = (0.0, True) if suffix == ".wpml.kmz" else (takeoff, False)
-        flown = routes(mission, altitude=altitude, origin=origin, radius=radius, takeoff=takeoff, stops=stops)
-        notes = [*_proofs(mission, scenario, flown, altitude, path, allow_close)]
-        files = _write_routes(path, suffix, scenario, flown, altitude, end)
-        for note in notes:
-            on_note(note)
-        return files
+        options = WaypointOptions(
+            altitude, radius, takeoff, end, autopilot, apart_in_space=apart_in_space, allow_close=allow_close
+        )
+        return export_waypoints(mission, scenario, path, suffix, options, on_note, on_certificate)
     flights = sample_trajectories(mission, SAMPLE_RATES.get(suffix, 10.0) if rate is None else rate)
     if not flights:
         raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
@@ -143,44 +147,3 @@ def export(
     else:
         write_text(path, text)
     return [path]
-
-
-def _proofs(
-    mission: Mission, scenario: Scenario, flown: list[Route], altitude: AltitudeReference, path: Path, allow_close: bool
-) -> Iterator[str]:
-    """Yield sentences on what is proven of the routes, or raise `InputError` where UAVs come too close on them."""
-    for one in flown:
-        yield one.sentence(scenario)
-    if altitude == "home":
-        for one in flown:
-            yield _home_note(scenario, one.uav)
-    if len(flown) > 1:
-        apart = routes_apart(mission, flown)
-        if apart.verdict is Verdict.REFUTED and not allow_close:
-            raise InputError(
-                f"{path}: UAVs that fly straight from waypoint to waypoint come too close: {apart.sentence}",
-                give=[Remedy("allow_close", True, "to write them all the same")],
-            )
-        yield f"Between waypoints, on schedule: {apart.sentence}"
-
-
-def _home_note(scenario: Scenario, uav: int) -> str:
-    at = round(home_on_globe(scenario, uav)[2], 2)
-    return (
-        f"{scenario.uavs[uav].name}: its heights are counted from home at {at + 0.0:.2f} m above mean sea level; where "
-        "it arms lower than that, it flies as much lower."
-    )
-
-
-def _write_routes(
-    path: Path, suffix: str, scenario: Scenario, flown: list[Route], altitude: AltitudeReference, end: End
-) -> list[Path]:
-    files = file_for_each(path, suffix, [scenario.uavs[one.uav].name for one in flown])
-    for file, one in zip(files, flown, strict=True):
-        if suffix == ".plan":
-            write_text(file, plan_text(scenario, one, altitude, end))
-        elif suffix == ".waypoints":
-            write_text(file, waypoints_text(scenario, one, altitude, end))
-        else:
-            write_zip(file, wpml_parts(scenario, one, altitude, end))
-    return files

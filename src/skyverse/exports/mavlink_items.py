@@ -1,21 +1,19 @@
-"""A route as the commands of a MAVLink mission, which ``.plan`` and ``.waypoints`` files contain."""
+"""A flight plan as the commands of a MAVLink mission, which ``.plan`` and ``.waypoints`` files contain."""
 
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
+from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions
-from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.scenario import Scenario
 
-End = Literal["loiter", "land"]
+End = Literal["loiter", "land", "rtl"]
 MAVLINK_FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGround: 10}
 """MAV_FRAME_GLOBAL, MAV_FRAME_GLOBAL_RELATIVE_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT."""
 MISSION_FRAME = 2
 """MAV_FRAME_MISSION."""
-SPEED_CHANGE = 1.05
-"""A new speed is commanded where it differs from the last by more than this factor."""
 
 
 class Command(IntEnum):
@@ -23,6 +21,7 @@ class Command(IntEnum):
 
     WAYPOINT = 16
     LOITER = 17
+    RETURN = 20
     LAND = 21
     TAKEOFF = 22
     DELAY = 93
@@ -41,31 +40,33 @@ class MissionItem:
     numbers: tuple[float | None, ...]
 
 
-def mission_items(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> list[MissionItem]:
-    """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter or land."""
+def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeReference, end: End) -> list[MissionItem]:
+    """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter, land or return."""
+    route = plan.route
     wing = scenario.uavs[route.uav].fixed_wing
-    at = global_positions(scenario, route.uav, route.points, reference)
+    at = global_positions(scenario, route.uav, route.waypoints, reference)
     where, frame = at.rows, MAVLINK_FRAMES[at.kind]
     made = []
 
     def add(command: Command, frame: int, *numbers: float | None) -> None:
         made.append(MissionItem(command, frame, numbers))
 
-    if route.times[0] > 0:
-        add(Command.DELAY, MISSION_FRAME, round(float(route.times[0]), 3), -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
-    first = 1 if route.takeoff else 0
+    if plan.delay > 0:
+        add(Command.DELAY, MISSION_FRAME, plan.delay, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
     pitch = wing.climb if wing is not None else 0.0
-    add(Command.TAKEOFF, frame, pitch, 0.0, 0.0, None, *where[first])
+    add(Command.TAKEOFF, frame, pitch, 0.0, 0.0, None, *where[0])
     said = 0.0
-    for k in range(first + 1, len(where)):
-        speed = max(float(route.speeds[k - 1]), 0.1)
-        if not said / SPEED_CHANGE <= speed <= said * SPEED_CHANGE:
+    for k, speed in enumerate(plan.speeds.tolist(), 1):
+        if speed != said:
             kind = 0.0 if wing is not None else 1.0  # airspeed for an aeroplane, ground speed otherwise
-            add(Command.SPEED, MISSION_FRAME, kind, round(speed, 3), -1.0, 0.0, 0.0, 0.0, 0.0)
+            add(Command.SPEED, MISSION_FRAME, kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0)
             said = speed
-        add(Command.WAYPOINT, frame, round(float(route.holds[k]), 3), route.radius, 0.0, None, *where[k])
+        add(Command.WAYPOINT, frame, round(float(route.waypoint_holds[k]), 3), route.radius, 0.0, None, *where[k])
     if end == "land":
-        add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, None, *where[-1][:2], 0.0)
+        (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home").rows
+        add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, None, *below)
+    elif end == "rtl":
+        add(Command.RETURN, MISSION_FRAME, *(0.0 for _ in range(7)))
     else:
         around = wing.turn_radius if wing is not None else 0.0
         yaw = 0.0 if at.kind is AboveGround else None  # ArduPilot, which flies such missions, needs a number here

@@ -7,9 +7,9 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.shape_geometry import extent, footprint
+from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
-from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
@@ -17,27 +17,29 @@ from skyverse.model.shapes import Box, Cylinder, Prism
 
 QGC_ALTITUDE_MODES: dict[type[Altitude], int] = {AboveHome: 1, AboveSea: 2, AboveGround: 4}
 """QGroundControl's numbers for the references of altitudes."""
-PX4, ARDUPILOT = 12, 3
+FIRMWARE = {"px4": 12, "ardupilot": 3}
+"""MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
 
 
-def plan_text(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> str:
+def plan_text(scenario: Scenario, flight: FlightPlan, reference: AltitudeReference, end: End) -> str:
     """Return a ``.plan`` file."""
+    route = flight.route
     vehicle = scenario.uavs[route.uav]
     mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], reference).kind]
     position = home_on_globe(scenario, route.uav)
     wing = vehicle.fixed_wing
-    speed = wing.speed if wing is not None else max(float(np.median(route.speeds)), 0.1)
+    speed = wing.speed if wing is not None else float(np.median(flight.speeds))
     mission = {
         "cruiseSpeed": wing.speed if wing is not None else vehicle.max_speed,
-        "firmwareType": ARDUPILOT if reference == "agl" else PX4,  # PX4 does not support altitudes above ground
+        "firmwareType": FIRMWARE[flight.autopilot.name],
         "globalPlanAltitudeMode": mode,
         "hoverSpeed": speed,
-        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(scenario, route, reference, end), 1)],
+        "items": [_item(k, item, mode) for k, item in enumerate(mission_items(scenario, flight, reference, end), 1)],
         "plannedHomePosition": position,
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
-    first = global_positions(scenario, route.uav, route.points[1 if route.takeoff else 0][None], "home")
+    first = global_positions(scenario, route.uav, route.waypoints[:1], "home")
     rally = [*position[:2], max(float(first.altitude[0]), 3.0)]
     plan = {
         "fileType": "Plan",

@@ -12,7 +12,7 @@ from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MIN_LEG_DURATION, SAME_PLACE
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 
 MIN_ACCEPTANCE_RADIUS = 0.05
 """Metres: autopilots accept no smaller acceptance radius."""
@@ -33,7 +33,8 @@ class Route:
     points
         (n, 3) metres. The first is the start; with a takeoff the second lies vertically above it.
     times
-        (n,) seconds into the mission at which the UAV arrives: those of the trajectory plus all stops before.
+        (n,) seconds into the mission at which the UAV arrives: those of the trajectory plus all stops before. The
+        take-off ends when the trajectory begins.
     radius
         The acceptance radius with which the route is proven, metres; 0 where the UAV stops at every waypoint.
     takeoff
@@ -43,6 +44,8 @@ class Route:
         rise and fall of the ground.
     holds
         (n,) seconds that the UAV stops at each waypoint; above 0 where the corner must not be cut.
+    bends
+        (m - 1,) metres: how far each flown leg between two of the `waypoints` may be off the straight line.
     """
 
     uav: int
@@ -52,12 +55,22 @@ class Route:
     takeoff: float
     off: float
     holds: Floats
+    bends: Floats
 
     @property
-    def speeds(self) -> Floats:
-        """(n - 1,) m/s along the legs."""
-        along = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
-        return along / np.maximum(np.diff(self.times) - self.holds[:-1], MIN_LEG_DURATION)
+    def waypoints(self) -> Floats:
+        """(m, 3) metres: the points without the start where the UAV first climbs above it."""
+        return self.points[1:] if self.takeoff else self.points
+
+    @property
+    def waypoint_times(self) -> Floats:
+        """(m,) seconds: when the UAV arrives at the waypoints."""
+        return self.times[1:] if self.takeoff else self.times
+
+    @property
+    def waypoint_holds(self) -> Floats:
+        """(m,) seconds that the UAV stops at the waypoints."""
+        return self.holds[1:] if self.takeoff else self.holds
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
@@ -148,6 +161,7 @@ def _made(
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
     # the takeoff does not count as a deviation
     ends = [(0, curve[0]), *found[1:]]
+    bends = np.array([legs.apart(p, q) for p, q in pairwise(points)])
     off = max(
         float(distances_to_segment(curve[a : b + 1], p, q).max()) + legs.apart(p, q)
         for (a, p), (b, q) in pairwise(ends)
@@ -157,9 +171,8 @@ def _made(
     if climb:
         holds = np.r_[0.0, holds]
         points = np.concatenate([curve[:1], points])
-        pace = np.linalg.norm(points[2] - points[1]) / max(times[1] - times[0], MIN_LEG_DURATION)
-        times = np.concatenate([times[:1], times + climb / max(pace, 0.5)])
-    return Route(uav, points, times, radius, climb, off, holds)
+        times = np.concatenate([times[:1], times])
+    return Route(uav, points, times, radius, climb, off, holds, bends)
 
 
 def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:

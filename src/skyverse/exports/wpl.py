@@ -2,18 +2,18 @@
 
 import math
 
+from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, home_on_globe
 from skyverse.exports.mavlink_items import MAVLINK_FRAMES, Command, End, MissionItem, mission_items
-from skyverse.exports.route import Route
 from skyverse.model.altitude import AboveSea
 from skyverse.model.scenario import Scenario
 
 
-def waypoints_text(scenario: Scenario, route: Route, reference: AltitudeReference, end: End) -> str:
+def waypoints_text(scenario: Scenario, plan: FlightPlan, reference: AltitudeReference, end: End) -> str:
     """Return a ``.waypoints`` file: line 0 is home, above mean sea level."""
-    first = (0.0, 0.0, 0.0, 0.0, *home_on_globe(scenario, route.uav))
+    first = (0.0, 0.0, 0.0, 0.0, *home_on_globe(scenario, plan.route.uav))
     rows = [_row(0, 1, MAVLINK_FRAMES[AboveSea], Command.WAYPOINT, first)]
-    rows += [_item(k, item) for k, item in enumerate(mission_items(scenario, route, reference, end), 1)]
+    rows += [_item(k, item) for k, item in enumerate(mission_items(scenario, plan, reference, end), 1)]
     return "\n".join(["QGC WPL 110", *rows]) + "\n"
 
 

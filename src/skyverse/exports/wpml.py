@@ -1,37 +1,69 @@
 """DJI's waylines (WPML 1.0.2): a .kmz with a template for the editor and waylines for the drone."""
 
+from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
 from skyverse.exports.kml import KML
-from skyverse.exports.route import Route
+from skyverse.exports.mavlink_items import End
 from skyverse.exports.xml_text import add_texts, document_text
 from skyverse.model.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
-MAX_WAYLINE_SPEED = 15.0
-"""m/s: the highest speed of a wayline."""
+SECURITY_HEIGHTS = (1.2, 1500.0)
+"""Metres above the place of take-off: the least and the greatest height to which a wayline can tell a UAV to rise."""
+FINISH_ACTIONS = {"loiter": "noAction", "land": "autoLand", "rtl": "goHome"}
 STOP_AT_WAYPOINT = "toPointAndStopWithDiscontinuityCurvature"
 DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
 """A Mavic 3E and its camera; DJI's app lets the pilot choose another drone."""
 
 
-def wpml_parts(scenario: Scenario, route: Route, reference: AltitudeReference, end: str) -> dict[str, str]:
-    """Return the texts of the files in the archive, by name."""
-    vehicle = scenario.uavs[route.uav]
+@dataclass(frozen=True)
+class _Wayline:
+    """A part of a flight plan that fits into one file: its waypoints, and how the file begins and ends."""
+
+    scenario: Scenario
+    plan: FlightPlan
+    part: range
+    reference: AltitudeReference
+    end: str
+
+    @property
+    def uav(self) -> int:
+        """The index of the UAV."""
+        return self.plan.route.uav
+
+    @property
+    def points(self) -> Floats:
+        """(m, 3) metres: its waypoints."""
+        return self.plan.waypoints[self.part]
+
+    @property
+    def speeds(self) -> list[float]:
+        """The speed after each waypoint, m/s; after the last it is that before it."""
+        speeds = self.plan.speeds[self.part[0] : self.part[-1]].tolist()
+        return [*speeds, speeds[-1]]
+
+
+def wpml_parts(
+    scenario: Scenario, plan: FlightPlan, part: range, reference: AltitudeReference, end: End
+) -> dict[str, str]:
+    """Return the texts of the files in the archive, by name, for a part of a plan's waypoints."""
+    vehicle = scenario.uavs[plan.route.uav]
     if vehicle.fixed_wing is not None:
         raise InputError(f"{vehicle.name}: DJI's waylines are for multirotors, and it is an aeroplane")
     if reference == "amsl":
         geoid_of(scenario, "DJI's waylines, above the sea")
-    return {
-        "wpmz/template.kml": _template(scenario, route, reference, end),
-        "wpmz/waylines.wpml": _waylines(scenario, route, reference, end),
-    }
+    last = part[-1] == len(plan.waypoints) - 1
+    wayline = _Wayline(scenario, plan, part, reference, end if last else "loiter")
+    return {"wpmz/template.kml": _template(wayline), "wpmz/waylines.wpml": _waylines(wayline)}
 
 
 def _document() -> tuple[ET.Element, ET.Element]:
@@ -39,27 +71,29 @@ def _document() -> tuple[ET.Element, ET.Element]:
     return root, ET.SubElement(root, "Document")
 
 
-def _config(document: ET.Element, route: Route, end: str) -> None:
+def _config(document: ET.Element, wayline: _Wayline) -> None:
     config = ET.SubElement(document, "wpml:missionConfig")
-    _add(config, flyToWaylineMode="safely", finishAction="autoLand" if end == "land" else "noAction")
+    _add(config, flyToWaylineMode="safely", finishAction=FINISH_ACTIONS[wayline.end])
     _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="hover")
-    _add(config, takeOffSecurityHeight="2", globalTransitionalSpeed=_number(_speeds(route)[0]))
+    rise = float(np.clip(wayline.plan.waypoints[0][2] - wayline.plan.home[2], *SECURITY_HEIGHTS))
+    _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(wayline.speeds[0]))
     drone = ET.SubElement(config, "wpml:droneInfo")
     _add(drone, droneEnumValue=DJI_DRONE[0], droneSubEnumValue=DJI_DRONE[1])
     payload = ET.SubElement(config, "wpml:payloadInfo")
     _add(payload, payloadEnumValue=DJI_PAYLOAD[0], payloadSubEnumValue=DJI_PAYLOAD[1], payloadPositionIndex="0")
 
 
-def _template(scenario: Scenario, route: Route, reference: AltitudeReference, end: str) -> str:
+def _template(wayline: _Wayline) -> str:
+    scenario, reference = wayline.scenario, wayline.reference
     root, document = _document()
     _add(document, author="skyverse", createTime="0", updateTime="0")
-    _config(document, route, end)
+    _config(document, wayline)
     folder = ET.SubElement(document, "Folder")
     _add(folder, templateType="waypoint", templateId="0")
     system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
     _add(system, coordinateMode="WGS84", heightMode=TEMPLATE_HEIGHTS[reference], positioningType="GPS")
-    speeds = _speeds(route)
-    at = global_positions(scenario, route.uav, route.points, reference)
+    speeds = wayline.speeds
+    at = global_positions(scenario, wayline.uav, wayline.points, reference)
     _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
     _add(folder, globalHeight=_number(float(at.altitude[0])))
     heading = ET.SubElement(folder, "wpml:globalWaypointHeadingParam")
@@ -76,14 +110,15 @@ def _template(scenario: Scenario, route: Route, reference: AltitudeReference, en
     return document_text(root)
 
 
-def _waylines(scenario: Scenario, route: Route, reference: AltitudeReference, end: str) -> str:
+def _waylines(wayline: _Wayline) -> str:
+    scenario, reference = wayline.scenario, wayline.reference
     root, document = _document()
-    _config(document, route, end)
+    _config(document, wayline)
     folder = ET.SubElement(document, "Folder")
-    speeds = _speeds(route)
+    speeds = wayline.speeds
     _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[reference], waylineId="0")
     _add(folder, autoFlightSpeed=_number(max(speeds)))
-    at = global_positions(scenario, route.uav, route.points, reference)
+    at = global_positions(scenario, wayline.uav, wayline.points, reference)
     heights = at.altitude + (geoid_of(scenario, "waylines") if reference == "amsl" else 0.0)
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
@@ -93,8 +128,8 @@ def _waylines(scenario: Scenario, route: Route, reference: AltitudeReference, en
         turn = ET.SubElement(mark, "wpml:waypointTurnParam")
         _add(turn, waypointTurnMode=STOP_AT_WAYPOINT, waypointTurnDampingDist="0")
         _add(mark, useStraightLine="1")
-        if k == 0 and route.times[0] > 0:
-            _hover(mark, float(route.times[0]))
+        if k == wayline.part[0] == 0 and wayline.plan.hover > 0:
+            _hover(mark, wayline.plan.hover)
     return document_text(root)
 
 
@@ -113,12 +148,6 @@ def _placemark(folder: ET.Element, longitude: float, latitude: float, index: int
     ET.SubElement(ET.SubElement(mark, "Point"), "coordinates").text = f"{longitude:.10f},{latitude:.10f}"
     _add(mark, index=str(index))
     return mark
-
-
-def _speeds(route: Route) -> list[float]:
-    """Return the speed after each waypoint, m/s."""
-    speeds = np.clip(route.speeds, 0.1, MAX_WAYLINE_SPEED)
-    return [*speeds.tolist(), float(speeds[-1])]
 
 
 def _add(parent: ET.Element, **values: str) -> None:

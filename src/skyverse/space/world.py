@@ -205,12 +205,15 @@ class World:
         """Tell for each of (m, 3) points in metres whether it is safe; (m,) booleans."""
         return _points_free(self.space, _rows(points))
 
-    def segments_free(self, starts: ArrayLike, ends: ArrayLike) -> NDArray[np.bool_]:
-        """Tell for each of m segments between (m, 3) and (m, 3) whether all of it is safe; (m,) booleans."""
+    def segments_free(self, starts: ArrayLike, ends: ArrayLike, *, margin: float = 0.0) -> NDArray[np.bool_]:
+        """Tell for each of m segments between (m, 3) and (m, 3) whether all of it is safe; (m,) booleans.
+
+        `margin` is added to the clearance from obstacles and from the ground, metres.
+        """
         a, b = _rows(starts), _rows(ends)
         if len(a) != len(b):
             raise ValueError(f"as many ends as starts are needed, got {len(b)} ends and {len(a)} starts")
-        return _segments_free(self.space, a, b)
+        return _segments_free(with_margin(self.space, margin) if margin else self.space, a, b)
 
     def distance(self, points: ArrayLike) -> Floats:
         """Return for each of (m, 3) points the metres to the nearest obstacle, or above ground if that is less.

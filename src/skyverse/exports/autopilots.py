@@ -1,0 +1,100 @@
+"""What is known of the autopilots that fly exported waypoints: PX4, ArduPilot Copter and DJI's.
+
+The rates of PX4 and ArduPilot are the defaults of the named parameters; an export writes them into a parameter file, so
+that they hold. DJI documents none for waylines, and its file cannot set any: there they are assumptions.
+"""
+
+import math
+from typing import Literal, NamedTuple
+
+from skyverse.errors import InputError
+from skyverse.exports.global_positions import AltitudeReference
+from skyverse.model.uav import UAV
+
+AutopilotName = Literal["px4", "ardupilot", "dji"]
+
+
+class Rates(NamedTuple):
+    """How fast an autopilot flies where the mission does not say.
+
+    Attributes
+    ----------
+    takeoff, climb, descent
+        m/s: of the first climb, and up and down on legs.
+    acceleration
+        m/s^2: horizontally, to start and to stop.
+    """
+
+    takeoff: float
+    climb: float
+    descent: float
+    acceleration: float
+
+
+class Autopilot(NamedTuple):
+    """One kind of autopilot.
+
+    Attributes
+    ----------
+    name, title
+        What options and sentences call it.
+    rates
+        Its rates where the UAV states none.
+    stops
+        Whether it stops at every waypoint, and so cuts no corner.
+    waits_above
+        Whether a UAV that departs later waits at its first waypoint, because the file cannot tell it to wait below.
+    max_speed
+        The highest speed that may be commanded, m/s.
+    max_waypoints
+        The largest number of waypoints that one file may have.
+    """
+
+    name: AutopilotName
+    title: str
+    rates: Rates
+    stops: bool
+    waits_above: bool
+    max_speed: float
+    max_waypoints: int
+
+
+AUTOPILOTS: dict[AutopilotName, Autopilot] = {
+    # MPC_TKO_SPEED, MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_ACC_HOR
+    "px4": Autopilot("px4", "PX4", Rates(1.5, 3.0, 1.5, 3.0), False, False, math.inf, 700),
+    # WPNAV_SPEED_UP for takeoff and climb, WPNAV_SPEED_DN, WPNAV_ACCEL
+    "ardupilot": Autopilot("ardupilot", "ArduPilot", Rates(2.5, 2.5, 1.5, 2.5), False, False, math.inf, 700),
+    "dji": Autopilot("dji", "DJI", Rates(3.0, 3.0, 2.0, 2.5), True, True, 15.0, 99),
+}
+
+
+def autopilot_for(suffix: str, altitude: AltitudeReference, asked: AutopilotName | None) -> Autopilot:
+    """Return the autopilot that a file is for; raise `InputError` if the format is not for the one that is asked for.
+
+    Without a wish ``.plan`` is for PX4, but with altitudes above ground, which PX4 rejects, it is for ArduPilot.
+    """
+    if suffix == ".wpml.kmz":
+        allowed: tuple[AutopilotName, ...] = ("dji",)
+    elif altitude == "agl":
+        allowed = ("ardupilot",)
+    else:
+        allowed = ("px4", "ardupilot") if suffix == ".plan" else ("ardupilot", "px4")
+    name = asked or allowed[0]
+    if name not in allowed:
+        above = " with altitudes above ground" if altitude == "agl" and suffix != ".wpml.kmz" else ""
+        raise InputError(f"{suffix}{above}: expected an autopilot from {', '.join(allowed)}, found {name!r}")
+    return AUTOPILOTS[name]
+
+
+def rates_of(vehicle: UAV, autopilot: Autopilot) -> Rates:
+    """Return the rates of a UAV under an autopilot: no faster than the UAV itself climbs and descends.
+
+    An aeroplane does not stop, and its climb is limited by its angle: for it, all rates are infinite.
+    """
+    if vehicle.fixed_wing is not None:
+        return Rates(math.inf, math.inf, math.inf, math.inf)
+    usual = autopilot.rates
+    climb = usual.climb if vehicle.max_climb is None else vehicle.max_climb
+    descent = usual.descent if vehicle.max_descent is None else vehicle.max_descent
+    takeoff = climb if usual.takeoff == usual.climb else min(usual.takeoff, climb)
+    return Rates(takeoff, climb, descent, min(usual.acceleration, vehicle.max_acceleration))

@@ -1,0 +1,208 @@
+"""What a file tells one autopilot: when to take off, how fast to fly each leg, how to end; and the flight that follows.
+
+The flight is kinematic: a vertical take-off at the autopilot's climb rate, legs at the commanded speed or as fast as it
+climbs and descends, corners cut within the acceptance radius, and a constant acceleration wherever it starts or stops.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.exports.autopilot_leg_clearance import towards
+from skyverse.exports.autopilots import Autopilot, Rates, rates_of
+from skyverse.exports.route import Route
+from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import MIN_LEG_DURATION, SAME_PLACE
+
+MIN_SPEED = 0.1
+"""m/s: no slower speed is commanded."""
+SPEED_CHANGE = 1.01
+"""A new speed is commanded where it differs from the last by more than this factor."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlightPlan:
+    """One UAV's mission, as a file tells it to an autopilot.
+
+    Attributes
+    ----------
+    route
+        The waypoints.
+    autopilot, rates
+        The autopilot that the file is for, and how fast it climbs, descends, starts and stops.
+    home
+        (3,) metres: where the UAV stands before it takes off.
+    delay
+        Seconds that it waits there.
+    hover
+        Seconds that it waits at the first waypoint instead, where a file cannot tell its autopilot to wait below.
+    speeds
+        (m,) m/s: the commanded speed of each of the m legs after the take-off.
+    ending
+        (k, 3) metres: where it flies after the last waypoint, to land there or at home; empty where it stays.
+    """
+
+    route: Route
+    autopilot: Autopilot
+    rates: Rates
+    home: Floats
+    delay: float
+    hover: float
+    speeds: Floats
+    ending: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+
+    @property
+    def waypoints(self) -> Floats:
+        """(m + 1, 3) metres: the end of the take-off, and the waypoints after it."""
+        return self.route.waypoints
+
+    @property
+    def parts(self) -> list[range]:
+        """The waypoints of each file: all in one, or as many as one takes, each beginning where the last one ended."""
+        count, most = len(self.waypoints), self.autopilot.max_waypoints
+        starts = range(0, max(count - 1, 1), most - 1)
+        return [range(start, min(start + most, count)) for start in starts]
+
+    @property
+    def breaks(self) -> set[int]:
+        """The waypoints at which a file ends that is not the last: the UAV waits there for the start of the next."""
+        return {part[-1] for part in self.parts[:-1]}
+
+    @property
+    def full_stops(self) -> Floats:
+        """(m + 1,) 1 where the UAV is at rest at a waypoint, else 0."""
+        stops = np.array(self.route.waypoint_holds > 0, dtype=np.float64)
+        if self.autopilot.stops:
+            stops[:] = 1.0
+        stops[[0, -1]] = 1.0
+        return stops
+
+    def predicted(self) -> Trajectory:
+        """Return the flight from the end of the wait to the end of the mission."""
+        made = _Motion(self.home, self.delay)
+        waypoints, stops, holds = self.waypoints, self.full_stops, self.route.waypoint_holds
+        made.fly(waypoints[0], self.rates.takeoff, np.inf, 0.0)
+        made.wait(self.hover)
+        for k, (to, speed) in enumerate(zip(turning_points(self.route, stops), self.speeds, strict=True), 1):
+            pace = attainable_speed(made.at, to, float(speed), self.rates)
+            made.fly(to, pace, self.rates.acceleration, stops[k - 1], stops[k])
+            made.wait(float(holds[k]))
+        for to in self.ending:
+            made.fly(to, attainable_speed(made.at, to, float(self.speeds[-1]), self.rates), np.inf, 0.0)
+        return made.trajectory()
+
+
+class _Motion:
+    """A trajectory that grows leg by leg."""
+
+    def __init__(self, at: Floats, begin: float) -> None:
+        self.at, self.knots, self.rows = at, [begin], [np.zeros((0, 3, 3))]
+
+    def wait(self, seconds: float) -> None:
+        """Stay for some seconds."""
+        if seconds > 0:
+            self._add(np.zeros(3), 0.0, 0.0, seconds)
+
+    def fly(self, to: Floats, pace: float, acceleration: float, *stops: float) -> None:
+        """Fly straight to a place at a pace, m/s; `stops` tells whether it is at rest at the start and at the end."""
+        way = to - self.at
+        length = float(np.linalg.norm(way))
+        if length < SAME_PLACE:
+            return
+        start, stop = (*stops, 0.0)[:2]
+        ends = start + stop
+        pace = min(pace, np.sqrt(2 * length * acceleration / ends)) if ends else pace
+        ramp = pace / acceleration if ends else 0.0
+        ahead = way / length
+        if start:
+            self._add(ahead, 0.0, acceleration, ramp)
+        self._add(ahead, pace, 0.0, (length - ends * pace * ramp / 2) / pace)
+        if stop:
+            self._add(ahead, pace, -acceleration, ramp)
+        self.at = to
+
+    def _add(self, ahead: Floats, pace: float, acceleration: float, seconds: float) -> None:
+        if seconds <= MIN_LEG_DURATION:
+            return
+        self.rows.append(np.array([[self.at, pace * ahead, acceleration / 2 * ahead]]))
+        self.knots.append(self.knots[-1] + seconds)
+        self.at = self.at + (pace * seconds + acceleration / 2 * seconds**2) * ahead
+
+    def trajectory(self) -> Trajectory:
+        """Return what was added."""
+        self.wait(1.0 if len(self.knots) == 1 else 0.0)
+        return Trajectory(np.array(self.knots), np.concatenate(self.rows))
+
+
+def flight_plans(
+    scenario: Scenario, flown: Sequence[Route], autopilot: Autopilot, homes: Sequence[Floats]
+) -> list[FlightPlan]:
+    """Return the flight plan of each route, all on one schedule.
+
+    Every UAV is at the end of its take-off when its trajectory begins, all of them later by as much as the longest
+    take-off needs; from there its speeds make it arrive at each waypoint when the trajectory does, as far as its limits
+    allow.
+
+    Parameters
+    ----------
+    scenario, flown, autopilot
+        What was given, the routes, and the autopilot that flies them.
+    homes
+        Where each of the UAVs stands before it takes off, (3,) metres each.
+    """
+    rates = [rates_of(scenario.uavs[one.uav], autopilot) for one in flown]
+    climbs = [
+        float(np.linalg.norm(one.waypoints[0] - home)) / rate.takeoff
+        for one, rate, home in zip(flown, rates, homes, strict=True)
+    ]
+    late = max((climb - float(one.times[0]) for one, climb in zip(flown, climbs, strict=True)), default=0.0)
+    made = []
+    for one, rate, home, climb in zip(flown, rates, homes, climbs, strict=True):
+        delay = round(max(max(late, 0.0) + float(one.times[0]) - climb, 0.0), 3)
+        wait = (0.0, delay) if autopilot.waits_above else (delay, 0.0)
+        limit = scenario.uavs[one.uav].max_speed
+        limit = min(limit, autopilot.max_speed)
+        wing = scenario.uavs[one.uav].fixed_wing
+        blank = FlightPlan(one, autopilot, rate, home, *wait, np.ones(len(one.waypoints) - 1))
+        speeds = _speeds(blank, limit) if wing is None else np.full(len(blank.speeds), wing.speed)
+        made.append(replace(blank, speeds=speeds))
+    return made
+
+
+def turning_points(route: Route, stops: Floats) -> Floats:
+    """Return where an autopilot turns to the next leg, (m, 3) metres, for each waypoint after the take-off."""
+    found = [route.waypoints[0]]
+    for k, waypoint in enumerate(route.waypoints[1:], 1):
+        reach = 0.0 if stops[k] else route.radius
+        found.append(waypoint + towards(found[-1] - waypoint, reach))
+    return np.array(found[1:])
+
+
+def attainable_speed(a: Floats, b: Floats, speed: float, rates: Rates) -> float:
+    """Return the speed along a leg, m/s: what is commanded, or less where that climbs or descends too fast."""
+    length, up = float(np.linalg.norm(b - a)), float(b[2] - a[2])
+    limit = rates.climb if up > 0 else rates.descent
+    return min(speed, limit * length / abs(up)) if up else speed
+
+
+def _speeds(plan: FlightPlan, limit: float) -> Floats:
+    """Return the commanded speeds by which a UAV keeps to the times of its route, as far as it can."""
+    route, stops = plan.route, plan.full_stops
+    places = np.concatenate([route.waypoints[:1], turning_points(route, stops)])
+    lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    seconds = np.maximum(np.diff(route.waypoint_times) - route.waypoint_holds[:-1], MIN_LEG_DURATION)
+    ends = stops[:-1] + stops[1:]
+    acceleration = plan.rates.acceleration
+    speeds: list[float] = []
+    for length, time, stopped in zip(lengths, seconds, ends, strict=True):
+        wanted = length / time
+        if stopped:  # solve time = length / speed + stopped * speed / (2 * acceleration), the slower solution
+            root = max(time**2 - 2 * stopped * length / acceleration, 0.0)
+            wanted = (time - np.sqrt(root)) * acceleration / stopped
+        speed = round(float(np.clip(wanted, MIN_SPEED, max(limit, MIN_SPEED))), 3)
+        kept = speeds and speeds[-1] / SPEED_CHANGE <= speed <= speeds[-1] * SPEED_CHANGE
+        speeds.append(speeds[-1] if kept else speed)
+    return np.array(speeds)

@@ -1,0 +1,69 @@
+"""Where a UAV stands before it takes off, and where it lands: on the ground, or on the roof below."""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.global_positions import home
+from skyverse.model.polygon import is_inside
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.numerics.tolerances import LEG_ALLOWANCE
+
+
+def surface_below(scenario: Scenario, place: Floats, floor: float | None = None) -> float:
+    """Return z of what is below a place (3,): the highest roof that is not above it, or the ground; metres.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    place
+        Where the UAV is, metres.
+    floor
+        z of the ground there, if it is known better than by the terrain; without a terrain either, the ground is taken
+        to be at the lower bound.
+    """
+    x, y, z = (float(value) for value in place)
+    if floor is None:
+        floor = scenario.bounds.min[2] if scenario.terrain is None else float(scenario.terrain.height(place[:2]))
+    tops = [top for shape in scenario.obstacles for top in _tops(shape, x, y) if top <= z + LEG_ALLOWANCE]
+    return min(max([floor, *tops]), z)
+
+
+def stand(scenario: Scenario, uav: int) -> Floats:
+    """Return where a UAV stands before it takes off, (3,) metres: on its home, or on a roof above that."""
+    at = home(scenario, uav)
+    if scenario.uavs[uav].fixed_wing is not None:
+        return np.array(scenario.uavs[uav].start)  # an aeroplane is in flight there
+    at[2] = surface_below(scenario, np.array(scenario.uavs[uav].start), float(at[2]))
+    return at
+
+
+def landing_place(scenario: Scenario, plan: FlightPlan) -> Floats:
+    """Return where a UAV lands below its last waypoint, (3,) metres."""
+    place = plan.waypoints[-1].copy()
+    place[2] = surface_below(scenario, place)
+    return place
+
+
+def _tops(shape: Box | Cylinder | Sphere | Prism | Voxels, x: float, y: float) -> list[float]:
+    """Return z of the tops of a shape above a place, metres; a voxel grid may have several."""
+    if isinstance(shape, Box):
+        inside = all(low <= at <= high for low, at, high in zip(shape.min[:2], (x, y), shape.max[:2], strict=True))
+        return [shape.max[2]] if inside else []
+    if isinstance(shape, Voxels):
+        cell = [math.floor((at - low) / step) for at, low, step in zip((x, y), shape.origin, shape.step, strict=False)]
+        if not all(0 <= k < count for k, count in zip(cell, shape.occupied.shape, strict=False)):
+            return []
+        column = np.append(shape.occupied[cell[0], cell[1]], False)
+        return [shape.origin[2] + shape.step[2] * (k + 1) for k in np.flatnonzero(column[:-1] & ~column[1:]).tolist()]
+    if isinstance(shape, Prism):
+        within = is_inside((x, y), shape.vertices) and not any(is_inside((x, y), hole) for hole in shape.holes)
+        return [shape.high] if within else []
+    off = math.hypot(x - shape.centre[0], y - shape.centre[1])
+    if off > shape.radius:
+        return []
+    return [shape.high] if isinstance(shape, Cylinder) else [shape.centre[2] + math.sqrt(shape.radius**2 - off**2)]

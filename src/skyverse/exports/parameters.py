@@ -1,0 +1,61 @@
+"""Parameter files for PX4 and ArduPilot: the rates that an export's schedule counts on."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from skyverse.atomic import write_text
+from skyverse.exports.flight_plan import FlightPlan
+
+SUFFIXES = {"px4": ".params", "ardupilot": ".param"}
+REAL, WHOLE = 9, 6
+"""MAV_PARAM_TYPE_REAL32 and MAV_PARAM_TYPE_INT32, which QGroundControl's files name."""
+
+
+class Parameter(NamedTuple):
+    """One parameter: its name, its value, and whether it is a whole number."""
+
+    name: str
+    value: float
+    whole: bool = False
+
+
+def parameters(plan: FlightPlan) -> list[Parameter]:
+    """Return the parameters that make an autopilot fly as its flight plan predicts."""
+    rates = plan.rates
+    if plan.autopilot.name == "px4":
+        return [
+            Parameter("MPC_TKO_SPEED", rates.takeoff),
+            Parameter("MPC_Z_V_AUTO_UP", rates.climb),
+            Parameter("MPC_Z_V_AUTO_DN", rates.descent),
+            Parameter("MPC_ACC_HOR", rates.acceleration),
+        ]
+    # centimetres, as in ArduPilot Copter until 4.6
+    return [
+        Parameter("WPNAV_SPEED_UP", 100 * rates.climb),
+        Parameter("WPNAV_SPEED_DN", 100 * rates.descent),
+        Parameter("WPNAV_ACCEL", 100 * rates.acceleration),
+    ]
+
+
+def parameters_text(plan: FlightPlan, name: str) -> str:
+    """Return a parameter file: for PX4 as QGroundControl reads it, for ArduPilot as Mission Planner does."""
+    title = plan.autopilot.title
+    if plan.autopilot.name == "px4":
+        rows = [
+            f"1\t1\t{one.name}\t{int(one.value) if one.whole else f'{one.value:.6f}'}\t{WHOLE if one.whole else REAL}"
+            for one in parameters(plan)
+        ]
+        head = [f"# Parameters for {name}", "#", f"# Stack: {title}", "# Vehicle-Id\tComponent-Id\tName\tValue\tType"]
+    else:
+        rows = [f"{one.name},{one.value:.6g}" for one in parameters(plan)]
+        head = [f"# Parameters for {name}, {title} Copter 4.0 to 4.6"]
+    return "\n".join([*head, *rows]) + "\n"
+
+
+def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str) -> Path | None:
+    """Write the parameter file beside a mission file; return its path, or ``None`` where the autopilot takes none."""
+    if plan.autopilot.name not in SUFFIXES:
+        return None
+    beside = file.with_name(file.name[: -len(suffix)] + SUFFIXES[plan.autopilot.name])
+    write_text(beside, parameters_text(plan, name))
+    return beside

@@ -1,0 +1,160 @@
+"""Whether exported flights keep their separation, and how: in space, by timing with some tolerance, or on schedule."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import combinations
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.timing import USUAL_TOLERANCE, TimingTolerance, timed_path
+from skyverse.model.scenario import Scenario
+from skyverse.model.timed_path import TimedPath
+from skyverse.model.verdict import Certificate, Verdict, Violation
+from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.separation import judge_separation
+from skyverse.referee.timed_paths import KeptDistance, paths_apart
+
+MAX_NAMED = 6
+"""Pairs of UAVs named in one sentence; of more it says only how many."""
+
+
+class Apart(Enum):
+    """How two UAVs keep their separation when their autopilots fly what was exported; the surest first."""
+
+    SPACE = "apart in space, whatever the timing"
+    TIMING = "apart by timing"
+    SCHEDULE = "apart only on schedule"
+    CLOSE = "too close"
+
+
+@dataclass(frozen=True)
+class FleetApart:
+    """How each two UAVs of a fleet keep their separation.
+
+    Attributes
+    ----------
+    pairs
+        What is proven of each two UAVs, by their indices, the lower first.
+    tolerance
+        What `Apart.TIMING` allows for.
+    violations
+        Where UAVs are too close even on schedule.
+    """
+
+    pairs: dict[tuple[int, int], Apart]
+    tolerance: TimingTolerance
+    violations: tuple[Violation, ...]
+
+    def of(self, kind: Apart) -> list[tuple[int, int]]:
+        """Return the pairs of which this, and nothing better, is proven."""
+        return [pair for pair, found in self.pairs.items() if found is kind]
+
+    def only(self, kind: Apart) -> bool:
+        """Tell whether this is proven of every pair."""
+        return all(found is kind for found in self.pairs.values())
+
+    def certificate(self, scenario: Scenario) -> Certificate:
+        """Return what is proven of the fleet as one certificate: proven only if no pair depends on the schedule."""
+        said = " ".join(self.sentences(scenario)) or "There are no two UAVs."
+        if self.of(Apart.CLOSE):
+            if not self.violations:
+                return Certificate(Verdict.REFUTED, said)
+            worst = self.violations[0]
+            return Certificate(Verdict.REFUTED, worst.message, worst.time, worst.position)
+        return Certificate(Verdict.UNDECIDED if self.of(Apart.SCHEDULE) else Verdict.PROVEN, said)
+
+    def sentences(self, scenario: Scenario) -> list[str]:
+        """Return what is proven, one sentence for each kind that there is."""
+        return [self.sentence(scenario, kind) for kind in Apart if self.of(kind)]
+
+    def sentence(self, scenario: Scenario, kind: Apart) -> str:
+        """Return the sentence on the pairs of one kind."""
+        told = {
+            Apart.SPACE: "keep their separation whatever the timing: their paths are apart in space",
+            Apart.TIMING: f"keep it by timing, {self.tolerance.sentence()}, if they start at the same time",
+            Apart.SCHEDULE: f"keep it only on schedule, NOT {self.tolerance.sentence()}",
+            Apart.CLOSE: "come too close even on schedule",
+        }
+        return f"{_named(scenario, self.of(kind))} {told[kind]}."
+
+
+def fleet_apart(
+    scenario: Scenario, plans: Sequence[FlightPlan], tolerance: TimingTolerance = USUAL_TOLERANCE
+) -> FleetApart:
+    """Judge each two UAVs that fly exported plans.
+
+    Separation is counted with the tracking errors of both UAVs. Of the pairs whose paths are not apart in space, the
+    referee judges whether they are apart at all times that the tolerance allows, and at last on schedule.
+    """
+    paths = [timed_path(scenario, plan, tolerance) for plan in plans]
+    boxes = [_box(path) for path in paths]
+    pairs: dict[tuple[int, int], Apart] = {}
+    doubtful = []
+    for i, j in combinations(range(len(plans)), 2):
+        pair = plans[i].route.uav, plans[j].route.uav
+        keep = kept_distance(scenario, *pair)
+        if _beyond(boxes[i], boxes[j], keep) or paths_apart(paths[i], paths[j], keep, timed=False):
+            pairs[pair] = Apart.SPACE
+        elif paths_apart(paths[i], paths[j], keep, timed=True):
+            pairs[pair] = Apart.TIMING
+        else:
+            pairs[pair] = Apart.SCHEDULE
+            doubtful.append(pair)
+    violations = _on_schedule(scenario, plans, doubtful)
+    waits = {plan.route.uav for plan in plans if plan.breaks}
+    for pair in doubtful:
+        if any(set(pair) == set(violation.uavs) for violation in violations) or waits & set(pair):
+            pairs[pair] = Apart.CLOSE
+    return FleetApart(pairs, tolerance, violations)
+
+
+def kept_distance(scenario: Scenario, first: int, second: int) -> KeptDistance:
+    """Return what two UAVs must keep: of their separations the larger ones, and both tracking errors."""
+    a, b = scenario.uavs[first], scenario.uavs[second]
+    across, above = (max(pair) for pair in zip(a.ellipsoid, b.ellipsoid, strict=True))
+    errors = a.tracking_error, b.tracking_error
+    level, upright = sum(error.horizontal for error in errors), sum(error.vertical for error in errors)
+    return KeptDistance(across, above, level, upright)
+
+
+def _on_schedule(
+    scenario: Scenario, plans: Sequence[FlightPlan], pairs: list[tuple[int, int]]
+) -> tuple[Violation, ...]:
+    """Return where UAVs of some pairs come too close if all fly exactly as predicted."""
+    asked = {uav for pair in pairs for uav in pair}
+    curves: list[PolynomialCurve | None] = [None] * len(scenario.uavs)
+    uavs = list(scenario.uavs)
+    for plan in plans:
+        if plan.route.uav in asked:
+            flight = plan.predicted()
+            curves[plan.route.uav] = PolynomialCurve(flight.knots, flight.coefficients)
+            start = tuple(float(value) for value in plan.home)
+            uavs[plan.route.uav] = uavs[plan.route.uav].model_copy(update={"start": start, "home": None})
+    standing = scenario.model_copy(update={"uavs": tuple(uavs)})
+    unknown = {uav for uav, curve in enumerate(curves) if curve is None}
+    found = judge_separation(standing, [None] * len(uavs), curves, unknown).violations
+    return tuple(violation for violation in found if any(set(pair) == set(violation.uavs) for pair in pairs))
+
+
+def _box(path: TimedPath) -> tuple[Floats, Floats]:
+    off = path.deviation.max(axis=1)[:, None]
+    low, high = np.minimum(path.starts, path.ends) - off, np.maximum(path.starts, path.ends) + off
+    return low.min(axis=0), high.max(axis=0)
+
+
+def _beyond(first: tuple[Floats, Floats], second: tuple[Floats, Floats], keep: KeptDistance) -> bool:
+    """Tell whether boxes about two paths are farther apart than the separation."""
+    level, upright = keep.across + keep.error_across, keep.above + keep.error_above
+    gap = np.maximum(first[0] - second[1], second[0] - first[1])
+    return bool((gap > [level, level, upright]).any())
+
+
+def _named(scenario: Scenario, pairs: list[tuple[int, int]]) -> str:
+    """Return the names of pairs of UAVs, or only how many they are."""
+    if len(pairs) > MAX_NAMED:
+        return f"{len(pairs)} pairs of UAVs"
+    names = [" and ".join(scenario.uavs[uav].name for uav in pair) for pair in pairs]
+    return "; ".join(names)

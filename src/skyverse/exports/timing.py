@@ -1,0 +1,112 @@
+"""When a UAV may be where, if its autopilot climbs and flies faster or slower than the flight plan expects."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.exports.autopilots import Rates
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.model.scenario import Scenario
+from skyverse.model.timed_path import TimedPath
+from skyverse.numerics.tolerances import MIN_LEG_DURATION
+
+
+class TimingTolerance(NamedTuple):
+    """How far an autopilot may be off its flight plan.
+
+    Attributes
+    ----------
+    slowest_climb, fastest_climb
+        m/s: of take-offs, and up and down on legs.
+    speed
+        The share by which its speed may be off the commanded one.
+    """
+
+    slowest_climb: float = 1.0
+    fastest_climb: float = 5.0
+    speed: float = 0.1
+
+    def sentence(self) -> str:
+        """Return in words what is allowed."""
+        return f"at {self.slowest_climb:g} to {self.fastest_climb:g} m/s up and down and {self.speed:.0%} off any speed"
+
+
+USUAL_TOLERANCE = TimingTolerance()
+"""What an export allows for."""
+
+
+def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance = USUAL_TOLERANCE) -> TimedPath:
+    """Return the path of a flight plan with the earliest and the latest time at which the UAV may be where.
+
+    At the earliest it cuts every corner and nowhere slows down; at the latest it flies to every waypoint and stops.
+    From the end of a file that is not the last of its UAV it may leave at any later time.
+    """
+    route, waypoints, holds = plan.route, plan.waypoints, plan.route.waypoint_holds
+    wing = scenario.uavs[route.uav].fixed_wing
+    made = _Pieces()
+    made.add(plan.home, plan.home, 0.0, 0.0, 0.0, plan.delay)
+    early = late = plan.delay
+    height = float(np.linalg.norm(waypoints[0] - plan.home))
+    swift, slow = height / tolerance.fastest_climb, height / tolerance.slowest_climb
+    made.add(plan.home, waypoints[0], early, early + swift, late, late + slow)
+    early, late, turned = early + swift, late + slow, 0.0
+    made.add(waypoints[0], waypoints[0], early, early + plan.hover, late, late + plan.hover)
+    early, late = early + plan.hover, late + plan.hover
+    for k, speed in enumerate(plan.speeds, 1):
+        a, b = waypoints[k - 1], waypoints[k]
+        reach = 0.0 if plan.full_stops[k] else route.radius
+        swift, slow = leg_seconds(a, b, float(speed), plan.rates, tolerance)
+        length = float(np.linalg.norm(b - a))
+        least = swift * max(length - turned, 0.0) / length if length else 0.0
+        braking = min(float(speed) * (1 + tolerance.speed) / plan.rates.acceleration, slow)
+        bend = float(route.bends[k - 1])
+        made.add(a, b, early, early + least, late + braking, late + slow, turned + bend, bend)
+        early += swift * max(length - turned - reach, 0.0) / length if length else 0.0
+        late += slow
+        if k in plan.breaks:
+            late = np.inf
+        if holds[k] > 0 or k in plan.breaks:
+            made.add(b, b, early, early + float(holds[k]), late, late + float(holds[k]), reach)
+            early, late = early + float(holds[k]), late + float(holds[k])
+        turned = reach
+    at = waypoints[-1]
+    for to in plan.ending:
+        speed = scenario.uavs[route.uav].max_speed
+        swift, slow = leg_seconds(at, to, speed, plan.rates, tolerance)
+        made.add(at, to, early, early + swift, late, np.inf)
+        at, early, late = to, early + swift, np.inf
+    circle = wing.turn_radius if wing is not None else 0.0
+    made.add(at, at, early, early, np.inf, np.inf, 2 * circle, 2 * circle)
+    return made.path()
+
+
+def leg_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: TimingTolerance) -> tuple[float, float]:
+    """Return the least and the most seconds that a leg can take.
+
+    Autopilots differ in whether the commanded speed is that over ground or that along the leg, so the least time counts
+    the former and the most the latter, with a full stop at both ends. An aeroplane, whose rates are infinite, climbs as
+    fast as it flies.
+    """
+    way = b - a
+    level, up, length = float(np.hypot(*way[:2])), abs(float(way[2])), float(np.linalg.norm(way))
+    swift, slow = level / (speed * (1 + tolerance.speed)), length / (speed * (1 - tolerance.speed))
+    if np.isfinite(rates.climb):
+        swift, slow = max(swift, up / tolerance.fastest_climb), max(slow, up / tolerance.slowest_climb)
+    return max(swift, MIN_LEG_DURATION), slow + speed * (1 + tolerance.speed) / rates.acceleration
+
+
+class _Pieces:
+    """The pieces of a timed path, one added after another."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[Floats, Floats, tuple[float, ...]]] = []
+
+    def add(self, a: Floats, b: Floats, *numbers: float) -> None:
+        """Add a piece: the earliest times at both ends, the latest, and how far it may be off at the start and end."""
+        self.rows.append((a, b, (*numbers, 0.0, 0.0)[:6]))
+
+    def path(self) -> TimedPath:
+        """Return what was added."""
+        starts, ends, numbers = (np.array(column) for column in zip(*self.rows, strict=True))
+        return TimedPath(starts, ends, numbers[:, :2], numbers[:, 2:4], numbers[:, 4:])

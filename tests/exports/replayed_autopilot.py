@@ -1,0 +1,113 @@
+"""An autopilot that flies exported files, read from their text: small steps of time, and no code of the exporter."""
+
+import json
+import re
+import zipfile
+from dataclasses import dataclass, field
+
+import numpy as np
+from handmade_exports import local
+
+STEP = 0.02
+
+
+@dataclass
+class Orders:
+    """What a file tells an autopilot: places in local metres, in order, with speeds, radii and seconds to stay."""
+
+    home: np.ndarray
+    delay: float = 0.0
+    places: list = field(default_factory=list)
+    speeds: list = field(default_factory=list)
+    radii: list = field(default_factory=list)
+    stays: list = field(default_factory=list)
+    stops: bool = False
+    land: float | None = None
+
+
+def of_commands(origin, home, rows, sea):
+    """Orders from (command, p1, p2, latitude, longitude, altitude) of MAVLink; `sea` is added to altitudes."""
+    made, speed = Orders(local(origin, *[[v] for v in home])[0]), 5.0
+    for command, p1, p2, latitude, longitude, altitude in rows:
+        if command == 93:
+            made.delay = p1
+        elif command == 178:
+            speed = p2
+        elif command in (16, 22):
+            place = local(origin, [latitude], [longitude], [altitude + sea])[0]
+            made.places.append(place)
+            made.speeds.append(speed)
+            made.radii.append(p2 if command == 16 and p1 == 0 else 0.0)
+            made.stays.append(p1 if command == 16 else 0.0)
+        elif command == 21:
+            made.land = altitude + home[2] - origin.altitude
+    return made
+
+
+def read_waypoints(text, origin, sea=None):
+    rows = [line.split("\t") for line in text.splitlines()[1:]]
+    home = tuple(map(float, rows[0][8:11]))
+    above = home[2] if rows[1:] and {row[2] for row in rows[1:]} & {"3"} and sea is None else 0.0
+    commands = [(int(r[3]), float(r[4]), float(r[5]), *map(float, r[8:11])) for r in rows[1:]]
+    return of_commands(origin, home, commands, above)
+
+
+def read_plan(text, origin):
+    mission = json.loads(text)["mission"]
+    home = mission["plannedHomePosition"]
+    above = home[2] if mission["globalPlanAltitudeMode"] == 1 else 0.0
+    rows = [(i["command"], *i["params"][:2], *i["params"][4:]) for i in mission["items"]]
+    return of_commands(origin, home, rows, above)
+
+
+def read_wpml(path, origin, home, above):
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read("wpmz/waylines.wpml").decode()
+    made = Orders(np.array(home), stops=True)
+    for mark in text.split("<Placemark>")[1:]:
+        longitude, latitude = map(float, re.search(r"<coordinates>(.*?)<", mark)[1].split(","))
+        height = float(re.search(r"executeHeight>(.*?)<", mark)[1])
+        made.places.append(local(origin, [latitude], [longitude], [height + above])[0])
+        made.speeds.append(float(re.search(r"waypointSpeed>(.*?)<", mark)[1]))
+        hover = re.search(r"hoverTime>(.*?)<", mark)
+        made.stays.append(float(hover[1]) if hover else 0.0)
+        made.radii.append(0.0)
+    made.speeds = [made.speeds[0], *made.speeds[:-1]]  # a waypoint's speed is that of the leg after it
+    return made
+
+
+def fly(orders, climb, descent, factor, braking=2.5, until=10_000.0):
+    """Positions every `STEP` seconds: straight to each place, turning within its radius, at rest where it stays."""
+    at, track = orders.home.copy(), []
+    track += [at.copy()] * round(orders.delay / STEP)
+    legs = zip(orders.places, orders.speeds, orders.radii, orders.stays, strict=True)
+    for k, (place, speed, radius, stay) in enumerate(legs):
+        last = k == len(orders.places) - 1
+        rest = orders.stops or stay > 0 or k == 0 or last
+        pace = 0.0 if orders.stops or k == 1 else np.inf
+        while True:
+            way = place - at
+            length = float(np.linalg.norm(way))
+            if length < 1e-9 or (not rest and length <= radius) or len(track) * STEP > until:
+                break
+            level, up = float(np.hypot(*way[:2])), float(way[2])
+            most = speed * factor * length / level if level > 1e-9 else np.inf
+            if up:
+                most = min(most, (climb if up > 0 else descent) * length / abs(up))
+            if k:
+                pace = min(pace + braking * STEP, most)
+                most = min(pace, np.sqrt(2 * braking * length) + 0.01) if rest else pace
+            at = at + way * min(most * STEP / length, 1.0)
+            track.append(at.copy())
+        track += [at.copy()] * round(stay / STEP)
+    if orders.land is not None:
+        for z in np.arange(at[2], orders.land, -descent * STEP):
+            track.append(np.array([*at[:2], z]))
+    return np.array(track)
+
+
+def nearness(tracks, i, j, across, above):
+    """The least distance of two tracks in units of their separation; each stays where it ended."""
+    count = max(len(tracks[i]), len(tracks[j]))
+    a, b = (np.concatenate([t, np.repeat(t[-1:], count - len(t), axis=0)]) for t in (tracks[i], tracks[j]))
+    return float(np.linalg.norm((a - b) / [across, across, above], axis=1).min())
