@@ -183,7 +183,10 @@ def test_a_planner_that_seeks_length_alone_says_so_where_more_is_priced(skyverse
 
 
 def test_check_ends_with_0_on_a_good_mission_and_with_1_on_a_bad_one(skyverse, mission_file, tmp_path):
-    assert skyverse("check", mission_file) == (0, "The referee found nothing wrong.\n", "")
+    code, out, err = skyverse("check", mission_file)
+    assert (code, err) == (0, "")
+    assert out.startswith("The referee found nothing wrong.\nJudged by scenario ")
+    assert "as the mission embeds it; --scenario tells its source.\n" in out
     data = json.loads(mission_file.read_text())
     data["results"][0]["path"][20][0] += 0.05
     (tmp_path / "bad.json").write_text(json.dumps(data))
@@ -195,6 +198,33 @@ def test_check_ends_with_0_on_a_good_mission_and_with_1_on_a_bad_one(skyverse, m
     assert json.loads(out)[0]["fault"] == "path off the lattice"
     code, out, _ = skyverse("check", mission_file, "--scenario", "map3")
     assert code == 1
+
+
+def test_check_names_what_was_altered_in_the_scenario_of_a_mission(skyverse, tmp_path):
+    skyverse("plan", "map1", "--planner", "taut", "--no-page", "-o", "flown.json")
+    code, out, _ = skyverse("check", "flown.json", "--scenario", "map1")
+    assert code == 0
+    assert out.endswith(", from map1.\n")
+    data = json.loads((tmp_path / "flown.json").read_text())
+    data["scenario"]["clearance"] = 0.01
+    (tmp_path / "altered.json").write_text(json.dumps(data))
+    code, out, _ = skyverse("check", "altered.json", "--scenario", "map1")
+    assert code == 1
+    assert "clearance is 0.01 in the mission, not 0.25" in out
+    code, out, _ = skyverse("check", "altered.json")  # its certificates are of the scenario that it had
+    assert code == 1
+    assert "made for another scenario" in out
+
+
+def test_show_draws_the_referees_verdict_and_not_the_files(skyverse, tmp_path):
+    skyverse("plan", "map1", "--planner", "taut", "--no-page", "-o", "flown.json")
+    data = json.loads((tmp_path / "flown.json").read_text())
+    data["trajectories"][0]["coefficients"][0][0][2] += 1.0
+    (tmp_path / "forged.json").write_text(json.dumps(data))
+    assert skyverse("show", "forged.json")[0] == 0
+    page = (tmp_path / "forged.html").read_text()
+    assert "The referee found nothing wrong" not in page
+    assert "jumps by 1 m" in page
 
 
 def test_show_writes_the_page_or_the_figures(skyverse, mission_file, tmp_path):

@@ -96,12 +96,15 @@ def alone(**fields):
 
 
 def test_what_is_proven_is_said_in_a_sentence():
-    judged = certified(mission((AGILE, stops((0, 0, 0), (3, 0, 0))), boxes=[((1, 1, 1), (2, 2, 2))], clearance=0.25))
+    flown = mission((AGILE, stops((0, 0, 0), (3, 0, 0))), boxes=[((1, 1, 1), (2, 2, 2))], clearance=0.25)
+    judged, digest = certified(flown), flown.scenario.digest
     assert judged.trajectories[0].verdict is PROVEN
     assert judged.trajectories[0].sentence == (
         "uav-1 is clear of every obstacle by 0.25 m, inside the bounds and within its limits of speed, acceleration, "
-        "jerk, thrust and tilt, at every instant from t = 0 s to 1 s."
+        "jerk, thrust and tilt, at every instant from t = 0 s to 1 s, "
+        f"in scenario 'flights' (sha256 {digest[:12]})."
     )
+    assert [one.scenario for one in (*judged.trajectories, judged.apart)] == [digest, digest]
     assert judged.trajectories[0].time is None
     assert judged.apart.verdict is PROVEN
 

@@ -1,8 +1,9 @@
 """The verbs ``check`` and ``show``: a mission judged, and drawn."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -13,31 +14,41 @@ from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
 from skyverse.errors import InputError
 
+if TYPE_CHECKING:
+    from skyverse.model.mission import Mission
+
 
 def check(mission: str, /, *, scenario: str | None = None, as_json: AsJson = False) -> int:
     """Let the referee judge a mission file, whatever planned it; exit code 1 if anything is wrong.
 
-    Example: `skyverse check out/table-4.8.json`
+    Examples: `skyverse check out/table-4.8.json --scenario table-4.8`,
+    `skyverse check out/city.json --scenario city.yaml`
 
     Parameters
     ----------
     mission
         A mission file.
     scenario
-        Judge it against this scenario instead of the one that it embeds.
+        The scenario that the mission has to answer, a file or a built-in name; what differs from it in the mission is
+        named. Without it, the mission is judged by the scenario that it embeds, whoever wrote that.
     as_json
         Print the violations as JSON.
     """
     import skyverse as sky
+    from skyverse.model.digest import short
 
     judged = sky.read_mission(mission)
-    violations = sky.check(judged.scenario if scenario is None else sky.read_scenario(scenario), judged)
+    world = judged.scenario if scenario is None else sky.read_scenario(scenario)
+    violations = sky.check(world, judged)
+    origin = f"from {scenario}" if scenario is not None else "as the mission embeds it; --scenario tells its source"
     if as_json:
         print(json_text([violation_data(v) for v in violations]), end="")
     else:
         for violation in violations:
             print(f"{violation.fault.value}: {violation.message}")
         print(f"{len(violations)} found." if violations else "The referee found nothing wrong.")
+    verdict_of = f"Judged by scenario {world.name!r} ({short(world.digest)}), {origin}."
+    print(verdict_of, file=sys.stderr if as_json else sys.stdout)
     if not judged.complete:
         print(without_way(judged), file=sys.stderr)
     return FOUND_WRONG if violations or not judged.complete else 0
@@ -51,7 +62,7 @@ def show(
     figures: Path | None = None,
     browse: Annotated[bool, Parameter(name="--open"), FLAG] = False,
 ) -> None:
-    """Draw a mission: a page that flies it, or static figures.
+    """Draw a mission, judged anew: a page that flies it, or static figures.
 
     Examples: `skyverse show out/table-4.8.json --open`, `skyverse show out/table-4.8.json --figures figures/`
 
@@ -68,7 +79,7 @@ def show(
     """
     import skyverse as sky
 
-    drawn = sky.read_mission(mission)
+    drawn = _judged_anew(sky.read_mission(mission))
     if figures is not None:
         make_folder(figures)
         for path in sky.write_figures(drawn, figures):
@@ -84,3 +95,11 @@ def show(
         import webbrowser
 
         webbrowser.open(page.resolve().as_uri())
+
+
+def _judged_anew(mission: "Mission") -> "Mission":
+    """Return a mission with the referee's verdict in place of the one that its file claims."""
+    from skyverse.referee import judge
+
+    violations, (certificates, apart) = judge(mission.scenario, mission)
+    return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)

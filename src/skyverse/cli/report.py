@@ -6,6 +6,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from skyverse.model.digest import short
+
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
     from skyverse.model.verdict import Certificate, Violation
@@ -58,6 +60,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
             "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
             "certificates": [None if c is None else certificate_data(c) for c in mission.certificates],
             "apart": None if mission.apart is None else certificate_data(mission.apart),
+            "scenario": {"name": mission.scenario.name, "sha256": mission.scenario.digest},
             "interrupted": mission.interrupted,
             "provenance": asdict(mission.provenance),
             "uavs": rows,
@@ -84,6 +87,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
             print("Proven at every instant: clear of obstacles, in bounds, within limits, apart.")
+        print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
     for path in written:
         print(path)
 

@@ -9,6 +9,7 @@ from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, finding_line
 from skyverse.draw.scene import Scene, scene
 from skyverse.draw.scene_traces import of_search
+from skyverse.model.digest import short
 from skyverse.model.mission import Mission
 
 
@@ -87,7 +88,8 @@ def _what_was_judged(scene: Scene) -> str:
         return "<p>There are no trajectories; it judged the paths alone.</p>"
     things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
     proven = " At every instant they are clear of obstacles, in bounds, within limits and apart: this is proven."
-    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}</p>"
+    world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
+    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{world}</p>"
 
 
 def footer(scene: Scene) -> str:
@@ -95,7 +97,7 @@ def footer(scene: Scene) -> str:
     made = scene.provenance
     return facts_list(
         {
-            "Scenario": scene.scenario.name,
+            "Scenario": f"{scene.scenario.name} ({short(scene.scenario.digest)})",
             "Planner": made.planner,
             "Stop": made.stop,
             "Seed": "none" if made.seed is None else str(made.seed),

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from skyverse.errors import InputError
+from skyverse.model.digest import digest_of
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
@@ -259,6 +260,11 @@ class Scenario(Model):
     @classmethod
     def _of_the_newest_version(cls, data: Any) -> Any:
         return scenario_to_2(data)
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 of all that is given, 64 hexadecimal digits: scenarios that differ have different ones."""
+        return digest_of(self)
 
     @field_validator("uavs")
     @classmethod

@@ -84,6 +84,8 @@ class Certificate:
         The refuted or undecided instant, seconds into the mission, and where the UAV is then, metres.
     subdivisions
         How often pieces of the trajectory were cut in two.
+    scenario
+        The digest of the scenario that it was judged by; see `Scenario.digest`. Empty in files of older versions.
     """
 
     verdict: Verdict
@@ -91,6 +93,7 @@ class Certificate:
     time: float | None = None
     position: tuple[float, float, float] | None = None
     subdivisions: int = 0
+    scenario: str = ""
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.alteration import alteration
 from skyverse.referee.untrusted import target_index
 
 
@@ -13,7 +14,7 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
     found = []
     count = len(scenario.uavs)
     if mission.scenario != scenario:
-        found.append(Violation(Fault.SCENARIO, (), "The mission embeds another scenario than the one it is judged by."))
+        found.append(Violation(Fault.SCENARIO, (), alteration(scenario, mission.scenario)))
     columns = {noun: getattr(mission, noun) for noun in ("assignment", "results", "trajectories")}
     for noun, values in columns.items():
         if len(values) != count:

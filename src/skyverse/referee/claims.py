@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from skyverse.model.digest import short
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Certificate, Deconfliction, Fault, Verdict, Violation
@@ -13,8 +14,9 @@ from skyverse.referee.untrusted import entry, number
 def judge_claims(
     scenario: Scenario, mission: Mission, trajectories: Sequence[Certificate | None], apart: Certificate
 ) -> Iterator[Violation]:
-    """Yield which of the mission's own certificates say "proven" where the referee's own do not."""
+    """Yield which certificates in the mission say "proven" where the referee's do not, or are of another scenario."""
     own = mission.certificates if isinstance(mission.certificates, tuple | list) else ()
+    digest = apart.scenario
     claims = [(f"{uav.name}'s trajectory", (k,), entry(own, k)) for k, uav in enumerate(scenario.uavs)]
     fleet = ("the fleet's separation", (), mission.apart)
     for (noun, uavs, claim), known in zip([*claims, fleet], [*trajectories, apart], strict=True):
@@ -22,6 +24,9 @@ def judge_claims(
         if isinstance(claim, Certificate) and claim.verdict is Verdict.PROVEN and not proven:
             verdict = "not there" if known is None else f"{known.verdict.value}"
             yield Violation(Fault.STATUS, uavs, f"The mission says that {noun} is proven, but it is {verdict}.")
+        if isinstance(claim, Certificate) and claim.scenario not in ("", digest):
+            message = f"The mission's certificate of {noun} was made for another scenario, {short(claim.scenario)}."
+            yield Violation(Fault.STATUS, uavs, message)
 
 
 def judge_deconfliction(

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skyverse.model.digest import short
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
@@ -71,7 +72,7 @@ def certify(scenario: Scenario, mission: Mission) -> Certificates:
 def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
     """Judge all trajectories of a mission, and the fleet's separation."""
     scenario = world.scenario
-    count = len(scenario.uavs)
+    count, digest = len(scenario.uavs), scenario.digest
     targets = [target_index(scenario, entry(mission.assignment, uav)) for uav in range(count)]
     curves: list[PolynomialCurve | None] = [None] * count
     unknown: set[int] = set()
@@ -85,19 +86,21 @@ def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
         curves[uav] = curve
         if curve is None:
             unknown.add(uav)
-        certificates[uav] = _certificate(violations[uav], _proven_sentence(scenario, uav, curve), halvings)
+        certificates[uav] = _certificate(
+            digest, violations[uav], _proven_sentence(scenario, digest, uav, curve), halvings
+        )
     separation = judge_separation(scenario, targets, curves, unknown)
-    sentence = f"All {count} UAVs keep their separation from one another at every instant."
-    apart = _certificate(separation.violations, sentence, separation.halvings)
+    sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}."
+    apart = _certificate(digest, separation.violations, sentence, separation.halvings)
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
-        apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.")
+        apart = Certificate(Verdict.UNDECIDED, f"There is no telling where {names} would fly.", scenario=digest)
     return JudgedFleet(
         Certificates(tuple(certificates), apart), tuple(violations), separation.violations, tuple(curves)
     )
 
 
-def _proven_sentence(scenario: Scenario, uav: int, curve: PolynomialCurve | None) -> str:
+def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: PolynomialCurve | None) -> str:
     vehicle, knots = scenario.uavs[uav], np.zeros(2) if curve is None else curve.knots
     limits = "speed, acceleration, jerk, thrust and tilt"
     if vehicle.fixed_wing is not None:
@@ -105,21 +108,26 @@ def _proven_sentence(scenario: Scenario, uav: int, curve: PolynomialCurve | None
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
     return (
         f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, {ground}inside the bounds "
-        f"and within its limits of {limits}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s."
+        f"and within its limits of {limits}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
+        f"{_where(scenario, digest)}."
     )
 
 
-def _certificate(violations: list[Violation], proven: str, halvings: int) -> Certificate:
-    """Return what the worst violation says, or that there is none.
+def _where(scenario: Scenario, digest: str) -> str:
+    return f"in scenario {scenario.name!r} ({short(digest)})"
+
+
+def _certificate(digest: str, violations: list[Violation], proven: str, halvings: int) -> Certificate:
+    """Return what the worst violation says, or that there is none, for the scenario of that digest.
 
     A violation that the planner caused comes first, one that the scenario gives second, and an undecided one last.
     """
     if not violations:
-        return Certificate(Verdict.PROVEN, proven, subdivisions=halvings)
+        return Certificate(Verdict.PROVEN, proven, subdivisions=halvings, scenario=digest)
     order = {Fault.GIVEN: 1, Fault.UNDECIDED: 2}
     worst = min(violations, key=lambda violation: order.get(violation.fault, 0))
     verdict = Verdict.UNDECIDED if worst.fault is Fault.UNDECIDED else Verdict.REFUTED
-    return Certificate(verdict, worst.message, worst.time, worst.position, halvings)
+    return Certificate(verdict, worst.message, worst.time, worst.position, halvings, digest)
 
 
 def check(scenario: Scenario, mission: Mission) -> list[Violation]:
@@ -132,7 +140,8 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
     Parameters
     ----------
     scenario
-        What was given; the scenario that the mission embeds must be equal to it.
+        What was given; the scenario that the mission embeds must be equal to it, or else the fields that differ are
+        named. A mission file embeds whatever its writer put there: give the scenario that you know to be true.
     mission
         What is judged. However malformed it is, violations are returned and nothing is raised.
 
