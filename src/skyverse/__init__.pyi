@@ -69,6 +69,8 @@ from .model.trajectory import Trajectory as Trajectory
 from .model.uav import UAV as UAV
 from .model.uav import FixedWing as FixedWing
 from .model.uav import TrackingError as TrackingError
+from .model.vehicle_profiles import VEHICLE_PROFILES as VEHICLE_PROFILES
+from .model.vehicle_profiles import VehicleProfile as VehicleProfile
 from .model.verdict import Action as Action
 from .model.verdict import Certificate as Certificate
 from .model.verdict import Conflict as Conflict

@@ -115,12 +115,14 @@ def test_what_is_proven_is_said_in_a_sentence():
         ("max_speed", 15 / 8 * 3 / 2, 1.0, Fault.SPEED),
         ("max_acceleration", 10 / 3**0.5 * 3 / 4, 1 - 1 / 3**0.5, Fault.ACCELERATION),
         ("max_jerk", 60 * 3 / 8, 0.0, Fault.JERK),
+        ("max_climb", 15 / 8 * 3 / 2, 1.0, Fault.CLIMB_RATE),
+        ("max_descent", 15 / 8 * 3 / 2, 1.0, Fault.DESCENT_RATE),
     ],
 )
 @pytest.mark.parametrize(("share", "verdict"), [(1, PROVEN), (1 - 9e-7, PROVEN), (1 - 1.1e-6, REFUTED)])
 def test_a_peak_that_reaches_a_limit_exactly_is_proven(field, peak, when, fault, share, verdict):
     # 3 m in 2 s by 10 s^3 - 15 s^4 + 6 s^5, of which the peaks are known
-    flight = stops((0, 0, 0), (0, 0, 3), seconds=2.0)
+    flight = stops((0, 0, 0), (0, 0, -3 if field == "max_descent" else 3), seconds=2.0)
     judged = mission((AGILE | {field: peak * share}, flight))
     found = certified(judged).trajectories[0]
     assert found.verdict is verdict
@@ -129,6 +131,14 @@ def test_a_peak_that_reaches_a_limit_exactly_is_proven(field, peak, when, fault,
         assert violation.fault is fault
         assert min(abs(violation.time - when), abs(violation.time - (2 - when))) < 1e-4
         assert (found.time, found.sentence) == (violation.time, violation.message)
+
+
+def test_a_flight_may_climb_as_fast_as_it_likes_where_only_its_descent_is_limited():
+    up = mission((AGILE | {"max_descent": 0.1}, stops((0, 0, 0), (0, 0, 3), seconds=2.0)))
+    (found,) = certified(up).trajectories
+    assert "its limits of speed, acceleration, jerk, thrust, tilt and descent rate, at every" in found.sentence
+    down = mission((AGILE | {"max_climb": 0.1}, stops((0, 0, 3), (0, 0, 0), seconds=2.0)))
+    assert certified(down).trajectories[0].verdict is PROVEN
 
 
 @pytest.mark.parametrize("direction", [(3, 0, 0), (0, 0, -3), (1, 1, 2)])

@@ -184,6 +184,7 @@ PLANTED = {
     "jerks": (Fault.JERK, 0, given_uav(0, max_jerk=10)),
     "tilts": (Fault.TILT, 0, given_uav(0, max_tilt=10)),
     "too little thrust": (Fault.THRUST, 0, given_uav(0, thrust_to_weight=1.05)),
+    "climbs": (Fault.CLIMB_RATE, 0, given_uav(0, max_climb=0.2)),
     "a jolt": (Fault.CONTINUITY, 0, flying(jolting(0.01))),
     "an early last arrival": (
         Fault.DECONFLICTION,
@@ -193,7 +194,11 @@ PLANTED = {
 }
 
 
-AEROPLANES = {Fault.TURN, Fault.CLIMB, Fault.AIRSPEED}  # and UNDECIDED: in tests/referee/test_certificate.py
+AEROPLANES = {
+    Fault.TURN,
+    Fault.CLIMB,
+    Fault.AIRSPEED,
+}  # and UNDECIDED and DESCENT_RATE: in tests/referee/test_certificate.py
 
 
 @pytest.mark.parametrize("name", PLANTED)
@@ -209,7 +214,7 @@ def test_a_planted_fault_is_found_alone_and_named(name):
 
 
 def test_every_kind_of_fault_is_planted():
-    elsewhere = {Fault.SCENARIO, Fault.UNDECIDED, *AEROPLANES}
+    elsewhere = {Fault.SCENARIO, Fault.UNDECIDED, Fault.DESCENT_RATE, *AEROPLANES}
     assert {fault for fault, _, _ in PLANTED.values()} == set(Fault) - elsewhere
 
 

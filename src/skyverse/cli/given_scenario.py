@@ -8,6 +8,7 @@ from skyverse.cli.places import point_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
+    from skyverse.model.fleet_limits import FleetLimits
     from skyverse.model.mission import Mission
     from skyverse.model.scenario import Scenario
     from skyverse.planners.base import Planner
@@ -26,6 +27,11 @@ def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets
         if not things:
             raise InputError(f"{source}: {kind}s: there are none; give some with --{kind} x,y,z")
     return scenario_from_data(source, data)
+
+
+def limited(scenario: "Scenario", limits: "FleetLimits") -> "Scenario":
+    """Return a scenario all of whose UAVs have these limits."""
+    return scenario.model_copy(update={"uavs": tuple(limits.limit(uav) for uav in scenario.uavs)})
 
 
 def refuse_unsafe(source: str, scenario: "Scenario") -> None:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
-from skyverse.cli.given_scenario import refuse_unsafe, tell_unknown, tell_unsought, with_more
+from skyverse.cli.given_scenario import limited, refuse_unsafe, tell_unknown, tell_unsought, with_more
 from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.report import report
@@ -15,6 +15,7 @@ from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
 from skyverse.errors import InputError
 
 budget = Group("Budget (whichever comes first; 40 iterations without any; a clock only beside a count)")
+fleet = Group("Limits of all UAVs, instead of those in the scenario")
 More = Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)]
 
 
@@ -36,6 +37,11 @@ def plan(
     apart_in_space: Annotated[bool, FLAG] = False,
     uav: More = None,
     target: More = None,
+    vehicle: Annotated[str | None, Parameter(group=fleet)] = None,
+    max_speed: Annotated[float | None, Parameter(group=fleet)] = None,
+    max_climb: Annotated[float | None, Parameter(group=fleet)] = None,
+    max_descent: Annotated[float | None, Parameter(group=fleet)] = None,
+    separation: Annotated[float | None, Parameter(group=fleet)] = None,
     unknown: Literal["free", "occupied"] | None = None,
     page: bool = True,
     as_json: AsJson = False,
@@ -43,7 +49,8 @@ def plan(
     """Plan a mission: assign targets, plan paths and trajectories, resolve conflicts, prove; write a file and a page.
 
     Examples: `skyverse plan table-4.8`, `skyverse plan map.txt --uav 0,-4,1 --target 2,17,3 --seed 1`,
-    `skyverse plan map1 --planner mvo --set universes=50 --iterations 100`
+    `skyverse plan map1 --planner mvo --set universes=50 --iterations 100`, `skyverse plan city.yaml --vehicle camera
+    --max-speed 8 --separation 10`
 
     Exit code: 0 when every UAV that has a target has a path and a trajectory to it, and all are proven safe, within
     limits and apart; 1 when not, also where UAVs start too close to each other; 2 for bad input; 130 when interrupted:
@@ -82,6 +89,16 @@ def plan(
         Add a UAV that starts at x,y,z; repeat for more.
     target
         Add a target at x,y,z; repeat for more.
+    vehicle
+        Give all UAVs the limits of a vehicle: indoor, thesis, camera, heavy or mapping.
+    max_speed
+        The fastest that UAVs fly, m/s.
+    max_climb
+        The fastest that they climb, m/s.
+    max_descent
+        The fastest that they descend, m/s.
+    separation
+        The distance that they keep from each other, metres; twice as much above and below, or the vehicle's own.
     unknown
         What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
     page
@@ -90,9 +107,13 @@ def plan(
         Print what was found as JSON.
     """
     import skyverse as sky
+    from skyverse.model.fleet_limits import FleetLimits
     from skyverse.numerics.compiling.kept_code import before_compiling
 
-    asked = with_more(scenario, sky.read_scenario(scenario, unknown=unknown), uav, target)
+    limits = FleetLimits(
+        vehicle=vehicle, max_speed=max_speed, max_climb=max_climb, max_descent=max_descent, separation=separation
+    )
+    asked = limited(with_more(scenario, sky.read_scenario(scenario, unknown=unknown), uav, target), limits)
     tell_unknown(asked, unknown)
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [])

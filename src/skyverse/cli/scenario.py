@@ -21,6 +21,7 @@ from skyverse.cli.watch import console
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import MapDetail, MapFiles, MapRegion, documentation
 from skyverse.maps.georeference.choices import Raster, Reading
+from skyverse.model.fleet_limits import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 app = App(name="scenario", help="Make scenarios of maps.")
 
 what = Group("What to read", sort_key=1)
+fleet = Group("What the UAVs are", sort_key=1)
 where = Group("What part of the world, and how", sort_key=2)
 terrain_files = Group("How terrain files are to be read, where they do not say", sort_key=3)
 other_files = Group("How files of buildings and zones are to be read, where they do not say", sort_key=4)
@@ -111,7 +113,14 @@ _TEXTS = {
     "nodata": _TextOption(float),
 }
 """By the option's name; the values of all others are numbers and words, written as they are."""
-_GROUPS = {MapFiles: what, MapRegion: where, MapDetail: where, Raster: terrain_files, Reading: other_files}
+_GROUPS = {
+    MapFiles: what,
+    FleetLimits: fleet,
+    MapRegion: where,
+    MapDetail: where,
+    Raster: terrain_files,
+    Reading: other_files,
+}
 
 
 def _name(owner: type, field: str) -> str:
@@ -165,9 +174,9 @@ def build(
     Several files may follow one option.
 
     Examples: `skyverse scenario build --terrain davosdorf.tif --uav "46.81,9.85,60 m agl" --target
-    "46.806,9.845,60 m agl" -o davos.yaml`, `skyverse scenario build --buildings delft.city.json -o delft.yaml`,
-    `skyverse scenario build --terrain dem.tif --zones zones.geojson --area 9.84,46.79,9.87,46.81 --ceiling "120 m agl"
-    -o valley.yaml`
+    "46.806,9.845,60 m agl" --vehicle camera -o davos.yaml`, `skyverse scenario build --buildings delft.city.json -o
+    delft.yaml`, `skyverse scenario build --terrain dem.tif --zones zones.geojson --area 9.84,46.79,9.87,46.81
+    --ceiling "120 m agl" -o valley.yaml`
 
     Parameters
     ----------
@@ -193,6 +202,7 @@ def build(
         made = build_scenario(
             name or output.stem,
             **files,
+            **_values(FleetLimits, given),
             **_values(MapRegion, given),
             **_values(MapDetail, given),
             reading=Reading(**_values(Reading, given)),

@@ -1,11 +1,12 @@
 """The vehicles: where a UAV starts, and its limits."""
 
 import math
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
 from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, Positive
+from skyverse.model.vehicle_profiles import with_profile
 
 
 class FixedWing(Model):
@@ -69,7 +70,7 @@ class UAV(Model):
     fixed_wing
         Given for an aeroplane, whose tilt and thrust are not limited, and which does not rest at its start and target.
     vehicle
-        The name of the vehicle profile that it was made from; empty if there was none.
+        The name of a vehicle profile, which gives the fields that are left out; empty for none.
     """
 
     name: str = ""
@@ -94,6 +95,11 @@ class UAV(Model):
         """The horizontal and the vertical semi-axis of the ellipsoid that others must stay out of, metres."""
         vertical = 2.0 * self.separation if self.vertical_separation is None else self.vertical_separation
         return self.separation, vertical
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_its_vehicle(cls, data: Any) -> Any:
+        return with_profile(data)
 
     @model_validator(mode="after")
     def _within_limits(self) -> Self:

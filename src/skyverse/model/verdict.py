@@ -30,6 +30,8 @@ class Fault(Enum):
     TILT = "tilts too far"
     TURN = "turns too tightly"
     CLIMB = "climbs too steeply"
+    CLIMB_RATE = "climbs too fast"
+    DESCENT_RATE = "descends too fast"
     AIRSPEED = "off its airspeed"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"

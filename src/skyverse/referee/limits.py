@@ -55,6 +55,7 @@ def flight_limits(vehicle: UAV, curve: PolynomialCurve) -> Iterator[FlightLimit]
     ]
     for order, (fault, noun, parts, top, deed) in enumerate(norms[: 3 if vehicle.fixed_wing is None else 2], 1):
         yield FlightLimit(fault, noun, _below(squared(parts), top), _norm(order, top, deed))
+    yield from _vertical_speeds(vehicle, velocity[2])
     if vehicle.fixed_wing is None:
         yield from _hovering(vehicle, acceleration)
     else:
@@ -72,6 +73,27 @@ def _norm(order: int, top: float, deed: str) -> Callable[[Floats], tuple[float, 
     def measure(motion: Floats) -> tuple[float, str]:
         norm = float(np.linalg.norm(motion[order]))
         return norm / top, f"{deed.format(norm)} (of {top:.7g})"
+
+    return measure
+
+
+def _vertical_speeds(vehicle: UAV, upwards: Polynomials) -> Iterator[FlightLimit]:
+    """Yield the limits on climbing and descending: vz <= max_climb and -vz <= max_descent."""
+    for fault, noun, sign, top, deed in (
+        (Fault.CLIMB_RATE, "climb rate", 1.0, vehicle.max_climb, "climbs at {:.7g} m/s (of {:.7g})"),
+        (Fault.DESCENT_RATE, "descent rate", -1.0, vehicle.max_descent, "descends at {:.7g} m/s (of {:.7g})"),
+    ):
+        if top is not None:
+            excess = upwards * (sign / (top * (1 + LIMIT_LET_PASS))) + -1.0
+            yield FlightLimit(fault, noun, excess, _upwards(sign, top, deed))
+
+
+def _upwards(sign: float, top: float, deed: str) -> Callable[[Floats], tuple[float, str]]:
+    """Return the measure of the vertical speed, upwards where `sign` is 1, and downwards where it is -1."""
+
+    def measure(motion: Floats) -> tuple[float, str]:
+        rate = sign * float(motion[1, 2])
+        return rate / top, deed.format(rate, top)
 
     return measure
 

@@ -102,13 +102,15 @@ def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
 
 def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: PolynomialCurve | None) -> str:
     vehicle, knots = scenario.uavs[uav], np.zeros(2) if curve is None else curve.knots
-    limits = "speed, acceleration, jerk, thrust and tilt"
-    if vehicle.fixed_wing is not None:
-        limits = "speed, acceleration, airspeed, turn and climb"
+    limits = ["speed", "acceleration"]
+    limits += ["jerk", "thrust", "tilt"] if vehicle.fixed_wing is None else ["airspeed", "turn", "climb"]
+    rates = (("climb rate", vehicle.max_climb), ("descent rate", vehicle.max_descent))
+    limits += [noun for noun, most in rates if most is not None]
+    kept = f"{', '.join(limits[:-1])} and {limits[-1]}"
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
     return (
         f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, {ground}inside the bounds "
-        f"and within its limits of {limits}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
+        f"and within its limits of {kept}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
         f"{_where(scenario, digest)}."
     )
 

@@ -2,9 +2,9 @@
 
 Variables are the control points of a quartic spline and the durations of the corridor's boxes. The objective is the
 time plus ``weight * integral of |jerk or snap|^2``. Barriers keep the control points of the position inside their
-boxes, those of velocity, acceleration and jerk inside balls, thrust inside a ball around another centre, and tilt
-inside a cone. A spline lies within the hull of its control points, so every iterate keeps to corridor and limits at
-every instant.
+boxes, those of velocity, acceleration and jerk inside balls, thrust inside a ball around another centre, tilt inside a
+cone, and vertical speed between its limits. A spline lies within the hull of its control points, so every iterate keeps
+to corridor and limits at every instant.
 
 Each round solves Newton's equations for all variables at once; see `newton_equations` and `newton_step`.
 """
@@ -158,7 +158,12 @@ def _slack(limits: Limits, order: int, x: float, y: float, z: float) -> float:
     """Return the product of a control point's slacks towards its limits; not positive where one is exceeded."""
     level = x * x + y * y
     if order == 1:
-        return 1.0 - (level + z * z) / limits.speed**2
+        slack = 1.0 - (level + z * z) / limits.speed**2
+        for used in (z / limits.ascent, -z / limits.descent):
+            if not used < 1.0:
+                return -1.0
+            slack *= 1.0 - used
+        return slack
     if order == 3:
         return 1.0 - (level + z * z) / limits.jerk**2
     slack = 1.0 - (level + z * z) / limits.acceleration**2

@@ -1,9 +1,10 @@
 """How much of its UAV's limits a trajectory uses, bounded at every instant.
 
-The limits on speed, acceleration, jerk, thrust and tilt each keep a vector inside a convex set around 0. The factor by
-which the set must be scaled to reach the vector (its gauge) is a convex function of the vector, so over a piece of a
-trajectory it is nowhere larger than at the piece's Bernstein coefficients. Halving the piece tightens this bound. The
-limits of an aeroplane's airspeed, turn and climb are polynomials instead, which must not exceed 1.
+The limits on speed, acceleration, jerk, thrust, tilt and vertical speed each keep a vector inside a convex set about
+the zero vector. The factor by which the set must be scaled to reach the vector (its gauge) is a convex function of the
+vector, so over a piece of a trajectory it is nowhere larger than at the piece's Bernstein coefficients. Halving the
+piece tightens this bound. The limits of an aeroplane's airspeed, turn and climb are polynomials instead, which must not
+exceed 1.
 """
 
 import math
@@ -28,9 +29,9 @@ MAX_HALVINGS = 20_000
 AIRSPEED_SHARE = 0.01
 """The share of its airspeed by which an aeroplane's horizontal speed may differ from it."""
 
-SPEED, ACCELERATION, JERK, THRUST, TILT, AIRSPEED, TURN, CLIMB = range(8)
-DERIVATIVE = (1, 2, 3, 2, 2)
-"""Which derivative of the position each of the first five limits bounds."""
+SPEED, ACCELERATION, JERK, THRUST, TILT, VERTICAL_SPEED, AIRSPEED, TURN, CLIMB = range(9)
+DERIVATIVE = (1, 2, 3, 2, 2, 1)
+"""Which derivative of the position each of the first six limits bounds."""
 
 
 @by_reference
@@ -53,6 +54,8 @@ class Limits(NamedTuple):
         An aeroplane's least turn radius seen from above, metres.
     climb
         The tangent of an aeroplane's steepest climb.
+    ascent, descent
+        The largest speeds upwards and downwards, m/s; infinite where there is no such limit.
     """
 
     speed: float
@@ -64,6 +67,8 @@ class Limits(NamedTuple):
     airspeed: float
     turn_radius: float
     climb: float
+    ascent: float
+    descent: float
 
 
 def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
@@ -80,12 +85,20 @@ def limits_of(uav: UAV, tolerance: float = 0.0) -> Limits:
         airspeed=wing.speed if wing else 0.0,
         turn_radius=wing.turn_radius / more if wing else 0.0,
         climb=math.tan(math.radians(wing.climb)) * more if wing else 0.0,
+        ascent=math.inf if uav.max_climb is None else uav.max_climb * more,
+        descent=math.inf if uav.max_descent is None else uav.max_descent * more,
     )
 
 
 @inner
 def applies(limits: Limits, limit: int) -> bool:
-    """Tell whether a limit applies: speed and acceleration always do, the others to multirotors or aeroplanes only."""
+    """Tell whether a limit applies.
+
+    Those on speed and acceleration always do, that on vertical speed where there is one, and the others to multirotors
+    or to aeroplanes only.
+    """
+    if limit == VERTICAL_SPEED:
+        return min(limits.ascent, limits.descent) < math.inf
     return limit <= ACCELERATION or (limit >= AIRSPEED) == (limits.airspeed > 0.0)
 
 
@@ -171,6 +184,8 @@ def used_share(limits: Limits, limit: int, x: float, y: float, z: float) -> floa
         return max(x, y, z)
     if limit == TILT:
         return max((math.sqrt(x * x + y * y) / limits.tilt - z) / GRAVITY, -z / limits.fall)
+    if limit == VERTICAL_SPEED:
+        return max(z / limits.ascent, -z / limits.descent)
     squared = x * x + y * y + z * z
     if limit == THRUST:
         spare = limits.thrust**2 - GRAVITY**2

@@ -9,10 +9,11 @@ with a slack for each coordinate of a control point towards either side of its b
 velocity, acceleration and jerk,
 
     limit^2 - |d|^2,    thrust^2 - |d + g|^2,    tilt^2 (d_z + fall)^2 - d_x^2 - d_y^2,
+    ascent - d_z,    descent + d_z,
 
-the last two for accelerations only. Every such d, and every value of jerk or snap that the integral needs, is
-``d = sum of r_i P_i`` with a row r of at most five coefficients that depend on x. A function phi(d) with gradient g and
-Hessian H by d adds, by the chain rule,
+of which those with thrust and tilt are for accelerations only, and the last two for velocities only. Every such d, and
+every value of jerk or snap that the integral needs, is ``d = sum of r_i P_i`` with a row r of at most five coefficients
+that depend on x. A function phi(d) with gradient g and Hessian H by d adds, by the chain rule,
 
     df/dP_i = r_i g                            d2f/dP_i dP_j = r_i r_j H
     df/dx_e = g . d_e                          d2f/dx_e dx_f = d_e . H d_f + g . d_ef
@@ -215,6 +216,8 @@ def _limit_barriers(limits: Limits, order: int, x: float, y: float, z: float, mu
     g.fill(0.0)
     h.fill(0.0)
     _ball(x, y, z, limits.speed if order == 1 else (limits.acceleration if order == 2 else limits.jerk), mu, g, h)
+    if order == 1:
+        _vertical_speed(limits, z, mu, g, h)
     if order != 2:
         return
     up = z + GRAVITY
@@ -231,6 +234,19 @@ def _limit_barriers(limits: Limits, order: int, x: float, y: float, z: float, mu
         h[0, 0] += 2.0 * mu / slack
         h[1, 1] += 2.0 * mu / slack
         h[2, 2] -= 2.0 * mu * t / slack
+
+
+@inner
+def _vertical_speed(limits: Limits, z: float, mu: float, g: Floats, h: Floats) -> None:
+    """Add gradient and Hessian of ``-mu (log(ascent - z) + log(descent + z))``, as far as there are these limits."""
+    if limits.ascent < np.inf:
+        slack = limits.ascent - z
+        g[2] += mu / slack
+        h[2, 2] += mu / slack**2
+    if limits.descent < np.inf:
+        slack = limits.descent + z
+        g[2] -= mu / slack
+        h[2, 2] += mu / slack**2
 
 
 @inner

@@ -38,8 +38,20 @@ from skyverse.trajectory.limits import (
 _USABLE = 1.0 - LIMIT_MARGIN
 """The share of the eased limits that may be used."""
 
-DEMANDS = ("speed", "acceleration", "jerk", "thrust", "tilt", "airspeed", "turn", "climb", "bounds", "clearance")
-_BOUNDS, _CLEARANCE = 8, 9
+DEMANDS = (
+    "speed",
+    "acceleration",
+    "jerk",
+    "thrust",
+    "tilt",
+    "vertical speed",
+    "airspeed",
+    "turn",
+    "climb",
+    "bounds",
+    "clearance",
+)
+_BOUNDS, _CLEARANCE = 9, 10
 _VERDICTS = (Verdict.PROVEN, Verdict.REFUTED, Verdict.UNDECIDED)
 _PROVEN, _REFUTED, _UNDECIDED = range(3)
 

@@ -1,8 +1,9 @@
 """Rest-to-rest quintics: the UAV stops at every waypoint, as in the thesis.
 
 Along a segment of L metres that takes T seconds it moves by ``L (10 s^3 - 15 s^4 + 6 s^5)`` with ``s = t / T``. Its
-speed is at most ``15/8 L / T``, its acceleration ``10/sqrt(3) L / T^2`` forwards and backwards, and its jerk
-``60 L / T^3``. The thesis takes T = 1.3 sqrt(L) s for every UAV; here T is the shortest that keeps the UAV's limits.
+speed is at most ``15/8 L / T``, and upwards or downwards ``15/8`` of the segment's rise by T; its acceleration is at
+most ``10/sqrt(3) L / T^2`` forwards and backwards, and its jerk ``60 L / T^3``. The thesis takes T = 1.3 sqrt(L) s for
+every UAV; here T is the shortest that keeps the UAV's limits.
 """
 
 import math
@@ -48,9 +49,12 @@ def rest_to_rest(waypoints: Floats, uav: UAV, start: float = 0.0) -> Trajectory:
         stay[0, 0] = points[0]
         return Trajectory(np.array([start, start + 1.0]), stay)
     begins, steps, lengths = points[:-1][moving], steps[moving], lengths[moving]
+    limits = limits_of(uav)
     durations = np.max(
         [
             _PEAK_SPEED * lengths / uav.max_speed,
+            _PEAK_SPEED * steps[:, 2] / limits.ascent,
+            _PEAK_SPEED * -steps[:, 2] / limits.descent,
             np.sqrt(_PEAK_ACCELERATION * lengths / _either_way(steps / lengths[:, None], uav)),
             np.cbrt(_PEAK_JERK * lengths / uav.max_jerk),
         ],

@@ -576,3 +576,20 @@ def test_delft_is_flown_over_as_it_stands():
     assert low == pytest.approx(corners[:, :2].min(axis=0), abs=0.02)
     assert high == pytest.approx(corners[:, :2].max(axis=0), abs=0.02)
     assert max(prism.high for prism in scenario.obstacles) == pytest.approx(corners[:, 2].max(), abs=0.02)
+
+
+def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that_is_told(valley):
+    def uav_and_notes(**limits):
+        told = []
+        made = build_scenario("v", terrain=[valley], uavs=[START], targets=[GOAL], on_note=told.append, **limits)
+        return made.uavs[0], [note.text for note in told if note.text.startswith("UAVs fly")]
+
+    uav, (note,) = uav_and_notes()
+    assert (uav.max_speed, uav.max_climb, uav.max_descent, uav.ellipsoid) == (5, 3, 1.5, (5, 10))
+    assert note.startswith("UAVs fly 5 m/s at most, climb at 3 m/s, descend at 1.5 m/s and keep 5 m apart")
+    assert "vehicle='camera'" in note
+    uav, (note,) = uav_and_notes(max_climb=2.0)
+    assert (uav.max_speed, uav.max_climb, uav.max_descent) == (5, 2, 1.5)
+    uav, notes = uav_and_notes(vehicle="camera", separation=20.0)
+    assert uav == sky.UAV(start=uav.start, name=uav.name, home=uav.home, vehicle="camera", separation=20)
+    assert notes == []

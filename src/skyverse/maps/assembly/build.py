@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +32,7 @@ from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
+from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.scenario import (
     Bounds,
     Frame,
@@ -47,6 +48,14 @@ from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.uav import UAV
 
 NO_UNIT = Sentence("heights without a unit taken as metres", give=[Remedy("Raster.unit", "ft", "to take them as feet")])
+
+
+OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0)
+"""Limits of outdoor flight, where none are given.
+
+The speeds are those at which PX4 flies missions unless it is told otherwise (MPC_XY_CRUISE, MPC_Z_V_AUTO_UP and
+MPC_Z_V_AUTO_DN). The separation is ten times the default for rooms.
+"""
 
 
 @keywords_of(BuildOptions)
@@ -112,6 +121,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
         sources.append((path, Source(file=path.name, gives=gives, licence=licence_of(path))))
     bounds = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
     band = extent.altitude_band(options.band, options.band_weight, relief)
+    limits = _limits(options)
     try:
         return Scenario(
             name=options.name,
@@ -122,13 +132,29 @@ def build_scenario(options: BuildOptions) -> Scenario:
             clearance=clearance,
             lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
             objective=Objective(unit="metres", altitude=band),
-            uavs=tuple(UAV(name=uav, start=point, home=home_z.get(uav)) for uav, point in starting.items()),
+            uavs=tuple(
+                limits.limit(UAV(name=uav, start=point, home=home_z.get(uav))) for uav, point in starting.items()
+            ),
             targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
             frame=Frame(origin=zero),
             sources=tuple(licensed(sources, options.licences or {})),
         )
     except ValidationError as error:
         raise InputError(f"{options.name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
+
+
+def _limits(options: BuildOptions) -> FleetLimits:
+    """Return the limits of the UAVs, those of outdoor flight where neither they nor a vehicle are given, and tell."""
+    given = {field.name: getattr(options, field.name) for field in fields(FleetLimits)}
+    if options.vehicle is not None or not options.uavs:
+        return FleetLimits(**given)
+    limits = replace(OUTDOOR, **{name: value for name, value in given.items() if value is not None})
+    told = (
+        f"UAVs fly {limits.max_speed:g} m/s at most, climb at {limits.max_climb:g} m/s, descend at "
+        f"{limits.max_descent:g} m/s and keep {limits.separation:g} m apart, by default as PX4 flies missions outdoors"
+    )
+    options.on_note(Note("", Sentence(told, give=[Remedy("vehicle", "camera", "for the limits of a vehicle")])))
+    return limits
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 from skyverse.errors import InputError
 from skyverse.maps.georeference.choices import Raster, Reading
 from skyverse.model.altitude import AboveSea, Altitude
+from skyverse.model.fleet_limits import FleetLimits
 
 if TYPE_CHECKING:
     from skyverse.model.scenario import Origin
@@ -155,7 +156,7 @@ class MapDetail:
 
 
 @dataclass(frozen=True)
-class BuildOptions(MapDetail, MapRegion, MapFiles):
+class BuildOptions(FleetLimits, MapDetail, MapRegion, MapFiles):
     """All that `build_scenario` is given.
 
     Attributes

@@ -1,0 +1,126 @@
+"""Vehicle profiles: the limits of a kind of UAV by name, with where each number comes from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+
+@dataclass(frozen=True)
+class VehicleProfile:
+    """The limits of a kind of UAV.
+
+    Attributes
+    ----------
+    title
+        What kind of UAV it is, in words.
+    source
+        Where the numbers come from.
+    limits
+        Fields of a `UAV` and their values.
+    """
+
+    title: str
+    source: str
+    limits: Mapping[str, Any]
+
+
+def _profile(title: str, source: str, **limits: Any) -> VehicleProfile:
+    return VehicleProfile(title, source, MappingProxyType(limits))
+
+
+_PX4 = (
+    "acceleration and jerk: PX4's defaults for missions, MPC_ACC_HOR and MPC_JERK_AUTO; thrust: half of it hovers, "
+    "PX4's MPC_THR_HOVER; separation: the rotors' diagonal several times, for their downwash"
+)
+
+VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
+    {
+        "indoor": _profile(
+            "small indoor quadrotor (Crazyflie 2.1, 27 g, with motion capture)",
+            "speeds and tilt: limits of its firmware's position controller (PID_POS_VEL_X_MAX, PID_POS_VEL_Z_MAX, "
+            "PID_VEL_ROLL_MAX); thrust: rotorpy's parameters of it; separation: the downwash ellipsoids of Hönig et "
+            "al., Trajectory Planning for Quadrotor Swarms, IEEE Transactions on Robotics, 2018",
+            max_speed=1.0,
+            max_acceleration=2.0,
+            max_jerk=20.0,
+            max_tilt=20.0,
+            thrust_to_weight=1.9,
+            max_climb=1.0,
+            max_descent=1.0,
+            separation=0.24,
+            vertical_separation=0.6,
+        ),
+        "thesis": _profile(
+            "the thesis's quadrotor (176 g)",
+            "tilt and thrust: the thesis, which limits neither climb nor descent; the rest are the defaults of a UAV",
+            max_speed=5.0,
+            max_acceleration=3.5,
+            max_jerk=50.0,
+            max_tilt=40.0,
+            thrust_to_weight=2.5,
+            separation=0.5,
+            vertical_separation=1.0,
+        ),
+        "camera": _profile(
+            "camera multirotor (of the class of the DJI Mavic 3 Enterprise, 0.9 kg)",
+            f"speeds and tilt: the manufacturer's specifications, normal mode; {_PX4}",
+            max_speed=15.0,
+            max_acceleration=3.0,
+            max_jerk=4.0,
+            max_tilt=30.0,
+            thrust_to_weight=2.0,
+            max_climb=6.0,
+            max_descent=6.0,
+            separation=2.0,
+            vertical_separation=4.0,
+        ),
+        "heavy": _profile(
+            "heavy multirotor (of the class of the DJI Matrice 600 Pro, up to 15.5 kg)",
+            f"speeds and tilt: the manufacturer's specifications; {_PX4}",
+            max_speed=18.0,
+            max_acceleration=3.0,
+            max_jerk=4.0,
+            max_tilt=25.0,
+            thrust_to_weight=2.0,
+            max_climb=5.0,
+            max_descent=3.0,
+            separation=5.0,
+            vertical_separation=10.0,
+        ),
+        "mapping": _profile(
+            "mapping aeroplane (cruising at 15 m/s)",
+            "speeds, climb and sink rates: PX4's defaults for fixed wings, FW_AIRSPD_TRIM, FW_AIRSPD_MAX, "
+            "FW_T_CLMB_R_SP and FW_T_SINK_R_SP; climb angle: the steepest that sinks no faster at that speed; turns: "
+            "at 30 degrees of bank, radius = speed^2 / (g tan 30 degrees); separation: its turn radius, and twice the "
+            "altitude acceptance radius of fixed wings, NAV_FW_ALT_RAD",
+            max_speed=20.0,
+            max_acceleration=7.0,
+            max_climb=3.0,
+            max_descent=2.0,
+            separation=40.0,
+            vertical_separation=20.0,
+            fixed_wing={"speed": 15.0, "turn_radius": 40.0, "climb": 7.5},
+        ),
+    }
+)
+"""The profiles by name."""
+
+
+def with_profile(data: Any) -> Any:
+    """Return the data of a UAV, with the fields that its `vehicle` has and that it does not give itself.
+
+    Raises
+    ------
+    ValueError
+        If there is no such vehicle.
+    """
+    if not isinstance(data, dict) or not data.get("vehicle"):
+        return data
+    profile = VEHICLE_PROFILES.get(data["vehicle"]) if isinstance(data["vehicle"], str) else None
+    if profile is None:
+        raise ValueError(
+            f"vehicle: there is none of the name {data['vehicle']!r:.40}; there are {', '.join(VEHICLE_PROFILES)}"
+        )
+    own = {name: value for name, value in data.items() if value is not None or name not in profile.limits}
+    return {**profile.limits, **own}

@@ -1,0 +1,44 @@
+"""The options of the command line that limit a whole fleet."""
+
+import pytest
+
+import skyverse as sky
+from skyverse import cli
+
+
+@pytest.fixture
+def skyverse(monkeypatch, capsys, tmp_path):
+    """Return a function that runs a command line in a folder of its own: exit code, standard output and error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        with pytest.raises(SystemExit) as stopped:
+            cli.main([str(word) for word in words])
+        said = capsys.readouterr()
+        return stopped.value.code or 0, said.out, said.err
+
+    return run
+
+
+def test_plan_gives_all_uavs_the_limits_of_a_vehicle_and_those_that_are_given(skyverse):
+    limits = ("--vehicle", "indoor", "--max-climb", 0.5, "--max-descent", 0.4, "--separation", 0.3)
+    code, out, err = skyverse("plan", "table-4.9-2", "--planner", "taut", "--no-page", "-o", "m.json", *limits)
+    assert code == 0, (out, err)
+    for uav in sky.read_mission("m.json").scenario.uavs:
+        assert (uav.vehicle, uav.max_speed, uav.max_climb, uav.max_descent) == ("indoor", 1.0, 0.5, 0.4)
+        assert uav.ellipsoid == (0.3, 0.6)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--vehicle", "rocket"), "--vehicle: expected one of indoor, thesis, camera, heavy, mapping, found 'rocket'"),
+        (("--max-climb", "-1"), "--max-climb: uav-1: expected a number greater than or equal to 0.001"),
+        (("--vehicle", "mapping", "--max-speed", "5"), "uav-1: fixed_wing.speed of 15 m/s"),
+    ],
+)
+def test_limits_that_cannot_be_are_refused_in_one_sentence(skyverse, words, says):
+    code, _, err = skyverse("plan", "map1", *words)
+    assert code == 2
+    assert says in err
+    assert err.count("\n") == 1

@@ -1,0 +1,107 @@
+"""Vehicle profiles fill the limits that a UAV does not give itself, and limits of a fleet replace those of its UAVs."""
+
+import math
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+import skyverse as sky
+from skyverse.model.fleet_limits import FleetLimits
+
+
+@pytest.mark.parametrize("name", sky.VEHICLE_PROFILES)
+def test_a_profile_gives_the_limits_that_are_left_out(name):
+    profile = sky.VEHICLE_PROFILES[name]
+    uav = sky.UAV(start=(0, 0, 9), vehicle=name)
+    given = uav.model_dump(exclude_unset=True)
+    assert {key: given[key] for key in profile.limits} == dict(profile.limits)
+    assert profile.title
+    assert profile.source
+    assert sky.UAV.model_validate(uav.model_dump(exclude_none=True)) == uav
+
+
+def test_what_a_uav_gives_itself_stands():
+    uav = sky.UAV(start=(0, 0, 9), vehicle="camera", max_speed=4, max_climb=None)
+    assert uav.max_speed == 4
+    assert uav.max_climb == sky.VEHICLE_PROFILES["camera"].limits["max_climb"]
+
+
+def test_the_thesis_quadrotor_has_the_defaults_of_a_uav():
+    plain, thesis = sky.UAV(start=(0, 0, 0)), sky.UAV(start=(0, 0, 0), vehicle="thesis")
+    assert thesis.ellipsoid == plain.ellipsoid
+    assert thesis.model_copy(update={"vehicle": "", "vertical_separation": None}) == plain
+
+
+def test_the_mapping_aeroplane_turns_at_30_degrees_of_bank_and_climbs_within_its_rates():
+    uav = sky.UAV(start=(0, 0, 0), vehicle="mapping")
+    wing = uav.fixed_wing
+    assert wing.turn_radius == pytest.approx(wing.speed**2 / (9.81 * math.tan(math.radians(30))), abs=0.5)
+    assert wing.speed * math.tan(math.radians(wing.climb)) <= uav.max_descent
+
+
+@pytest.mark.parametrize("name", ["cammera", 3])
+def test_a_vehicle_that_is_not_known_is_refused_with_the_names_that_are(name, tmp_path):
+    with pytest.raises(ValidationError, match="there are indoor, thesis, camera, heavy, mapping"):
+        sky.UAV.model_validate({"start": (0, 0, 0), "vehicle": name})
+
+
+def test_a_scenario_file_names_a_vehicle(tmp_path):
+    sky.write(sky.read("map1"), tmp_path / "a.yaml")
+    text = (tmp_path / "a.yaml").read_text().partition("uavs:")[0]
+    text += "uavs:\n- {start: [0, -4, 1], vehicle: indoor, max_speed: 0.5}\ntargets:\n- {position: [2, 17, 3]}\n"
+    (tmp_path / "a.yaml").write_text(text)
+    (uav,) = sky.read_scenario(tmp_path / "a.yaml").uavs
+    assert (uav.max_speed, uav.max_climb, uav.max_tilt) == (0.5, 1.0, 20.0)
+    (tmp_path / "a.yaml").write_text(text.replace("indoor", "outdoor"))
+    with pytest.raises(sky.InputError, match=r"uavs\[0\]: vehicle: there is none of the name 'outdoor'; there are"):
+        sky.read_scenario(tmp_path / "a.yaml")
+
+
+def test_limits_of_a_fleet_replace_those_of_each_uav():
+    uav = sky.UAV(name="a", start=(1, 2, 3), home=0, priority=2, max_speed=9, separation=3, vertical_separation=1)
+    assert FleetLimits().limit(uav) is uav
+    slower = FleetLimits(max_speed=4, max_climb=2, max_descent=1).limit(uav)
+    assert slower == uav.model_copy(update={"max_speed": 4, "max_climb": 2, "max_descent": 1})
+    assert FleetLimits(separation=5).limit(uav).ellipsoid == (5, 10)
+    camera = FleetLimits(vehicle="camera", max_speed=4).limit(uav)
+    assert camera == sky.UAV(name="a", start=(1, 2, 3), home=0, priority=2, vehicle="camera", max_speed=4)
+
+
+@pytest.mark.parametrize(
+    ("limits", "says"),
+    [
+        ({"vehicle": "rocket"}, "vehicle: expected one of indoor, thesis, camera, heavy, mapping, found 'rocket'"),
+        ({"max_speed": -1.0}, "max_speed: a: expected a number greater than or equal to 0.001"),
+        ({"vehicle": "mapping", "max_speed": 9.0}, "a: fixed_wing.speed of 15 m/s"),
+    ],
+)
+def test_limits_that_cannot_be_are_refused_in_a_sentence(limits, says):
+    with pytest.raises(sky.InputError) as error:
+        FleetLimits(**limits).limit(sky.UAV(name="a", start=(0, 0, 0)))
+    assert str(error.value).startswith(says)
+
+
+def test_the_documentation_states_the_profiles():
+    page = (Path(__file__).parents[2] / "docs" / "vehicles.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines() if line.startswith("| `")]
+    head = next(line for line in page.splitlines() if line.startswith("| |"))
+    names = [cell.strip(" `") for cell in head.split("|")[2:-1]]
+    assert names == list(sky.VEHICLE_PROFILES)
+    stated = dict.fromkeys(names, 0)
+    for first, *cells in rows:
+        fields = [word.strip("`") for word in first.replace(",", " ").split() if word.startswith("`")]
+        for name, cell in zip(names, cells, strict=True):
+            limits = sky.VEHICLE_PROFILES[name].limits
+            if fields == ["fixed_wing"]:
+                wing = limits.get("fixed_wing")
+                due = (
+                    wing
+                    and f"{wing['speed']:g} m/s, {wing['turn_radius']:g} m of turn radius, {wing['climb']:g}° of climb"
+                )
+                assert cell == (due or "")
+            else:
+                numbers = [f"{limits[field]:g}" for field in fields if field in limits]
+                assert cell == (", ".join(numbers) or ("none" if fields[0] == "max_climb" else "")), (name, fields)
+            stated[name] += sum(field in limits for field in fields)
+    assert stated == {name: len(sky.VEHICLE_PROFILES[name].limits) for name in names}
