@@ -200,7 +200,7 @@ def json_changed(data: bytes, rng: random.Random) -> bytes:
 
 
 def yaml_changed(data: bytes, rng: random.Random) -> bytes:
-    from skyverse.files.yaml import load_yaml, yaml_text
+    from skyverse.documents.yaml import load_yaml, yaml_text
 
     try:
         return yaml_text(changed_tree(load_yaml(data.decode()), rng)).encode()

@@ -9,6 +9,11 @@ from pathlib import Path
 from skyverse.errors import InputError
 
 
+def is_device(path: Path) -> bool:
+    """Tell whether a path exists and is neither a file nor a folder."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Yield a path in a file's folder, with its suffix, to write to; what is written there becomes the file at the end.
@@ -18,6 +23,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     InputError
         If the file cannot be written. Then nothing is left behind, and an older file stays as it was.
     """
+    if is_device(path):  # a file that took its name would replace it
+        raise InputError(f"{path}: expected a file, found a device or a pipe")
     beside = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
         try:

@@ -6,6 +6,7 @@ A user of the library reads names of parameters, a user of the command line the 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 
@@ -100,9 +101,68 @@ class InputError(ValueError):
         self.sentence = whole
 
 
+def printable(text: str, most: int = 200) -> str:
+    """Return at most so many characters of a text on one line, without what cannot be printed."""
+    seen = "".join(c if c.isprintable() else " " for c in text[: 2 * most].encode("utf-8", "replace").decode())
+    return " ".join(seen.split())[:most]
+
+
+def shown(value: object, most: int = 40) -> str:
+    """Return at most so many printable characters of a value as Python writes it, for messages."""
+    text = ""
+    for piece in _pieces(value):
+        text += piece
+        if len(text) > 2 * most:
+            break
+    return printable(text, most)
+
+
+def _pieces(value: object) -> Iterator[str]:
+    """Yield how Python writes a value, piece by piece, so that nobody need write all of a large one."""
+    if isinstance(value, dict):
+        yield "{"
+        for number, (key, held) in enumerate(value.items()):
+            yield ", " if number else ""
+            yield from _pieces(key)
+            yield ": "
+            yield from _pieces(held)
+        yield "}"
+    elif type(value) in (list, tuple):
+        yield "[" if isinstance(value, list) else "("
+        for number, held in enumerate(value):  # type: ignore[arg-type]
+            yield ", " if number else ""
+            yield from _pieces(held)
+        yield "]" if isinstance(value, list) else ",)" if len(value) == 1 else ")"  # type: ignore[arg-type]
+    elif isinstance(value, str | bytes):
+        yield repr(value[:1000])
+    elif isinstance(value, int) and value.bit_length() > 10_000:
+        yield f"a whole number of about {round(value.bit_length() * 0.30103):,} digits"
+    else:
+        yield repr(value)
+
+
 def first_line(error: BaseException) -> str:
-    """Return the first line of what an error of another library says, its name where it says nothing."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]
+    """Return the first line, 200 characters at most, of what another library's error says, or else its name."""
+    return printable((str(error).strip().splitlines() or [""])[0]) or type(error).__name__
+
+
+def require_file(path: Path, hint: str = "") -> None:
+    """Raise `InputError` for a path that is no file to read from: nothing, a folder, or a device.
+
+    Parameters
+    ----------
+    path
+        The path.
+    hint
+        What else a name could have meant, which follows where there is nothing of that name.
+    """
+    if path.is_file():
+        return
+    if path.is_dir():
+        raise InputError(f"{path}: expected a file, found a folder")
+    if path.exists():
+        raise InputError(f"{path}: expected a file, found a device or a pipe")
+    raise InputError(f"{printable(str(path), 300)}: no such file{hint}")
 
 
 @contextmanager

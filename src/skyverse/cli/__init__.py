@@ -1,14 +1,18 @@
 """The command line: each verb is a few lines over the public API; bad input ends in one sentence and exit code 2."""
 
+import os
+import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from skyverse._version import __version__
 from skyverse.cli.cache import cache
 from skyverse.cli.compare import compare
-from skyverse.cli.exit_codes import BAD_INPUT, FOUND_WRONG, INTERRUPTED
+from skyverse.cli.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_CLOSED
 from skyverse.cli.export import export
 from skyverse.cli.fly import fly
 from skyverse.cli.missions import check, show
@@ -42,6 +46,7 @@ app = App(
     default_parameter=Parameter(negative_iterable=()),
     suppress_keyboard_interrupt=False,
 )
+_LONG_WORD = r"\S{300,}"
 for verb in (scenarios, plan, check, show, export, fly, compare, reproduce, scenario_app, cache):
     app.command(verb)
 
@@ -49,29 +54,59 @@ for verb in (scenarios, plan, check, show, export, fly, compare, reproduce, scen
 def main(words: Sequence[str] | None = None) -> None:
     """Run a command line, by default that of this process, and end the process with its exit code."""
     given = sys.argv[1:] if words is None else words
-    if not given:
-        print(FIRST_STEPS, end="")
-        sys.exit(0)
     try:
-        code = app(given, exit_on_error=False, print_error=False, result_action="return_value")
-    except UnusedCliTokensError as error:
-        found = " ".join(map(repr, error.unused_tokens or ()))
-        _fail(f"expected each of several values after its own option, as in --uav A --uav B, found {found} without one")
-    except CycloptsError as error:
-        _fail(" ".join(str(error).split()))
-    except InputError as error:
-        _fail(for_command_line(error))
-    except MemoryError:
-        _fail("this machine has too little memory; take longer lattice steps, smaller bounds or fewer paths")
-    except KeyboardInterrupt:
-        print("skyverse: interrupted", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        code = _run(given)
+        sys.stdout.flush()  # what cannot be written is told here, and not by Python when it ends
     except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(FOUND_WRONG)
+        code = _output_closed()
+    except SystemExit as ended:
+        if not isinstance(ended.__context__, BrokenPipeError):
+            raise
+        code = _output_closed()  # rich, which prints help and tables, ends the program itself
+    except OSError as error:
+        _drop_output()
+        where = error.filename or "the output cannot be written"
+        code = _failed(f"{where}: {error.strerror or error}")
     sys.exit(code)
 
 
-def _fail(sentence: str) -> None:
-    print(f"skyverse: {sentence}", file=sys.stderr)
-    sys.exit(BAD_INPUT)
+def _run(given: Sequence[str]) -> int | None:
+    """Run a command line and return its exit code; ``None`` counts as 0."""
+    if not given:
+        print(FIRST_STEPS, end="")
+        return 0
+    try:
+        return app(given, exit_on_error=False, print_error=False, result_action="return_value")
+    except UnusedCliTokensError as error:
+        found = " ".join(map(repr, error.unused_tokens or ()))
+        return _failed(
+            f"expected each of several values after its own option, as in --uav A --uav B, found {found} without one"
+        )
+    except CycloptsError as error:
+        return _failed(" ".join(str(error).split()))
+    except InputError as error:
+        return _failed(for_command_line(error))
+    except MemoryError:
+        return _failed("this machine has too little memory; take longer lattice steps, smaller bounds or fewer paths")
+    except KeyboardInterrupt:
+        print("skyverse: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _failed(sentence: str) -> int:
+    """Print why a command line cannot be run, with overlong words cut short, and return the exit code."""
+    with suppress(OSError):
+        print(f"skyverse: {re.sub(_LONG_WORD, lambda word: f'{word[0][:60]}...', sentence)}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _output_closed() -> int:
+    """Return the exit code for output whose reader has gone, about which there is nothing to say to anyone."""
+    _drop_output()
+    return OUTPUT_CLOSED
+
+
+def _drop_output() -> None:
+    """Let standard output lead nowhere, so that Python does not fail on it again when it ends."""
+    with suppress(OSError, ValueError), Path(os.devnull).open("w") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())

@@ -6,3 +6,5 @@ BAD_INPUT = 2
 """What the user gave cannot be used."""
 INTERRUPTED = 130
 """The user pressed Ctrl-C."""
+OUTPUT_CLOSED = 141
+"""Whoever read the output has closed it, as ``head`` does; that is how shells count a program that a pipe ended."""

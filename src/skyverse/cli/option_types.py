@@ -7,13 +7,15 @@ from typing import Annotated
 
 from cyclopts import Parameter, Token
 
+from skyverse.errors import shown
+
 
 def _whole_number(_: object, tokens: Sequence[Token]) -> int:
     """Read a whole number from 1 on, or from 0 on for a seed; cyclopts itself would cut 1.5 to 1."""
     text, option = tokens[0].value, tokens[0].keyword
-    if not re.fullmatch(r"\+?\d+", text) or (int(text) == 0 and option != "--seed"):
+    if not re.fullmatch(r"\+?\d{1,18}", text) or (int(text) == 0 and option != "--seed"):
         least = 0 if option == "--seed" else 1
-        raise ValueError(f"expected a whole number from {least} on, found {text!r}")  # cyclopts names the option
+        raise ValueError(f"expected a whole number from {least} on, found {shown(text)}")  # cyclopts names the option
     return int(text)
 
 

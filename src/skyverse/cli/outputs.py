@@ -4,6 +4,7 @@ import os
 import re
 from pathlib import Path
 
+from skyverse.atomic import is_device
 from skyverse.errors import InputError
 
 
@@ -29,5 +30,7 @@ def refuse_output(path: Path, *read: str | Path) -> None:
         raise InputError(f"{path}: expected another file than what is read, which would be replaced")
     if path.is_dir():
         raise InputError(f"{path}: expected a file, found a folder")
+    if is_device(path):
+        raise InputError(f"{path}: expected a file, found a device or a pipe")
     if not os.access(path.parent, os.W_OK):
         raise InputError(f"{path}: cannot be written: the folder is read-only")

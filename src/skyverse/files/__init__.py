@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from skyverse.atomic import whole_file, write_text
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_file
 from skyverse.files.builtin import BUILTIN_NAMES, builtin
 from skyverse.files.document import parse, read_text
 from skyverse.files.grid_archive import GridArchive
@@ -47,10 +47,7 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         return builtin(str(source))
     path = Path(source)
     suffix = path.suffix.lower()
-    if not path.is_file():
-        if path.is_dir():
-            raise InputError(f"{path}: expected a file, found a folder")
-        raise InputError(f"{source}: no such file, nor a built-in scenario; built in are {', '.join(BUILTIN_NAMES)}")
+    require_file(path, f", nor a built-in scenario; built in are {', '.join(BUILTIN_NAMES)}")
     if suffix == ".txt":
         return course_map(path, read_text(path))
     if suffix in voxels.VOXEL_SUFFIXES:
@@ -61,6 +58,8 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     data = parse(path, read_text(path))
     if suffix == ".json" and is_rotorpy_world(data):
         return rotorpy_world(path, data)
+    for kind in (MISSIONS, FLIGHTS):
+        kind.require_name(path, data)
     if MISSIONS.is_of(data):
         return mission_from_data(path, data)
     if FLIGHTS.is_of(data):
@@ -85,7 +84,9 @@ def read_mission(source: str | Path) -> Mission:
 def read_flight(path: str | Path) -> Flight:
     """Read a flight from its file, or raise `InputError`."""
     path = Path(path)
+    require_file(path)
     data = parse(path, read_text(path))
+    FLIGHTS.require_name(path, data)
     if FLIGHTS.is_of(data):
         return FLIGHTS.from_data(path, data)
     raise InputError(f"{path}: expected a flight (its 'format' is {FLIGHTS.name!r}), found something else")

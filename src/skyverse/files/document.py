@@ -1,7 +1,9 @@
 """YAML and JSON texts become data, and data become objects, or one sentence says what is wrong with them."""
 
+import dataclasses
 import difflib
 import json
+import re
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
@@ -10,16 +12,22 @@ from typing import Any, Generic, TypeVar
 from pydantic import TypeAdapter, ValidationError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from skyverse.errors import InputError, first_line, unreadable
+from skyverse.documents.json import load_json
+from skyverse.documents.limits import LimitError, require_length
+from skyverse.documents.yaml import load_yaml
+from skyverse.errors import InputError, first_line, printable, shown, unreadable
 from skyverse.files.grid_archive import GridArchive, arrays_beside
-from skyverse.files.yaml import load_yaml, unique_keys
+from skyverse.model.scenario import Scenario
 
 
 def read_text(path: Path) -> str:
     """Return the text of a file, or raise `InputError`."""
     try:
         with unreadable(path):
+            require_length(path)
             return path.read_text(encoding="utf-8")
+    except LimitError as error:
+        raise InputError(f"{path}: {error}") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected a text file in UTF-8, found something else at byte {error.start}") from None
 
@@ -28,17 +36,21 @@ def parse(path: Path, text: str) -> Any:
     """Return the data of a YAML or JSON file, or raise `InputError` with the line; no key may stand twice."""
     try:
         if path.suffix.lower() == ".json":
-            return json.loads(text, object_pairs_hook=unique_keys)
+            return load_json(text)
         return load_yaml(text)
     except json.JSONDecodeError as error:
         raise InputError(f"{path}: line {error.lineno} is not JSON: {error.msg}") from None
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f"line {mark.line + 1} " if mark is not None else ""
-        problem = str(error.problem or error.context).strip().splitlines()[0]
+        problem = printable(str(error.problem or error.context).strip().splitlines()[0])
         raise InputError(f"{path}: {line}is not YAML: {problem}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
+    except RecursionError:
+        raise InputError(f"{path}: its lists and objects are nested too deeply to be read here") from None
+    except (YAMLError, ValueError) as error:
         raise InputError(f"{path}: {first_line(error)}") from None
+    except (LookupError, AttributeError, TypeError) as error:  # ruamel.yaml's, where a value is not what its tag says
+        raise InputError(f"{path}: a value is not what its tag says: {first_line(error)}") from None
 
 
 _SHAPE_TAGS = ("box", "cylinder", "sphere", "prism", "voxels")
@@ -71,7 +83,14 @@ class JsonFormat(Generic[T]):
 
     def is_of(self, data: Any) -> bool:
         """Tell whether the data of a file are said to be in this format, of any version."""
-        return isinstance(data, dict) and str(data.get("format", "")).startswith(self.name.rpartition("/")[0] + "/")
+        said = data.get("format") if isinstance(data, dict) else None
+        return isinstance(said, str) and said.startswith(self.name.rpartition("/")[0] + "/")
+
+    def require_name(self, source: object, data: Any) -> None:
+        """Raise `InputError` for data that have fields of this format, but do not say which format they are in."""
+        fields = {one.name for one in dataclasses.fields(self.kind)} - Scenario.model_fields.keys()  # type: ignore[arg-type]
+        if isinstance(data, dict) and "format" not in data and len(fields & data.keys()) > 1:
+            raise InputError(f"{source}: format: is missing; expected {self.name!r}")
 
     def from_data(self, source: str | Path, data: Any) -> T:
         """Return the object that the data of a file describe, or raise `InputError` that names file and field.
@@ -88,7 +107,7 @@ class JsonFormat(Generic[T]):
         except ValueError as error:
             raise InputError(f"{source}: {error}") from None
         if data["format"] != self.name:
-            raise InputError(f"{source}: format: expected {self.name!r}, found {data['format']!r:.60}")
+            raise InputError(f"{source}: format: expected {self.name!r}, found {shown(data['format'], 60)}")
         try:
             return self._adapter.validate_python(data, context={"grids": arrays_beside(Path(source))})
         except ValidationError as error:
@@ -121,11 +140,11 @@ def explained(source: object, error: ValidationError, known: set[str]) -> InputE
         return InputError(f"{source}: {place}: there is no such key{hint}")
     if first["type"] == "missing":
         return InputError(f"{source}: {place}: is missing")
-    said = first["msg"].removeprefix("Value error, ").rstrip(".")
+    said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", first["msg"].removeprefix("Value error, ").rstrip("."))
     said = said[:1].lower() + said[1:] if said[1:2].islower() else said
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    shown = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {_short(found)}"
-    return InputError(f"{source}: {place + ': ' if place else ''}{said}{shown}{more}")
+    but = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {shown(found, 60)}"
+    return InputError(f"{source}: {place + ': ' if place else ''}{said}{but}{more}")
 
 
 def _place(loc: tuple[int | str, ...]) -> str:
@@ -134,10 +153,5 @@ def _place(loc: tuple[int | str, ...]) -> str:
         if isinstance(part, int):
             place += f"[{part}]"
         elif part not in _SHAPE_TAGS and not part.startswith(("function-", "tuple[", "literal[")):
-            place += f".{part}" if place else part
+            place += f".{printable(part, 60)}" if place else printable(part, 60)
     return place
-
-
-def _short(value: object) -> str:
-    shown = repr(value)
-    return shown if len(shown) <= 60 else f"{shown[:57]}..."

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from skyverse.errors import shown
+
 MAX_ARRAY_NUMBERS = 2**28
 """Numbers at most in an array that is read: 2 GB of heights."""
 
@@ -75,7 +77,7 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
         raise ValueError("expected rows of numbers, or 'file', 'array', 'shape' and 'sha256' of an array beside")
     file, name, shape, digest = (reference[key] for key in ("file", "array", "shape", "sha256"))
     if not (isinstance(file, str) and file.endswith(".npz") and not set(file) & set("/\\:\0") and file.isprintable()):
-        raise ValueError(f"file: expected the plain name of an .npz file in the same folder, found {file!r:.60}")
+        raise ValueError(f"file: expected the plain name of an .npz file in the same folder, found {shown(file, 60)}")
     if not (
         isinstance(shape, list)
         and 1 <= len(shape) <= 3
@@ -83,17 +85,17 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
         and math.prod(shape) <= MAX_ARRAY_NUMBERS
     ):
         raise ValueError(
-            f"shape: expected two or three counts, {MAX_ARRAY_NUMBERS:.3g} numbers at most, found {shape!r:.60}"
+            f"shape: expected two or three counts, {MAX_ARRAY_NUMBERS:.3g} numbers at most, found {shown(shape, 60)}"
         )
     beside = path.with_name(file)
     try:
         with zipfile.ZipFile(beside) as archive:
             entry = archive.getinfo(f"{name}.npy")
             if entry.file_size > 8 * math.prod(shape) + 1024:
-                raise ValueError(f"{file}: {name!r:.60} is larger than its shape {shape} says")
+                raise ValueError(f"{file}: {shown(name, 60)} is larger than its shape {shape} says")
             data = archive.read(entry)
     except KeyError:
-        raise ValueError(f"{file} has no array {name!r:.60}") from None
+        raise ValueError(f"{file} has no array {shown(name, 60)}") from None
     except FileNotFoundError:
         raise ValueError(f"{file}, the file beside this one with its large arrays, is missing") from None
     except OSError as error:
@@ -101,11 +103,13 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise ValueError(f"{file} is damaged: {error}") from None
     if hashlib.sha256(data).hexdigest() != digest:
-        raise ValueError(f"{file}: {name!r:.60} is not the array that this file was written with (its SHA-256 differs)")
+        raise ValueError(
+            f"{file}: {shown(name, 60)} is not the array that this file was written with (its SHA-256 differs)"
+        )
     stored = _array(data)
     packed = stored.dtype == np.uint8
     if stored.size != (-(-math.prod(shape) // 8) if packed else math.prod(shape)):
-        raise ValueError(f"{file}: {name!r:.60} does not have the shape {shape}")
+        raise ValueError(f"{file}: {shown(name, 60)} does not have the shape {shape}")
     if packed:
         return np.unpackbits(stored, count=math.prod(shape)).astype(bool).reshape(shape)
     return stored.astype(np.float64).reshape(shape)

@@ -8,11 +8,11 @@ from typing import Any
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from skyverse.errors import InputError, unreadable
+from skyverse.documents.yaml import yaml_text
+from skyverse.errors import InputError, shown, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
 from skyverse.files.document import explained
 from skyverse.files.grid_archive import arrays_beside
-from skyverse.files.yaml import yaml_text
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
 
@@ -21,7 +21,7 @@ def scenario_from_data(source: str | Path, data: Any) -> Scenario:
     """Return the scenario that a file's data describe, or raise `InputError` that names file and field."""
     if not isinstance(data, dict):
         raise InputError(
-            f"{source}: expected a scenario, a mapping with the key 'bounds' and others, found {data!r:.40}"
+            f"{source}: expected a scenario, a mapping with the key 'bounds' and others, found {shown(data)}"
         )
     try:
         return Scenario.model_validate(data, context={"grids": arrays_beside(Path(source))})

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, ValidationError, model_validator
 
 from skyverse.atomic import write_text
+from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError
 from skyverse.files import BUILTIN_NAMES, read_scenario
 from skyverse.files.document import explained, parse, read_text
-from skyverse.files.yaml import yaml_text
 from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.scenario import Scenario

@@ -38,7 +38,11 @@ _FRAMES: dict[str, type[AboveSea] | type[AboveHome] | type[AboveGround]] = {
     "home": AboveHome,
     "agl": AboveGround,
 }
-_WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(m|ft)?\s*(amsl|msl|home|agl)?\s*", re.IGNORECASE)
+MAX_WRITTEN = 60
+"""Characters at most of a text that is read as an altitude; matching a pattern to endless blanks would take hours."""
+_WRITTEN = re.compile(
+    r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)\s*(m|ft)?\s*(amsl|msl|home|agl)?\s*", re.IGNORECASE
+)
 
 
 def parse_altitude(text: str) -> Altitude:
@@ -49,7 +53,7 @@ def parse_altitude(text: str) -> Altitude:
     ValueError
         If the text is no altitude, or does not say what the altitude is counted from.
     """
-    found = _WRITTEN.fullmatch(text)
+    found = _WRITTEN.fullmatch(text) if len(text) <= MAX_WRITTEN else None
     if found is None:
         raise ValueError(f"expected an altitude such as '60 m agl', found {text!r:.40}")
     number, unit, frame = found.groups()

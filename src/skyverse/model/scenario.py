@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, shown
 from skyverse.model.digest import digest_of
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
@@ -127,7 +127,8 @@ PRESETS = {
 def _preset(value: object) -> object:
     if isinstance(value, str):
         if value not in PRESETS:
-            raise ValueError(f"no objective is called {value!r}; there are {', '.join(PRESETS)}, or give the weights")
+            known = ", ".join(PRESETS)
+            raise ValueError(f"no objective is called {shown(value)}; there are {known}, or give the weights")
         return PRESETS[value]
     return value
 
@@ -206,7 +207,7 @@ def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
     names = [thing.name for thing in named]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"names must differ, but {name!r} stands {names.count(name)} times")
+            raise ValueError(f"names must differ, but {shown(name)} stands {names.count(name)} times")
     return named
 
 

@@ -529,7 +529,7 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
             ["--uav", "46.8,9.85,60 agl", "b.geojson"],
             "each of several values after its own option, as in --uav A --uav",
         ),
-        (["--zones", "a.geojson", "b.geojson"], "a.geojson: there is no such file"),
+        (["--zones", "a.geojson", "b.geojson"], "a.geojson: no such file"),
     ],
 )
 def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, monkeypatch, words, sentence):

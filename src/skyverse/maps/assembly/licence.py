@@ -1,6 +1,5 @@
 """The licences under which files say that they may be used."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -21,9 +20,11 @@ def licence_of(path: Path) -> str:
         return OPEN_STREET_MAP
     if suffix not in (".json", ".geojson"):
         return ""
+    from skyverse.maps.readers import geojson  # it needs libraries that only readers of such files have
+
     try:
-        document = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
+        document = geojson.load(path)
+    except InputError:
         return ""
     holders = [document, *(document.get(name) for name in _HOLDERS)] if isinstance(document, dict) else []
     said = (Fields(holder).text(*_LICENCE_FIELDS) for holder in holders if isinstance(holder, dict))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.fields import Fields, looked_up, number_of, plain
-from skyverse.model.altitude import FOOT, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
+from skyverse.model.altitude import FOOT, MAX_WRITTEN, AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 LOWER_FIELDS = ("lowerlimit", "lower", "minaltitude", "minalt", "altitudelower", "loweraltitude", "floor")
 UPPER_FIELDS = ("upperlimit", "upper", "maxaltitude", "maxalt", "altitudeupper", "upperaltitude", "ceiling")
@@ -29,7 +29,7 @@ METRES_PER_LIMIT_UNIT = {
     **dict.fromkeys(("ft", "foot", "feet"), FOOT),
 }
 """By a unit's plain name."""
-_WRITTEN_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)\s*", re.IGNORECASE)
+_WRITTEN_NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)\s*", re.IGNORECASE)
 GIVE_ALTITUDES = (Remedy("Reading.altitudes", "agl"), Remedy("Reading.altitudes", "amsl"))
 """What helps where a file does not say what its altitudes are counted from."""
 
@@ -74,7 +74,7 @@ def _altitude(value: object, field: str, side: str, fields: Fields, where: str, 
             return None
         if plain(value) in ("unl", "unlimited", "unltd") and side == "upper":
             return None
-        written = _WRITTEN_NUMBER.fullmatch(value)
+        written = _WRITTEN_NUMBER.fullmatch(value) if len(value) <= MAX_WRITTEN else None
         if written is None or (written[2] and written[2].lower() not in METRES_PER_LIMIT_UNIT):
             return _parsed(value, place)
         value, unit = float(written[1]), written[2].lower() or None

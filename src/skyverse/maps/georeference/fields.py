@@ -6,7 +6,7 @@ from collections.abc import Container, Iterator, Mapping
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, printable, shown
 
 T = TypeVar("T")
 
@@ -57,17 +57,6 @@ def is_empty(value: object) -> bool:
     if isinstance(value, float):
         return math.isnan(value)
     return value is None or (isinstance(value, str) and not value.strip())
-
-
-def printable(text: str) -> str:
-    """Return at most 200 characters of a text on one line, without what cannot be printed."""
-    shown = "".join(c if c.isprintable() else " " for c in text.encode("utf-8", "replace").decode())
-    return " ".join(shown.split())[:200]
-
-
-def shown(value: object) -> str:
-    """Return at most 40 printable characters of a value as Python writes it, for messages."""
-    return f"{printable(repr(value)[:60]):.40}"
 
 
 def number_of(value: object, place: str) -> float:

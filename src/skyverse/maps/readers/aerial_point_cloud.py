@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError, Remedy, require_file
 from skyverse.maps.georeference.choices import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.georeference.libraries import require_libraries
 from skyverse.maps.georeference.rectangle import Rectangle
@@ -81,8 +81,7 @@ def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
     """
     if path.suffix.lower() not in (".las", ".laz"):
         raise InputError(f"{path}: expected a point cloud (.las, .laz), found {path.suffix!r}")
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    require_file(path)
     require_libraries(path.name, "laspy", "lazrs", "pyproj", "shapely")
     import shapely
 

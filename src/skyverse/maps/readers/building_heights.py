@@ -3,9 +3,9 @@
 import math
 import re
 
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError, Remedy, shown
 from skyverse.maps.georeference.choices import Choices
-from skyverse.maps.georeference.fields import Fields, shown
+from skyverse.maps.georeference.fields import Fields
 from skyverse.model.altitude import FOOT, AboveGround
 
 LEVEL_HEIGHT = 3.0

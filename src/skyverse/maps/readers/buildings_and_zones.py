@@ -5,7 +5,7 @@ from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
-from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.errors import InputError, Remedy, Sentence, require_file
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.libraries import require_libraries
@@ -40,8 +40,7 @@ def read_features(path: Path | str, choices: Choices | None = None) -> list[Feat
             f"{path}: expected a file of buildings or zones ({known}), found {suffix!r}",
             give=[Remedy("voxels", None, "for point clouds")] if suffix in (".las", ".laz") else (),
         )
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file")
+    require_file(path)
     require_libraries(str(path), "shapely", "pyproj", *(("pyogrio",) if suffix in (*_GDAL_SUFFIXES, ".pbf") else ()))
     import shapely
 

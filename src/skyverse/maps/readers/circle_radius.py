@@ -4,10 +4,10 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, shown
 from skyverse.maps.georeference.altitude_limits import METRES_PER_LIMIT_UNIT, UNIT_FIELDS
 from skyverse.maps.georeference.choices import MAX_BUFFER, Choices
-from skyverse.maps.georeference.fields import Fields, looked_up, plain, shown
+from skyverse.maps.georeference.fields import Fields, looked_up, plain
 from skyverse.maps.readers.building_heights import length_in_metres
 from skyverse.model.altitude import FOOT
 
@@ -28,7 +28,7 @@ _RADIUS_UNIT_FIELDS = (
 _FIELDS_WITH_UNIT = {
     f"radius{between}{unit}": scale for unit, scale in METRES_PER_RADIUS_UNIT.items() for between in ("", "in")
 }
-_WRITTEN_RADIUS = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*([a-z][a-z ]*)?", re.IGNORECASE)
+_WRITTEN_RADIUS = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*([a-z][a-z ]*)?", re.IGNORECASE)
 
 
 def circle_radius(fields: Fields, where: str, choices: Choices) -> float | None:

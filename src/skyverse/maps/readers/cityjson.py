@@ -18,11 +18,11 @@ from shapely import GeometryCollection, LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, Sentence
+from skyverse.errors import InputError, Remedy, Sentence, printable, shown
 from skyverse.maps.georeference import datum
 from skyverse.maps.georeference.choices import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import Fields, are_numbers, printable, require_type, shown
+from skyverse.maps.georeference.fields import Fields, are_numbers, require_type
 from skyverse.maps.readers.building_heights import building_limits
 from skyverse.maps.readers.coordinate_systems import named_crs, to_globe
 from skyverse.maps.readers.polygons import filled, polygons

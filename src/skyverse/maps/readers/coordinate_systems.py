@@ -9,9 +9,8 @@ import shapely
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, printable
 from skyverse.maps.georeference import datum
-from skyverse.maps.georeference.fields import printable
 
 WGS84 = pyproj.CRS("OGC:CRS84")
 MAX_EDGE = 500.0

@@ -13,8 +13,10 @@ from shapely import GeometryCollection, LineString, MultiPolygon, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, unreadable
-from skyverse.maps.georeference.fields import are_numbers, printable, require_type, shown
+from skyverse.documents.json import load_json
+from skyverse.documents.limits import LimitError, require_length
+from skyverse.errors import InputError, printable, shown, unreadable
+from skyverse.maps.georeference.fields import are_numbers, require_type
 from skyverse.maps.readers.circle_radius import fields_of_circle
 from skyverse.maps.readers.coordinate_systems import WGS84, named_crs
 from skyverse.maps.readers.record_to_feature import GeometryRecord
@@ -26,7 +28,7 @@ def load(path: Path) -> Any:
     Raises
     ------
     InputError
-        If it is not JSON, holds NaN or infinity, or an object has a field twice.
+        If it is not JSON, holds NaN or infinity, is too large or nested too deeply, or an object has a field twice.
     """
 
     def no_number(text: str) -> NoReturn:
@@ -45,9 +47,14 @@ def load(path: Path) -> Any:
 
     try:
         with unreadable(path):
-            return json.loads(path.read_bytes(), parse_constant=no_number, object_pairs_hook=once)
+            require_length(path)
+            data = path.read_bytes()
+        text = data.decode(json.detect_encoding(data), "surrogatepass")
+        return load_json(text, objects=once, constants=no_number)
     except InputError:
         raise
+    except LimitError as error:
+        raise InputError(f"{path}: {error}") from None
     except (ValueError, RecursionError) as error:
         cut = isinstance(error, json.JSONDecodeError) and (
             error.pos > len(error.doc.rstrip()) - 5 or error.msg.startswith("Unterminated string")  # as in "tru"

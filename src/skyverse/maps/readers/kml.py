@@ -12,11 +12,10 @@ import shapely
 from shapely import GeometryCollection, LineString, Point
 from shapely.geometry.base import BaseGeometry
 
-from skyverse.errors import InputError, unreadable
-from skyverse.maps.georeference.fields import printable
+from skyverse.documents.xml import read_tree
+from skyverse.errors import InputError, printable, unreadable
 from skyverse.maps.readers.geojson import polygon
 from skyverse.maps.readers.record_to_feature import GeometryRecord
-from skyverse.maps.readers.xml import read_tree
 
 MAX_UNPACKED = 200_000_000
 """Bytes that a KMZ may unpack to at most."""

@@ -17,14 +17,13 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, unreadable
+from skyverse.documents.xml import parse
+from skyverse.errors import InputError, printable, unreadable
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import printable
 from skyverse.maps.readers.coordinate_systems import WGS84
 from skyverse.maps.readers.polygons import filled
 from skyverse.maps.readers.record_to_feature import GeometryRecord, features_of
-from skyverse.maps.readers.xml import parse
 
 _GDAL_RULES = """closed_ways_are_polygons=building,building:part
 [points]

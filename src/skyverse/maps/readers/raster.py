@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError, Remedy, first_line
+from skyverse.errors import InputError, Remedy, first_line, require_file
 from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.libraries import require_libraries
 from skyverse.model.altitude import FOOT
@@ -252,8 +252,7 @@ def open_raster(raster: Raster) -> Iterator[OpenRaster]:
     import rasterio
 
     path = Path(raster.path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    require_file(path)
     _refuse_references(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)

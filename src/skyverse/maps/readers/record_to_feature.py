@@ -9,11 +9,11 @@ import pyproj
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from skyverse.errors import InputError, Remedy
+from skyverse.errors import InputError, Remedy, printable, shown
 from skyverse.maps.georeference.altitude_limits import GIVE_ALTITUDES, altitude_limits
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import Fields, number_of, printable, shown
+from skyverse.maps.georeference.fields import Fields, number_of
 from skyverse.maps.readers.building_heights import HEIGHT_FIELDS, building_limits
 from skyverse.maps.readers.circle_radius import circle_radius
 from skyverse.maps.readers.coordinate_systems import to_globe

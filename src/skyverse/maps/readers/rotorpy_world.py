@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, shown
 from skyverse.maps.georeference.fields import are_numbers, require_type
 from skyverse.maps.readers.scenario_defaults import DEFAULT_CLEARANCE, default_lattice
 from skyverse.model.scenario import Bounds, Scenario, Source
@@ -33,7 +33,7 @@ def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
     boxes = []
     for k, block in enumerate(blocks):
         if not isinstance(block, dict) or "extents" not in block:
-            raise InputError(f"{path}: blocks[{k}]: expected an object with 'extents', found {block!r:.40}")
+            raise InputError(f"{path}: blocks[{k}]: expected an object with 'extents', found {shown(block)}")
         corners = _corners(f"{path}: blocks[{k}].extents", block["extents"])
         boxes.append(Box(min=corners[0], max=corners[1]))
     bounds = Bounds(min=low, max=high)
@@ -52,8 +52,8 @@ def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
 
 def _corners(where: str, extents: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     if not are_numbers(extents, (6,), 1e9):
-        raise InputError(f"{where}: expected xmin, xmax, ymin, ymax, zmin, zmax in metres, found {extents!r:.60}")
+        raise InputError(f"{where}: expected xmin, xmax, ymin, ymax, zmin, zmax in metres, found {shown(extents, 60)}")
     x, xx, y, yy, z, zz = map(float, extents)
     if not (x < xx and y < yy and z < zz):
-        raise InputError(f"{where}: expected each minimum below its maximum, found {extents!r:.60}")
+        raise InputError(f"{where}: expected each minimum below its maximum, found {shown(extents, 60)}")
     return (x, y, z), (xx, yy, zz)

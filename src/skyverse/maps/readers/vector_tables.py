@@ -10,9 +10,8 @@ import pyproj
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, printable
 from skyverse.maps.georeference.choices import GIVE_CRS, Choices
-from skyverse.maps.georeference.fields import printable
 from skyverse.maps.readers.coordinate_systems import named_crs
 from skyverse.maps.readers.record_to_feature import GeometryRecord
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, require_file
 from skyverse.maps.readers.scenario_defaults import DEFAULT_CLEARANCE, default_lattice
 from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN, Unknown
 from skyverse.model.scenario import Bounds, Scenario, Source
@@ -35,8 +35,7 @@ def read_voxels(path: str | Path, size: float | None = None, unknown: Unknown | 
     path = Path(path)
     if path.suffix.lower() not in VOXEL_SUFFIXES:
         raise InputError(f"{path}: expected a file ending in {', '.join(VOXEL_SUFFIXES)}, found {path.suffix!r}")
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    require_file(path)
     try:
         return _reader(path.suffix.lower(), unknown)(path, size)
     except MemoryError:

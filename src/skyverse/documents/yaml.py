@@ -12,6 +12,9 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
+from skyverse.documents.json import load_json
+from skyverse.documents.yaml_composer import BoundedComposer
+
 LONG_LIST = 100
 """Entries of a list from which on they are written one a line."""
 _LONG_LISTS = re.compile(r"^(obstacles|zones):[ ]*\n((?:[ ]*- \{.*\n){%d,})" % LONG_LIST, re.MULTILINE)  # noqa: UP031
@@ -19,7 +22,17 @@ _NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 
 
 def load_yaml(text: str) -> Any:
-    """Return the data of a YAML text, or raise ruamel.yaml's `YAMLError`, as for a key that stands twice."""
+    """Return the data of a YAML text.
+
+    Raises
+    ------
+    ruamel.yaml.error.YAMLError
+        If it is not YAML, or a key stands twice.
+    LimitError
+        If it holds too many values, nests them too deeply, or repeats too many by aliases.
+    ValueError
+        If a value is not what its tag says.
+    """
     lists: dict[str, list[Any]] = {}
 
     def replaced(found: re.Match[str]) -> str:
@@ -31,31 +44,29 @@ def load_yaml(text: str) -> Any:
         lists[token] = entries
         return f"{found[1]}: {token!r}" + "\n" * (len(entries) + 1)  # so that messages name the right line
 
-    data = YAML(typ="safe", pure=True).load(_LONG_LISTS.sub(replaced, text))
+    data = _load(_LONG_LISTS.sub(replaced, text))
     for token, entries in lists.items():
         key = next((key for key in ("obstacles", "zones") if isinstance(data, dict) and data.get(key) == token), None)
         if key is None:  # the list was part of another value
-            return YAML(typ="safe", pure=True).load(text)
+            return _load(text)
         data[key] = entries
     return data
+
+
+def _load(text: str) -> Any:
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Composer = BoundedComposer
+    return yaml.load(text)
 
 
 def _entry(line: str) -> Any:
     entry = line.lstrip(" ")[2:]
     try:
-        return json.loads(entry, object_pairs_hook=unique_keys)
+        return load_json(entry)
     except json.JSONDecodeError:
-        return YAML(typ="safe", pure=True).load(entry)
-
-
-def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object's keys and values, or raise `ValueError` if a key stands twice."""
-    data = dict(pairs)
-    if len(data) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in keys if keys.count(key) > 1)
-        raise ValueError(f"the key {twice!r} stands twice in one object")
-    return data
+        if "*" in entry:  # what aliases repeat is counted over the whole document
+            raise
+        return _load(entry)
 
 
 def yaml_text(data: Any) -> str:

@@ -5,6 +5,7 @@ from typing import IO, Protocol
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
+from skyverse.documents.limits import LimitError, require_depth, require_values
 from skyverse.errors import InputError
 
 _CUT_OFF_CODES = [expat.errors.codes[said] for said in (
@@ -29,8 +30,22 @@ def parse(stream: IO[bytes], path: Path, target: XmlTarget) -> None:
     Raises
     ------
     InputError
-        If it is not XML, ends too early, or declares a document type.
+        If it is not XML, ends too early, declares a document type, or holds too many elements or too deep ones.
     """
+    depth = elements = 0
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        nonlocal depth, elements
+        depth += 1
+        elements += 1
+        require_depth(depth)
+        require_values(elements)
+        target.start(name.rpartition(":")[2], attributes)
+
+    def end(name: str) -> None:
+        nonlocal depth
+        depth -= 1
+        target.end(name.rpartition(":")[2])
 
     def refuse(*_: object) -> None:
         raise InputError(f"{path}: expected plain XML, found a document type declaration")
@@ -38,11 +53,13 @@ def parse(stream: IO[bytes], path: Path, target: XmlTarget) -> None:
     parser = expat.ParserCreate()
     parser.buffer_text = True
     parser.StartDoctypeDeclHandler = refuse
-    parser.StartElementHandler = lambda name, attributes: target.start(name.rpartition(":")[2], attributes)
-    parser.EndElementHandler = lambda name: target.end(name.rpartition(":")[2])
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
     parser.CharacterDataHandler = getattr(target, "data", None)
     try:
         parser.ParseFile(stream)
+    except LimitError as error:
+        raise InputError(f"{path}: {error}") from None
     except (expat.ExpatError, UnicodeError, LookupError, ValueError) as error:
         if isinstance(error, InputError):
             raise

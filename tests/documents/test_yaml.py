@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 import skyverse as sky
-from skyverse.files.yaml import LONG_LIST, load_yaml, yaml_text
+from skyverse.documents.yaml import LONG_LIST, load_yaml, yaml_text
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=8) | st.sampled_from(
     ["\x85", "\u2028x", "\ufeff", "\x7f", "\U0001f600", "obstacles: []\n", "- {}", "'\"#: ", "~", "1e5", "no"]

@@ -1,0 +1,46 @@
+"""How much a nested document may hold; a reader counts it before it builds anything of that size.
+
+The limits are far above what maps and missions need, and low enough that a document at its limits fits into memory.
+"""
+
+from pathlib import Path
+
+MAX_DIGITS = 1000
+"""Digits of a whole number at most: Python refuses to write numbers of some thousands."""
+MAX_DEPTH = 100
+"""Lists, objects or elements within one another at most; the deepest format that is read, CityJSON, needs about 12."""
+MAX_REPEATED = 100_000
+"""Values that the aliases of a YAML document may repeat in all; a few lines of aliases could repeat billions."""
+MAX_VALUES = 2**25
+"""Values in a document at most, 33 million: as Python objects they take about 2 GB."""
+MAX_CHARACTERS = 2**29
+"""Bytes of a document's file at most, half a gigabyte."""
+
+
+class LimitError(ValueError):
+    """A document holds more than is read; the message says what was expected and found."""
+
+
+def require_length(path: Path) -> None:
+    """Raise `LimitError` for a file that is too long to be read as a document."""
+    size = path.stat().st_size
+    if size > MAX_CHARACTERS:
+        raise LimitError(f"expected at most {MAX_CHARACTERS:,} bytes, found {size:,}")
+
+
+def require_values(values: int) -> None:
+    """Raise `LimitError` for a document that holds too many values."""
+    if values > MAX_VALUES:
+        raise LimitError(f"expected at most {MAX_VALUES:,} values, found {values:,} or more")
+
+
+def require_depth(depth: int) -> None:
+    """Raise `LimitError` for a document whose parts stand too deeply within one another."""
+    if depth > MAX_DEPTH:
+        raise LimitError(f"expected its parts nested at most {MAX_DEPTH} deep, found them {depth:,} deep or more")
+
+
+def require_digits(digits: int) -> None:
+    """Raise `LimitError` for a whole number of too many digits."""
+    if digits > MAX_DIGITS:
+        raise LimitError(f"expected numbers of at most {MAX_DIGITS:,} digits, found one of {digits:,}")
