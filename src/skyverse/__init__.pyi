@@ -40,6 +40,7 @@ from .model.disturbances import wind_from as wind_from
 from .model.flight_record import Flight as Flight
 from .model.flight_record import Flown as Flown
 from .model.flight_record import Passing as Passing
+from .model.flight_summary import FlightSummary as FlightSummary
 from .model.geodesy import to_local as to_local
 from .model.geodesy import to_wgs84 as to_wgs84
 from .model.mission import Mission as Mission

@@ -30,8 +30,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     exact = not terms and not any(result.any_angle for result in results)
     costs = mission.costs if mission.complete else {}
     rows = []
-    for uav, target, result, trajectory in zip(
-        mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, strict=True
+    flights = mission.flights or (None,) * len(mission.scenario.uavs)
+    for uav, target, result, trajectory, flight in zip(
+        mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, flights, strict=True
     ):
         if target is not None and result is not None:
             rows.append(
@@ -46,6 +47,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
                     "arrives at": None if trajectory is None else trajectory.end,
                     "flies": None if trajectory is None else trajectory.form,
                     "generated paths": result.effort.generated_paths,
+                    "flight": None if flight is None else asdict(flight),
                     **{term: result.terms.get(term) for term in terms},
                 }
             )
@@ -68,7 +70,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         }
         print(json_text(summary), end="")
         return
-    table(list(rows[0]) if rows else ["uav"], [[_cell(k, v) for k, v in row.items()] for row in rows])
+    heads = [head for head in rows[0] if head != "flight"] if rows else ["uav"]
+    table(heads, [[_cell(head, row[head]) for head in heads] for row in rows])
+    _report_flights(mission)
     sums = [f"{value:.6g}{f' {unit}' if len(costs) > 1 else ''}" for unit, value in costs.items()]
     total = " and ".join(sums) or "-"
     times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"
@@ -90,6 +94,18 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
     for path in written:
         print(path)
+
+
+def _report_flights(mission: "Mission") -> None:
+    """Print what is flown, beside the price of the path, and how far from the path."""
+    rows = []
+    for uav, flight in zip(mission.scenario.uavs, mission.flights, strict=False):
+        if flight is not None:
+            energy = "-" if flight.energy is None else f"{flight.energy / 1000:.4g} kJ/kg"
+            numbers = [f"{flight.length:.6g} m", f"{flight.time:.4g} s", energy, f"{flight.deviation:.3g} m"]
+            rows.append([uav.name, *numbers])
+    if rows:
+        table(["uav", "is flown", "in", "with", "off the path by at most"], rows)
 
 
 def certificate_data(certificate: "Certificate") -> dict[str, Any]:

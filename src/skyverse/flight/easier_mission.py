@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import partial
 
 from skyverse.errors import InputError
+from skyverse.mission.flight_summaries import with_flight_summaries
 from skyverse.mission.plan_mission import plan_mission
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
@@ -73,7 +74,8 @@ def _unbounded(result: Result) -> Result:
 
 
 def judged(mission: Mission) -> Mission:
-    """Return a mission with new certificates and violations from the referee."""
+    """Return a mission with new summaries of its flights, and new certificates and violations from the referee."""
+    mission = with_flight_summaries(mission)
     said = certify(mission.scenario, mission)
     fresh = replace(mission, certificates=said.trajectories, apart=said.apart)
     return replace(fresh, violations=tuple(check(fresh.scenario, fresh)))

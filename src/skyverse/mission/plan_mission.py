@@ -12,6 +12,7 @@ from skyverse.deconfliction.paths_apart import PathsApart, keep_paths_apart
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion, assign, straight_line
+from skyverse.mission.flight_summaries import with_flight_summaries
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
@@ -119,6 +120,7 @@ def plan_mission(
         paths = keep_paths_apart(airspace, asked, make_trajectory) if apart_in_space else PathsApart(asked, [])
         mission = resolve_conflicts(airspace, paths.mission, make_trajectory=make_trajectory, replan=replan, stop=stop)
         mission = _with_detours(mission, asked, paths.actions)
+    mission = with_flight_summaries(mission)
     violations, (certificates, apart) = judge(scenario, mission)
     return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
 

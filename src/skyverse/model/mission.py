@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from skyverse.model.arrays import ArrayRecord
+from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.formats import MISSION_2
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
@@ -31,6 +32,9 @@ class Mission(ArrayRecord):
         What the referee proved of the fleet's separation; ``None`` if it was not asked.
     deconfliction
         How conflicts between trajectories were resolved; ``None`` if that was not tried.
+    flights
+        What each UAV flies beside the price of its path, in the scenario's order, ``None`` for a UAV that does not fly;
+        empty in missions of version 1.
     """
 
     scenario: Scenario
@@ -43,6 +47,7 @@ class Mission(ArrayRecord):
     certificates: tuple[Certificate | None, ...] = ()
     apart: Certificate | None = None
     deconfliction: Deconfliction | None = None
+    flights: tuple[FlightSummary | None, ...] = ()
     format: str = field(default=MISSION_2)
 
     @property

@@ -36,6 +36,7 @@ class Fault(Enum):
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"
     DECONFLICTION = "deconfliction"
+    FLIGHT = "flight summary"
     UNDECIDED = "undecided"
 
 

@@ -34,6 +34,9 @@ SLIDE_CONVERGED = 1e-12
 SAME_CIRCLE = 1e-10
 """Turn radii between two circles that count as one, and radians short of a full turn that count as no turn."""
 
+QUADRATURE = 1e-9
+"""Relative: the length and the energy of a flight are integrated until halving the intervals changes them by less."""
+
 SURFACE_DEPTH = 1e-9
 """Metres that a point may lie inside a grown obstacle, or outside the bounds: coordinates in km round by less."""
 
@@ -96,6 +99,9 @@ MIN_LEG_DURATION = 1e-9
 
 DIAGONAL_FLOOR = 1e-9
 """Added to the diagonal of a matrix of which a share is added to the matrix, so that the share is never 0."""
+
+DEVIATION = 1e-8
+"""Metres: the largest distance of a flight from its path is stated with no more than this on top."""
 
 SEAM_MARGIN = 1e-7
 """Metres added to the clearance of a line of sight: none then slips through the seam between obstacles that touch.

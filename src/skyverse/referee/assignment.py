@@ -20,6 +20,9 @@ def judge_assignment(scenario: Scenario, mission: Mission) -> list[Violation]:
         if len(values) != count:
             message = f"The mission's {noun} has {len(values)} entries, but the scenario has {count} UAVs."
             found.append(Violation(Fault.ASSIGNMENT, (), message))
+    if mission.flights and len(mission.flights) != count:
+        message = f"The mission's flights have {len(mission.flights)} entries, but the scenario has {count} UAVs."
+        found.append(Violation(Fault.ASSIGNMENT, (), message))
     takers: dict[int, int] = {}
     for uav in range(min(count, *(len(values) for values in columns.values()))):
         name = scenario.uavs[uav].name

@@ -13,6 +13,7 @@ from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.claims import judge_claims, judge_deconfliction
 from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.flight_summary import judge_flight_summary, priced_path
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
 from skyverse.referee.trajectory import judge_trajectory
@@ -174,6 +175,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
         world = referee_world(scenario)
         violations = judge_assignment(scenario, mission)
         fleet = judge_fleet(world, mission)
+        flights = mission.flights if isinstance(mission.flights, tuple | list) else ()
         for uav in range(len(scenario.uavs)):
             target = target_index(scenario, entry(mission.assignment, uav))
             result, trajectory = entry(mission.results, uav), entry(mission.trajectories, uav)
@@ -183,6 +185,8 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                     violations.append(Violation(Fault.STATUS, (uav,), message))
                 violations += judge_result(world, uav, target, result, isinstance(trajectory, Trajectory))
             violations += fleet.trajectories[uav]
+            summary = entry(flights, uav)
+            violations += judge_flight_summary(scenario, uav, summary, priced_path(result), fleet.curves[uav])
         violations += [
             *fleet.apart,
             *judge_claims(scenario, mission, fleet.certificates.trajectories, fleet.certificates.apart),

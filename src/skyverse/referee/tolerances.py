@@ -41,6 +41,12 @@ LIMIT_LET_PASS = 1e-6
 COST_LET_PASS = 1e-6
 """In the objective's unit, and relative above 1: a claimed cost may differ by this, as sums in another order do."""
 
+SUMMARY_LET_PASS = 1e-5
+"""Relative: a claimed length or energy of a flight may differ by this, as both sides integrate numerically."""
+
+PART_OF_LENGTH = 1e-4
+"""Share of a curve's length: parts whose control polygons are longer than their chords by more are cut in two."""
+
 EDGE_OVERHANG = 1e-3
 """Share of an edge: a leg is also cut where it passes this close to an edge's ends; a cut too many changes nothing."""
 

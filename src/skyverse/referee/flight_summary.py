@@ -1,0 +1,165 @@
+"""Judges what a mission says that its UAVs fly: length, time, energy, and how far from the path that was priced."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from skyverse._typing import Floats, Indices
+from skyverse.model.flight_summary import AIR_DENSITY, DISC_LOADING, EFFICIENCY, FlightSummary
+from skyverse.model.scenario import Scenario
+from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.curve import PolynomialCurve, derivative
+from skyverse.referee.limits import GRAVITY
+from skyverse.referee.polynomial import bernstein, halve
+from skyverse.referee.positions import position_text, position_tuple
+from skyverse.referee.solids import distance_error
+from skyverse.referee.subdivision import MAX_DEPTH, find_peaks
+from skyverse.referee.tolerances import LET_PASS, PART_OF_LENGTH, SUMMARY_LET_PASS
+from skyverse.referee.untrusted import float_array, number
+
+INTERVALS = 64
+"""Intervals of each piece over which the power is integrated, an even number."""
+DISTANCES_AT_ONCE = 2**19
+"""Distances between coefficients and legs of a path looked at together, which bounds the memory."""
+
+
+def judge_flight_summary(
+    scenario: Scenario, uav: int, claimed: object, path: Floats | None, curve: PolynomialCurve | None
+) -> Iterator[Violation]:
+    """Yield what is wrong with the summary of UAV number `uav`'s flight; without a summary nothing is judged.
+
+    Parameters
+    ----------
+    scenario, uav
+        What was given, and the UAV.
+    claimed
+        What the mission says of the flight.
+    path
+        (n, 3) metres, the path that was priced; ``None`` where there is none to compare with.
+    curve
+        The flight; ``None`` where the UAV does not fly, or where nobody can tell how.
+    """
+    vehicle = scenario.uavs[uav]
+    if claimed is None:
+        return
+    if not isinstance(claimed, FlightSummary) or curve is None or path is None:
+        message = f"The mission summarises a flight of {vehicle.name}, but there is none along a path."
+        yield Violation(Fault.FLIGHT, (uav,), message)
+        return
+    true: dict[str, float | None] = {
+        "length": curve_length(curve),
+        "time": float(curve.knots[-1] - curve.knots[0]),
+        "energy": None if vehicle.fixed_wing is not None else flight_energy(curve),
+    }
+    for noun, unit in (("length", "m"), ("time", "s"), ("energy", "J/kg")):
+        said, is_so = getattr(claimed, noun), true[noun]
+        agree = said is None if is_so is None else abs(number(said) - is_so) <= SUMMARY_LET_PASS * (1 + abs(is_so))
+        if not agree:
+            told = "not known" if is_so is None else f"{is_so:.9g} {unit}"
+            message = f"The mission says that the {noun} of {vehicle.name}'s flight is {said} {unit}, but it is {told}."
+            yield Violation(Fault.FLIGHT, (uav,), message)
+    yield from _judge_deviation(vehicle.name, uav, number(claimed.deviation), path, curve)
+
+
+def curve_length(curve: PolynomialCurve) -> float:
+    """Return the length of a curve, metres.
+
+    A part is at least as long as its chord and at most as long as its control polygon. Parts for which the two differ
+    much are cut in two; of the others the mean (2 chord + (d - 1) polygon) / (d + 1), with the degree d, is taken
+    (J. Gravesen, "Adaptive subdivision and the length and energy of Bezier curves", Computational Geometry 8, 1997).
+    """
+    parts = np.stack([part.b for part in bernstein(curve.pieces, curve.durations)], axis=2)
+    degree = parts.shape[1] - 1
+    if degree == 0:
+        return 0.0
+    total, allowed = 0.0, 0.0
+    for _ in range(MAX_DEPTH):
+        polygon = np.linalg.norm(np.diff(parts, axis=1), axis=2).sum(axis=1)
+        chord = np.linalg.norm(parts[:, -1] - parts[:, 0], axis=1)
+        allowed = allowed or PART_OF_LENGTH * float(polygon.sum()) / len(parts)
+        fine = ~(polygon - chord > allowed)
+        total += float(((2 * chord + (degree - 1) * polygon) / (degree + 1))[fine].sum())
+        if fine.all():
+            break
+        parts, allowed = np.concatenate(halve(parts[~fine])), allowed / 2
+    return total
+
+
+def flight_energy(curve: PolynomialCurve) -> float:
+    """Return the energy of a multirotor's flight, J/kg, as `FlightSummary.energy` tells, by Simpson's rule."""
+    shares = np.linspace(0.0, 1.0, INTERVALS + 1)
+    weights = np.r_[1.0, np.tile([4.0, 2.0], INTERVALS // 2 - 1), 4.0, 1.0] / (3 * INTERVALS)
+    rows = derivative(derivative(curve.pieces))
+    local = curve.durations[:, None] * shares
+    acceleration = np.zeros((*local.shape, 3))
+    for power in range(rows.shape[1] - 1, -1, -1):
+        acceleration = acceleration * local[:, :, None] + rows[:, None, power]
+    thrust = np.linalg.norm(acceleration + np.array([0.0, 0.0, GRAVITY]), axis=2)
+    power_per_mass = thrust * np.sqrt(thrust * DISC_LOADING / (2 * AIR_DENSITY)) / EFFICIENCY
+    return float(np.sum(power_per_mass @ weights * curve.durations))
+
+
+def _judge_deviation(name: str, uav: int, claimed: float, path: Floats, curve: PolynomialCurve) -> Iterator[Violation]:
+    """Yield where a curve is farther from a path than claimed, or where that could not be decided.
+
+    The distance from one leg is convex, so that on a part of the curve it is nowhere larger than at the farthest
+    coefficient; the leg for which that is least bounds the distance from the path.
+    """
+    if not math.isfinite(claimed) or claimed < 0:
+        message = f"The mission says that {name} flies within {claimed} m of its path, which is no distance."
+        yield Violation(Fault.FLIGHT, (uav,), message)
+        return
+    starts, ends = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
+    position = bernstein(curve.pieces, curve.durations)
+    b, error = np.stack([part.b for part in position], axis=2), np.max([part.error for part in position], axis=0)
+
+    def beyond(part: Floats, _: Indices) -> Floats:
+        return _farthest(part, starts, ends) - claimed - LET_PASS
+
+    peaks = find_peaks(b, distance_error(b, error, float(np.abs(path).max())), beyond)
+    if peaks.proven[0]:
+        return
+    row, share = (peaks.piece[0], peaks.share[0]) if peaks.refuted[0] else (peaks.stuck[0], peaks.stuck_share[0])
+    local = float(share) * float(curve.durations[row])
+    time, position_then = float(curve.knots[row]) + local, curve.motion(int(row), local)[0]
+    there = f"at t = {time:.6g} s, position {position_text(position_then)}"
+    if not peaks.refuted[0]:
+        message = f"Whether {name} flies within {claimed:.6g} m of its path could not be decided {there}."
+        yield Violation(Fault.UNDECIDED, (uav,), message, time, position_tuple(position_then))
+        return
+    distance = float(_farthest(position_then[None, None], starts, ends)[0])
+    message = (
+        f"{name} is {distance:.6g} m from the path that was priced {there}; the mission says within {claimed:.6g} m."
+    )
+    yield Violation(Fault.FLIGHT, (uav,), message, time, position_tuple(position_then))
+
+
+def _farthest(part: Floats, starts: Floats, ends: Floats) -> Floats:
+    """Return upper bounds (n,) on the distances of parts (n, degree + 1, 3) from the legs of a path (m, 3)."""
+    count, legs = part.shape[1], len(starts)
+    found = np.empty(len(part))
+    at_once = max(1, DISTANCES_AT_ONCE // (count * legs))
+    for first in range(0, len(part), at_once):
+        points = part[first : first + at_once].reshape(-1, 3)
+        distances = _distances(points, starts, ends).reshape(-1, count, legs)
+        found[first : first + at_once] = distances.max(axis=1).min(axis=1)
+    return found
+
+
+def _distances(points: Floats, starts: Floats, ends: Floats) -> Floats:
+    """Return the distances (n, m) of points (n, 3) from the legs between starts and ends (m, 3), metres."""
+    ways = ends - starts
+    squares = np.sum(ways**2, axis=1)
+    reach = [points[:, None, axis] - starts[:, axis] for axis in range(3)]
+    along = sum(reach[axis] * ways[:, axis] for axis in range(3))
+    share = np.clip(along / np.where(squares > 0, squares, 1.0), 0.0, 1.0)
+    return np.sqrt(sum((reach[axis] - share * ways[:, axis]) ** 2 for axis in range(3)))
+
+
+def priced_path(result: object) -> Floats | None:
+    """Return the path (n, 3) of a result, metres, or ``None`` if there is none to compare a flight with."""
+    rows = float_array(getattr(result, "path", None))
+    if rows is None or rows.ndim != 2 or rows.shape[1:] != (3,) or not len(rows) or not np.isfinite(rows).all():
+        return None
+    return rows

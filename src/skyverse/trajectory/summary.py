@@ -1,0 +1,121 @@
+"""What is flown along a path: length, time, energy, and the largest distance from the path."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.flight_summary import AIR_DENSITY, DISC_LOADING, EFFICIENCY, FlightSummary
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
+from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.trajectory.limits import GRAVITY
+
+MAX_HALVINGS = 40
+"""How often intervals are cut in two, each time one of the halves before."""
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
+"""Gauss's quadrature on the interval from -1 to 1."""
+DISTANCES_AT_ONCE = 2**21
+"""Distances between coefficients and legs of a path computed together, which bounds the memory."""
+
+
+def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSummary:
+    """Summarise what a UAV flies along a path (n, 3), metres."""
+
+    def rates(instants: Floats) -> Floats:
+        motion = trajectory.at(instants)
+        thrust = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1)
+        speed = np.linalg.norm(motion.velocity, axis=1)
+        return np.column_stack([speed, thrust**1.5 * math.sqrt(DISC_LOADING / (2 * AIR_DENSITY)) / EFFICIENCY])
+
+    length, energy = _integrals(rates, trajectory.knots)
+    flies_on = uav.fixed_wing is not None
+    return FlightSummary(
+        length=float(length),
+        time=trajectory.end - trajectory.start,
+        energy=None if flies_on else float(energy),
+        deviation=largest_distance(trajectory, path),
+    )
+
+
+def _integrals(rates: Callable[[Floats], Floats], edges: Floats) -> Floats:
+    """Integrate rates, which (m,) instants give as (m, k), over all intervals between edges (n + 1,), seconds.
+
+    An interval is cut in two until both halves together differ from it by no more than its part of `QUADRATURE`.
+    """
+    begins, ends = edges[:-1], edges[1:]
+    whole = _gauss(rates, begins, ends)
+    total: Floats = np.zeros(whole.shape[1])
+    allowed = QUADRATURE * np.abs(whole).sum(axis=0) / (edges[-1] - edges[0])
+    for _ in range(MAX_HALVINGS):
+        middles = (begins + ends) / 2
+        left, right = _gauss(rates, begins, middles), _gauss(rates, middles, ends)
+        rough = (np.abs(left + right - whole) > allowed * (ends - begins)[:, None]).any(axis=1)
+        total += (left + right)[~rough].sum(axis=0)
+        begins, ends = np.r_[begins[rough], middles[rough]], np.r_[middles[rough], ends[rough]]
+        whole = np.concatenate([left[rough], right[rough]])
+        if not len(begins):
+            break
+    return total + whole.sum(axis=0)
+
+
+def _gauss(rates: Callable[[Floats], Floats], begins: Floats, ends: Floats) -> Floats:
+    """Return the integrals (n, k) of rates over n intervals, by Gauss's quadrature."""
+    half, middle = (ends - begins) / 2, (begins + ends) / 2
+    values = rates((middle[:, None] + half[:, None] * NODES).ravel())
+    return np.einsum("ijk,j->ik", values.reshape(len(begins), len(NODES), -1), WEIGHTS) * half[:, None]
+
+
+def largest_distance(trajectory: Trajectory, path: Floats) -> float:
+    """Return a distance, metres, that no place of a trajectory is farther from a path (n, 3); at most `DEVIATION` more.
+
+    The distance from one leg is convex, so that on a part of a curve it is largest at one of the coefficients in
+    Bernstein form. The least of these over all legs bounds the part, which is cut in two until the bound is tight.
+    """
+    corners = drop_collinear(path)
+    starts, ends = (corners[:-1], corners[1:]) if len(corners) > 1 else (corners, corners)
+    parts = _bernstein(trajectory)
+    reached, bounds = -math.inf, np.full(len(parts), math.inf)
+    for _ in range(MAX_HALVINGS):
+        distances = _distances(parts, starts, ends)
+        reached = max(reached, float(distances[:, [0, -1]].min(axis=2).max()))
+        bounds = distances.max(axis=1).min(axis=1)
+        open_parts = bounds > reached + DEVIATION / 2
+        if not open_parts.any():
+            return reached + DEVIATION
+        parts, bounds = np.concatenate(_halves(parts[open_parts])), bounds[open_parts]
+    return float(bounds.max()) + DEVIATION
+
+
+def _bernstein(trajectory: Trajectory) -> Floats:
+    """Return the pieces of a trajectory as coefficients in Bernstein form, (n, degree + 1, 3) metres."""
+    degree = trajectory.coefficients.shape[1] - 1
+    scaled = trajectory.coefficients * (np.diff(trajectory.knots)[:, None] ** np.arange(degree + 1))[:, :, None]
+    mix = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
+    return np.einsum("ij,njk->nik", np.array(mix), scaled)
+
+
+def _halves(parts: Floats) -> tuple[Floats, Floats]:
+    """Return the coefficients of both halves of parts (n, degree + 1, 3), by de Casteljau's algorithm."""
+    count = parts.shape[1]
+    left, right, row = parts.copy(), parts.copy(), parts
+    for k in range(1, count):
+        row = (row[:, 1:] + row[:, :-1]) / 2
+        left[:, k], right[:, count - 1 - k] = row[:, 0], row[:, -1]
+    return left, right
+
+
+def _distances(parts: Floats, starts: Floats, ends: Floats) -> Floats:
+    """Return the distances (n, degree + 1, m) of coefficients (n, degree + 1, 3) from m legs, metres."""
+    ways = ends - starts
+    squares = np.maximum(np.sum(ways**2, axis=1), np.finfo(float).tiny)
+    points = parts.reshape(-1, 1, 3)
+    found = np.empty((len(points), len(starts)))
+    at_once = max(1, DISTANCES_AT_ONCE // len(starts))
+    for first in range(0, len(points), at_once):
+        some = points[first : first + at_once] - starts
+        shares = np.clip(np.sum(some * ways, axis=2) / squares, 0.0, 1.0)
+        found[first : first + at_once] = np.linalg.norm(some - shares[:, :, None] * ways, axis=2)
+    return found.reshape(*parts.shape[:2], len(starts))

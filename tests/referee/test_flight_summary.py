@@ -1,0 +1,128 @@
+"""What a mission says is flown is computed anew, and its distance from the path is proven at every instant."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from judged_missions import SCENARIO, VALID, flying, put
+from skyverse.model.flight_summary import FlightSummary
+from skyverse.model.uav import FixedWing
+from skyverse.model.verdict import Fault
+from skyverse.referee import check
+from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.flight_summary import curve_length, flight_energy
+from skyverse.trajectory.summary import largest_distance
+
+HOVERING_WATTS = 115.4136
+"""W/kg: 9.81 sqrt(9.81 * 7 / (2 * 1.225)) / 0.45."""
+LEGS = np.linalg.norm(np.diff([(0.2, 4.1, 1.2), (4.7, 4.15, 1.8), (9.3, 4.2, 2.4)], axis=0), axis=1).sum()
+
+
+def dense(trajectory, path):
+    """The largest distance of many places from a path."""
+    places = trajectory.at(np.linspace(trajectory.start, trajectory.end, 20_001)).position
+    a, way = path[:-1], np.diff(path, axis=0)
+    share = np.clip(np.einsum("nmk,mk->nm", places[:, None] - a, way) / np.sum(way**2, axis=1), 0, 1)
+    return np.linalg.norm(places[:, None] - a - share[..., None] * way, axis=2).min(axis=1).max()
+
+
+FARTHEST = largest_distance(VALID.trajectories[0], VALID.results[0].path)
+ALPHAS = FlightSummary(
+    LEGS,
+    6.0,
+    flight_energy(PolynomialCurve(*(getattr(VALID.trajectories[0], name) for name in ("knots", "coefficients")))),
+    FARTHEST,
+)
+
+
+def stating(summary, mission=VALID):
+    return replace(mission, flights=(summary, None, None))
+
+
+def judged(**changes):
+    return check(SCENARIO, stating(replace(ALPHAS, **changes)))
+
+
+def test_a_true_summary_is_confirmed():
+    assert pytest.approx(dense(VALID.trajectories[0], VALID.results[0].path), abs=1e-3) == FARTHEST
+    assert judged() == []
+    assert judged(deviation=1.0 + FARTHEST) == []
+    assert check(SCENARIO, replace(VALID, flights=())) == []
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("length", LEGS * 1.0001, "length of alpha's flight is"),
+        ("length", LEGS - 0.001, f"but it is {LEGS:.9g} m"),
+        ("time", 5.999, "but it is 6 s"),
+        ("energy", ALPHAS.energy * 0.999, "J/kg"),
+        ("energy", None, "energy of alpha's flight is None"),
+        ("length", np.nan, "length"),
+        ("time", np.inf, "time"),
+        ("length", "far", "length"),
+        ("deviation", np.nan, "which is no distance"),
+        ("deviation", np.inf, "which is no distance"),
+        ("deviation", -1.0, "which is no distance"),
+        ("deviation", FARTHEST - 1e-5, "from the path that was priced at t = "),
+        ("deviation", 0.0, f"alpha is {FARTHEST:.6g} m from the path"),
+    ],
+)
+def test_a_false_summary_is_refused(field, value, words):
+    (found,) = judged(**{field: value})
+    assert (found.fault, found.uavs) == (Fault.FLIGHT, (0,))
+    assert words in found.message
+
+
+@pytest.mark.parametrize("junk", [3, "fast", VALID.trajectories[0]])
+def test_a_value_that_is_no_summary_is_refused(junk):
+    assert [found.fault for found in check(SCENARIO, stating(junk))] == [Fault.FLIGHT]
+
+
+def test_a_summary_of_a_flight_that_is_not_there_is_refused():
+    charlie = replace(VALID, flights=(None, None, ALPHAS))
+    assert [(found.fault, found.uavs) for found in check(SCENARIO, charlie)] == [(Fault.FLIGHT, (2,))]
+    assert [found.fault for found in check(SCENARIO, replace(VALID, flights=(ALPHAS,)))] == [Fault.ASSIGNMENT]
+
+
+def test_a_path_that_has_nothing_to_do_with_the_flight_is_told_by_how_much():
+    path = VALID.results[0].path
+    detour = path.copy()
+    detour[3:7, 1] = 5.0
+    far = dense(VALID.trajectories[0], detour)
+    moved = replace(stating(ALPHAS), results=put(VALID.results, 0, replace(VALID.results[0], path=detour)))
+    found = [one for one in check(SCENARIO, moved) if one.fault is Fault.FLIGHT]
+    assert len(found) == 1
+    assert f"alpha is {far:.4g}"[:-1] in found[0].message
+
+
+def test_the_energy_of_a_hover_is_that_of_momentum_theory():
+    hover = PolynomialCurve(np.array([3.0, 13.0]), np.array([[[1.0, 2.0, 3.0]]]))
+    assert flight_energy(hover) == pytest.approx(10 * HOVERING_WATTS, rel=1e-4)
+    assert curve_length(hover) == 0
+
+
+def test_the_length_of_a_circle_and_of_a_turn_back_are_known():
+    there_and_back = np.zeros((1, 3, 3))
+    there_and_back[0, 1:, 0] = 4, -1  # x = 4 t - t^2 turns at t = 2 and is back at t = 4
+    assert curve_length(PolynomialCurve(np.array([0.0, 4.0]), there_and_back)) == pytest.approx(8, rel=1e-5)
+    parabola = np.zeros((1, 3, 3))
+    parabola[0, 1, 0] = parabola[0, 2, 1] = 1
+    exact = np.sqrt(5) / 2 + np.arcsinh(2) / 4
+    assert curve_length(PolynomialCurve(np.array([0.0, 1.0]), parabola)) == pytest.approx(exact, rel=1e-6)
+
+
+def test_an_aeroplane_has_no_energy_that_is_known():
+    wing = FixedWing(speed=1, turn_radius=1, climb=10)
+    plane = SCENARIO.uavs[0].model_copy(update={"fixed_wing": wing})
+    world = SCENARIO.model_copy(update={"uavs": (plane, *SCENARIO.uavs[1:])})
+    faults = [found.fault for found in check(world, replace(stating(replace(ALPHAS, energy=None)), scenario=world))]
+    assert Fault.FLIGHT not in faults
+    faults = [found.fault for found in check(world, replace(stating(ALPHAS), scenario=world))]
+    assert Fault.FLIGHT in faults
+
+
+def test_a_malformed_flight_is_not_summarised():
+    torn = flying(replace(VALID.trajectories[0], knots=np.array([0.0, 0.0, 1.0])))
+    assert {found.fault for found in check(SCENARIO, stating(ALPHAS, torn))} == {Fault.TRAJECTORY_SHAPE, Fault.FLIGHT}

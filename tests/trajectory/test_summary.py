@@ -1,0 +1,56 @@
+"""What is stated of a flight is what many samples of it say, and what the referee finds."""
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.trajectory import rest_to_rest
+from skyverse.trajectory.summary import flight_summary, largest_distance
+
+CORNERS = np.array([(0.0, 0, 1), (4, 0, 1), (4, 3, 1), (4, 3, 5)])
+ALPHA = UAV(start=(0, 0, 1))
+
+
+def test_a_flight_along_its_path_has_the_paths_length_and_no_deviation():
+    flight = rest_to_rest(CORNERS, ALPHA)
+    told = flight_summary(ALPHA, CORNERS, flight)
+    assert told.length == pytest.approx(11, rel=1e-9)
+    assert told.time == pytest.approx(flight.end)
+    assert 0 <= told.deviation <= 2e-8
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_curve_is_as_long_and_as_far_off_as_its_samples(seed):
+    rng = np.random.default_rng(seed)
+    flight = Trajectory(np.cumsum(np.r_[0, rng.uniform(0.5, 2, 5)]), rng.normal(size=(5, 6, 3)))
+    path = rng.normal(size=(7, 3)) * 3
+    told = flight_summary(ALPHA, path, flight)
+    between = [np.linspace(a, b, 20_001)[:-1] for a, b in zip(flight.knots[:-1], flight.knots[1:], strict=True)]
+    length, worst = 0.0, 0.0
+    for k, times in enumerate(between):
+        local = times - flight.knots[k]
+        places = sum(flight.coefficients[k, j] * local[:, None] ** j for j in range(6))
+        length += np.linalg.norm(np.diff(places, axis=0), axis=1).sum()
+        a, way = path[:-1], np.diff(path, axis=0)
+        share = np.clip(np.einsum("nmk,mk->nm", places[::10, None] - a, way) / np.sum(way**2, axis=1), 0, 1)
+        nearest = np.linalg.norm(places[::10, None] - a - share[..., None] * way, axis=2).min(axis=1)
+        worst = max(worst, nearest.max())
+    assert told.length == pytest.approx(length, rel=1e-3)
+    assert worst <= told.deviation
+    assert told.deviation == pytest.approx(worst, rel=1e-2)
+
+
+def test_the_distance_from_a_single_place_is_known():
+    flight = rest_to_rest(np.array([(0.0, 0, 0), (3, 0, 0)]), ALPHA)
+    assert largest_distance(flight, np.array([(0.0, 4, 0)])) == pytest.approx(5, abs=1e-7)
+
+
+def test_every_planned_mission_states_what_is_flown():
+    mission = sky.plan_mission(sky.read_scenario("table-4.9-2"), sky.AStar(), rng=1)
+    assert mission.violations == ()
+    assert len(mission.flights) == 2
+    for flight, trajectory in zip(mission.flights, mission.trajectories, strict=True):
+        assert flight.time == trajectory.end - trajectory.start
+        assert 0 < flight.deviation < 5
