@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from skyverse.planners.base import Planner
 
 
+MAX_NAMED_POINTS = 50
+"""Starts and targets at most that one message names."""
+
+
 def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets: list[str] | None) -> "Scenario":
     """Add UAVs and targets to a scenario, and refuse one that is left without any."""
     from skyverse.files.scenarios import scenario_from_data
@@ -35,16 +39,16 @@ def limited(scenario: "Scenario", limits: "FleetLimits") -> "Scenario":
 
 
 def refuse_unsafe(source: str, scenario: "Scenario") -> None:
-    """Refuse a scenario with a start or target in an obstacle or out of bounds, before anything is planned."""
-    from skyverse.space.world import World
+    """Refuse a scenario before anything is planned, and name every start and target of it that is not safe."""
+    from skyverse.space.unsafe_points import unsafe_points
 
-    world = World(scenario)
-    places = [(f"uavs[{i}].start", u.name, u.start) for i, u in enumerate(scenario.uavs)]
-    places += [(f"targets[{i}].position", t.name, t.position) for i, t in enumerate(scenario.targets)]
-    for field, name, point in places:
-        why = world.why_unsafe(point)
-        if why is not None:
-            raise InputError(f"{source}: {field} ({name}): expected a safe point, found {point}, which {why}")
+    found = unsafe_points(scenario)
+    if len(found) == 1:
+        raise InputError(f"{source}: {found[0].sentence}")
+    if found:
+        more = [f"... and {len(found) - MAX_NAMED_POINTS} more"] if len(found) > MAX_NAMED_POINTS else []
+        lines = [*(point.sentence for point in found[:MAX_NAMED_POINTS]), *more]
+        raise InputError("\n  ".join([f"{source}: {len(found)} starts and targets are not safe:", *lines]))
 
 
 def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:

@@ -12,16 +12,17 @@ from pydantic import ValidationError
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence
 from skyverse.maps.assembly import extent, frame
+from skyverse.maps.assembly.bad_points import refuse_bad_points
 from skyverse.maps.assembly.ground import level_ground, z_at_altitude
 from skyverse.maps.assembly.inputs import open_clouds, read_feature_files, voxels_of
 from skyverse.maps.assembly.licence import licence_of, licensed
-from skyverse.maps.assembly.obstacles import local_features, prisms, refuse_inside, simplified, within_bounds
+from skyverse.maps.assembly.obstacles import local_features, points_inside, prisms, simplified, within_bounds
 from skyverse.maps.assembly.options import BuildOptions, GlobalPlace, Note, keywords_of
 from skyverse.maps.assembly.places import (
     homes,
     local_points,
+    low_points,
     named_places,
-    refuse_low,
     refuse_off_map,
     refuse_outside,
     refuse_swapped,
@@ -93,17 +94,16 @@ def build_scenario(options: BuildOptions) -> Scenario:
     starting, ending = (local_points(some, starts, zero, relief, survey.homes) for some in (starts, goals))
     home_z = {name: _z_below(zero, starting[name], altitude) for name, altitude in survey.homes.items()}
     above = clearance if ground_clearance is None else ground_clearance
-    refuse_low(starting, relief, above, home_z)
-    refuse_low(ending, relief, above)
+    bad = [*low_points(starting, relief, above, home_z), *low_points(ending, relief, above)]
     ends = [*starting.items(), *ending.items()]
     points = [point for _, point in ends]
     floor, highest = extent.heights(relief, local, [one for some in solids.values() for one in some], points)
     top = extent.ceiling(options.ceiling, options.band, zero, region, relief, floor, highest)
-    extent.refuse_high(ends, top)
+    bad += extent.high_points(ends, top)
     obstacles: list[Prism | Voxels] = []
     soft: list[Prism] = []
     for cloud in clouds:
-        refuse_inside(ends, solids[cloud.path], clearance, cloud.path.name)
+        bad += points_inside(ends, solids[cloud.path], clearance, cloud.path.name)
         obstacles += solids[cloud.path]
         sources.append((cloud.path, Source(file=cloud.path.name, gives="voxels", crs=cloud.name)))
     for file, features in zip(read, local, strict=True):
@@ -114,7 +114,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
             on_note(Note(file.path, "nothing of it lies in the area"))
         hard = [prism for prism in made if prism.risk is None]
         path = Path(file.path)
-        refuse_inside(ends, hard, clearance, path.name)
+        bad += points_inside(ends, hard, clearance, path.name)
         obstacles += hard
         soft += [prism for prism in made if prism.risk is not None]
         gives = "buildings" if file.is_buildings else "zones"
@@ -122,8 +122,10 @@ def build_scenario(options: BuildOptions) -> Scenario:
     bounds = Bounds(min=(region[0], region[1], floor), max=(region[2], region[3], top))
     band = extent.altitude_band(options.band, options.band_weight, relief)
     limits = _limits(options)
+    for one in bad:
+        home_z.pop(one.name, None)  # which may be above a start that is too low
     try:
-        return Scenario(
+        built = Scenario(
             name=options.name,
             bounds=bounds,
             obstacles=tuple(obstacles),
@@ -141,6 +143,8 @@ def build_scenario(options: BuildOptions) -> Scenario:
         )
     except ValidationError as error:
         raise InputError(f"{options.name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
+    refuse_bad_points(bad, built)
+    return built
 
 
 def _limits(options: BuildOptions) -> FleetLimits:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from skyverse.errors import InputError, Remedy
+from skyverse.maps.assembly.bad_points import BadPoint
 from skyverse.maps.assembly.ground import GIVE_GROUND, z_at_altitude
 from skyverse.maps.assembly.obstacles import LocalFeatures
 from skyverse.maps.georeference.rectangle import Rectangle
@@ -86,14 +87,18 @@ def ceiling(
     return top
 
 
-def refuse_high(points: Iterable[tuple[str, tuple[float, float, float]]], top: float) -> None:
-    """Raise `InputError` for a point, given with its name, above the ceiling."""
-    for name, point in points:
-        if point[2] > top:
-            raise InputError(
-                f"{name}: expected a point below the ceiling, found it {point[2] - top:.1f} m above",
-                give=[Remedy("ceiling", None, "that is higher")],
-            )
+def high_points(points: Iterable[tuple[str, tuple[float, float, float]]], top: float) -> list[BadPoint]:
+    """Return those points, given with their names, that are above the ceiling."""
+    return [
+        BadPoint(
+            name,
+            point,
+            f"expected a point below the ceiling, found it {point[2] - top:.1f} m above",
+            give=(Remedy("ceiling", None, "that is higher"),),
+        )
+        for name, point in points
+        if point[2] > top
+    ]
 
 
 def lattice_step(bounds: Bounds, step: float | None) -> tuple[float, float, float]:

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.maps.assembly.bad_points import BadPoint
 from skyverse.maps.assembly.ground import GIVE_GROUND, LEAST_EARTH_RADIUS, ground_range, z_at_altitude
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.rectangle import Rectangle
@@ -19,6 +20,7 @@ from skyverse.model.altitude import AboveGround, AboveHome, AboveSea
 from skyverse.model.geodesy import to_local
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Prism, Terrain, Voxels
+from skyverse.space.roof import roof_z
 
 KINDS_FROM_THE_GROUND = ("building", "construction", "furniture", "tree", "vegetation")
 """Kinds of obstacles that reach down to the ground, even where their file lets them begin at an altitude."""
@@ -205,21 +207,25 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
     return LocalFeatures(list(outlines), features, low, high, counts)
 
 
-def refuse_inside(
+def points_inside(
     points: Iterable[tuple[str, tuple[float, float, float]]],
     solids: Sequence[Prism | Voxels],
     clearance: float,
     file: str,
-) -> None:
-    """Raise `InputError` for a point, given with its name, in an obstacle of a file, or nearer than the clearance."""
+) -> list[BadPoint]:
+    """Return those points, given with their names, that lie in an obstacle of a file, or nearer than the clearance."""
+    found = []
     for name, point in points:
-        near = next((solid for solid in solids if _is_near(solid, np.array(point), clearance)), None)
-        if near is not None:
-            called = f"the {near.kind or 'obstacle'}" + (f" {near.name!r}" if near.name else "")
-            raise InputError(
-                f"{name}: expected a point {clearance:g} m or more from what must not be entered, found it in or near "
+        near = [solid for solid in solids if _is_near(solid, np.array(point), clearance)]
+        if near:
+            highest = max(near, key=lambda solid: roof_z(solid, point, clearance))
+            called = f"the {highest.kind or 'obstacle'}" + (f" {highest.name!r:.60}" if highest.name else "")
+            text = (
+                f"expected a point {clearance:g} m or more from what must not be entered, found it in or near "
                 f"{called} of {file}"
             )
+            found.append(BadPoint(name, point, text, roof_z(highest, point, clearance)))
+    return found
 
 
 def _is_near(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
 from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
 from skyverse.maps.georeference.feature import Feature
@@ -45,35 +46,39 @@ def flat_points(places: Sequence[GlobalPlace], origin: Origin) -> Floats:
 
 
 def refuse_off_map(places: Mapping[str, GlobalPlace], rasters: Sequence[OpenRaster]) -> None:
-    """Raise `InputError` for a place that is on none of the terrain's rasters."""
+    """Raise `InputError` that names all places that are on none of the terrain's rasters."""
 
     def known(latitude: float, longitude: float) -> bool:
         return not rasters or any(raster.pixel(latitude, longitude) is not None for raster in rasters)
 
+    sentences = []
     for name, (latitude, longitude, _) in places.items():
         if known(latitude, longitude):
             continue
         hint = SWAPPED if abs(longitude) <= 90 and known(longitude, latitude) else ""
-        raise InputError(
+        sentences.append(
             f"{name}: expected a place on {', '.join(raster.path for raster in rasters)}, found latitude {latitude:g}, "
             f"longitude {longitude:g}, which is outside{hint}"
         )
+    refuse_all(sentences)
 
 
 def refuse_outside(
     names: Sequence[str], places: Sequence[GlobalPlace], origin: Origin, region: Rectangle, what: str
 ) -> None:
-    """Raise `InputError` for a place that is not over the region, which `what` names in the message."""
+    """Raise `InputError` that names all places that are not over the region, which `what` names in the message."""
+    sentences = []
     for name, place, point in zip(names, places, flat_points(places, origin), strict=True):
         if contains(region, point):
             continue
         latitude, longitude, altitude = place
         swapped = abs(longitude) <= 90 and contains(region, flat_points([(longitude, latitude, altitude)], origin)[0])
         hint = SWAPPED if swapped else ""
-        raise InputError(
+        sentences.append(
             f"{name}: expected a place in {what}, which ends {_distance(point, region)} from latitude {latitude:g}, "
             f"longitude {longitude:g}{hint}"
         )
+    refuse_all(sentences)
 
 
 def refuse_swapped(path: str, found: Sequence[Feature], origin: Origin, region: Rectangle) -> None:
@@ -168,32 +173,34 @@ def _above_ground(
     return x, y, z
 
 
-def refuse_low(
+def low_points(
     points: Mapping[str, tuple[float, float, float]],
     terrain: Terrain | None,
     clearance: float,
     real: Mapping[str, float] = MappingProxyType({}),
-) -> None:
-    """Raise `InputError` for a point that is nearer to the ground than the clearance.
+) -> list[BadPoint]:
+    """Return the points that are nearer to the ground than the clearance; none where the ground is not known.
 
     Parameters
     ----------
     points
         Local points by name.
     terrain
-        The scenario's ground; nothing is refused where it is not known.
+        The scenario's ground.
     clearance
         Metres.
     real
         z of the real ground below points, by name, where it is known; it counts as well.
     """
-    if terrain is None:
-        return
-    for name, (x, y, z) in points.items():
+    found = []
+    for name, (x, y, z) in points.items() if terrain is not None else ():
+        assert terrain is not None
         ground = max(float(terrain.height((x, y))), real.get(name, -math.inf))
         if z < ground + clearance - 1e-6:
             below = f"{z - ground:.2f} m above" if z >= ground else f"{ground - z:.2f} m below"
-            raise InputError(
-                f"{name}: expected a point at least {clearance:g} m above the ground, found it {below} the ground, "
+            text = (
+                f"expected a point at least {clearance:g} m above the ground, found it {below} the ground, "
                 f"which is raised to what the terrain's cells reach; give it {clearance - (z - ground):.2f} m more"
             )
+            found.append(BadPoint(name, (x, y, z), text))
+    return found

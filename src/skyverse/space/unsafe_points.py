@@ -1,0 +1,151 @@
+"""Starts and targets that are not safe: why, how high the roof or the ground is there, and the nearest free place."""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.scenario import Scenario
+from skyverse.space.roof import roof_z
+from skyverse.space.world import World
+
+Place = tuple[float, float, float]
+
+FIRST_RADIUS = 0.01
+"""Metres: the radius of the first sphere on which free places are sought."""
+RADIUS_RATIO = 1.15
+"""By how much each sphere is larger than the one before."""
+DIRECTIONS = 400
+"""Places on each sphere, spread evenly, besides the six along the axes."""
+BISECTIONS = 40
+"""Halvings of the way to a free place, which find where it begins to be free."""
+MAX_DECIMALS = 6
+
+
+class UnsafePoint(NamedTuple):
+    """A start or target that is not safe.
+
+    Attributes
+    ----------
+    field, name
+        Its place in the scenario, such as ``"uavs[0].start"``, and the name of its UAV or target.
+    position
+        x, y, z in metres.
+    reason
+        The end of a sentence that says why it is unsafe, as in ``"lies inside obstacles[3] ..."``.
+    nearest
+        The nearest free place, to within about one per cent of its distance; ``None`` if there is none.
+    """
+
+    field: str
+    name: str
+    position: Place
+    reason: str
+    nearest: Place | None
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong with the point, and where a free place is."""
+        return f"{self.field} ({self.name}): expected a safe point, found {written(self.position)}, which {self.advice}"
+
+    @property
+    def advice(self) -> str:
+        """The reason, and where a free place is."""
+        if self.nearest is None:
+            return f"{self.reason}; no place within the bounds is free"
+        away = float(np.linalg.norm(np.subtract(self.nearest, self.position)))
+        return f"{self.reason}; the nearest free place is {written(self.nearest)}, {away:.3g} m away"
+
+
+def unsafe_points(scenario: Scenario, world: World | None = None) -> list[UnsafePoint]:
+    """Return all starts and targets of a scenario that are not safe, in its order.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    world
+        Its space, if that is compiled already.
+    """
+    world = world or World(scenario)
+    places = [(f"uavs[{i}].start", uav.name, uav.start) for i, uav in enumerate(scenario.uavs)]
+    places += [(f"targets[{i}].position", target.name, target.position) for i, target in enumerate(scenario.targets)]
+    free = world.free([point for _, _, point in places]) if places else ()
+    return [
+        UnsafePoint(field, name, point, _reason(scenario, world, point), nearest_free(world, point))
+        for (field, name, point), safe in zip(places, free, strict=True)
+        if not safe
+    ]
+
+
+def _reason(scenario: Scenario, world: World, point: Place) -> str:
+    """Say why a point is unsafe, with the height of the roof above it where it lies in an obstacle."""
+    reason = world.why_unsafe(point) or "is not safe"
+    number = world.blocker(point) if "inside" in reason else None
+    if number is None:
+        return reason
+    roof = roof_z(scenario.obstacles[number], point, scenario.clearance)
+    origin = scenario.frame.origin
+    sea = "" if origin is None else f" ({to_wgs84(origin, [*point[:2], roof])[0, 2]:.1f} m amsl)"
+    return f"{reason}; the roof is at z = {roof:.6g} m{sea} there"
+
+
+def nearest_free(world: World, point: Place) -> Place | None:
+    """Return the free place nearest to a point that is not free, sought on growing spheres; ``None`` if none is found.
+
+    Its coordinates have as few decimals as they can, two or more.
+    """
+    low, high = world.space.low, world.space.high
+    middle = np.clip(point, low, high)
+    if world.free(middle)[0]:
+        return _rounded(world, point, middle)
+    radius, longest = FIRST_RADIUS, float(np.linalg.norm(high - low))
+    ways = _directions()
+    while radius <= longest * RADIUS_RATIO:
+        found = np.clip(middle + radius * ways, low, high)
+        found = found[world.free(found)]
+        if len(found):
+            found = _begun(world, middle, found)
+            best = found[np.linalg.norm(found - point, axis=1).argmin()]
+            return _rounded(world, point, best)
+        radius *= RADIUS_RATIO
+    return None
+
+
+def _directions() -> Floats:
+    """Return unit vectors (k, 3): the six along the axes, and others spread evenly on a spiral."""
+    turn = np.arange(DIRECTIONS) * np.pi * (3 - np.sqrt(5))
+    z = 1 - (2 * np.arange(DIRECTIONS) + 1) / DIRECTIONS
+    spiral = np.column_stack([np.sqrt(1 - z * z) * np.cos(turn), np.sqrt(1 - z * z) * np.sin(turn), z])
+    return np.concatenate([np.eye(3), -np.eye(3), spiral])
+
+
+def _begun(world: World, middle: Floats, found: Floats) -> Floats:
+    """Return, on the way from a place that is not free to each of the free places (n, 3), where it is free first."""
+    shut = np.broadcast_to(middle, found.shape).copy()
+    for _ in range(BISECTIONS):
+        half = (shut + found) / 2
+        free = world.free(half)
+        found, shut = np.where(free[:, None], half, found), np.where(free[:, None], shut, half)
+    return found
+
+
+def _rounded(world: World, point: Place, place: Floats) -> Place:
+    """Return a free place beside a free place, rounded to as few decimals as can be, the one nearest to a point."""
+    for decimals in range(2, MAX_DECIMALS + 1):
+        scale = 10.0**decimals
+        near = np.array(list(itertools.product(*zip(np.floor(place * scale), np.ceil(place * scale), strict=True))))
+        near = near / scale + 0.0  # no minus zero
+        near = near[world.free(near)]
+        if len(near):
+            x, y, z = near[np.linalg.norm(near - point, axis=1).argmin()].tolist()
+            return x, y, z
+    x, y, z = place.tolist()
+    return x, y, z
+
+
+def written(place: Place) -> str:
+    """Return a place as a message shows it."""
+    return f"({', '.join(f'{value:.10g}' for value in place)})"
