@@ -98,6 +98,7 @@ def test_nodes_and_metres_are_told_apart_and_have_no_optimum_in_common(mission):
     assert drawn.totals.costs == {"nodes": 44.0, "metres": 17.0}
     assert drawn.totals.optimum is drawn.totals.gap is None
     assert "44 nodes, 17 metres" in fleet_tiles(drawn)
+    assert "fuel (nodes or metres)" in cost_table(drawn)
 
 
 def test_only_searches_with_iterations_have_a_curve(mission):

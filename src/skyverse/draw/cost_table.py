@@ -71,8 +71,11 @@ _TERM_TITLES = {"altitude": "Outside band", "risk": "Risk", "climb": "Steepness"
 
 def _caption(scene: Scene, terms: list[str]) -> str:
     weights = scene.scenario.objective
+    units = (
+        " or ".join(scene.totals.costs) or weights.unit
+    )  # paths off the lattice are in metres whatever the objective
     said = [
-        f"{weights.fuel:g} &times; fuel ({weights.unit})",
+        f"{weights.fuel:g} &times; fuel ({units})",
         f"{weights.divergence:g} &times; turns",
         f"{weights.end:g} &times; metres short of the target",
     ]

@@ -1,24 +1,24 @@
-"""Checks with the referee that straight legs, flown as an autopilot flies them, keep clear of obstacles.
+"""Checks that straight legs, flown as an autopilot flies them, keep clear of obstacles.
 
 A leg that is straight in a file is not quite straight in local metres: Earth is round, altitudes above ground follow
 the ground, and MAVLink rounds to 1e-7 degrees. The difference is bounded for each leg and added to the clearance.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
-from skyverse.exports.global_positions import AltitudeReference, home, origin_of
+from skyverse.exports.global_positions import AltitudeReference, origin_of
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH
-from skyverse.referee.clearance import judge_segments
-from skyverse.referee.world import RefereeWorld, referee_world
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SEAM_MARGIN
+from skyverse.space.world import World
 
 LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
 """Metres: half the distance between the lines by which a cut corner is judged, tried from coarse to fine.
@@ -33,58 +33,104 @@ MIN_EARTH_RADIUS = 6_335_439.0
 """Metres: the least radius of curvature of the WGS84 ellipsoid."""
 
 
-@dataclass(frozen=True)
+class Segments(NamedTuple):
+    """Straight segments that keep clear of all obstacles by more than the clearance.
+
+    Attributes
+    ----------
+    starts, ends
+        (n, 3) metres.
+    growth
+        Metres beside the clearance less `LEG_ALLOWANCE`.
+    """
+
+    starts: Floats
+    ends: Floats
+    growth: float
+
+
+class Checked(NamedTuple):
+    """What the search found of a leg or of a corner.
+
+    Attributes
+    ----------
+    fault
+        What is wrong, in words or as segments that meet something; ``None`` if nothing is.
+    clear
+        The segments that make it clear, which the referee has yet to prove.
+    """
+
+    fault: str | Segments | None
+    clear: tuple[Segments, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class LegChecker:
-    """Judges the legs of one scenario, with altitudes of one reference; it remembers its answers."""
+    """Checks the legs and corners of one scenario, with altitudes of one reference; it remembers its answers.
+
+    It searches with the planners' `World`, which is fast. Whatever is exported is then proven by the referee, in
+    `leg_certificate`.
+    """
 
     scenario: Scenario
     reference: AltitudeReference
-    _grown_worlds: dict[float, RefereeWorld] = field(default_factory=dict)
-    _known: dict[bytes, str | None] = field(default_factory=dict)
+    _known: dict[bytes, Checked] = field(default_factory=dict)
     _apart: dict[bytes, float] = field(default_factory=dict)
 
-    def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str] | None:
+    @cached_property
+    def world(self) -> World:
+        """The planners' world of `grown`."""
+        return World(self.grown(0.0))
+
+    def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str | Segments] | None:
         """Return the first fault of a polyline, (n, 3), whose corners are cut within a radius, or ``None``.
 
-        Where `stops`, (n,), is not 0, the corner is not cut. A fault is an index and a sentence; the index is that of
-        the first vertex of the leg, or n plus that of the corner.
+        Where `stops`, (n,), is not 0, the corner is not cut. A fault comes with an index: that of the first vertex of
+        the leg, or n plus that of the corner.
         """
+        for where, checked, _ in self.parts(points, radius, stops):
+            if checked.fault is not None:
+                return where, checked.fault
+        return None
+
+    def parts(self, points: Floats, radius: float, stops: Floats) -> Iterator[tuple[int, Checked, bytes]]:
+        """Yield the index, as in `trouble`, of each leg and corner of a polyline, what is found of it, and its key."""
         for k in range(len(points) - 1):
-            said = self._remembered(self.leg, points[k : k + 2])
-            if said is not None:
-                return k, said
+            yield k, *self._remembered(self.leg, points[k : k + 2])
         if radius <= 0:
-            return None
+            return
         for k in range(1, len(points) - 1):
             if stops[k]:
                 continue
             entered = points[k - 1]
             if k > 1 and not stops[k - 1]:
                 entered = points[k - 1] + towards(points[k - 2] - points[k - 1], radius)
-            said = self._remembered(self.corner, np.concatenate([entered[None], points[k - 1 : k + 2]]), radius)
-            if said is not None:
-                return len(points) + k, said
-        return None
+            corner = np.concatenate([entered[None], points[k - 1 : k + 2]])
+            yield len(points) + k, *self._remembered(self.corner, corner, radius)
 
-    def _remembered(self, judge: Callable[..., str | None], points: Floats, *radius: float) -> str | None:
+    def _remembered(self, check: Callable[..., Checked], points: Floats, *radius: float) -> tuple[Checked, bytes]:
         asked = np.r_[points.ravel(), radius].tobytes()
         if asked not in self._known:
-            self._known[asked] = judge(*points, *radius)
-        return self._known[asked]
+            self._known[asked] = check(*points, *radius)
+        return self._known[asked], asked
 
-    def leg(self, a: Floats, b: Floats) -> str | None:
-        """Return the fault of a leg from a to b, (3,) metres each, or ``None``."""
+    def refuse(self, key: bytes, fault: Segments) -> None:
+        """Remember that the referee does not prove a leg or corner, which counts as faulty from now on."""
+        self._known[key] = Checked(fault)
+
+    def leg(self, a: Floats, b: Floats) -> Checked:
+        """Return what is found of a leg from a to b, (3,) metres each."""
         if self.reference == "agl":  # heights above ground between the ends lie between those of the ends
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
             low = float((ends[:, 2] - self.scenario.terrain.height(ends[:, :2])).min())
             needed = self.scenario.ground_clearance - LEG_ALLOWANCE / 2
             if low < needed:
-                return f"it is {low:.4g} m above ground, and {needed:.4g} m are required"
-        return self._meets(a[None], b[None], self.apart(a, b))
+                return Checked(f"it is {low:.4g} m above ground, and {needed:.4g} m are required")
+        return self._checked(a[None], b[None], self.apart(a, b))
 
-    def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> str | None:
-        """Return the fault of any way that an autopilot may fly around a corner to the next vertex, or ``None``.
+    def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> Checked:
+        """Return what is found of all ways that an autopilot may fly around a corner to the next vertex.
 
         An autopilot turns within the radius of `at` and from there flies to `after` or back to the leg. It therefore
         stays between the leg and the straight line from where it turned to `after`. It comes from `before`, or from
@@ -94,10 +140,10 @@ class LegChecker:
         on = after - at
         long = float(np.linalg.norm(on))
         if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < MIN_GROWTH / 10:
-            return None  # there is no corner
+            return Checked(None)  # there is no corner
         apart = max(self.apart(before, at), self.apart(at, after))
         slope = 0.0 if self.reference == "agl" or self.scenario.terrain is None else steepest(self.scenario.terrain)
-        said = None
+        fault: str | Segments | None = None
         for width in np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER):
             deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
             wide = _middles(float(np.linalg.norm(p - q)), width)
@@ -106,14 +152,16 @@ class LegChecker:
             # every possible way is at most this far from one of the lines to `after`, and nearer towards the end
             between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 + slope)
             whole = np.broadcast_to(after, starts.shape)
-            hopeless = self._meets(starts, whole, apart)
-            if hopeless is not None:
+            hopeless = self._checked(starts, whole, apart)
+            if hopeless.fault is not None:
                 return hopeless  # the line itself meets something, so finer lines would, too
             late = starts + (1 - LATE_SHARE) * (after - starts)
-            said = self._meets(starts, late, apart + between) or self._meets(late, whole, apart + LATE_SHARE * between)
-            if said is None:
-                return None
-        return said
+            early_half = self._checked(starts, late, apart + between)
+            late_half = self._checked(late, whole, apart + LATE_SHARE * between)
+            fault = early_half.fault if early_half.fault is not None else late_half.fault
+            if fault is None:
+                return Checked(None, (*early_half.clear, *late_half.clear))
+        return Checked(fault)
 
     def apart(self, a: Floats, b: Floats) -> float:
         """Return how many metres a flown leg can deviate from the straight line in local metres.
@@ -138,22 +186,19 @@ class LegChecker:
             bent += _swell(self.scenario.terrain, a, b)
         return MAVLINK_ROUNDING + 1.1 * bent
 
-    def _meets(self, starts: Floats, ends: Floats, extra: float) -> str | None:
-        """Return the fault of segments from `starts` to `ends`, (n, 3) each, grown by `extra` metres, or ``None``."""
-        step = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
-        if step not in self._grown_worlds:
-            self._grown_worlds[step] = referee_world(self._grown(step))
-        world = self._grown_worlds[step]
+    def _checked(self, starts: Floats, ends: Floats, extra: float) -> Checked:
+        """Return what is found of segments from `starts` to `ends`, (n, 3) each, grown by `extra` metres."""
+        growth = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
         both = np.concatenate([starts, ends])
-        room = float(np.minimum(both - world.low, world.high - both).min())
+        room = float(np.minimum(both - self.scenario.bounds.min, self.scenario.bounds.max - both).min())
         if room < extra - LEG_ALLOWANCE:
-            return f"it may be {extra - room:.3g} m out of bounds"
-        peaks, incursion = judge_segments(world, starts, ends)
-        if incursion is not None:
-            return incursion.sentence(world.scenario, "it", "there")
-        return None if peaks.proven[0] else "whether it keeps the clearance could not be decided"
+            return Checked(f"it may be {extra - room:.3g} m out of bounds")
+        met = self.world.first_crossing(starts, ends, growth + SEAM_MARGIN)
+        if met is not None:
+            return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth))
+        return Checked(None, (Segments(starts, ends, growth),))
 
-    def _grown(self, extra: float) -> Scenario:
+    def grown(self, extra: float) -> Scenario:
         """Return the scenario with clearances less `LEG_ALLOWANCE` plus `extra` metres."""
         clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
         terrain = self.scenario.terrain
@@ -162,22 +207,6 @@ class LegChecker:
             above = max(self.scenario.ground_clearance - LEG_ALLOWANCE, 0.0) + steep
             terrain = None if self.reference == "agl" else terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
-
-
-def require_home(scenario: Scenario, uav: int) -> None:
-    """Raise `InputError` if an obstacle lies between a UAV's home and its start, as where it starts on a roof."""
-    start, below = np.array(scenario.uavs[uav].start), home(scenario, uav)
-    if not below[2] < start[2]:
-        return
-    bare = scenario.model_copy(update={"clearance": 0.0, "terrain": None})
-    incursion = judge_segments(referee_world(bare), below[None], start[None]).incursion
-    if incursion is not None:
-        named = scenario.obstacles[incursion.obstacle].name
-        raise InputError(
-            f"{scenario.uavs[uav].name}: its home, the ground below its start, cannot be risen from: "
-            f"obstacle {incursion.obstacle}{f' ({named})' if named else ''} lies between; "
-            "count altitudes from the sea (amsl)"
-        )
 
 
 def towards(way: Floats, radius: float) -> Floats:

@@ -1,15 +1,17 @@
 """Where a UAV stands before it takes off, and where it lands: on the ground, or on the roof below."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.draw.shape_geometry import extent
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
 from skyverse.model.polygon import is_inside
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere, Voxels
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
 
@@ -29,7 +31,9 @@ def surface_below(scenario: Scenario, place: Floats, floor: float | None = None)
     x, y, z = (float(value) for value in place)
     if floor is None:
         floor = scenario.bounds.min[2] if scenario.terrain is None else float(scenario.terrain.height(place[:2]))
-    tops = [top for shape in scenario.obstacles for top in _tops(shape, x, y) if top <= z + LEG_ALLOWANCE]
+    low, high = _outlines(_SameObstacles(scenario.obstacles))
+    around = np.flatnonzero(((low <= place[:2]) & (place[:2] <= high)).all(axis=1)).tolist()
+    tops = [top for k in around for top in _tops(scenario.obstacles[k], x, y) if top <= z + LEG_ALLOWANCE]
     return min(max([floor, *tops]), z)
 
 
@@ -67,3 +71,23 @@ def _tops(shape: Box | Cylinder | Sphere | Prism | Voxels, x: float, y: float) -
     if off > shape.radius:
         return []
     return [shape.high] if isinstance(shape, Cylinder) else [shape.centre[2] + math.sqrt(shape.radius**2 - off**2)]
+
+
+class _SameObstacles:
+    """Obstacles that are equal only to themselves, so that what is computed of them can be remembered."""
+
+    def __init__(self, obstacles: tuple[AnyShape, ...]) -> None:
+        self.obstacles = obstacles
+
+    def __hash__(self) -> int:
+        return id(self.obstacles)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _SameObstacles) and self.obstacles is other.obstacles
+
+
+@lru_cache(maxsize=2)
+def _outlines(of: _SameObstacles) -> tuple[Floats, Floats]:
+    """Return the least and greatest x, y of each obstacle, (n, 2) metres each; some UAVs ask for the same obstacles."""
+    corners = np.array([np.stack(extent(shape))[:, :2] for shape in of.obstacles]).reshape(-1, 2, 2)
+    return corners[:, 0], corners[:, 1]

@@ -2,11 +2,12 @@
 
 import json
 import math
+from itertools import pairwise
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.shape_geometry import extent, footprint
+from skyverse.draw.shape_geometry import footprint
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
@@ -21,8 +22,10 @@ FIRMWARE = {"px4": 12, "ardupilot": 3}
 """MAV_AUTOPILOT_PX4, MAV_AUTOPILOT_ARDUPILOTMEGA."""
 
 
-def plan_text(scenario: Scenario, flight: FlightPlan, reference: AltitudeReference, end: End) -> str:
-    """Return a ``.plan`` file."""
+def plan_text(
+    scenario: Scenario, flight: FlightPlan, reference: AltitudeReference, end: End, fence: dict[str, object]
+) -> str:
+    """Return a ``.plan`` file with a geofence, which is that of `geofence`."""
     route = flight.route
     vehicle = scenario.uavs[route.uav]
     mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], reference).kind]
@@ -43,7 +46,7 @@ def plan_text(scenario: Scenario, flight: FlightPlan, reference: AltitudeReferen
     rally = [*position[:2], max(float(first.altitude[0]), 3.0)]
     plan = {
         "fileType": "Plan",
-        "geoFence": geofence(scenario),
+        "geoFence": fence,
         "groundStation": "QGroundControl",
         "mission": mission,
         "rallyPoints": {"points": [rally], "version": 2},
@@ -74,22 +77,25 @@ def geofence(scenario: Scenario) -> dict[str, object]:
     """
     (x0, y0, z0), (x1, y1, z1) = scenario.bounds.min, scenario.bounds.max
     ring = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-    polygons = [{"inclusion": True, "polygon": _corners(scenario, ring), "version": 1}]
-    circles = []
+    rings, circles = [ring], []
     room = scenario.clearance
     for shape in scenario.obstacles:
         if not isinstance(shape, Box | Cylinder | Prism) or (isinstance(shape, Prism) and shape.holes):
             continue
-        low, high = extent(shape)
-        if low[2] - room > z0 or high[2] + room < z1:
+        low, high = (shape.min[2], shape.max[2]) if isinstance(shape, Box) else (shape.low, shape.high)
+        if low - room > z0 or high + room < z1:
             continue
         if isinstance(shape, Cylinder):
             ((latitude, longitude),) = _corners(scenario, np.array([shape.centre]))
             circle = {"center": [latitude, longitude], "radius": shape.radius}
             circles.append({"circle": circle, "inclusion": False, "version": 1})
         else:
-            ring = np.array(shape.vertices) if isinstance(shape, Prism) else footprint(shape)[0]
-            polygons.append({"inclusion": False, "polygon": _corners(scenario, ring), "version": 1})
+            rings.append(np.array(shape.vertices) if isinstance(shape, Prism) else footprint(shape)[0])
+    corners = _corners(scenario, np.concatenate(rings))
+    ends = np.cumsum([len(ring) for ring in rings]).tolist()
+    polygons = [
+        {"inclusion": first == 0, "polygon": corners[first:last], "version": 1} for first, last in pairwise([0, *ends])
+    ]
     return {"circles": circles, "polygons": polygons, "version": 2}
 
 

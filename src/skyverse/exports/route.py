@@ -7,9 +7,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.autopilot_leg_clearance import LegChecker
-from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, WaypointPlacement, distances_to_segment
+from skyverse.exports.leg_certificate import LegCertificate, Polyline
+from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
@@ -72,6 +71,11 @@ class Route:
         """(m,) seconds that the UAV stops at the waypoints."""
         return self.holds[1:] if self.takeoff else self.holds
 
+    @property
+    def polyline(self) -> Polyline:
+        """What the referee has to prove of it."""
+        return Polyline(self.points, self.radius, self.holds)
+
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
         name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LEG_ALLOWANCE, 0)
@@ -87,27 +91,18 @@ class Route:
 
 
 def route(
-    scenario: Scenario,
-    uav: int,
-    trajectory: Trajectory,
-    reference: AltitudeReference,
-    *,
-    radius: float,
-    takeoff: float,
-    stops: bool,
+    certificate: LegCertificate, uav: int, trajectory: Trajectory, *, radius: float, takeoff: float, stops: bool
 ) -> Route:
-    """Return a UAV's waypoints.
+    """Return a UAV's waypoints, which the referee has yet to prove.
 
     Parameters
     ----------
-    scenario
-        The scenario, which has an origin.
+    certificate
+        Of the scenario, which has an origin, and of the reference of altitudes.
     uav, trajectory
         The index of the UAV, and its trajectory.
-    reference
-        The reference of altitudes, in which they change linearly between waypoints.
     radius
-        The largest acceptance radius, metres. It is halved until the route can be proven.
+        The largest acceptance radius, metres. It is halved until every leg and every cut corner is clear.
     takeoff
         The height of the first climb, metres; halved twice, then left out, where an obstacle is above the start.
     stops
@@ -116,19 +111,20 @@ def route(
     Raises
     ------
     InputError
-        If no radius gives a proven route, or it has more waypoints than autopilots accept.
+        If no radius gives a clear route, or it has more waypoints than autopilots accept.
     """
-    legs = LegChecker(scenario, reference)
+    legs = certificate.legs
+    scenario = legs.scenario
     instants, curve = _samples(trajectory)
-    said = ""
+    said: str | Obstruction = ""
     for climb in [takeoff, takeoff / 2, takeoff / 4, 0.0] if takeoff > 0 else [0.0]:
         lifted = curve[0] + np.array([0.0, 0.0, climb])
-        if climb and legs.leg(curve[0], lifted) is not None:
+        if climb and legs.leg(curve[0], lifted).fault is not None:
             continue
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
             search = WaypointPlacement(legs, curve, climb, 0.0 if stops else size, size, may_stop)
             found = search.run()
-            if isinstance(found, str):
+            if isinstance(found, Obstruction):
                 said = found
             elif len(found) <= MAX_WAYPOINTS:
                 return _made(uav, search, instants, found, climb)
@@ -136,6 +132,8 @@ def route(
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
     name = scenario.uavs[uav].name
+    if isinstance(said, Obstruction):
+        said = f"{said.where}: {certificate.sentence(said.fault)}"
     raise InputError(
         f"{name}: straight legs between waypoints could not be proven with an acceptance radius from {radius:g} m down "
         f"to {MIN_ACCEPTANCE_RADIUS:g} m: {said}; fly it as a trajectory (.csv, .trajectory.json), or plan with a "

@@ -1,19 +1,24 @@
 """The waypoints of all UAVs of a mission, proven as an autopilot flies them, one by one and against each other."""
 
 import math
+from functools import partial
 from typing import get_args
 
 from skyverse.errors import InputError
-from skyverse.exports.autopilot_leg_clearance import require_home
+from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName
 from skyverse.exports.flight_plan import flight_plans
 from skyverse.exports.global_positions import AltitudeReference, home, require_reference, with_origin
 from skyverse.exports.landing import stand
+from skyverse.exports.leg_certificate import LegCertificate, require_homes
 from skyverse.exports.route import Route, route
 from skyverse.exports.separation import fleet_apart
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario
 from skyverse.model.verdict import Certificate
+
+MAX_CERTIFICATES = 8
+"""Attempts to have routes proven; each but the first follows a search for those that were refused."""
 
 
 def routes(
@@ -42,21 +47,28 @@ def routes(
     scenario = with_origin(mission, origin, "waypoints")
     require_reference(scenario, altitude, get_args(AltitudeReference), "waypoints")
     if altitude == "home":
-        for k, trajectory in enumerate(mission.trajectories):
-            if trajectory is not None and scenario.uavs[k].fixed_wing is None:
-                require_home(scenario, k)
+        flying = [k for k, trajectory in enumerate(mission.trajectories) if trajectory is not None]
+        require_homes(scenario, [k for k in flying if scenario.uavs[k].fixed_wing is None])
     for noun, value, least, most in (("radius", radius, 0.05, 1000.0), ("takeoff", takeoff, 0.0, math.inf)):
         if not (math.isfinite(value) and least <= value <= most):
             until = f"to {most:g}" if most < math.inf else "on"
             raise InputError(f"expected metres from {least:g} {until}, found {value!r}", field=noun)
-    found = [
-        route(scenario, k, trajectory, altitude, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
+    certificate = LegCertificate(LegChecker(scenario, altitude))
+    search = [
+        partial(route, certificate, k, trajectory, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
         for k, trajectory in enumerate(mission.trajectories)
         if trajectory is not None
     ]
-    if not found:
+    if not search:
         raise InputError("expected a mission with a trajectory to export, found none")
-    return found
+    found = [search_one() for search_one in search]
+    for _ in range(MAX_CERTIFICATES):
+        refused = certificate.refused([one.polyline for one in found])
+        if not refused:
+            return found
+        found = [search[k]() if k in refused else one for k, one in enumerate(found)]
+    names = ", ".join(scenario.uavs[found[k].uav].name for k in sorted(refused))
+    raise InputError(f"{names}: straight legs between waypoints could not be proven; fly them as trajectories")
 
 
 def _climb(scenario: Scenario, uav: int, takeoff: float) -> float:

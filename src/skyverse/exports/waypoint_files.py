@@ -13,7 +13,7 @@ from skyverse.exports.global_positions import AltitudeReference, home_on_globe
 from skyverse.exports.landing import landing_place, stand
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
-from skyverse.exports.qgc_plan import plan_text
+from skyverse.exports.qgc_plan import geofence, plan_text
 from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
@@ -140,11 +140,12 @@ def _written(
 ) -> Iterator[Path]:
     """Write the files of each flight plan and yield their paths; tell of the parameter files beside them."""
     names = [scenario.uavs[plan.route.uav].name for plan in plans]
+    fence = geofence(scenario) if suffix == ".plan" else {}
     for own, plan, name in zip(file_for_each(path, suffix, names), plans, names, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
             if suffix == ".plan":
-                write_text(file, plan_text(scenario, plan, options.altitude, options.end))
+                write_text(file, plan_text(scenario, plan, options.altitude, options.end, fence))
             elif suffix == ".waypoints":
                 write_text(file, waypoints_text(scenario, plan, options.altitude, options.end))
             else:

@@ -1,9 +1,11 @@
 """Places waypoints on a trajectory so that straight legs between them are clear."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.exports.autopilot_leg_clearance import LegChecker, Segments
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, STRAIGHT_ON
 
 MAX_WAYPOINTS = 700
@@ -14,6 +16,13 @@ MAX_PUSH = 2.0
 """The largest distance by which a waypoint is moved outwards, as a multiple of the radius."""
 MAX_SWELL = 10.0
 """Metres: the largest deviation of a leg from the trajectory by the rise and fall of the ground below."""
+
+
+class Obstruction(NamedTuple):
+    """Why no waypoints were found: the leg or corner of the last attempt, in words, and its fault."""
+
+    where: str
+    fault: str | Segments
 
 
 class WaypointPlacement:
@@ -29,34 +38,27 @@ class WaypointPlacement:
         self.nodes: list[tuple[int, Floats]] = [(0, lifted), (len(curve) - 1, curve[-1])]
         self.pushed: dict[int, float] = {}
 
-    def run(self) -> list[tuple[int, Floats]] | str:
-        """Return the waypoints as indices of samples and positions, or the fault of the last attempt in words."""
+    def run(self) -> list[tuple[int, Floats]] | Obstruction:
+        """Return the waypoints as indices of samples and positions, or what obstructed the last attempt."""
         self._follow()
         for _ in range(MAX_REPAIRS):
-            found = self._trouble()
+            points = self._points()
+            found = self.legs.trouble(points, self.radius, self._stops(self.nodes))
             if found is None:
                 self._thin()
                 return self.nodes
-            where, said = found
+            where, fault = found
+            at = ", ".join(f"{value:.6g}" for value in points[where % len(points)])
+            obstruction = Obstruction(f"the {'corner at' if where >= len(points) else 'leg from'} ({at})", fault)
             if len(self.nodes) > 2 * MAX_WAYPOINTS or not self._repair(where):
-                return said
-        return said
+                break
+        return obstruction
 
     def _points(self) -> Floats:
         return np.concatenate([self.begin, np.array([point for _, point in self.nodes])])
 
     def _stops(self, nodes: list[tuple[int, Floats]]) -> Floats:
         return np.array([*(0.0 for _ in self.begin), *(float(k in self.stopped) for k, _ in nodes)])
-
-    def _trouble(self) -> tuple[int, str] | None:
-        points = self._points()
-        found = self.legs.trouble(points, self.radius, self._stops(self.nodes))
-        if found is None:
-            return None
-        where, said = found
-        noun = "corner at" if where >= len(points) else "leg from"
-        at = ", ".join(f"{value:.6g}" for value in points[where % len(points)])
-        return where, f"the {noun} ({at}): {said}"
 
     def _follow(self) -> None:
         """Add waypoints until no leg is farther from the curve than half the reach (Ramer, Douglas and Peucker)."""

@@ -84,7 +84,7 @@ def deepest_in_boxes(boxes: GrownBoxes, starts: Floats, ends: Floats) -> Incursi
     for k in _entered_boxes(boxes, starts, ends):
         enter, leave = _crossing_shares(starts, ends, boxes.grown_low[k], boxes.grown_high[k])
         hits = np.flatnonzero(enter < leave)
-        middle = ((enter + leave) / 2)[hits]
+        middle = (enter[hits] + leave[hits]) / 2
         gaps = boxes.gaps(starts[hits] + middle[:, None] * (ends - starts)[hits], k)
         s = hits[np.argmin(gaps)]
         shares = np.linspace(enter[s], leave[s], SAMPLES)

@@ -121,7 +121,7 @@ def grown_prisms(scenario: Scenario) -> GrownPrisms:
     edges = np.array([len(prism.vertices) + sum(map(len, prism.holes)) for prism in prisms], dtype=np.intp)
     low = np.array([prism.low for prism in prisms], dtype=np.float64)
     high = np.array([prism.high for prism in prisms], dtype=np.float64)
-    thickness = np.array([_mean_thickness(prism) for prism in prisms], dtype=np.float64)
+    thickness = _mean_thickness(p, p[following], begins, np.array([1 + len(prism.holes) for prism in prisms], np.intp))
     clearance = scenario.clearance
     # a wall thinner than what is let pass is still a wall, as in `grown`
     grown_by = clearance - np.minimum(LET_PASS, (thickness + 2 * clearance) / 4)
@@ -129,14 +129,25 @@ def grown_prisms(scenario: Scenario) -> GrownPrisms:
     return GrownPrisms(clearance, number, p, p[following], first, edges, low, high, grown_by, *ends)
 
 
-def _mean_thickness(prism: Prism) -> float:
-    """Return twice the area of a prism's polygon divided by the length of its edges, metres."""
-    area = length = 0.0
-    for k, ring in enumerate((prism.vertices, *prism.holes)):
-        corners = np.array(ring)
-        corners = corners - corners[0]
-        ahead = np.roll(corners, -1, axis=0)
-        part = abs(float(np.sum(corners[:, 0] * ahead[:, 1] - corners[:, 1] * ahead[:, 0]))) / 2
-        area += -part if k else part
-        length += float(np.linalg.norm(ahead - corners, axis=1).sum())
-    return max(2 * area / length, 0.0)
+def _mean_thickness(p: Floats, q: Floats, begins: Indices, rings: Indices) -> Floats:
+    """Return twice the area of each prism's polygon divided by the length of its edges, (m,) metres.
+
+    Parameters
+    ----------
+    p, q
+        (e, 2) metres: the ends of the edges, ring after ring.
+    begins
+        The index of each ring's first edge.
+    rings
+        (m,) how many rings each prism has: its outline, then its holes.
+    """
+    if not len(rings):
+        return np.zeros(0)
+    corner = np.repeat(p[begins], np.diff(np.append(begins, len(p))), axis=0)
+    a, b = p - corner, q - corner
+    areas = np.abs(np.add.reduceat(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], begins)) / 2
+    lengths = np.add.reduceat(np.sqrt(np.sum((q - p) ** 2, axis=1)), begins)
+    outline = np.cumsum(rings) - rings
+    area = 2 * areas[outline] - np.add.reduceat(areas, outline)
+    thick: Floats = np.maximum(2 * area / np.add.reduceat(lengths, outline), 0.0)
+    return thick

@@ -154,6 +154,15 @@ def _segments_free(space: Space, starts: Floats, ends: Floats) -> NDArray[np.boo
 
 
 @kernel
+def _first_crossing(space: Space, growth: float, starts: Floats, ends: Floats) -> int:
+    """Return the first of m segments that meets an obstacle grown by `growth`, or -1."""
+    for i in range(len(starts)):
+        if crosses(space, growth, starts[i], ends[i]):
+            return i
+    return -1
+
+
+@kernel
 def _distances(space: Space, points: Floats) -> Floats:
     """Return `obstacle_distance` of each of (m, 3) points, (m,)."""
     distances = np.empty(len(points))
@@ -214,6 +223,14 @@ class World:
         if len(a) != len(b):
             raise ValueError(f"as many ends as starts are needed, got {len(b)} ends and {len(a)} starts")
         return _segments_free(with_margin(self.space, margin) if margin else self.space, a, b)
+
+    def first_crossing(self, starts: ArrayLike, ends: ArrayLike, margin: float = 0.0) -> int | None:
+        """Return the first of m segments between (m, 3) and (m, 3) that meets an obstacle or the ground, or ``None``.
+
+        The clearance counts, and `margin` metres beside it; the bounds do not.
+        """
+        found = _first_crossing(self.space, self.space.clearance + margin, _rows(starts), _rows(ends))
+        return found if found >= 0 else None
 
     def distance(self, points: ArrayLike) -> Floats:
         """Return for each of (m, 3) points the metres to the nearest obstacle, or above ground if that is less.

@@ -1,0 +1,105 @@
+"""The referee's proof that legs and corners are clear, made once for all waypoints that are to be exported."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.exports.autopilot_leg_clearance import LegChecker, Segments
+from skyverse.exports.global_positions import home
+from skyverse.model.scenario import Scenario
+from skyverse.referee.clearance import judge_segments
+from skyverse.referee.world import RefereeWorld, referee_world
+
+SEGMENTS_AT_ONCE = 20_000
+"""Segments that the referee judges together, which bounds the memory."""
+
+
+class Polyline(NamedTuple):
+    """One UAV's waypoints as `LegChecker.trouble` takes them: (n, 3) metres, metres, and (n,) stops."""
+
+    points: Floats
+    radius: float
+    stops: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class LegCertificate:
+    """Lets the referee judge what a `LegChecker` found clear; it keeps the referee's arrays of each growth."""
+
+    legs: LegChecker
+    _worlds: dict[float, RefereeWorld] = field(default_factory=dict)
+
+    def refused(self, polylines: Sequence[Polyline]) -> set[int]:
+        """Return the numbers of polylines that are not proven; the checker then knows which of their parts are not."""
+        wanted: dict[float, list[tuple[int, bytes, Segments]]] = defaultdict(list)
+        for number, polyline in enumerate(polylines):
+            for _, checked, key in self.legs.parts(*polyline):
+                for segments in checked.clear:
+                    wanted[segments.growth].append((number, key, segments))
+        found = set()
+        for growth, parts in wanted.items():
+            for batch in _batches(parts):
+                found |= self._refused(growth, batch)
+        return found
+
+    def _refused(self, growth: float, parts: list[tuple[int, bytes, Segments]]) -> set[int]:
+        """Judge parts of the same growth, without those that are refused, until the others are proven."""
+        found = set()
+        while parts:
+            of = np.repeat(np.arange(len(parts)), [len(segments.starts) for _, _, segments in parts])
+            starts = np.concatenate([segments.starts for _, _, segments in parts])
+            ends = np.concatenate([segments.ends for _, _, segments in parts])
+            peaks, incursion = judge_segments(self._world(growth), starts, ends)
+            if incursion is None and peaks.proven[0]:
+                break
+            piece = incursion.segment if incursion is not None else int(max(peaks.stuck[0], 0))
+            number, key, _ = parts.pop(int(of[piece]))
+            self.legs.refuse(key, Segments(starts[piece : piece + 1], ends[piece : piece + 1], growth))
+            found.add(number)
+        return found
+
+    def sentence(self, fault: str | Segments) -> str:
+        """Return a fault in words."""
+        if isinstance(fault, str):
+            return fault
+        world = self._world(fault.growth)
+        incursion = judge_segments(world, fault.starts, fault.ends).incursion
+        if incursion is None:
+            return "whether it keeps the clearance could not be decided"
+        return incursion.sentence(world.scenario, "it", "there")
+
+    def _world(self, growth: float) -> RefereeWorld:
+        if growth not in self._worlds:
+            self._worlds[growth] = referee_world(self.legs.grown(growth))
+        return self._worlds[growth]
+
+
+def _batches(parts: list[tuple[int, bytes, Segments]]) -> list[list[tuple[int, bytes, Segments]]]:
+    """Return parts in lists of about `SEGMENTS_AT_ONCE` segments at most."""
+    count = np.cumsum([len(segments.starts) for _, _, segments in parts])
+    cuts = [0, *(np.flatnonzero(np.diff(count // SEGMENTS_AT_ONCE)) + 1).tolist(), len(parts)]
+    return [parts[a:b] for a, b in pairwise(cuts)]
+
+
+def require_homes(scenario: Scenario, uavs: Sequence[int]) -> None:
+    """Raise `InputError` if an obstacle lies between a UAV's home and its start, as where it starts on a roof."""
+    ways = [(uav, home(scenario, uav), np.array(scenario.uavs[uav].start)) for uav in uavs]
+    ways = [way for way in ways if way[1][2] < way[2][2]]
+    if not ways:
+        return
+    bare = referee_world(scenario.model_copy(update={"clearance": 0.0, "terrain": None}))
+    below, starts = (np.array([way[k] for way in ways]) for k in (1, 2))
+    incursion = judge_segments(bare, below, starts).incursion
+    if incursion is not None:
+        named = scenario.obstacles[incursion.obstacle].name
+        raise InputError(
+            f"{scenario.uavs[ways[incursion.segment][0]].name}: its home, the ground below its start, cannot be risen "
+            f"from: obstacle {incursion.obstacle}{f' ({named})' if named else ''} lies between; "
+            "count altitudes from the sea (amsl)"
+        )

@@ -1,0 +1,92 @@
+"""What is exported is proven by the referee, whatever the search for waypoints took for clear."""
+
+from dataclasses import replace
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.exports.leg_certificate import LegCertificate
+from skyverse.model.scenario import Origin
+from skyverse.space.world import World
+
+ORIGIN = Origin(latitude=52.0, longitude=4.37, altitude=10.0, geoid=43.0)
+BOX = ((-10, -10, 0), (10, 10, 40))
+
+
+def around_a_tower(clearance=1.0):
+    """A flight that touches two corners of a tower grown by the clearance."""
+    (x0, y0), (x1, y1) = (-10 - clearance, -10 - clearance), (10 + clearance, 10 + clearance)
+    path = [(x0 - 20, 0, 15), (x0, y1, 15), (x1, y1, 15), (x1 + 20, 0, 15)]
+    return handmade.mission([handmade.along(path, 10)], boxes=[BOX], clearance=clearance, origin=ORIGIN), (y0, y1)
+
+
+def certificate(mission, reference="amsl"):
+    return LegCertificate(LegChecker(mission.scenario, reference))
+
+
+def test_every_part_of_a_found_route_is_proven():
+    mission, _ = around_a_tower()
+    (route,) = sky.routes(mission)
+    proof = certificate(mission)
+    assert proof.refused([route.polyline]) == set()
+    segments = [s for _, checked, _ in proof.legs.parts(*route.polyline) for s in checked.clear]
+    assert len(segments) >= len(route.points) - 1
+
+
+def test_a_search_that_sees_nothing_exports_nothing_that_is_not_proven(monkeypatch):
+    mission, _ = around_a_tower()
+    seeing = World.first_crossing
+    monkeypatch.setattr(World, "first_crossing", lambda *args: None)
+    try:
+        (route,) = sky.routes(mission)
+    except sky.InputError as error:
+        assert "could not be proven" in str(error)  # noqa: PT017
+        return
+    monkeypatch.setattr(World, "first_crossing", seeing)
+    proof = certificate(mission)
+    assert proof.legs.trouble(*route.polyline) is None
+    assert proof.refused([route.polyline]) == set()
+
+
+def test_what_the_referee_refuses_counts_as_faulty_from_then_on(monkeypatch):
+    mission, (_, far) = around_a_tower()
+    proof = certificate(mission)
+    through, beside = ([(-40, y, 15), (40, y, 15)] for y in (0, far + 5))
+    lines = [(np.array(points, dtype=float), 0.0, np.zeros(2)) for points in (beside, through)]
+    monkeypatch.setattr(World, "first_crossing", lambda *args: None)
+    assert all(proof.legs.trouble(*line) is None for line in lines)
+    assert proof.refused(lines) == {1}
+    assert proof.legs.trouble(*lines[0]) is None
+    where, fault = proof.legs.trouble(*lines[1])
+    assert where == 0
+    assert "inside obstacle 0" in proof.sentence(fault)
+    assert proof.refused(lines) == set()  # only what counts as clear is asked
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_search_and_referee_agree_on_legs_among_shapes_of_all_kinds(seed):
+    rng = np.random.default_rng(seed)
+    places = [(-40, -40), (-40, 40), (40, -40), (40, 40)]
+    turn = rng.uniform(0, np.pi)
+    ring = [(40 + 9 * np.cos(turn + k * np.pi / 2), 40 + 9 * np.sin(turn + k * np.pi / 2)) for k in range(4)]
+    shapes = (
+        sky.Box(min=(-50, -50, 0), max=(-30, -30, 30)),
+        sky.Cylinder(centre=places[1], radius=9, low=0, high=30),
+        sky.Sphere(centre=(*places[2], 15), radius=9),
+        sky.Prism(vertices=tuple(ring), low=0, high=30),
+    )
+    mission = handmade.mission([handmade.along([(-90, 0, 50), (90, 0, 50)], 10)], clearance=2.0, origin=ORIGIN)
+    given = mission.scenario.model_copy(update={"obstacles": shapes})
+    proof = certificate(replace(mission, scenario=given))
+    lines = []
+    for _ in range(60):
+        points = np.column_stack([rng.uniform(-70, 70, (4, 2)), rng.uniform(5, 45, 4)])
+        lines.append((points, 2.0, np.zeros(4)))
+    found = [proof.legs.trouble(*line) for line in lines]
+    assert 5 < sum(fault is None for fault in found) < 55
+    assert proof.refused(lines) == set()  # what the search took for clear
+    faults = [fault[1] for fault in found if fault is not None and not isinstance(fault[1], str)]
+    assert all("obstacle" in proof.sentence(fault) for fault in faults)  # and what it took for blocked
