@@ -18,11 +18,13 @@ if TYPE_CHECKING:
     from skyverse.model.mission import Mission
 
 
-def check(mission: str, /, *, scenario: str | None = None, as_json: AsJson = False) -> int:
+def check(
+    mission: str, /, *, scenario: str | None = None, optimality: Annotated[bool, FLAG] = False, as_json: AsJson = False
+) -> int:
     """Let the referee judge a mission file, whatever planned it; exit code 1 if anything is wrong.
 
     Examples: `skyverse check out/table-4.8.json --scenario table-4.8`,
-    `skyverse check out/city.json --scenario city.yaml`
+    `skyverse check out/city.json --scenario city.yaml --optimality`
 
     Parameters
     ----------
@@ -31,6 +33,9 @@ def check(mission: str, /, *, scenario: str | None = None, as_json: AsJson = Fal
     scenario
         The scenario that the mission has to answer, a file or a built-in name; what differs from it in the mission is
         named. Without it, the mission is judged by the scenario that it embeds, whoever wrote that.
+    optimality
+        Search anew, with code of the referee's own, wherever the mission says that no path is cheaper or that there is
+        none. It takes seconds to minutes; what cannot be decided so is called a claim of the planner.
     as_json
         Print the violations as JSON.
     """
@@ -48,10 +53,21 @@ def check(mission: str, /, *, scenario: str | None = None, as_json: AsJson = Fal
             print(f"{violation.fault.value}: {violation.message}")
         print(f"{len(violations)} found." if violations else "The referee found nothing wrong.")
     verdict_of = f"Judged by scenario {world.name!r} ({short(world.digest)}), {origin}."
-    print(verdict_of, file=sys.stderr if as_json else sys.stdout)
+    aside = sys.stderr if as_json else sys.stdout
+    print(verdict_of, file=aside)
+    claims = [one for one in sky.check_optimality(world, judged) if one is not None] if optimality else []
+    for claim in claims:
+        print(f"{claim.verdict.value}: {claim.sentence}", file=aside)
+    cheaper = any(claim.verdict is sky.Verdict.REFUTED for claim in claims)
+    optimal = any(result is not None and result.status is sky.Status.OPTIMAL for result in judged.results)
+    if optimal and not optimality:
+        print(
+            "Where a path is called optimal, it is so as claimed by the planner; --optimality searches anew.",
+            file=aside,
+        )
     if not judged.complete:
         print(without_way(judged), file=sys.stderr)
-    return FOUND_WRONG if violations or not judged.complete else 0
+    return FOUND_WRONG if violations or cheaper or not judged.complete else 0
 
 
 def show(

@@ -73,6 +73,8 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     heads = [head for head in rows[0] if head != "flight"] if rows else ["uav"]
     table(heads, [[_cell(head, row[head]) for head in heads] for row in rows])
     _report_flights(mission)
+    if any(result.status.value == "optimal" for result in results):
+        print("Paths called optimal are so as claimed by the planner; skyverse check --optimality searches anew.")
     sums = [f"{value:.6g}{f' {unit}' if len(costs) > 1 else ''}" for unit, value in costs.items()]
     total = " and ".join(sums) or "-"
     times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"

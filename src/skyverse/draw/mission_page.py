@@ -11,6 +11,7 @@ from skyverse.draw.scene import Scene, scene
 from skyverse.draw.scene_traces import of_search
 from skyverse.model.digest import short
 from skyverse.model.mission import Mission
+from skyverse.model.result import Status
 
 
 def write_html(mission: Mission, path: Path) -> None:
@@ -89,7 +90,12 @@ def _what_was_judged(scene: Scene) -> str:
     things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
     proven = " At every instant they are clear of obstacles, in bounds, within limits and apart: this is proven."
     world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
-    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{world}</p>"
+    claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
+    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{claim}{world}</p>"
+
+
+def _called_optimal(scene: Scene) -> bool:
+    return any(row.status is Status.OPTIMAL for row in scene.rows)
 
 
 def footer(scene: Scene) -> str:

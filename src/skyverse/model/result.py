@@ -33,7 +33,7 @@ class Status(Enum):
 
 
 _SENTENCES = {
-    Status.OPTIMAL: "The path reaches the target, and none is cheaper.",
+    Status.OPTIMAL: "The path reaches the target; it is optimal, as claimed by the planner.",
     Status.COMPLETE: "The path reaches the target.",
     Status.INCOMPLETE: "The best path found ends short of the target; give a larger budget, or try AStar.",
     Status.NO_PATH: "No path joins start and target; try a smaller clearance, or a finer step of the lattice.",

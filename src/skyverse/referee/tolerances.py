@@ -26,6 +26,9 @@ STRAIGHT = 1e-9
 BOUND_ROUNDING = 1e-9
 """Relative: a complete path may cost this much less than its bound, because both are rounded sums."""
 
+LATTICE_ROUNDING = 1e-9
+"""Share of a lattice step: bounds that are shorter than whole steps by no more than this hold their last nodes."""
+
 OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
 

@@ -1,0 +1,210 @@
+"""The referee's own lattice: which moves are free, and the cheapest path between two nodes, by Dijkstra's algorithm.
+
+It is slow and obvious on purpose: every move of the lattice is judged, and the search knows nothing but their prices.
+"""
+
+import heapq
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats, Indices
+from skyverse.referee.boxes import GrownBoxes
+from skyverse.referee.overlaps import overlapping_pairs
+from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
+from skyverse.referee.solids import GrownSolids
+from skyverse.referee.subdivision import find_peaks
+from skyverse.referee.tolerances import LATTICE_ROUNDING, LET_PASS
+from skyverse.referee.world import RefereeWorld
+
+MOVES_AT_ONCE = 200_000
+"""Moves judged together, which bounds the memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class RefereeLattice:
+    """A lattice whose moves were judged.
+
+    Attributes
+    ----------
+    low, step
+        (3,) metres: the first node, and the distance between neighbours.
+    shape
+        (3,) nodes along each axis.
+    moves
+        (m, 3) steps; each stands for both directions.
+    free
+        (m, n) whether the move from each of the n nodes is free, with the last axis of nodes running fastest.
+    """
+
+    low: Floats
+    step: Floats
+    shape: Indices
+    moves: Indices
+    free: NDArray[np.bool_]
+
+    def node(self, position: Floats) -> int | None:
+        """Return the number of the node at a position (3,), or ``None`` if there is none within `LET_PASS`."""
+        index = np.rint((position - self.low) / self.step)
+        if (np.abs(self.low + index * self.step - position) > LET_PASS).any():
+            return None
+        if (index < 0).any() or (index >= self.shape).any():
+            return None
+        return int(np.ravel_multi_index(tuple(index.astype(np.intp)), tuple(self.shape)))
+
+    @property
+    def offsets(self) -> list[int]:
+        """The difference in number that each move makes."""
+        strides = np.array([self.shape[1] * self.shape[2], self.shape[2], 1])
+        return [int(offset) for offset in self.moves @ strides]
+
+    def position(self, node: int) -> Floats:
+        """Return the position (3,) of a node, metres."""
+        return self.low + np.array(np.unravel_index(node, tuple(self.shape))) * self.step
+
+
+def lattice_shape(world: RefereeWorld) -> Indices:
+    """Return the number of nodes along each axis, (3,)."""
+    return np.floor((world.high - world.low) / world.step + LATTICE_ROUNDING).astype(np.intp) + 1
+
+
+def judged_lattice(world: RefereeWorld) -> RefereeLattice:
+    """Judge every move of a world's lattice."""
+    shape, connectivity = lattice_shape(world), world.scenario.lattice.connectivity
+    steps = np.array([move for move in product((-1, 0, 1), repeat=3) if move > (0, 0, 0)], dtype=np.intp)
+    if connectivity == 6:
+        steps = steps[np.count_nonzero(steps, axis=1) == 1]
+    index = np.stack(np.meshgrid(*(np.arange(n) for n in shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    places = world.low + index * world.step
+    free = np.zeros((len(steps), len(index)), dtype=bool)
+    for row, move in zip(free, steps, strict=True):
+        inside = np.flatnonzero(((index + move >= 0) & (index + move < shape)).all(axis=1))
+        for first in range(0, len(inside), MOVES_AT_ONCE):
+            some = inside[first : first + MOVES_AT_ONCE]
+            row[some] = free_moves(world, places[some], world.low + (index[some] + move) * world.step)
+    return RefereeLattice(world.low, world.step, shape, steps, free)
+
+
+def can_be_judged(world: RefereeWorld) -> bool:
+    """Tell whether the moves of a world's lattice can be judged: diagonal ones only among boxes and round shapes."""
+    return world.scenario.lattice.connectivity == 6 or all(isinstance(kind, _ROUND) for kind in world.others)
+
+
+def free_moves(world: RefereeWorld, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
+    """Tell which moves between starts and ends, (n, 3) metres, are free.
+
+    A move is free if the whole block is clear of all grown shapes of which the two nodes are opposite corners, as no
+    corner may be cut. The block of a straight move is the move itself.
+    """
+    low, high = np.minimum(starts, ends), np.maximum(starts, ends)
+    free = np.ones(len(low), dtype=bool)
+    for kind in (world.boxes, *world.others):
+        if not isinstance(kind, (GrownBoxes, *_ROUND)):
+            some = np.flatnonzero(free)
+            free[some] = _clear_of(kind, np.stack([starts[some], ends[some]], axis=1))
+            continue
+        for pairs in overlapping_pairs(low, high, *kind.hulls()):
+            block, shape = pairs.T
+            if isinstance(kind, _ROUND):
+                axes = slice(0, 3 if isinstance(kind, GrownSpheres) else 2)
+                centre = kind.centre[shape]
+                nearest = np.clip(centre, low[block, axes], high[block, axes])
+                block = block[np.linalg.norm(nearest - centre, axis=1) < kind.grown_radius[shape]]
+            free[block] = False
+    return free
+
+
+_ROUND = (GrownSpheres, GrownCylinders)
+
+
+def _clear_of(kind: GrownSolids, b: Floats) -> NDArray[np.bool_]:
+    """Tell which segments (n, 2, 3) are proven clear of the grown shapes of one kind."""
+    wrong = kind.error(b, np.zeros(len(b)))
+    low, high = b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None]
+    clear = np.ones(len(b), dtype=bool)
+    for pairs in overlapping_pairs(low, high, *kind.hulls()):
+        if len(pairs):
+            segment, shape = pairs.T
+            of, question = np.unique(segment, return_inverse=True)
+
+            def depth(part: Floats, pair: Indices, shape: Indices = shape) -> Floats:
+                return kind.depth(part, shape[pair])
+
+            peaks = find_peaks(b[segment], wrong[segment], depth, question, len(of))
+            clear[of[~peaks.proven]] = False
+    return clear
+
+
+Price = Callable[[int, int], float]
+"""The price of the move between two nodes, in the objective's unit."""
+
+
+def cheapest_path(
+    lattice: RefereeLattice, start: int, goal: int, price: Price | Floats, price_of_turn: float
+) -> tuple[float, list[int]]:
+    """Return the price of the cheapest path from a start to a goal, and its nodes; infinite and none if there is none.
+
+    A state is a node and the move by which it was entered, where turns have a price, and otherwise a node. Going back
+    the way one came is no turn.
+
+    Parameters
+    ----------
+    lattice
+        The lattice.
+    start, goal
+        The numbers of nodes.
+    price
+        (m,) the price of each move, or a function of two nodes.
+    price_of_turn
+        What a turn costs.
+    """
+    offsets = lattice.offsets
+    kinds = len(offsets) if price_of_turn > 0 else 1
+    best, came_from, done = {(start, -1): 0.0}, {(start, -1): (start, -1)}, set()
+    queue = [(0.0, start, -1)]
+    while queue:
+        cost, node, entered = heapq.heappop(queue)
+        if node == goal:
+            return cost, _walked_back(came_from, (node, entered))
+        if (node, entered) in done:
+            continue
+        done.add((node, entered))
+        for move, offset in enumerate(offsets):
+            for other, at in ((node + offset, node), (node - offset, node - offset)):
+                if at < 0 or not lattice.free[move, at]:
+                    continue
+                turned = price_of_turn if entered not in (-1, move) and kinds > 1 else 0.0
+                step = price(node, other) if callable(price) else float(price[move])
+                state = (other, move if kinds > 1 else 0)
+                total = cost + step + turned
+                if total < best.get(state, np.inf):
+                    best[state], came_from[state] = total, (node, entered)
+                    heapq.heappush(queue, (total, *state))
+    return np.inf, []
+
+
+def reachable_nodes(lattice: RefereeLattice, starts: Iterable[int]) -> set[int]:
+    """Return all nodes to which free moves lead from any of the starts, the starts included."""
+    offsets = lattice.offsets
+    reached = set(starts)
+    queue = list(reached)
+    while queue:
+        node = queue.pop()
+        for move, offset in enumerate(offsets):
+            for other, at in ((node + offset, node), (node - offset, node - offset)):
+                if at >= 0 and lattice.free[move, at] and other not in reached:
+                    reached.add(other)
+                    queue.append(other)
+    return reached
+
+
+def _walked_back(came_from: dict[tuple[int, int], tuple[int, int]], state: tuple[int, int]) -> list[int]:
+    """Return the nodes of a path from its start to a state."""
+    nodes = [state[0]]
+    while came_from[state] != state:
+        state = came_from[state]
+        nodes.append(state[0])
+    return nodes[::-1]
