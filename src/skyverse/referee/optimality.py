@@ -134,8 +134,9 @@ class _Judge:
             return self._undecided(f"{claim}, {AS_CLAIMED}: {self.beyond}.")
         ends = self.scenario.uavs[uav].start, self.scenario.targets[target].position
         _, lattice = self.lattice(strict=False)
-        starts, goals = ({lattice.node(node) for node in self._cell_corners(np.array(place))} for place in ends)
-        if not reachable_nodes(lattice, starts - {None}) & goals:
+        corners = [[lattice.node(node) for node in self._cell_corners(np.array(place))] for place in ends]
+        starts, goals = ({node for node in nodes if node is not None} for nodes in corners)
+        if not reachable_nodes(lattice, starts) & goals:
             sentence = f"{claim}: the lattice joins no nodes next to its start and its target."
             return self._certificate(Verdict.PROVEN, sentence)
         sentence = f"{claim}, {AS_CLAIMED}: a path on the lattice joins nodes next to its start and its target."
