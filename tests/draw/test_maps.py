@@ -19,6 +19,7 @@ from skyverse.draw.figures import trajectories
 from skyverse.draw.map_traces import from_above, spacing
 from skyverse.draw.mission_page import page
 from skyverse.draw.page import scene_data
+from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
 from skyverse.draw.scene import scene
 from skyverse.draw.shape_geometry import coarser, extent, faces, footprint, span, surface
@@ -269,6 +270,17 @@ def test_the_table_tells_the_least_and_the_greatest_height_above_ground():
         assert float(most) == pytest.approx(above.max(), abs=0.2)
     assert "Above ground" in text
     assert "Above ground" not in cost_table(scene(town(10, terrain=False)))
+
+
+def test_a_profile_shows_the_ceiling_above_ground():
+    mission = town()
+    below = dataclasses.replace(mission, scenario=mission.scenario.model_copy(update={"max_height": 300.0}))
+    drawn = scene(below)
+    for profile, free in zip(drawn.profiles, scene(mission).profiles, strict=True):
+        np.testing.assert_allclose(profile.ceiling, profile.ground + 300)
+        assert free.ceiling is None
+    roles = [trace["meta"]["role"] for trace in from_the_side(drawn)[0]["traces"]]
+    assert roles.count("ceiling") == 1
 
 
 def test_a_profile_shows_what_is_crossed_and_nothing_beside():

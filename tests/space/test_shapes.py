@@ -156,7 +156,7 @@ def test_points_within_a_swept_segment_are_free_where_the_whole_sweep_is(scenari
     swept = max(
         tree.crossed(space.tree, space.boxes, 0.25 + dev, a, b) >= 0,
         solids.crossed(space.solids, 0.25 + dev, a, b) >= 0,
-        ground.crossed(space.ground, 0.25 + space.ground.extra, dev, a, b),
+        world.terrain_crossed(space, 0.25, dev, a, b),
     )
     if not swept:
         rng = np.random.default_rng(seed)
@@ -180,7 +180,7 @@ def test_a_box_that_no_obstacle_meets_holds_no_unsafe_point(scenario, a, b, grow
     meets = max(
         bool(np.all(corners < -1e-9, axis=1).any()),
         solids.reaching(space.solids, growth, low, high) >= 0,
-        world.ground_reaches(space, growth, low, high),
+        world.terrain_reaches(space, growth, low, high),
     )
     if deep > 1e-8:
         assert meets

@@ -4,7 +4,7 @@ import itertools
 import sys
 from typing import TYPE_CHECKING
 
-from skyverse.cli.places import point_of
+from skyverse.cli.places import height_above_ground, point_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,6 +31,19 @@ def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets
         if not things:
             raise InputError(f"{source}: {kind}s: there are none; give some with --{kind} x,y,z")
     return scenario_from_data(source, data)
+
+
+def below(source: str, scenario: "Scenario", max_height: str | None) -> "Scenario":
+    """Return a scenario with a ceiling above its ground, written as in ``120 m agl``, if there is one."""
+    if max_height is None:
+        return scenario
+    most = height_above_ground("--max-height", max_height).metres
+    if scenario.terrain is None:
+        raise InputError(f"--max-height: is counted from the ground, but {source} has no terrain")
+    if most <= scenario.ground_clearance:
+        least = f"{scenario.ground_clearance:g} m"
+        raise InputError(f"--max-height: expected more than the clearance from the ground, {least}, found {most:g} m")
+    return scenario.model_copy(update={"max_height": most})
 
 
 def limited(scenario: "Scenario", limits: "FleetLimits") -> "Scenario":

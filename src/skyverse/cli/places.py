@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError
 from skyverse.maps.georeference.latitude_longitude import require_on_globe
-from skyverse.model.altitude import AboveSea, Altitude, parse_altitude
+from skyverse.model.altitude import AboveGround, AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import GlobalPlace
@@ -43,6 +43,14 @@ def altitude_above_sea(option: str, text: str) -> AboveSea:
     altitude = altitude_of(option, text)
     if not isinstance(altitude, AboveSea):
         raise InputError(f"{option}: expected an altitude above mean sea level, as in '12 m amsl', found {text!r}")
+    return altitude
+
+
+def height_above_ground(option: str, text: str) -> AboveGround:
+    """Read a height above the ground, as in ``120 m agl``."""
+    altitude = altitude_of(option, text)
+    if not (isinstance(altitude, AboveGround) and altitude.metres > 0):
+        raise InputError(f"{option}: expected a height above ground, as in '120 m agl', found {text!r}")
     return altitude
 
 

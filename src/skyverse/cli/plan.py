@@ -6,9 +6,10 @@ from typing import Annotated, Literal
 from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
-from skyverse.cli.given_scenario import limited, refuse_unsafe, tell_unknown, tell_unsought, with_more
+from skyverse.cli.given_scenario import below, limited, refuse_unsafe, tell_unknown, tell_unsought, with_more
 from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
+from skyverse.cli.overflights import tell_overflights
 from skyverse.cli.report import report
 from skyverse.cli.settings import planner_of
 from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
@@ -42,6 +43,7 @@ def plan(
     max_climb: Annotated[float | None, Parameter(group=fleet)] = None,
     max_descent: Annotated[float | None, Parameter(group=fleet)] = None,
     separation: Annotated[float | None, Parameter(group=fleet)] = None,
+    max_height: str | None = None,
     unknown: Literal["free", "occupied"] | None = None,
     page: bool = True,
     as_json: AsJson = False,
@@ -99,6 +101,8 @@ def plan(
         The fastest that they descend, m/s.
     separation
         The distance that they keep from each other, metres; twice as much above and below, or the vehicle's own.
+    max_height
+        How high above the ground below UAVs may fly, as in `120 m agl`; the scenario needs a terrain.
     unknown
         What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
     page
@@ -113,7 +117,8 @@ def plan(
     limits = FleetLimits(
         vehicle=vehicle, max_speed=max_speed, max_climb=max_climb, max_descent=max_descent, separation=separation
     )
-    asked = limited(with_more(scenario, sky.read_scenario(scenario, unknown=unknown), uav, target), limits)
+    asked = below(scenario, sky.read_scenario(scenario, unknown=unknown), max_height)
+    asked = limited(with_more(scenario, asked, uav, target), limits)
     tell_unknown(asked, unknown)
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [])
@@ -145,6 +150,7 @@ def plan(
             written.append(out.with_suffix(".html"))
             sky.write_html(mission, written[-1])
     report(mission, written, as_json)
+    tell_overflights(mission)
     if mission.interrupted:
         return INTERRUPTED
     return 0 if mission.complete and not mission.violations else FOUND_WRONG

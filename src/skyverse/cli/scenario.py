@@ -15,7 +15,7 @@ from cyclopts import App, Group, Parameter
 from skyverse.cli.option_names import for_command_line, option_of
 from skyverse.cli.option_types import OUTPUT, AsJson
 from skyverse.cli.outputs import refuse_output
-from skyverse.cli.places import altitude_above_sea, altitude_of, numbers_of, origin_of, places_of
+from skyverse.cli.places import altitude_above_sea, altitude_of, height_above_ground, numbers_of, origin_of, places_of
 from skyverse.cli.report import json_text
 from skyverse.cli.watch import console
 from skyverse.errors import InputError
@@ -105,6 +105,7 @@ _TEXTS = {
     "origin": _TextOption(str, "`46.81,9.85,1560 m amsl`", origin_of),
     "ground": _TextOption(str, "`0 m amsl`", lambda text: altitude_above_sea("--ground", text)),
     "ceiling": _TextOption(str, "`120 m agl`", lambda text: altitude_of("--ceiling", text), Parameter()),
+    "max_height": _TextOption(str, "`120 m agl`", lambda text: height_above_ground("--max-height", text), Parameter()),
     "band": _TextOption(
         str, "`40,80`", lambda text: numbers_of("--band", "low,high in metres above ground", text, 2), Parameter()
     ),

@@ -112,6 +112,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     if (role === "ground") Object.assign(trace, { fillcolor: colour("earth"), line: { color: colour("earthline"), width: 1.2 } });
     if (role === "clearance") Object.assign(trace, { fillcolor: faded(colour("zone"), 0.25), line: { color: faded(colour("zone"), 0.7), width: 1, dash: "dot" } });
     if (role === "band") Object.assign(trace, { line: { color: colour("accent"), width: 1, dash: "dash" } });
+    if (role === "ceiling") Object.assign(trace, { line: { color: colour("zone"), width: 1.5, dash: "dash" } });
     if (role === "kind") {
       const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
       Object.assign(trace, { fillcolor: faded(paint, solid ? 0.75 : 0.22), line: { color: paint, width: 1, dash: hard ? "solid" : "dash" } });

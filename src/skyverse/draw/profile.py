@@ -37,6 +37,8 @@ class Profile:
         (n,) z of the ground below, metres; ``None`` without a terrain.
     clearance
         Metres above ground that paths must keep.
+    ceiling
+        (n,) z above which UAVs may not fly, metres; ``None`` without a ceiling above ground.
     band
         (n, 2) lowest and highest z of the objective's altitude band; ``None`` where it has none.
     crossings
@@ -47,6 +49,7 @@ class Profile:
     points: Floats
     ground: Floats | None
     clearance: float
+    ceiling: Floats | None
     band: Floats | None
     crossings: tuple[Crossing, ...]
 
@@ -64,6 +67,7 @@ def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: 
         points=points,
         ground=below,
         clearance=scenario.ground_clearance,
+        ceiling=None if below is None or scenario.max_height is None else below + scenario.max_height,
         band=_band(scenario, below, len(points)),
         crossings=_crossings(distance, points, kinds) if len(points) else (),
     )

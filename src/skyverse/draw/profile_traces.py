@@ -25,6 +25,7 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
     heights = [profile.points[:, 2]]
     heights += [] if profile.ground is None else [profile.ground, profile.ground + profile.clearance]
     heights += [] if profile.band is None else [profile.band]
+    heights += [] if profile.ceiling is None else [profile.ceiling]
     heights += [crossing.levels for crossing in profile.crossings if scene.world.kinds[crossing.kind].solid]
     low, high = (float(edge([edge(values) for values in heights])) for edge in (np.min, np.max))
     margin = 0.06 * (high - low) or 1.0
@@ -35,6 +36,9 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
         traces += _ground(profile, floor)
     if profile.band is not None:
         traces += [_edge(profile, level) for level in profile.band.T]
+    if profile.ceiling is not None:
+        points = {"x": packed(profile.distance), "y": packed(profile.ceiling)}
+        traces.append(trace("scatter", "lines", "Ceiling above ground", points, None, {"role": "ceiling"}))
     traces += _flight(track, profile)
     return {"uav": uav, "traces": traces, "range": [floor, top]}
 

@@ -20,7 +20,7 @@ from skyverse.planners.run import Run, make_workspace
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_repeated
 from skyverse.space import ground, solids
-from skyverse.space.world import Space, point_free, segment_free, without_seams
+from skyverse.space.world import Space, above_ceiling, point_free, segment_free, without_seams
 from skyverse.stop import Stop
 
 _SAMPLES_PER_LEG = 32
@@ -178,5 +178,9 @@ def _share_in_shapes(space: Space, a: Floats, b: Floats) -> float:
         for axis in range(3):
             p[axis] = a[axis] + (k + 0.5) / _SAMPLES_PER_LEG * (b[axis] - a[axis])
         floor = ground.height(space.ground, p[0], p[1]) + space.clearance + space.ground.extra
-        inside += p[2] < floor or solids.containing(space.solids, space.clearance, p[0], p[1], p[2]) >= 0
+        inside += (
+            p[2] < floor
+            or above_ceiling(space, space.clearance, p)
+            or solids.containing(space.solids, space.clearance, p[0], p[1], p[2]) >= 0
+        )
     return max(inside, 0.5) / _SAMPLES_PER_LEG

@@ -7,6 +7,7 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
+from skyverse.referee.closed_above import numbered_shapes
 from skyverse.referee.incursion import Incursion
 from skyverse.referee.overlaps import overlapping_pairs
 from skyverse.referee.solids import GrownSolids, grown
@@ -56,7 +57,7 @@ class GrownBoxes(GrownSolids):
 def grown_boxes(scenario: Scenario) -> GrownBoxes:
     """Return the scenario's boxes, and its voxels as boxes."""
     lows, highs, obstacles = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, dtype=np.intp)]
-    for number, shape in enumerate(scenario.obstacles):
+    for number, shape in ((one.number, one.shape) for one in numbered_shapes(scenario)):
         if isinstance(shape, Box):
             lows.append(np.array([shape.min]))
             highs.append(np.array([shape.max]))

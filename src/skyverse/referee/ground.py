@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
-from skyverse.referee.incursion import GROUND_NUMBER
+from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
@@ -157,6 +157,50 @@ def grown_ground(scenario: Scenario) -> GrownGround | None:
     slope = sum(float(np.abs(np.diff(heights, axis=axis)).max()) / step[axis] for axis in (0, 1))
     clearance, number = scenario.ground_clearance, np.array([GROUND_NUMBER])
     return GrownGround(clearance, number, np.array(terrain.origin), step, heights, clearance - LET_PASS, highest, slope)
+
+
+MIRROR = np.array([1.0, 1.0, -1.0])
+"""Factors of x, y and z that turn the world upside down."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ceiling(GrownSolids):
+    """What is too high above the terrain.
+
+    Attributes
+    ----------
+    upside_down
+        A ground whose z are the negative z of the ceiling: whatever is above the ceiling is below this ground.
+    """
+
+    upside_down: GrownGround
+
+    def hulls(self) -> tuple[Floats, Floats]:
+        """Return the corners of one box that holds everything, since every curve may come near the ceiling."""
+        return self.upside_down.hulls()
+
+    def error(self, b: Floats, error: Floats) -> Floats:
+        """Return bounds on the errors of depths; see `GrownGround.error`."""
+        return self.upside_down.error(b, error)
+
+    def depth(self, part: Floats, which: Indices) -> Floats:
+        """Return how far parts may be above the ceiling."""
+        return self.upside_down.depth(part * MIRROR, which)
+
+    def gap(self, position: Floats, which: int) -> float:
+        """Return how far a position is below the ceiling, metres; negative above it."""
+        return self.upside_down.gap(position * MIRROR, which)
+
+
+def ceiling_above_ground(scenario: Scenario) -> Ceiling | None:
+    """Return the ceiling above the scenario's terrain, or ``None`` if there is none."""
+    terrain, most = scenario.terrain, scenario.max_height
+    if terrain is None or most is None:
+        return None
+    below = terrain.model_copy(update={"heights": -(terrain.heights + most), "clearance": 0.0})
+    upside_down = grown_ground(scenario.model_copy(update={"terrain": below}))
+    assert upside_down is not None
+    return Ceiling(0.0, np.array([CEILING_NUMBER]), upside_down)
 
 
 def _maximum(*values: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Where something is too deep inside a grown obstacle or too close to the ground, and how messages say so."""
+"""Where something is too deep in a grown obstacle, too close to the ground or too high above it; what messages say."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,8 @@ from skyverse.referee.positions import position_text
 
 GROUND_NUMBER = -1
 """The number that stands for the ground among the numbers of obstacles."""
+CEILING_NUMBER = -2
+"""The number that stands for the ceiling above the ground."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +24,7 @@ class Incursion:
     required
         Metres of clearance that must be kept from this obstacle.
     obstacle
-        The obstacle's number in the scenario, or `GROUND_NUMBER`.
+        The obstacle's number in the scenario, `GROUND_NUMBER`, or `CEILING_NUMBER`.
     segment, fraction
         The index of the segment or piece, and how far along it, 0 to 1.
     position
@@ -43,6 +45,10 @@ class Incursion:
 
     def sentence(self, scenario: Scenario, subject: str, where: str) -> str:
         """Say that `subject` comes too close at the place that the words `where` tell."""
+        at = f"position {position_text(self.position)}"
+        if self.obstacle == CEILING_NUMBER:
+            most = f"{scenario.max_height:.6g} m above ground"
+            return f"{subject} is {-self.gap:.6g} m above the ceiling of {most} {where}, {at}."
         if self.obstacle == GROUND_NUMBER:
             height = f"only {self.gap:.6g} m above ground" if self.gap >= 0 else f"{-self.gap:.6g} m below ground"
             deed = f"is {height}"
@@ -50,7 +56,7 @@ class Incursion:
             deed = f"is {-self.gap:.6g} m inside {_obstacle_text(scenario, self.obstacle)}"
         else:
             deed = f"comes within {self.gap:.6g} m of {_obstacle_text(scenario, self.obstacle)}"
-        return f"{subject} {deed} {where}, position {position_text(self.position)}; {self.required:.6g} m are required."
+        return f"{subject} {deed} {where}, {at}; {self.required:.6g} m are required."
 
 
 def _obstacle_text(scenario: Scenario, obstacle: int) -> str:

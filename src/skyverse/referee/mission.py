@@ -9,6 +9,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV, TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.claims import judge_claims, judge_deconfliction
@@ -91,7 +92,8 @@ def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
             digest, violations[uav], _proven_sentence(scenario, digest, uav, curve), halvings
         )
     separation = judge_separation(scenario, targets, curves, unknown)
-    sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}."
+    sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"
+    sentence += f"{_not_counted(*scenario.uavs)}."
     apart = _certificate(digest, separation.violations, sentence, separation.halvings)
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
@@ -109,11 +111,24 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
     limits += [noun for noun, most in rates if most is not None]
     kept = f"{', '.join(limits[:-1])} and {limits[-1]}"
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
+    if scenario.max_height is not None:
+        ground = f"{scenario.ground_clearance:.6g} to {scenario.max_height:.6g} m above ground, "
     return (
         f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, {ground}inside the bounds "
         f"and within its limits of {kept}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
-        f"{_where(scenario, digest)}."
+        f"{_where(scenario, digest)}{_not_counted(vehicle)}."
     )
+
+
+def _not_counted(*vehicles: UAV) -> str:
+    """Say that UAVs' tracking errors are not in what is proven, which holds for their nominal flights alone."""
+    if all(vehicle.tracking_error == TrackingError() for vehicle in vehicles):
+        return ""
+    if len(vehicles) > 1:
+        return "; this holds for their nominal flights, without their tracking errors"
+    error = vehicles[0].tracking_error
+    stray = f"{error.horizontal:.6g} m horizontally and {error.vertical:.6g} m vertically"
+    return f"; this holds for its nominal flight, without its tracking error of {stray}"
 
 
 def _where(scenario: Scenario, digest: str) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
+from skyverse.referee.closed_above import numbered_shapes
 from skyverse.referee.subdivision import MAX_DEPTH
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
@@ -85,7 +86,7 @@ def grown(low: Floats, high: Floats, clearance: float) -> tuple[Floats, Floats]:
 
 def shapes_of(scenario: Scenario, kind: type[ShapeKind]) -> tuple[Sequence[ShapeKind], Indices]:
     """Return the scenario's obstacles of one kind, and their numbers among all obstacles."""
-    some = [(number, shape) for number, shape in enumerate(scenario.obstacles) if isinstance(shape, kind)]
+    some = [(one.number, one.shape) for one in numbered_shapes(scenario) if isinstance(one.shape, kind)]
     return [shape for _, shape in some], np.array([number for number, _ in some], dtype=np.intp)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
-from skyverse.referee.ground import GrownGround, grown_ground
+from skyverse.referee.ground import GrownGround, ceiling_above_ground, grown_ground
 from skyverse.referee.prisms import grown_prisms
 from skyverse.referee.round_solids import grown_cylinders, grown_spheres
 from skyverse.referee.solids import GrownSolids
@@ -28,7 +28,7 @@ class RefereeWorld:
     boxes
         The grown boxes, those of voxels among them.
     others
-        All other grown shapes, one entry for each kind that the scenario has; the ground is the last.
+        All other grown shapes, one entry for each kind that the scenario has, with the ground and the ceiling last.
     ground
         The ground, ``None`` where the scenario has no terrain.
     """
@@ -57,5 +57,6 @@ def referee_world(scenario: Scenario) -> RefereeWorld:
     kinds: list[GrownSolids] = [grown_cylinders(scenario), grown_spheres(scenario), grown_prisms(scenario)]
     others = [kind for kind in kinds if len(kind.obstacle)]
     others += [] if ground is None else [ground]
+    others += [] if (ceiling := ceiling_above_ground(scenario)) is None else [ceiling]
     low, high, step = (np.array(row) for row in (scenario.bounds.min, scenario.bounds.max, scenario.lattice.step))
     return RefereeWorld(scenario, low, high, step, grown_boxes(scenario), tuple(others), ground)

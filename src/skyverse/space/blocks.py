@@ -179,18 +179,48 @@ def _prism_columns(
 
 @kernel
 def mark_ground(ground: Ground, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
-    """Mark the blocks that are not wholly higher above the ground than required.
-
-    Within a rectangle the ground is highest on one of the rectangle's sides, or at one of the terrain's given heights;
-    along a side it is highest at one of the side's ends, or where the side passes from one of the terrain's cells to
-    the next.
-    """
+    """Mark the blocks that are not wholly higher above the ground than required."""
     if len(ground.heights) == 0:
         return
+    tops = _greatest_heights(ground, origin, step, shape)
+    margin = growth + ground.extra
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for e in range(4):
+                if tops[e, i, j] > -math.inf:
+                    last = math.floor((tops[e, i, j] + margin - origin[2]) / step[2] + BLOCK_CONTACT)
+                    for k in range(min(last, shape[2] - 1) + 1):
+                        touched[i, j, k] |= (17 if k < shape[2] - 1 else 1) << e
+
+
+@kernel
+def mark_ceiling(ceiling: Ground, growth: float, origin: Floats, step: Floats, shape: Ints, touched: Blocks) -> None:
+    """Mark the blocks that are not wholly below the ceiling, a ground upside down; see `Space.ceiling`."""
+    if len(ceiling.heights) == 0:
+        return
+    tops = _greatest_heights(ceiling, origin, step, shape)
+    margin = growth + ceiling.extra
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for e in range(4):
+                if tops[e, i, j] > -math.inf:
+                    first = math.ceil((-(tops[e, i, j] + margin) - origin[2]) / step[2] - BLOCK_CONTACT)
+                    for k in range(max(first, 0), shape[2]):
+                        touched[i, j, k] |= 1 << e
+                    for k in range(max(first - 1, 0), shape[2] - 1):
+                        touched[i, j, k] |= 16 << e
+
+
+@inner
+def _greatest_heights(ground: Ground, origin: Floats, step: Floats, shape: Ints) -> Floats:
+    """Return the ground's greatest z at nodes, along sides in x, along sides in y, and in rectangles, (4, nx, ny).
+
+    It is minus infinity where there is no such block. Within a rectangle the ground is highest on one of the
+    rectangle's sides, or at one of the terrain's given heights; along a side it is highest at one of the side's ends,
+    or where the side passes from one of the terrain's cells to the next.
+    """
     nx, ny = shape[0], shape[1]
-    tops = np.full(
-        (4, nx, ny), -math.inf
-    )  # the ground's greatest z at nodes, along sides in x, along sides in y, in rectangles
+    tops = np.full((4, nx, ny), -math.inf)
     for i in range(nx):
         x = origin[0] + i * step[0]
         for j in range(ny):
@@ -215,14 +245,7 @@ def mark_ground(ground: Ground, growth: float, origin: Floats, step: Floats, sha
                 for b in range(b0, b1 + 1):
                     top = max(top, ground.heights[a, b])
             tops[3, i, j] = top
-    margin = growth + ground.extra
-    for i in range(nx):
-        for j in range(ny):
-            for e in range(4):
-                if tops[e, i, j] > -math.inf:
-                    last = math.floor((tops[e, i, j] + margin - origin[2]) / step[2] + BLOCK_CONTACT)
-                    for k in range(min(last, shape[2] - 1) + 1):
-                        touched[i, j, k] |= (17 if k < shape[2] - 1 else 1) << e
+    return tops
 
 
 @inner

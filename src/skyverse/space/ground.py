@@ -138,8 +138,10 @@ def _next(level: int, i: int, j: int, top: int) -> tuple[int, int, int]:
 
 
 @query
-def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> bool:
+def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats, up: float) -> bool:
     """Tell whether what is within `dev` of the segment a-b may come nearer than a margin above ground.
+
+    `up` is 1, or -1 for a ground that is upside down, which is met by points whose z are negated.
 
     For a `dev` of 0 the answer is exact, by the least value of a quadratic in every cell. Otherwise the slope in each
     cell is bounded by its steepest, and the answer is never False where it should be True.
@@ -147,7 +149,7 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> 
     if len(ground.heights) == 0:
         return False
     margin -= SURFACE_DEPTH
-    dx, dy, rise = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    dx, dy, rise = b[0] - a[0], b[1] - a[1], up * (b[2] - a[2])
     top = len(ground.levels) - 1
     level, i, j = top, 0, 0
     while level <= top:
@@ -158,19 +160,21 @@ def crossed(ground: Ground, margin: float, dev: float, a: Floats, b: Floats) -> 
                 y0, y1 = _side(ground, 1, level, j)
                 enter, leave = clip(y0 - dev, y1 + dev, a[1], dy, enter, leave)
             if enter <= leave:
-                lowest = a[2] + min(enter * rise, leave * rise) - dev
+                lowest = up * a[2] + min(enter * rise, leave * rise) - dev
                 if lowest < _extreme(ground, level, i, j, True) + margin:
                     if level > 0:
                         level, i, j = level - 1, 2 * i, 2 * j
                         continue
-                    if _least(ground, i, j, dev, a, b, enter, leave) < margin:
+                    if _least(ground, i, j, dev, a, b, enter, leave, up) < margin:
                         return True
         level, i, j = _next(level, i, j, top)
     return False
 
 
 @inner_query
-def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, enter: float, leave: float) -> float:
+def _least(
+    ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, enter: float, leave: float, up: float
+) -> float:
     """Return the least height of a segment above a cell's ground between two shares, less what `dev` may take away.
 
     With the share s between the two, the height is begin + (end - begin - curved) s + curved s^2.
@@ -178,11 +182,11 @@ def _least(ground: Ground, i: int, j: int, dev: float, a: Floats, b: Floats, ent
     sx, sy = ground.step[0], ground.step[1]
     u, v = (a[0] - ground.origin[0]) / sx - i, (a[1] - ground.origin[1]) / sy - j
     du, dv = (b[0] - a[0]) / sx, (b[1] - a[1]) / sy
-    rise = b[2] - a[2]
+    rise = up * (b[2] - a[2])
     h = ground.heights
     twist = h[i, j] + h[i + 1, j + 1] - h[i + 1, j] - h[i, j + 1]
-    begin = a[2] + enter * rise - bilinear(ground, i, j, u + enter * du, v + enter * dv)
-    end = a[2] + leave * rise - bilinear(ground, i, j, u + leave * du, v + leave * dv)
+    begin = up * a[2] + enter * rise - bilinear(ground, i, j, u + enter * du, v + enter * dv)
+    end = up * a[2] + leave * rise - bilinear(ground, i, j, u + leave * du, v + leave * dv)
     curved = -twist * du * dv * (leave - enter) ** 2
     least = min(begin, end)
     if curved > 0.0:

@@ -62,6 +62,7 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     blocks.mark_boxes(space.boxes, space.clearance, space.low, step, shape, touched)
     blocks.mark_solids(space.solids, space.clearance, space.low, step, shape, touched)
     blocks.mark_ground(space.ground, space.clearance, space.low, step, shape, touched)
+    blocks.mark_ceiling(space.ceiling, space.clearance, space.low, step, shape, touched)
     moves = lattice_moves(lattice.connectivity)
     offsets = moves @ np.array([shape[1] * shape[2], shape[2], 1])
     exits = _safe_moves(touched, moves)

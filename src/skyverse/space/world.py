@@ -7,10 +7,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Box, Voxels
+from skyverse.model.shapes import Box, Terrain, Voxels
 from skyverse.numerics.kernel import by_reference, inner_query, kernel, query, writable
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import ground, solids, tree
+from skyverse.space.closed_above import ABOVE_BOUNDS, numbered_shapes
 from skyverse.space.ground import Ground
 from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree
@@ -35,6 +36,9 @@ class Space(NamedTuple):
         Cylinders, spheres and prisms.
     ground
         The terrain.
+    ceiling
+        What is too high above the terrain, upside down: a ground whose heights are the negative z of the ceiling. It
+        is met by points and segments whose z is negated.
     """
 
     low: Floats
@@ -44,6 +48,7 @@ class Space(NamedTuple):
     tree: Tree
     solids: Solids
     ground: Ground
+    ceiling: Ground
 
 
 @query
@@ -59,12 +64,31 @@ def in_bounds(space: Space, p: Floats) -> bool:
 def inside_obstacle(space: Space, growth: float, p: Floats) -> bool:
     """Tell whether the interior of some obstacle, grown by `growth`, holds a point.
 
-    The ground is raised by `growth` and by what its own clearance exceeds the scenario's.
+    The ground is raised by `growth` and by what its own clearance exceeds the scenario's, and the ceiling is lowered by
+    what `growth` exceeds the clearance.
     """
     return (
         tree.containing(space.tree, space.boxes, growth, p[0], p[1], p[2]) >= 0
         or solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0
         or p[2] < ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra - SURFACE_DEPTH
+        or above_ceiling(space, growth - SURFACE_DEPTH, p)
+    )
+
+
+@inner_query
+def above_ceiling(space: Space, growth: float, p: Floats) -> bool:
+    """Tell whether a point is above the ceiling, lowered by what `growth` exceeds the clearance."""
+    return -p[2] < ground.height(space.ceiling, p[0], p[1]) + growth + space.ceiling.extra
+
+
+@query
+def terrain_crossed(space: Space, growth: float, dev: float, a: Floats, b: Floats) -> bool:
+    """Tell whether what is within `dev` of a segment may reach below the raised ground or above the lowered ceiling.
+
+    The answer is exact for a `dev` of 0; see `skyverse.space.ground.crossed`.
+    """
+    return ground.crossed(space.ground, growth + space.ground.extra, dev, a, b, 1.0) or ground.crossed(
+        space.ceiling, growth + space.ceiling.extra, dev, a, b, -1.0
     )
 
 
@@ -74,15 +98,18 @@ def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
     return (
         tree.crossed(space.tree, space.boxes, growth, a, b) >= 0
         or solids.crossed(space.solids, growth, a, b) >= 0
-        or ground.crossed(space.ground, growth + space.ground.extra, 0.0, a, b)
+        or terrain_crossed(space, growth, 0.0, a, b)
     )
 
 
 @query
-def ground_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
-    """Tell whether the ground, raised by `growth`, reaches into the open box between two corners."""
+def terrain_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
+    """Tell whether the raised ground or the lowered ceiling reaches into the open box between two corners."""
     floor = low[2] - growth - space.ground.extra + SURFACE_DEPTH
-    return ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor
+    if ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor:
+        return True
+    floor = -high[2] - growth - space.ceiling.extra + SURFACE_DEPTH
+    return ground.highest(space.ceiling, floor, low[0], low[1], high[0], high[1]) > floor
 
 
 @inner_query
@@ -123,7 +150,16 @@ def only_boxes(space: Space) -> bool:
 @kernel
 def with_margin(space: Space, margin: float) -> Space:
     """Return the space with so many metres added to its clearance."""
-    return Space(space.low, space.high, space.boxes, space.clearance + margin, space.tree, space.solids, space.ground)
+    return Space(
+        space.low,
+        space.high,
+        space.boxes,
+        space.clearance + margin,
+        space.tree,
+        space.solids,
+        space.ground,
+        space.ceiling,
+    )
 
 
 def without_seams(space: Space) -> Space:
@@ -186,7 +222,8 @@ class World:
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
         # without clearance, the seams between boxes that only touch would be open
         filled = merged if scenario.clearance > SURFACE_DEPTH else seamless
-        for number, obstacle in enumerate(scenario.obstacles):
+        top = scenario.bounds.max[2] + ABOVE_BOUNDS
+        for number, obstacle in numbered_shapes(scenario.obstacles, top):
             if isinstance(obstacle, Box | Voxels):
                 rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else filled(obstacle)
                 blocks.append(rows)
@@ -199,7 +236,7 @@ class World:
         round_, rank = solids.make_solids(shapes)
         self._boxes = np.array(boxes[1:], dtype=np.int64)[order]
         self._solids = np.array(others, dtype=np.int64)[rank]
-        self._obstacles = scenario.obstacles
+        self._obstacles, self._max_height = scenario.obstacles, scenario.max_height
         self.space = Space(
             low=np.array(scenario.bounds.min),
             high=np.array(scenario.bounds.max),
@@ -208,6 +245,7 @@ class World:
             tree=index,
             solids=round_,
             ground=ground.make_ground(scenario.terrain, float(scenario.ground_clearance - scenario.clearance)),
+            ceiling=ground.make_ground(_upside_down_ceiling(scenario), -float(scenario.clearance)),
         )
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
@@ -253,6 +291,8 @@ class World:
         above = p[2] - ground.height(self.space.ground, p[0], p[1])
         if above < margin - SURFACE_DEPTH:
             return f"lies {above:g} m above ground, but {margin:g} m are required"
+        if above_ceiling(self.space, self.space.clearance - SURFACE_DEPTH, p):
+            return f"lies {above:g} m above ground, above the ceiling of {self._max_height:g} m"
         return None
 
     def blocker(self, point: ArrayLike) -> int | None:
@@ -269,6 +309,13 @@ class World:
         obstacle = self._obstacles[number]
         known = [repr(obstacle.name)] * bool(obstacle.name) + [str(obstacle.kind)] * bool(obstacle.kind)
         return f"obstacles[{number}]" + (f" ({', '.join(known)})" if known else "")
+
+
+def _upside_down_ceiling(scenario: Scenario) -> Terrain | None:
+    """Return the ceiling above the terrain as a terrain of negative z, or ``None`` if there is none."""
+    if scenario.terrain is None or scenario.max_height is None:
+        return None
+    return scenario.terrain.model_copy(update={"heights": -(scenario.terrain.heights + scenario.max_height)})
 
 
 def _rows(points: ArrayLike) -> Floats:

@@ -14,7 +14,7 @@ from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import CORRIDOR_PROGRESS, MIN_OVERLAP, SURFACE_DEPTH, THIN_OVERLAP
 from skyverse.space import box, solids, tree
 from skyverse.space.tree import FIRST, SKIP, STOP
-from skyverse.space.world import Space, ground_reaches
+from skyverse.space.world import Space, terrain_reaches
 
 MAX_BOXES = 400
 """Boxes of a corridor at most: a path that needs more is too intricate to be smoothed in seconds."""
@@ -162,7 +162,7 @@ def _is_free(space: Space, b: Floats) -> bool:
 def _shapes_reach(space: Space, b: Floats) -> bool:
     """Tell whether a grown obstacle other than a box, or the ground, reaches into the box."""
     low, high = b[:3], b[3:]
-    return solids.reaching(space.solids, space.clearance, low, high) >= 0 or ground_reaches(
+    return solids.reaching(space.solids, space.clearance, low, high) >= 0 or terrain_reaches(
         space, space.clearance, low, high
     )
 

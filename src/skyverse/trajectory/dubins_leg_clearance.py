@@ -7,8 +7,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner
 from skyverse.numerics.tolerances import ARC_DEVIATION, SURFACE_DEPTH
-from skyverse.space import box, ground, solids, tree
-from skyverse.space.world import Space
+from skyverse.space import box, solids, tree
+from skyverse.space.world import Space, terrain_crossed
 from skyverse.trajectory.climb import height_gained
 from skyverse.trajectory.dubins_leg import DubinsLeg, leg_curvature, leg_marks, pose_on_leg
 
@@ -119,8 +119,8 @@ def _judge_at_once(space: Space, leg: DubinsLeg, begin: float, end: float, curve
 @inner
 def _crosses_shapes(space: Space, off: float, a: Floats, b: Floats) -> bool:
     """Tell whether an obstacle that is no box is nearer to a chord than the clearance and so many metres."""
-    return solids.crossed(space.solids, space.clearance + off, a, b) >= 0 or ground.crossed(
-        space.ground, space.clearance + space.ground.extra, off, a, b
+    return solids.crossed(space.solids, space.clearance + off, a, b) >= 0 or terrain_crossed(
+        space, space.clearance, off, a, b
     )
 
 

@@ -20,7 +20,7 @@ from skyverse.numerics.bernstein import split, to_bernstein
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_TIGHTNESS
 from skyverse.space import box, ground, solids, tree
-from skyverse.space.world import Space, World, ground_reaches
+from skyverse.space.world import Space, World, above_ceiling, terrain_crossed, terrain_reaches
 from skyverse.trajectory.limits import (
     AIRSPEED,
     CLIMB,
@@ -181,12 +181,12 @@ def _clear_of_shapes(space: Space, b: Floats, low: Floats, high: Floats) -> bool
     Its coefficients are laid end to end, and lie in the box between two corners.
     """
     growth = space.clearance - LIMIT_EASE
-    if solids.reaching(space.solids, growth, low, high) < 0 and not ground_reaches(space, growth, low, high):
+    if solids.reaching(space.solids, growth, low, high) < 0 and not terrain_reaches(space, growth, low, high):
         return True
     first, last = b[:3], b[len(b) - 3 :]
     off = _off_chord(b)
-    return solids.crossed(space.solids, growth + off, first, last) < 0 and not ground.crossed(
-        space.ground, growth + space.ground.extra, off, first, last
+    return solids.crossed(space.solids, growth + off, first, last) < 0 and not terrain_crossed(
+        space, growth, off, first, last
     )
 
 
@@ -234,4 +234,4 @@ def _fault(space: Space, near: Ints, p: Floats) -> int:
     if solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0:
         return _CLEARANCE
     floor = ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra
-    return _CLEARANCE if p[2] < floor else 0
+    return _CLEARANCE if p[2] < floor or above_ceiling(space, growth, p) else 0

@@ -593,3 +593,31 @@ def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that
     uav, notes = uav_and_notes(vehicle="camera", separation=20.0)
     assert uav == sky.UAV(start=uav.start, name=uav.name, home=uav.home, vehicle="camera", separation=20)
     assert notes == []
+
+
+def test_a_ceiling_above_ground_bounds_the_scenario_and_its_ends(valley):
+    ends = {"terrain": [valley], "uavs": [START], "targets": [GOAL]}
+    scenario = build_scenario("v", **ends, max_height=AboveGround(120))
+    assert scenario.max_height == 120
+    assert scenario.bounds.max[2] == pytest.approx(scenario.terrain.heights.max() + 120)
+    with pytest.raises(InputError, match=r"expected a point at most 50 m above the ground, found it \d+\.\d\d m above"):
+        build_scenario("v", **ends, max_height=AboveGround(50))
+
+
+def test_zones_end_where_their_file_says_which_is_told_unless_they_are_to_be_closed_above(valley, tmp_path):
+    path = geojson(tmp_path / "z.geojson", (SQUARE, {"upper": "20 m agl"}))
+    start = place(-300, 0, AboveGround(60))
+
+    def built(**more):
+        told = []
+        made = build_scenario("v", terrain=[valley], zones=[path], uavs=[start], on_note=told.append, **more)
+        return made, [note.text for note in told if "flown over" in note.text]
+
+    scenario, (note,) = built()
+    assert not scenario.obstacles[0].closed_above
+    assert note.startswith("1 zones end below the top of the bounds, and may be flown over")
+    scenario, notes = built(zones_closed_above=True)
+    assert scenario.obstacles[0].closed_above
+    assert notes == []
+    x, y = np.mean(scenario.obstacles[0].vertices, axis=0)
+    assert not sky.World(scenario).free([[x, y, scenario.bounds.max[2]]])[0]

@@ -23,6 +23,7 @@ from skyverse.maps.assembly.places import (
     local_points,
     low_points,
     named_places,
+    points_above_ceiling,
     refuse_off_map,
     refuse_outside,
     refuse_swapped,
@@ -98,8 +99,11 @@ def build_scenario(options: BuildOptions) -> Scenario:
     ends = [*starting.items(), *ending.items()]
     points = [point for _, point in ends]
     floor, highest = extent.heights(relief, local, [one for some in solids.values() for one in some], points)
-    top = extent.ceiling(options.ceiling, options.band, zero, region, relief, floor, highest)
+    most = options.max_height
+    top = extent.ceiling(options.ceiling or most, options.band, zero, region, relief, floor, highest)
     bad += extent.high_points(ends, top)
+    if most is not None:
+        bad += points_above_ceiling(dict(ends), relief, most.metres)
     obstacles: list[Prism | Voxels] = []
     soft: list[Prism] = []
     for cloud in clouds:
@@ -113,6 +117,8 @@ def build_scenario(options: BuildOptions) -> Scenario:
             refuse_swapped(file.path, file.features, zero, region)
             on_note(Note(file.path, "nothing of it lies in the area"))
         hard = [prism for prism in made if prism.risk is None]
+        if not file.is_buildings:
+            hard = _closed_above(hard, options, top, file.path)
         path = Path(file.path)
         bad += points_inside(ends, hard, clearance, path.name)
         obstacles += hard
@@ -132,6 +138,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
             zones=tuple(soft),
             terrain=relief,
             clearance=clearance,
+            max_height=None if most is None else most.metres,
             lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
             objective=Objective(unit="metres", altitude=band),
             uavs=tuple(
@@ -145,6 +152,18 @@ def build_scenario(options: BuildOptions) -> Scenario:
         raise InputError(f"{options.name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
     refuse_bad_points(bad, built)
     return built
+
+
+def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: str) -> list[Prism]:
+    """Return zones that nothing may fly over if that is asked for; otherwise tell how many may be flown over."""
+    if options.zones_closed_above:
+        return [zone.model_copy(update={"closed_above": True}) for zone in zones]
+    low = sum(zone.high + options.clearance < top for zone in zones)
+    if low:
+        text = f"{low:,} zones end below the top of the bounds, and may be flown over"
+        give = [Remedy("zones_closed_above", True, "to forbid it")]
+        options.on_note(Note(path, Sentence(text, give=give)))
+    return zones
 
 
 def _limits(options: BuildOptions) -> FleetLimits:

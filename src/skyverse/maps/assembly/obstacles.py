@@ -234,7 +234,7 @@ def _is_near(solid: Prism | Voxels, point: Floats, clearance: float) -> bool:
         low = np.maximum(np.floor((point - clearance - first) / solid.step + 1e-9), 0).astype(np.int64)
         high = np.maximum(np.ceil((point + clearance - first) / solid.step - 1e-9), 0).astype(np.int64)
         return bool(solid.occupied[tuple(slice(a, b) for a, b in zip(low, high, strict=True))].any())
-    if not solid.low - clearance < point[2] < solid.high + clearance:
+    if not (solid.low - clearance < point[2] and (solid.closed_above or point[2] < solid.high + clearance)):
         return False
     corners = np.asarray(solid.vertices)
     if ((point[:2] < corners.min(axis=0) - clearance) | (point[:2] > corners.max(axis=0) + clearance)).any():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
 from skyverse.errors import InputError
 from skyverse.maps.georeference.choices import Raster, Reading
-from skyverse.model.altitude import AboveSea, Altitude
+from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 from skyverse.model.fleet_limits import FleetLimits
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ class MapFiles:
         Files of buildings, which must not be entered: CityJSON, OpenStreetMap, GeoJSON, KML, Shapefile, GeoPackage.
     zones
         Files, of the same formats, of zones that must not be entered.
+    zones_closed_above
+        Forbid to fly over the zones of files, too. When left out, their upper limits are those that the files state.
     soft_zones
         Files of zones that may be flown through, each with the risk of a metre flown inside, where no field ``risk``
         says it.
@@ -72,6 +74,7 @@ class MapFiles:
     terrain: Sequence[Raster | str | Path] = ()
     buildings: Sequence[str | Path] = ()
     zones: Sequence[str | Path] = ()
+    zones_closed_above: bool = False
     soft_zones: Sequence[tuple[str | Path, float]] = ()
     voxels: Sequence[str | Path] = ()
     uavs: GlobalPlaces = ()
@@ -100,6 +103,9 @@ class MapRegion:
     ceiling
         How high the bounds reach, above the sea or above the highest ground; when left out, 30 m above the highest of
         ground, buildings, UAVs and targets.
+    max_height
+        How high above the ground below UAVs may fly: a ceiling that follows the terrain. Without `ceiling`, the bounds
+        reach as high above the highest ground.
     """
 
     area: tuple[float, float, float, float] | None = None
@@ -108,6 +114,7 @@ class MapRegion:
     geoid: float | None = None
     ground: AboveSea | None = None
     ceiling: Altitude | None = None
+    max_height: AboveGround | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
 from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
@@ -203,4 +203,20 @@ def low_points(
                 f"which is raised to what the terrain's cells reach; give it {clearance - (z - ground):.2f} m more"
             )
             found.append(BadPoint(name, (x, y, z), text))
+    return found
+
+
+def points_above_ceiling(
+    points: Mapping[str, tuple[float, float, float]], terrain: Terrain | None, most: float
+) -> list[BadPoint]:
+    """Return those points, given with their names, that are more than so many metres above the ground."""
+    if terrain is None:
+        raise InputError("metres above ground need the ground", field="max_height", give=GIVE_GROUND)
+    found = []
+    for name, (x, y, z) in points.items():
+        height = z - float(terrain.height((x, y)))
+        if height > most + 1e-6:
+            text = f"expected a point at most {most:g} m above the ground, found it {height:.2f} m above"
+            give = (Remedy("max_height", None, "that is higher"),)
+            found.append(BadPoint(name, (x, y, z), text, give=give))
     return found

@@ -86,7 +86,7 @@ def _local_space(space: Space, path: Floats) -> tuple[Space, Ints]:
     for k in range(len(own)):
         which[k] = own[order[k]]
         put(boxes, k, space.boxes[which[k]])
-    return Space(space.low, space.high, boxes, space.clearance, index, space.solids, space.ground), which
+    return Space(space.low, space.high, boxes, space.clearance, index, space.solids, space.ground, space.ceiling), which
 
 
 @inner
