@@ -10,6 +10,7 @@ import skyverse as sky
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.leg_certificate import LegCertificate
 from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
 from skyverse.space.world import World
 
 ORIGIN = Origin(latitude=52.0, longitude=4.37, altitude=10.0, geoid=43.0)
@@ -90,3 +91,19 @@ def test_search_and_referee_agree_on_legs_among_shapes_of_all_kinds(seed):
     assert proof.refused(lines) == set()  # what the search took for clear
     faults = [fault[1] for fault in found if fault is not None and not isinstance(fault[1], str)]
     assert all("obstacle" in proof.sentence(fault) for fault in faults)  # and what it took for blocked
+
+
+@pytest.mark.parametrize("reference", ["amsl", "agl"])
+def test_legs_keep_below_a_ceiling_that_follows_the_terrain(reference):
+    ground = np.add.outer(np.linspace(0, 30, 7), np.zeros(7))
+    terrain = Terrain(origin=(-300, -300), step=(100, 100), heights=ground, clearance=2.0)
+    mission = handmade.mission([handmade.along([(-90, 0, 60), (90, 0, 60)], 10)], terrain=terrain, origin=ORIGIN)
+    proof = certificate(replace(mission, scenario=mission.scenario.model_copy(update={"max_height": 50.0})), reference)
+    west, east = 10.5 + 50, 19.5 + 50  # the ceiling at x = -90 and x = 90, metres
+    for higher, clear in ((-0.1, True), (0.1, False)):
+        line = np.array([(-90, 0, west + higher), (90, 0, east + higher)]), 0.0, np.zeros(2)
+        fault = proof.legs.trouble(*line)
+        assert (fault is None) == clear
+        assert proof.refused([line]) == set()
+        if fault is not None:
+            assert "above the ceiling" in proof.sentence(fault[1])

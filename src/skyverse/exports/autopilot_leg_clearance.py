@@ -123,10 +123,14 @@ class LegChecker:
         if self.reference == "agl":  # heights above ground between the ends lie between those of the ends
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
-            low = float((ends[:, 2] - self.scenario.terrain.height(ends[:, :2])).min())
+            above = ends[:, 2] - self.scenario.terrain.height(ends[:, :2])
+            low, high = float(above.min()), float(above.max())
             needed = self.scenario.ground_clearance - LEG_ALLOWANCE / 2
             if low < needed:
                 return Checked(f"it is {low:.4g} m above ground, and {needed:.4g} m are required")
+            if self.scenario.max_height is not None and high > self.scenario.max_height + LEG_ALLOWANCE / 2:
+                most = self.scenario.max_height
+                return Checked(f"it is {high:.4g} m above ground, above the ceiling of {most:.4g} m")
         return self._checked(a[None], b[None], self.apart(a, b))
 
     def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> Checked:
@@ -199,14 +203,15 @@ class LegChecker:
         return Checked(None, (Segments(starts, ends, growth),))
 
     def grown(self, extra: float) -> Scenario:
-        """Return the scenario with clearances less `LEG_ALLOWANCE` plus `extra` metres."""
+        """Return the scenario with clearances, also below the ceiling, less `LEG_ALLOWANCE` plus `extra` metres."""
         clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
-        terrain = self.scenario.terrain
+        terrain, most = self.scenario.terrain, self.scenario.max_height
         if terrain is not None:
             steep = extra + MAVLINK_ROUNDING * steepest(terrain)
             above = max(self.scenario.ground_clearance - LEG_ALLOWANCE, 0.0) + steep
             terrain = None if self.reference == "agl" else terrain.model_copy(update={"clearance": above})
-        return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain})
+            most = None if most is None or self.reference == "agl" else most + LEG_ALLOWANCE - steep
+        return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain, "max_height": most})
 
 
 def towards(way: Floats, radius: float) -> Floats:
