@@ -64,6 +64,8 @@ def test_limits_of_a_fleet_replace_those_of_each_uav():
     slower = FleetLimits(max_speed=4, max_climb=2, max_descent=1).limit(uav)
     assert slower == uav.model_copy(update={"max_speed": 4, "max_climb": 2, "max_descent": 1})
     assert FleetLimits(separation=5).limit(uav).ellipsoid == (5, 10)
+    astray = FleetLimits(tracking_error=(1.5, 2)).limit(uav)
+    assert astray == uav.model_copy(update={"tracking_error": sky.TrackingError(horizontal=1.5, vertical=2)})
     camera = FleetLimits(vehicle="camera", max_speed=4).limit(uav)
     assert camera == sky.UAV(name="a", start=(1, 2, 3), home=0, priority=2, vehicle="camera", max_speed=4)
 
@@ -73,6 +75,7 @@ def test_limits_of_a_fleet_replace_those_of_each_uav():
     [
         ({"vehicle": "rocket"}, "vehicle: expected one of indoor, thesis, camera, heavy, mapping, found 'rocket'"),
         ({"max_speed": -1.0}, "max_speed: a: expected a number greater than or equal to 0.001"),
+        ({"tracking_error": (-1, 2)}, "tracking_error: a: expected a number greater than or equal to 0"),
         ({"vehicle": "mapping", "max_speed": 9.0}, "a: fixed_wing.speed of 15 m/s"),
     ],
 )

@@ -25,6 +25,7 @@ PLACEHOLDERS = {
     "origin": "latitude,longitude,altitude",
     "soft_zones": "FILE=RISK",
     "terrain": "FILE",
+    "tracking_error": "horizontal,vertical",
     "voxels": "FILE",
 }
 """What is written after an option whose value only the user knows."""

@@ -30,6 +30,14 @@ def point_of(option: str, text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+def tracking_error_of(text: str | None) -> tuple[float, float] | None:
+    """Read how far UAVs may stray, as in ``1.5,2``: metres seen from above, and metres in altitude."""
+    if text is None:
+        return None
+    horizontal, vertical = numbers_of("--tracking-error", "horizontal,vertical in metres, as in 1.5,2", text, 2)
+    return horizontal, vertical
+
+
 def altitude_of(option: str, text: str) -> Altitude:
     """Read an altitude, as in ``60 m agl``."""
     try:

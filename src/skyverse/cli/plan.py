@@ -10,6 +10,7 @@ from skyverse.cli.given_scenario import below, limited, refuse_unsafe, tell_unkn
 from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.overflights import tell_overflights
+from skyverse.cli.places import tracking_error_of
 from skyverse.cli.report import report
 from skyverse.cli.settings import planner_of
 from skyverse.cli.watch import compile_with_bar, progress_bar, stop_rule
@@ -43,6 +44,7 @@ def plan(
     max_climb: Annotated[float | None, Parameter(group=fleet)] = None,
     max_descent: Annotated[float | None, Parameter(group=fleet)] = None,
     separation: Annotated[float | None, Parameter(group=fleet)] = None,
+    tracking_error: Annotated[str | None, Parameter(group=fleet)] = None,
     max_height: str | None = None,
     unknown: Literal["free", "occupied"] | None = None,
     page: bool = True,
@@ -101,6 +103,8 @@ def plan(
         The fastest that they descend, m/s.
     separation
         The distance that they keep from each other, metres; twice as much above and below, or the vehicle's own.
+    tracking_error
+        How far they may stray, as in `1.5,2`: metres seen from above, and metres in altitude.
     max_height
         How high above the ground below UAVs may fly, as in `120 m agl`; the scenario needs a terrain.
     unknown
@@ -115,7 +119,12 @@ def plan(
     from skyverse.numerics.compiling.kept_code import before_compiling
 
     limits = FleetLimits(
-        vehicle=vehicle, max_speed=max_speed, max_climb=max_climb, max_descent=max_descent, separation=separation
+        vehicle=vehicle,
+        max_speed=max_speed,
+        max_climb=max_climb,
+        max_descent=max_descent,
+        separation=separation,
+        tracking_error=tracking_error_of(tracking_error),
     )
     asked = below(scenario, sky.read_scenario(scenario, unknown=unknown), max_height)
     asked = limited(with_more(scenario, asked, uav, target), limits)

@@ -15,7 +15,15 @@ from cyclopts import App, Group, Parameter
 from skyverse.cli.option_names import for_command_line, option_of
 from skyverse.cli.option_types import OUTPUT, AsJson
 from skyverse.cli.outputs import refuse_output
-from skyverse.cli.places import altitude_above_sea, altitude_of, height_above_ground, numbers_of, origin_of, places_of
+from skyverse.cli.places import (
+    altitude_above_sea,
+    altitude_of,
+    height_above_ground,
+    numbers_of,
+    origin_of,
+    places_of,
+    tracking_error_of,
+)
 from skyverse.cli.report import json_text
 from skyverse.cli.watch import console
 from skyverse.errors import InputError
@@ -106,6 +114,7 @@ _TEXTS = {
     "ground": _TextOption(str, "`0 m amsl`", lambda text: altitude_above_sea("--ground", text)),
     "ceiling": _TextOption(str, "`120 m agl`", lambda text: altitude_of("--ceiling", text), Parameter()),
     "max_height": _TextOption(str, "`120 m agl`", lambda text: height_above_ground("--max-height", text), Parameter()),
+    "tracking_error": _TextOption(str, "`1.5,2`", tracking_error_of, Parameter()),
     "band": _TextOption(
         str, "`40,80`", lambda text: numbers_of("--band", "low,high in metres above ground", text, 2), Parameter()
     ),

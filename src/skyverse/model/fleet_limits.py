@@ -27,6 +27,8 @@ class FleetLimits:
     separation
         The distance that UAVs at one height keep from each other, metres; above and below, the vehicle's own, or twice
         as much.
+    tracking_error
+        How far they may stray from their nominal positions: metres seen from above, and metres in altitude.
     """
 
     vehicle: str | None = None
@@ -34,6 +36,7 @@ class FleetLimits:
     max_climb: float | None = None
     max_descent: float | None = None
     separation: float | None = None
+    tracking_error: tuple[float, float] | None = None
 
     def limit(self, uav: "UAV") -> "UAV":
         """Return a UAV with these limits, or raise `InputError` that names the limit."""
@@ -48,6 +51,8 @@ class FleetLimits:
         }
         if not given:
             return uav
+        if self.tracking_error is not None:
+            given["tracking_error"] = dict(zip(("horizontal", "vertical"), self.tracking_error, strict=True))
         if self.vehicle is not None and self.vehicle not in VEHICLE_PROFILES:
             raise InputError(
                 f"expected one of {', '.join(VEHICLE_PROFILES)}, found {self.vehicle!r:.40}", field="vehicle"
@@ -61,5 +66,5 @@ class FleetLimits:
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             said = first["msg"].removeprefix("Value error, ").replace("Input should be", "expected a number")
-            place = ".".join(map(str, first["loc"]))
+            place = str(first["loc"][0]) if first["loc"] else ""
             raise InputError(f"{uav.name}: {said}", field=place or None) from None
