@@ -3,7 +3,7 @@ from .deconfliction.find_conflicts import find_conflicts as find_conflicts
 from .draw.animation import write_animation as write_animation
 from .draw.animation import write_instants as write_instants
 from .draw.figures import write_figures as write_figures
-from .draw.mission_page import write_html as write_html
+from .draw.write_page import write_html as write_html
 from .errors import InputError as InputError
 from .exports import Route as Route
 from .exports import export as export

@@ -3,6 +3,7 @@
 import pytest
 
 import skyverse as sky
+from skyverse.cli import main
 from skyverse.cli.given_scenario import MAX_NAMED_POINTS, refuse_unsafe
 
 
@@ -40,3 +41,17 @@ def test_of_very_many_bad_points_the_first_are_named():
 
 def test_a_scenario_whose_points_are_all_safe_is_not_refused():
     refuse_unsafe("map1", sky.read("map1"))
+
+
+def test_show_draws_a_scenario_before_it_is_planned(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    sky.write(with_starts((5, 2.2, 1)), tmp_path / "mine.yaml")
+    for words, page in ((["mine.yaml"], "mine.html"), (["table-4.8"], "out/table-4.8.html")):
+        with pytest.raises(SystemExit) as ended:
+            main(["show", *words])
+        assert not ended.value.code
+        assert capsys.readouterr().out == f"{page}\n"
+        assert (tmp_path / page).read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    with pytest.raises(SystemExit):
+        main(["show", "mine.yaml", "--figures", "figures"])
+    assert capsys.readouterr().out == "figures/scenario.png\n"

@@ -1,4 +1,7 @@
-"""Missions made by hand."""
+"""Missions made by hand, and a browser."""
+
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -141,3 +144,25 @@ def swarm():
         (),
         PROVENANCE,
     )
+
+
+CHROMIUM = next((p for p in ("/usr/bin/chromium", shutil.which("chromium")) if p and Path(p).exists()), None)
+SWITCHES = """--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking
+    --disable-component-update --disable-sync --use-angle=swiftshader --enable-unsafe-swiftshader"""
+
+
+@pytest.fixture
+def tab():
+    """A browser tab that notes errors and requests."""
+    if CHROMIUM is None:
+        pytest.skip("no chromium to look at the page with")
+    api = pytest.importorskip("playwright.sync_api")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=SWITCHES.split())
+        tab = browser.new_page(viewport={"width": 1000, "height": 700})
+        tab.errors, tab.requests = [], []
+        tab.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
+        tab.on("pageerror", lambda error: tab.errors.append(str(error)))
+        tab.on("request", lambda request: tab.requests.append(request.url))
+        yield tab
+        browser.close()

@@ -2,18 +2,17 @@ import dataclasses
 import html.parser
 import json
 import re
-import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import skyverse as sky
 from skyverse.draw.cost_table import percent, seconds
-from skyverse.draw.mission_page import banner, page, write_html
+from skyverse.draw.mission_page import banner, page
 from skyverse.draw.page import slider_step
 from skyverse.draw.page_parts import number
 from skyverse.draw.scene import scene
+from skyverse.draw.write_page import write_html
 from skyverse.errors import InputError
 from skyverse.model.geodesy import to_wgs84
 from towns import town
@@ -145,28 +144,6 @@ def test_a_missing_folder_is_an_error_and_leaves_nothing(mission, tmp_path):
 
 
 # ---- in a browser ----
-CHROMIUM = next((p for p in ("/usr/bin/chromium", shutil.which("chromium")) if p and Path(p).exists()), None)
-SWITCHES = """--no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking
-    --disable-component-update --disable-sync --use-angle=swiftshader --enable-unsafe-swiftshader"""
-
-
-@pytest.fixture
-def tab():
-    """A browser tab that notes errors and requests."""
-    if CHROMIUM is None:
-        pytest.skip("no chromium to look at the page with")
-    api = pytest.importorskip("playwright.sync_api")
-    with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=SWITCHES.split())
-        tab = browser.new_page(viewport={"width": 1000, "height": 700})
-        tab.errors, tab.requests = [], []
-        tab.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
-        tab.on("pageerror", lambda error: tab.errors.append(str(error)))
-        tab.on("request", lambda request: tab.requests.append(request.url))
-        yield tab
-        browser.close()
-
-
 def opened(tab, mission, folder):
     """Write a mission's page, open it, wait until it is drawn; return where it is."""
     target = folder / "page.html"

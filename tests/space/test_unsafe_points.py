@@ -96,3 +96,18 @@ def test_where_no_place_is_free_that_is_said():
 def test_a_place_just_inside_a_surface_is_moved_by_a_centimetre_or_less():
     (found,) = unsafe_points(with_starts(TOWN, (3.5 + 1e-5, 6, 2)))
     assert found.nearest == (3.5, 6, 2)
+
+
+def test_over_an_obstacle_that_is_closed_above_no_place_is_told():
+    shut = TOWN.obstacles[0].model_copy(update={"closed_above": True})
+    (found,) = unsafe_points(with_starts(TOWN.model_copy(update={"obstacles": (shut,)}), (6, 6, 8)))
+    assert found.reason.endswith("; it is closed above, so that no place above it is free")
+    assert found.nearest == (8.5, 6, 8)
+
+
+def test_under_a_ceiling_that_follows_the_ground_the_place_below_it_is_told():
+    ground = sky.Terrain(origin=(0, 0), step=(10, 10), heights=[[0, 0, 0], [2, 2, 2], [0, 0, 0]])
+    low = TOWN.model_copy(update={"terrain": ground, "obstacles": (), "max_height": 5.0})
+    (found,) = unsafe_points(with_starts(low, (10, 10, 9)))
+    assert World(low).free(found.nearest)[0]
+    assert 6.9 < found.nearest[2] <= 7

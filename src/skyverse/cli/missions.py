@@ -1,14 +1,14 @@
-"""The verbs ``check`` and ``show``: a mission judged, and drawn."""
+"""The verbs ``check`` and ``show``: a mission judged; a mission or a scenario drawn."""
 
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
-from skyverse.cli.given_scenario import without_way
+from skyverse.cli.given_scenario import tell_unknown, without_way
 from skyverse.cli.option_types import FLAG, AsJson, Output
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
@@ -16,6 +16,7 @@ from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
+    from skyverse.model.scenario import Scenario
 
 
 def check(
@@ -76,32 +77,43 @@ def show(
     *,
     output: Output = None,
     figures: Path | None = None,
+    unknown: Literal["free", "occupied"] | None = None,
     browse: Annotated[bool, Parameter(name="--open"), FLAG] = False,
 ) -> None:
-    """Draw a mission, judged anew: a page that flies it, or static figures.
+    """Draw a mission, judged anew, or a scenario before it is planned: a page, or static figures.
 
-    Examples: `skyverse show out/table-4.8.json --open`, `skyverse show out/table-4.8.json --figures figures/`
+    A scenario's page shows obstacles, zones, ground, starts and targets, and marks those that are not safe.
+
+    Examples: `skyverse show out/table-4.8.json --open`, `skyverse show out/table-4.8.json --figures figures/`,
+    `skyverse show mine.yaml --open`
 
     Parameters
     ----------
     mission
-        A mission file.
+        A mission file, or a scenario: a built-in one, a scenario file or a map in local metres.
     output
-        The page, .html; by default beside the mission file.
+        The page, .html; by default beside the file, and in out/ for a built-in scenario.
     figures
         Write figures (PNG) into this folder instead.
+    unknown
+        What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
     browse
         Open the page in the browser.
     """
     import skyverse as sky
+    from skyverse.files import BUILTIN_NAMES
 
-    drawn = _judged_anew(sky.read_mission(mission))
+    read = sky.read(mission, unknown=unknown)
+    drawn: Mission | Scenario = _judged_anew(read) if isinstance(read, sky.Mission) else read
+    if isinstance(drawn, sky.Scenario):
+        tell_unknown(drawn, unknown)
     if figures is not None:
         make_folder(figures)
         for path in sky.write_figures(drawn, figures):
             print(path)
         return
-    page = output if output is not None else Path(mission).with_suffix(".html")
+    beside = Path("out", f"{mission}.html") if mission in BUILTIN_NAMES else Path(mission).with_suffix(".html")
+    page = output if output is not None else beside
     if page.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--output: expected a file ending in .html, found {str(page)!r}")
     refuse_output(page)

@@ -91,7 +91,7 @@ def instant(drawn: Scene, t: float) -> "Figure":
 
 def instants(drawn: Scene) -> tuple[list[float], int]:
     """Return the time of each frame of a film, in seconds, and how many times as fast as the flight the film is."""
-    last = drawn.totals.makespan or 0.0
+    last = drawn.makespan or 0.0
     speed = next((speed for speed in FILM_SPEEDS if last / speed <= MAX_FILM_SECONDS), FILM_SPEEDS[-1])
     count = int(np.ceil(last * FRAMES_A_SECOND / speed - 1e-9)) + 1
     return np.minimum(np.arange(count) * speed / FRAMES_A_SECOND, last).tolist(), speed
@@ -119,7 +119,7 @@ def frames(drawn: Scene) -> Iterator[Frame]:
         moving.append((track, trail, axes.lines[-1]))
     below = 1 - 0.52 / figure.get_figheight()  # inches below the title
     clock = figure.text(0.03, below, "", fontsize=13, color=INK, va="top", family="monospace")
-    last = drawn.totals.makespan or 0.0
+    last = drawn.makespan or 0.0
     for t in times:
         canvas.restore_region(still)
         for track, trail, mark in moving:

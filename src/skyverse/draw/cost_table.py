@@ -6,7 +6,7 @@ from html import escape
 
 from skyverse.draw.page_parts import MINUS, NO_VALUE, number, table, tiles, uav_row
 from skyverse.draw.profile import Profile
-from skyverse.draw.scene import Scene, TableRow
+from skyverse.draw.scene import MissionScene, TableRow
 from skyverse.model.result import Status
 
 
@@ -34,7 +34,7 @@ def seconds(value: float | None) -> str:
     return f"{value:.2f} s" if value < 100 else f"{value:,.0f} s"
 
 
-def fleet_tiles(scene: Scene) -> str:
+def fleet_tiles(scene: MissionScene) -> str:
     """Return the tiles with the numbers of the fleet."""
     totals = scene.totals
     places = decimals([*totals.costs.values(), totals.optimum])
@@ -69,7 +69,7 @@ _SOFT_TERMS = ("altitude", "risk", "climb")
 _TERM_TITLES = {"altitude": "Outside band", "risk": "Risk", "climb": "Steepness"}
 
 
-def _caption(scene: Scene, terms: list[str]) -> str:
+def _caption(scene: MissionScene, terms: list[str]) -> str:
     weights = scene.scenario.objective
     units = (
         " or ".join(scene.totals.costs) or weights.unit
@@ -89,7 +89,7 @@ def _caption(scene: Scene, terms: list[str]) -> str:
     return f"Cost = {' + '.join(said)}"
 
 
-def cost_table(scene: Scene) -> str:
+def cost_table(scene: MissionScene) -> str:
     """Return the table of costs and gaps; soft terms have a column only where a row has them."""
     rows = scene.rows
     terms = ["fuel", "divergence", "end", *(term for term in _SOFT_TERMS if any(term in row.terms for row in rows))]

@@ -10,18 +10,21 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.figure_files import fleet_figure, write_stills
 from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, blank, logarithmic, plain
-from skyverse.draw.scene import Scene, scene
+from skyverse.draw.scenario_scene import scenario_scene
+from skyverse.draw.scene import MissionScene, Scene, scene
 from skyverse.draw.track import Track
 from skyverse.model.mission import Mission
+from skyverse.model.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> list[Path]:
-    """Write the still figures of `mission` into `folder`, which must exist, and return their paths.
+def write_figures(mission: Mission | Scenario, folder: Path, *, suffix: str = ".png") -> list[Path]:
+    """Write the still figures of a mission or a scenario into `folder`, which must exist, and return their paths.
 
-    The figures are ``paths``; where any UAV flies, ``trajectories``, ``flight-start``, ``flight-middle`` and
+    Of a scenario there is one figure, ``scenario``, with rings around starts and targets that are not safe. The figures
+    of a mission are ``paths``; where any UAV flies, ``trajectories``, ``flight-start``, ``flight-middle`` and
     ``flight-end`` (at 0, at half and at all of the makespan); and ``convergence`` where a search kept its history.
 
     Parameters
@@ -36,10 +39,12 @@ def write_figures(mission: Mission, folder: Path, *, suffix: str = ".png") -> li
     InputError
         If the folder does not exist or a file cannot be written.
     """
+    if isinstance(mission, Scenario):
+        return write_stills([("scenario", partial(given, scenario_scene(mission)))], folder, suffix)
     return write_stills(_wanted(scene(mission)), folder, suffix)
 
 
-def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
+def _wanted(drawn: MissionScene) -> list[tuple[str, Callable[[], "Figure"]]]:
     makespan = drawn.totals.makespan
     wanted: list[tuple[str, Callable[[], Figure]]] = [("paths", partial(paths, drawn))]
     if makespan is not None:
@@ -51,12 +56,17 @@ def _wanted(drawn: Scene) -> list[tuple[str, Callable[[], "Figure"]]]:
     return wanted
 
 
-def paths(drawn: Scene) -> "Figure":
+def given(drawn: Scene) -> "Figure":
+    """Return the figure of a scenario before anything is planned."""
+    return fleet_figure(drawn, "before planning", lambda track: [], findings=drawn.findings)
+
+
+def paths(drawn: MissionScene) -> "Figure":
     """Return the figure of the map with the paths."""
     return fleet_figure(drawn, "path" if len(drawn.tracks) == 1 else "paths", lambda track: [(track.path, 2.0, 1.0)])
 
 
-def trajectories(drawn: Scene) -> "Figure":
+def trajectories(drawn: MissionScene) -> "Figure":
     """Return the figure of the map with trajectories, thin paths, and rings around the referee's findings."""
     heading = "trajectory" if len(drawn.tracks) == 1 else "trajectories"
     return fleet_figure(
@@ -64,13 +74,13 @@ def trajectories(drawn: Scene) -> "Figure":
     )
 
 
-def instant(drawn: Scene, t: float) -> "Figure":
+def instant(drawn: MissionScene, t: float) -> "Figure":
     """Return the figure of the fleet at `t` seconds, with its trajectories up to that time."""
     heading = f"t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s"
     return fleet_figure(drawn, heading, lambda track: [(track.positions, 0.9, 0.55), (track.flown(t), 2.6, 1.0)], t=t)
 
 
-def convergence(drawn: Scene) -> "Figure":
+def convergence(drawn: MissionScene) -> "Figure":
     """Return the figure of the best cost so far, against iterations and against generated paths."""
     rows = -(-len(drawn.curves) // 8)
     height = 4.4 + 0.23 * rows

@@ -21,7 +21,7 @@ from skyverse.draw.page_parts import (
     uav_row,
 )
 from skyverse.draw.plotly_values import Trace, flat, plain, trace
-from skyverse.draw.scene import Scene
+from skyverse.draw.scene import MissionScene
 from skyverse.model.flight_record import Flight, Flown
 
 _FLIGHT_WORDS = {
@@ -53,6 +53,8 @@ def flight_page(flight: Flight) -> str:
         "description": escape(" ".join([drawn.scenario.description, _told(flight)])),
         "tiles": _tiles(flight),
         "banner": _banner(flight, drawn),
+        "space": "Flight",
+        "still": "This mission has no trajectories; the paths are shown as planned.",
         "lines": "Thick lines: as flown; thin lines: as planned.",
         "chart": "Tracking error",
         "axis": "",
@@ -92,7 +94,7 @@ def _tiles(flight: Flight) -> str:
     return tiles(shown)
 
 
-def _banner(flight: Flight, drawn: Scene) -> str:
+def _banner(flight: Flight, drawn: MissionScene) -> str:
     if flight.safe:
         verdict = card("good", "✓", "This flight is safe.", f"<p>{escape(flight.sentence.removeprefix('Safe: '))}</p>")
     else:
@@ -109,7 +111,7 @@ def _banner(flight: Flight, drawn: Scene) -> str:
     return verdict
 
 
-def _table(flight: Flight, drawn: Scene) -> str:
+def _table(flight: Flight, drawn: MissionScene) -> str:
     rows = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
         target = NO_VALUE if track.target_name is None else escape(track.target_name)
@@ -124,7 +126,7 @@ def _metres(value: float | None) -> str:
     return NO_VALUE if value is None or value == math.inf else f"{number(value, 3)} m"
 
 
-def _errors(flight: Flight, drawn: Scene) -> list[Trace]:
+def _errors(flight: Flight, drawn: MissionScene) -> list[Trace]:
     """Return the traces of the chart: each UAV's tracking error over time."""
     traces: list[Trace] = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyverse.draw.scene import Scene, finding_of, scene
+from skyverse.draw.scene import MissionScene, finding_of, scene
 from skyverse.draw.track import Track
 from skyverse.model.flight_record import Flight, Flown
 
@@ -12,7 +12,7 @@ SAMPLE_STRIDE = 5
 """One sample of a flight in this many is drawn."""
 
 
-def flight_scene(flight: Flight) -> Scene:
+def flight_scene(flight: Flight) -> MissionScene:
     """Return the scene of `flight`; the path of a track is the planned trajectory, its positions are as flown."""
     planned = scene(flight.mission)
     tracks = tuple(_track(track, flown) for track, flown in zip(planned.tracks, flight.flown, strict=True))

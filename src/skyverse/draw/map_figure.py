@@ -48,7 +48,7 @@ def map_figure(drawn: Scene, heading: str) -> tuple["Figure", Any]:
     _fit(figure, axes, frame, legend=0.23 * rows)
     draw_world(axes, drawn)
     for _, place in drawn.spare_targets:
-        _dot(axes, place, "D", 7, "#9aa5b4", "white", zorder=6)
+        _dot(axes, place, "D", 7, drawn.spare_colour, "white", zorder=6)
     heading += f" (heights drawn {stretch:g} times as large)" if stretch != 1 else ""
     title = f"{plain(drawn.scenario.name)}: {heading}{' (interrupted)' if drawn.interrupted else ''}"
     figure.suptitle(title, fontsize=13, color=INK, y=1 - 0.2 / figure.get_figheight())

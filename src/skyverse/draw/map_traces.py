@@ -120,7 +120,9 @@ def _ends(scene: Scene) -> Trace:
         for track in scene.tracks
         if track.target is not None
     ]
-    marks += [(place, "diamond-open", "#8a94a3", f"{name} (no UAV flies here)") for name, place in scene.spare_targets]
+    marks += [
+        (place, "diamond-open", scene.spare_colour, f"{name}{scene.spare_note}") for name, place in scene.spare_targets
+    ]
     points = _xy(np.array([mark[0][:2] for mark in marks], dtype=np.float64).reshape(-1, 2))
     symbols, colours = [mark[1] for mark in marks], [mark[2] for mark in marks]
     marker = {"symbol": symbols, "color": colours, "size": 11, "line": {"width": 1.5}}

@@ -1,29 +1,14 @@
 """A mission as one web page that works offline: its flight in 3-D, convergence, costs and gaps, and the verdict."""
 
 from html import escape
-from pathlib import Path
 
-from skyverse.atomic import write_text
 from skyverse.draw.cost_table import cost_table, fleet_tiles
 from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, finding_line
-from skyverse.draw.scene import Scene, scene
+from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
 from skyverse.model.digest import short
-from skyverse.model.mission import Mission
 from skyverse.model.result import Status
-
-
-def write_html(mission: Mission, path: Path) -> None:
-    """Write `mission` as one self-contained web page.
-
-    Raises
-    ------
-    InputError
-        If the folder does not exist or the file cannot be written.
-    """
-    write_text(Path(path), page(scene(mission)))
-
 
 _AXIS = """
         <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
@@ -39,13 +24,15 @@ _WORDS = {
 """The labels of layers and axes in the page, and whether its chart may be logarithmic."""
 
 
-def page(scene: Scene) -> str:
+def page(scene: MissionScene) -> str:
     """Return the page of `scene`, in which every string that a user gave is escaped."""
     parts = {
         "title": escape(scene.scenario.name),
         "description": escape(scene.scenario.description),
         "tiles": fleet_tiles(scene),
         "banner": banner(scene),
+        "space": "Flight",
+        "still": "This mission has no trajectories; the paths are shown as planned.",
         "lines": "Thick lines: trajectories; thin lines: the paths as planned.",
         "chart": "Convergence",
         "axis": _AXIS,
@@ -58,7 +45,7 @@ def page(scene: Scene) -> str:
     return filled(parts, scene_data(scene) | {"search": of_search(scene), "words": _WORDS})
 
 
-def banner(scene: Scene) -> str:
+def banner(scene: MissionScene) -> str:
     """Return the referee's verdict and a card that says what the mission lacks."""
     found = scene.findings
     if not found:
@@ -83,7 +70,7 @@ def banner(scene: Scene) -> str:
     return verdict
 
 
-def _what_was_judged(scene: Scene) -> str:
+def _what_was_judged(scene: MissionScene) -> str:
     flights = sum(track.arrival is not None for track in scene.tracks)
     if flights == 0:
         return "<p>There are no trajectories; it judged the paths alone.</p>"
@@ -94,11 +81,11 @@ def _what_was_judged(scene: Scene) -> str:
     return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{claim}{world}</p>"
 
 
-def _called_optimal(scene: Scene) -> bool:
+def _called_optimal(scene: MissionScene) -> bool:
     return any(row.status is Status.OPTIMAL for row in scene.rows)
 
 
-def footer(scene: Scene) -> str:
+def footer(scene: MissionScene) -> str:
     """Return the provenance of the answer, from which it can be repeated."""
     made = scene.provenance
     return facts_list(

@@ -76,6 +76,7 @@
       trace.opacity = data.mapped ? 1 : crowded ? 0.3 : 0.75;  // where anything is seen through, plotly draws all twice
     }
     if (role === "bounds") Object.assign(trace, { line: { color: colour(data.mapped ? "line" : "soft"), width: 1 }, opacity: data.mapped ? 1 : 0.5 });
+    if (role === "spare") trace.textfont = { color: ink, size: 12 };
     if (role === "fleet") {
       trace.textfont = { color: ink, size: 12 };
       trace.marker.line = { color: colour("card"), width: 1 };

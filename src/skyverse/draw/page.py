@@ -47,11 +47,12 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
 
 
 def _layout(drawn: dict[str, Any]) -> str:
+    unplanned = "" if drawn.get("planned", True) else " unplanned"
     if not drawn["mapped"]:
-        return ""
+        return f' class="{unplanned.strip()}"' if unplanned else ""
     (west, south, _), (east, north, _) = drawn["extent"]
     kind = "mapped" if drawn["search"] else "mapped direct"
-    return f' class="{kind}" style="--tall: {(north - south) / (east - west):.4f}"'
+    return f' class="{kind}{unplanned}" style="--tall: {(north - south) / (east - west):.4f}"'
 
 
 def embedded(data: Any) -> str:
@@ -62,7 +63,7 @@ def embedded(data: Any) -> str:
 
 def scene_data(scene: Scene) -> dict[str, Any]:
     """Return the data that the page's scripts draw: traces, tracks, kinds of shapes, map and profiles."""
-    makespan = scene.totals.makespan or 0.0
+    makespan = scene.makespan or 0.0
     drawn = {
         "space": in_space(scene),
         "extent": [scene.world.low.tolist(), scene.world.high.tolist()],

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, TypeVar
+from typing import ClassVar, Literal, TypeVar
 
 import numpy as np
 
@@ -74,31 +74,28 @@ class Totals:
     generated_paths: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Scene:
-    """All that a picture of a mission shows.
+    """All that a picture shows, of a scenario or of a mission.
 
-    `spare_targets` are the names and positions of targets to which no UAV flies; `curves` are the tracks and results of
-    searches that kept their history; `notes` say what the mission lacks, even where the referee found nothing wrong.
-    The mission is `complete` when every UAV that has a target has a path to it and, where any UAV flies, a trajectory
-    along the path. `bound` says what the optimum is: exact on the lattice, but a lower bound where a path leaves the
-    lattice or its cost has more terms than fuel, turns and end. The mission is `proven` when its certificates say that
-    the referee proved all of it at every instant.
+    `spare_targets` are the names and positions of targets to which no UAV flies; `findings` are what is wrong. The
+    planning of a mission may have been `interrupted`.
     """
 
     scenario: Scenario
-    bound: Literal["exact optimum", "lower bound"]
     tracks: tuple[Track, ...]
     spare_targets: tuple[tuple[str, Point], ...]
-    curves: tuple[tuple[Track, Result], ...]
-    rows: tuple[TableRow, ...]
     findings: tuple[SceneFinding, ...]
-    notes: tuple[str, ...]
-    totals: Totals
-    complete: bool
-    interrupted: bool
-    proven: bool
-    provenance: Provenance
+    interrupted: bool = False
+    spare_note: ClassVar[str] = ""
+    """What is said of a spare target besides its name."""
+    spare_colour: ClassVar[str] = "#b5179e"
+    """The colour of spare targets, which stands out where no path leads to them."""
+
+    @property
+    def makespan(self) -> float | None:
+        """Seconds until the last arrival; ``None`` where no UAV flies."""
+        return max((track.arrival for track in self.tracks if track.arrival is not None), default=None)
 
     @cached_property
     def world(self) -> DrawnWorld:
@@ -117,7 +114,30 @@ class Scene:
         return tuple(profile(track, self.scenario, self.world.kinds, most) for track in self.tracks)
 
 
-def scene(mission: Mission) -> Scene:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MissionScene(Scene):
+    """All that a picture of a mission shows.
+
+    `curves` are the tracks and results of searches that kept their history; `notes` say what the mission lacks, even
+    where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path to it
+    and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the lattice, but a
+    lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end. The mission is
+    `proven` when its certificates say that the referee proved all of it at every instant.
+    """
+
+    bound: Literal["exact optimum", "lower bound"]
+    curves: tuple[tuple[Track, Result], ...]
+    rows: tuple[TableRow, ...]
+    notes: tuple[str, ...]
+    totals: Totals
+    complete: bool
+    proven: bool
+    provenance: Provenance
+    spare_note: ClassVar[str] = " (no UAV flies here)"
+    spare_colour: ClassVar[str] = "#8a94a3"
+
+
+def scene(mission: Mission) -> MissionScene:
     """Return the scene of `mission`, which may be one that the referee found wrong."""
     scenario = mission.scenario
     targets: list[Target | None] = []
@@ -133,7 +153,7 @@ def scene(mission: Mission) -> Scene:
     rows = [_row(track, result) for track, result in answers]
     flies = any(track.arrival is not None for track in tracks)
     notes = [_note(track, row, flies) for track, row in zip(tracks, rows, strict=True)]
-    return Scene(
+    return MissionScene(
         scenario=scenario,
         bound="exact optimum" if all(r is None or _exactly_bounded(r) for r in results) else "lower bound",
         tracks=tuple(tracks),

@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
-from skyverse.draw.scene import Scene
+from skyverse.draw.scene import MissionScene, Scene
 from skyverse.draw.track import Track, few
 from skyverse.draw.world_traces import bounds, edges, kind, terrain
 from skyverse.model.result import Result
@@ -70,7 +70,7 @@ def findings(scene: Scene) -> Trace:
 
 def _apart(scene: Scene) -> bool:
     """Return whether names beside the starts would not overlap."""
-    starts = np.array([track.start for track in scene.tracks], dtype=np.float64)
+    starts = np.array([track.start for track in scene.tracks], dtype=np.float64).reshape(-1, 3)
     gaps = np.linalg.norm(starts[:, None] - starts, axis=2) + np.diag(np.full(len(starts), np.inf))
     return bool(gaps.min(initial=np.inf) > MIN_NAME_GAP * (scene.world.high - scene.world.low).max())
 
@@ -95,9 +95,11 @@ def fleet(scene: Scene) -> list[Trace]:
 
 def in_space(scene: Scene) -> list[Trace]:
     """Return all traces of the 3-D scene; the ``meta`` of each says what it shows."""
-    words = [f"{plain(name)} (no UAV flies here)" for name, _ in scene.spare_targets]
-    marker = {"symbol": "diamond-open", "size": 8, "color": "#8a94a3"}
+    words = [f"{plain(name)}{scene.spare_note}" for name, _ in scene.spare_targets]
+    marker = {"symbol": "diamond-open", "size": 8, "color": scene.spare_colour}
     spare = _marks("Spare targets", (position for _, position in scene.spare_targets), words, marker, "spare")
+    if not scene.spare_note and len(words) <= MAX_NAMED_UAVS:  # nothing else leads to them
+        spare |= {"mode": "markers+text", "textposition": "top center"}
     fine = DRAWN_DEVIATION * float((scene.world.high - scene.world.low).max())
     tracks = [each for number, track in enumerate(scene.tracks) for each in of_track(track, number, fine)]
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
@@ -122,7 +124,7 @@ def of_curve(track: Track, result: Result, number: int, bound: str) -> list[Trac
     return [trace("scatter", "lines", f"{name}: {bound}", points, hover, role, line=line), best]
 
 
-def of_search(scene: Scene) -> list[Trace]:
+def of_search(scene: MissionScene) -> list[Trace]:
     """Return all traces of the convergence chart."""
     curves = enumerate(scene.curves)
     return [each for number, curve in curves for each in of_curve(*curve, number, scene.bound)]

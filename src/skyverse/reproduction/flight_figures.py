@@ -5,7 +5,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from skyverse.draw.figures import instant, paths, trajectories
-from skyverse.draw.scene import Scene, scene
+from skyverse.draw.scene import MissionScene, scene
 from skyverse.lab.report import Block, Figure
 from skyverse.mission.plan_mission import Assignment, plan_mission
 from skyverse.model.mission import Mission
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib import figure
 
 
-Draw = Callable[[Scene], "figure.Figure"]
+Draw = Callable[[MissionScene], "figure.Figure"]
 POPULATION, ITERATIONS = CASES[1]
 FIGURE_SEED = 0
 INSTANTS = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
@@ -57,7 +57,7 @@ def _blocks(name: str, what: str, scenario: str, draw: Draw, cells: CellRuns) ->
     return [Figure(name, text, lambda: draw(scene(_planned(scenario))))]
 
 
-def _at(share: float, drawn: Scene) -> "figure.Figure":
+def _at(share: float, drawn: MissionScene) -> "figure.Figure":
     return instant(drawn, share * (drawn.totals.makespan or 0.0))
 
 

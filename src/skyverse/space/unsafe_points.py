@@ -86,6 +86,8 @@ def _reason(scenario: Scenario, world: World, point: Place) -> str:
     number = world.blocker(point) if "inside" in reason else None
     if number is None:
         return reason
+    if scenario.obstacles[number].closed_above:
+        return f"{reason}; it is closed above, so that no place above it is free"
     roof = roof_z(scenario.obstacles[number], point, scenario.clearance)
     origin = scenario.frame.origin
     sea = "" if origin is None else f" ({to_wgs84(origin, [*point[:2], roof])[0, 2]:.1f} m amsl)"

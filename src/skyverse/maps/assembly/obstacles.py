@@ -224,7 +224,8 @@ def points_inside(
                 f"expected a point {clearance:g} m or more from what must not be entered, found it in or near "
                 f"{called} of {file}"
             )
-            found.append(BadPoint(name, point, text, roof_z(highest, point, clearance)))
+            roof = None if highest.closed_above else roof_z(highest, point, clearance)
+            found.append(BadPoint(name, point, text, roof))
     return found
 
 
