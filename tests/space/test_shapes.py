@@ -43,11 +43,13 @@ def shapes(draw):
 
 @st.composite
 def worlds(draw):
+    terrain = draw(st.sampled_from([None, HILLS, HILLS.model_copy(update={"clearance": 1.5})]))
     return sky.Scenario(
         name="shapes",
         bounds=sky.Bounds(min=(0, 0, 0), max=(10, 12, 10)),
         obstacles=tuple(draw(st.lists(shapes(), max_size=3))),
-        terrain=draw(st.sampled_from([None, HILLS, HILLS.model_copy(update={"clearance": 1.5})])),
+        terrain=terrain,
+        max_height=None if terrain is None else draw(st.sampled_from([None, 2.5, 6.0])),
         clearance=draw(st.sampled_from([0.0, 0.5, 1.0])),
         lattice=sky.Lattice(step=draw(st.sampled_from([(1, 1, 1), (2.5, 3, 2)])), connectivity=26),
     )
@@ -101,6 +103,9 @@ def depth(scenario, at, growth=None):
     if scenario.terrain is not None:
         margin = scenario.ground_clearance + c - scenario.clearance
         deepest = np.maximum(deepest, z_of_ground(scenario.terrain, at[:, :2]) + margin - at[:, 2])
+    if scenario.max_height is not None:
+        lowered = scenario.max_height - (c - scenario.clearance)
+        deepest = np.maximum(deepest, at[:, 2] - z_of_ground(scenario.terrain, at[:, :2]) - lowered)
     return deepest
 
 
