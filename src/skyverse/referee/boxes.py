@@ -9,7 +9,6 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
 from skyverse.referee.closed_above import numbered_shapes
 from skyverse.referee.incursion import Incursion
-from skyverse.referee.overlaps import overlapping_pairs
 from skyverse.referee.solids import GrownSolids, grown
 from skyverse.referee.tolerances import LET_PASS, TWO_ROUNDINGS
 from skyverse.referee.voxel_boxes import disjoint_boxes, overlapping_boxes
@@ -38,7 +37,7 @@ class GrownBoxes(GrownSolids):
 
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds on the errors of depths: those of the positions, and rounding at the faces of the boxes."""
-        return error + float(np.abs([self.grown_low, self.grown_high]).max(initial=0.0)) * TWO_ROUNDINGS
+        return error + self.farthest * TWO_ROUNDINGS
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: a part outside lies beyond one face along some axis."""
@@ -58,10 +57,10 @@ def grown_boxes(scenario: Scenario) -> GrownBoxes:
     """Return the scenario's boxes, and its voxels as boxes."""
     lows, highs, obstacles = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, dtype=np.intp)]
     for number, shape in ((one.number, one.shape) for one in numbered_shapes(scenario)):
-        if isinstance(shape, Box):
+        if type(shape) is Box:
             lows.append(np.array([shape.min]))
             highs.append(np.array([shape.max]))
-        elif isinstance(shape, Voxels):
+        elif type(shape) is Voxels:
             # boxes that are grown overlap by themselves, so that no gap is left between neighbours
             boxes_of = disjoint_boxes if scenario.clearance > LET_PASS else overlapping_boxes
             first, beyond = boxes_of(shape.occupied)
@@ -101,7 +100,7 @@ def deepest_in_boxes(boxes: GrownBoxes, starts: Floats, ends: Floats) -> Incursi
 def _entered_boxes(boxes: GrownBoxes, starts: Floats, ends: Floats) -> Indices:
     """Return the indices of the boxes that some segment enters."""
     found = [np.zeros(0, dtype=np.intp)]
-    for pairs in overlapping_pairs(np.minimum(starts, ends), np.maximum(starts, ends), *boxes.hulls()):
+    for pairs in boxes.tree.overlapping(np.minimum(starts, ends), np.maximum(starts, ends)):
         segment, box = pairs.T
         enter, leave = _crossing_shares(starts[segment], ends[segment], boxes.grown_low[box], boxes.grown_high[box])
         found.append(box[enter < leave])

@@ -8,7 +8,6 @@ from skyverse._typing import Floats, Indices
 from skyverse.referee.boxes import deepest_in_boxes
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.incursion import Incursion
-from skyverse.referee.overlaps import overlapping_pairs
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import Peaks, find_peaks
@@ -40,7 +39,7 @@ def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> JudgedC
 def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve) -> JudgedClearance:
     """Judge all pieces of a curve, (n, degree + 1, 3) with errors (n,), against all shapes of one kind."""
     wrong = kind.error(b, error)
-    pairs = overlapping_pairs(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None], *kind.hulls())
+    pairs = kind.tree.overlapping(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None])
     piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
 
     def depth(part: Floats, pair: Indices) -> Floats:

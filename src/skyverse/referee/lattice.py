@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.referee.boxes import GrownBoxes
-from skyverse.referee.overlaps import overlapping_pairs
 from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
@@ -106,7 +105,7 @@ def free_moves(world: RefereeWorld, starts: Floats, ends: Floats) -> NDArray[np.
             some = np.flatnonzero(free)
             free[some] = _clear_of(kind, np.stack([starts[some], ends[some]], axis=1))
             continue
-        for pairs in overlapping_pairs(low, high, *kind.hulls()):
+        for pairs in kind.tree.overlapping(low, high):
             block, shape = pairs.T
             if isinstance(kind, _ROUND):
                 axes = slice(0, 3 if isinstance(kind, GrownSpheres) else 2)
@@ -125,7 +124,7 @@ def _clear_of(kind: GrownSolids, b: Floats) -> NDArray[np.bool_]:
     wrong = kind.error(b, np.zeros(len(b)))
     low, high = b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None]
     clear = np.ones(len(b), dtype=bool)
-    for pairs in overlapping_pairs(low, high, *kind.hulls()):
+    for pairs in kind.tree.overlapping(low, high):
         if len(pairs):
             segment, shape = pairs.T
             of, question = np.unique(segment, return_inverse=True)

@@ -195,4 +195,6 @@ def _farther(scenario: Scenario) -> Scenario:
     if scenario.terrain is not None and scenario.terrain.clearance is not None:
         clearance = scenario.terrain.clearance + 2 * LET_PASS
         changes["terrain"] = scenario.terrain.model_copy(update={"clearance": clearance})
+    if scenario.max_height is not None:
+        changes["max_height"] = scenario.max_height - 2 * LET_PASS
     return scenario.model_copy(update=changes)

@@ -1,4 +1,4 @@
-"""Which bounding boxes overlap: the referee's own spatial index, of two levels."""
+"""Which bounding boxes overlap: the referee's own spatial index, a tree of boxes about boxes."""
 
 from collections.abc import Iterator
 
@@ -7,40 +7,86 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 
-GROUP = 16
-"""Boxes that follow one another and are first compared as one."""
-PAIRS_AT_ONCE = 1_000_000
+CHILDREN = 8
+"""Boxes that follow one another in the order of the tree, and that one larger box holds."""
+PAIRS_AT_ONCE = 500_000
 """Pairs of boxes compared in one call of NumPy, which bounds the memory."""
 
 
-def overlapping_pairs(low: Floats, high: Floats, shape_low: Floats, shape_high: Floats) -> Iterator[Indices]:
-    """Yield (pairs, 2) indices of boxes and of shapes' boxes that overlap.
+class BoxTree:
+    """A tree of axis-aligned boxes (sort-tile-recursive, S. Leutenegger et al., ICDE 1997).
 
-    Groups of boxes are compared with the shapes first, and then each box of those groups that overlap one. A box whose
-    corners are NaN overlaps everything.
+    The boxes are put into an order in which neighbours lie near each other. Every few of them are held by a larger box,
+    every few of these by a still larger one, and so on. Boxes that overlap nothing larger need not be looked at.
 
     Parameters
     ----------
     low, high
-        (n, 3) corners of the boxes, metres.
-    shape_low, shape_high
-        (m, 3) corners of the boxes about the shapes, metres.
+        (m, 3) corners of the boxes, metres.
     """
-    bounds = np.arange(0, len(low), GROUP)
-    group_low, group_high = np.minimum.reduceat(low, bounds), np.maximum.reduceat(high, bounds)
-    some = np.flatnonzero(~_disjoint(group_low.min(axis=0), group_high.max(axis=0), shape_low, shape_high))
-    at_once = max(1, PAIRS_AT_ONCE // len(bounds))
-    for first in range(0, len(some), at_once):
-        these = some[first : first + at_once]
-        group, shape = np.nonzero(
-            ~_disjoint(group_low[:, None], group_high[:, None], shape_low[None, these], shape_high[None, these])
-        )
-        for k in range(0, len(group), PAIRS_AT_ONCE // GROUP):
-            member = (bounds[group[k : k + PAIRS_AT_ONCE // GROUP], None] + np.arange(GROUP)).ravel()
-            of = np.repeat(these[shape[k : k + PAIRS_AT_ONCE // GROUP]], GROUP)
-            member, of = member[member < len(low)], of[member < len(low)]
-            both = ~_disjoint(low[member], high[member], shape_low[of], shape_high[of])
-            yield np.column_stack([member[both], of[both]])
+
+    def __init__(self, low: Floats, high: Floats) -> None:
+        with np.errstate(invalid="ignore"):  # the box about the ground reaches from minus infinity to infinity
+            self.order = _tiled((low + high) / 2)
+        self.levels = [(low[self.order], high[self.order])]
+        while len(self.levels[-1][0]) > CHILDREN:
+            lower, upper = self.levels[-1]
+            begins = np.arange(0, len(lower), CHILDREN)
+            self.levels.append((np.minimum.reduceat(lower, begins), np.maximum.reduceat(upper, begins)))
+
+    def overlapping(self, low: Floats, high: Floats) -> Iterator[Indices]:
+        """Yield (pairs, 2) indices of boxes with corners (n, 3), and of boxes of the tree that overlap them.
+
+        A box whose corners are NaN overlaps everything.
+        """
+        top = len(self.levels) - 1
+        roots = len(self.levels[top][0])
+        at_once = max(1, PAIRS_AT_ONCE // max(roots, 1))
+        for first in range(0, len(low), at_once):
+            some = np.arange(first, min(first + at_once, len(low)))
+            box, node = np.repeat(some, roots), np.tile(np.arange(roots), len(some))
+            for pairs in self._below(top, low, high, box, node):
+                yield np.column_stack([pairs[0], self.order[pairs[1]]])
+
+    def _below(
+        self, level: int, low: Floats, high: Floats, box: Indices, node: Indices
+    ) -> Iterator[tuple[Indices, Indices]]:
+        """Yield the overlapping pairs below pairs of boxes and nodes of one level of the tree."""
+        lower, upper = self.levels[level]
+        for first in range(0, len(box), PAIRS_AT_ONCE):
+            some, at = box[first : first + PAIRS_AT_ONCE], node[first : first + PAIRS_AT_ONCE]
+            both = ~_disjoint(low[some], high[some], lower[at], upper[at])
+            some, at = some[both], at[both]
+            if level == 0:
+                yield some, at
+            elif len(some):
+                child = (at[:, None] * CHILDREN + np.arange(CHILDREN)).ravel()
+                parent = np.repeat(some, CHILDREN)
+                real = child < len(self.levels[level - 1][0])
+                yield from self._below(level - 1, low, high, parent[real], child[real])
+
+
+def overlapping_pairs(low: Floats, high: Floats, shape_low: Floats, shape_high: Floats) -> Iterator[Indices]:
+    """Yield (pairs, 2) indices of boxes (n, 3) and of shapes' boxes (m, 3) that overlap; see `BoxTree`."""
+    return BoxTree(shape_low, shape_high).overlapping(low, high)
+
+
+def _tiled(middles: Floats) -> Indices:
+    """Return an order of places (m, 3) in which neighbours are near: slabs along x, in them rows along y, then by z."""
+    count = len(middles)
+    if not count or not np.isfinite(middles).all():
+        return np.arange(count)
+    slabs = max(1, int(np.ceil((count / CHILDREN) ** (1 / 3))))
+    along_x = _ranks(middles[:, 0]) * slabs // count
+    row = _ranks(middles[:, 1] + along_x * (2 * np.ptp(middles[:, 1]) + 1)) * slabs**2 // count
+    return np.lexsort((middles[:, 2], row))
+
+
+def _ranks(values: Floats) -> Indices:
+    """Return the place of each value (m,) in the order of size."""
+    ranks = np.empty(len(values), dtype=np.intp)
+    ranks[np.argsort(values, kind="stable")] = np.arange(len(values))
+    return ranks
 
 
 def _disjoint(low: Floats, high: Floats, other_low: Floats, other_high: Floats) -> NDArray[np.bool_]:

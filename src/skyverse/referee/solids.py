@@ -6,6 +6,7 @@ Several of them judge parts of curves as thick straight lines, by their chords.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -14,6 +15,7 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 from skyverse.referee.closed_above import numbered_shapes
+from skyverse.referee.overlaps import BoxTree
 from skyverse.referee.subdivision import MAX_DEPTH
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
@@ -39,6 +41,16 @@ class GrownSolids(ABC):
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners (m, 3), (m, 3) of boxes about the grown shapes, metres."""
 
+    @cached_property
+    def tree(self) -> BoxTree:
+        """The boxes about the grown shapes, as a tree."""
+        return BoxTree(*self.hulls())
+
+    @cached_property
+    def farthest(self) -> float:
+        """The largest absolute coordinate of the boxes about the grown shapes, metres."""
+        return float(np.abs(self.hulls()).max(initial=0.0))
+
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds (n,) on the errors of the depths of pieces and their parts, and of the hulls, metres.
 
@@ -47,7 +59,7 @@ class GrownSolids(ABC):
         b, error
             (n, degree + 1, 3) coefficients of the pieces, and (n,) bounds on their errors, metres.
         """
-        return distance_error(b, error, float(np.abs(self.hulls()).max(initial=0.0)))
+        return distance_error(b, error, self.farthest)
 
     @abstractmethod
     def depth(self, part: Floats, which: Indices) -> Floats:
@@ -86,7 +98,7 @@ def grown(low: Floats, high: Floats, clearance: float) -> tuple[Floats, Floats]:
 
 def shapes_of(scenario: Scenario, kind: type[ShapeKind]) -> tuple[Sequence[ShapeKind], Indices]:
     """Return the scenario's obstacles of one kind, and their numbers among all obstacles."""
-    some = [(one.number, one.shape) for one in numbered_shapes(scenario) if isinstance(one.shape, kind)]
+    some = [(one.number, one.shape) for one in numbered_shapes(scenario) if type(one.shape) is kind]
     return [shape for _, shape in some], np.array([number for number, _ in some], dtype=np.intp)
 
 

@@ -1,0 +1,61 @@
+"""The referee's spatial index finds exactly the pairs of boxes that overlap, each once."""
+
+import numpy as np
+import pytest
+
+from skyverse.referee import overlaps
+from skyverse.referee.overlaps import BoxTree, overlapping_pairs
+
+
+def brute(low, high, shape_low, shape_high):
+    apart = (low[:, None] >= shape_high).any(axis=2) | (high[:, None] <= shape_low).any(axis=2)
+    return np.argwhere(~apart)
+
+
+def found(*corners):
+    pairs = np.concatenate([np.zeros((0, 2), dtype=np.intp), *overlapping_pairs(*corners)])
+    return pairs[np.lexsort(pairs.T[::-1])]
+
+
+@pytest.mark.parametrize("shapes", [0, 1, 7, 8, 9, 63, 64, 65, 700])
+@pytest.mark.parametrize("spread", [0.0, 3.0, 100.0])
+def test_the_pairs_are_those_of_comparing_all_with_all(shapes, spread):
+    rng = np.random.default_rng(shapes)
+    shape_low = np.round(rng.normal(size=(shapes, 3)) * spread, 1)
+    low = np.round(rng.normal(size=(50, 3)) * spread, 1)
+    corners = (
+        low,
+        low + np.round(rng.exponential(2, (50, 3)), 1),
+        shape_low,
+        shape_low + rng.integers(0, 9, (shapes, 3)),
+    )
+    assert np.array_equal(found(*corners), brute(*corners))
+
+
+def test_faces_that_touch_do_not_overlap_and_flat_boxes_inside_do():
+    tree = BoxTree(np.zeros((1, 3)), np.ones((1, 3)))
+
+    def meets(low, high):
+        return bool(np.concatenate(list(tree.overlapping(np.array([low], float), np.array([high], float)))).size)
+
+    assert not meets((1, 0, 0), (2, 1, 1))
+    assert not meets((0.5, 0.5, -1), (0.5, 0.5, 0))
+    assert meets((0.5, 0.5, 0.5), (0.5, 0.5, 0.5))
+    assert meets((0.5, -1, -1), (0.5, 2, 2))
+
+
+def test_a_box_without_numbers_overlaps_everything_and_the_ground_is_everywhere():
+    low, high = np.zeros((20, 3)) + np.arange(20)[:, None], np.ones((20, 3)) + np.arange(20)[:, None]
+    nowhere = np.full((1, 3), np.nan)
+    assert len(found(nowhere, nowhere, low, high)) == 20
+    ground = np.full((1, 3), -np.inf), np.full((1, 3), np.inf)
+    assert len(found(low, high, *ground)) == 20
+
+
+def test_many_pairs_come_in_portions(monkeypatch):
+    monkeypatch.setattr(overlaps, "PAIRS_AT_ONCE", 10)
+    rng = np.random.default_rng(1)
+    low, shape_low = rng.uniform(0, 5, (40, 3)), rng.uniform(0, 5, (90, 3))
+    corners = low, low + 3, shape_low, shape_low + 3
+    assert np.array_equal(found(*corners), brute(*corners))
+    assert max(map(len, overlapping_pairs(*corners))) <= 10
