@@ -16,6 +16,8 @@ from .files import read_scenario as read_scenario
 from .files import scenario_schema as scenario_schema
 from .files import write as write
 from .flight.fly import fly as fly
+from .flight.fly_many import fly_many as fly_many
+from .flight.fly_many_until_safe import fly_many_until_safe as fly_many_until_safe
 from .flight.fly_until_safe import fly_until_safe as fly_until_safe
 from .lab.comparison_report import write_report as write_report
 from .lab.row import Row as Row
@@ -40,6 +42,10 @@ from .model.disturbances import wind_from as wind_from
 from .model.flight_record import Flight as Flight
 from .model.flight_record import Flown as Flown
 from .model.flight_record import Passing as Passing
+from .model.flight_runs import Distribution as Distribution
+from .model.flight_runs import FlightRuns as FlightRuns
+from .model.flight_runs import Touch as Touch
+from .model.flight_runs import TrackingErrors as TrackingErrors
 from .model.flight_summary import FlightSummary as FlightSummary
 from .model.geodesy import to_local as to_local
 from .model.geodesy import to_wgs84 as to_wgs84

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.exit_codes import FOUND_WRONG
+from skyverse.cli.fly_runs import report_runs
 from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import make_folder, refuse_output
-from skyverse.cli.places import numbers_of
+from skyverse.cli.places import share_of, wind_of
 from skyverse.cli.report import json_text, table, violation_data
 from skyverse.cli.watch import count_bar
 from skyverse.errors import InputError
@@ -25,7 +27,14 @@ def fly(
     *,
     vehicle: Literal["thesis", "crazyflie", "hummingbird"] = "thesis",
     wind: str = "0,0,0",
+    wind_speed: float | None = None,
+    wind_from: float | None = None,
+    gusts: Annotated[bool, FLAG] = False,
+    mismatch: str = "0",
     noise: float = 0.0,
+    position_noise: float = 0.0,
+    delay: float = 0.0,
+    runs: Whole = None,
     margin: float | None = None,
     seed: Whole = None,
     until_safe: Annotated[bool, FLAG] = False,
@@ -36,10 +45,11 @@ def fly(
     jobs: Annotated[int | None, Parameter(name=["--jobs", "-j"]), WHOLE] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown.
+    """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown; or fly it many times in gusts.
 
     Examples: `skyverse fly out/table-4.8.json`, `skyverse fly out/map1.json --wind 1,0,0 --animation out/map1.mp4`,
-    `skyverse fly out/map2.json --wind 6,0,0 --until-safe -o out/map2.flight.json`
+    `skyverse fly out/map2.json --wind 6,0,0 --until-safe -o out/map2.flight.json`,
+    `skyverse fly out/map3.json --wind-speed 8 --wind-from 270 --gusts --mismatch 20% --runs 1000 --until-safe`
 
     Exit code: 0 when the flight is safe, 1 when not, 2 for bad input.
 
@@ -52,18 +62,35 @@ def fly(
     wind
         The wind's velocity towards east, north and up, m/s; or its speed and the direction that it blows to, degrees
         from east towards north.
+    wind_speed
+        The wind's speed, m/s, with --wind-from.
+    wind_from
+        Where the wind blows from, degrees from north, clockwise, as pilots tell it: 270 is a west wind.
+    gusts
+        Let the wind be gusty, as strongly as its speed says (Dryden, MIL-F-8785C).
+    mismatch
+        The share, as in 20%, within which the vehicle's mass, thrust, drag and inertia differ from its controller's
+        model.
     noise
         The noise of what the controllers measure: its standard deviation, m of position and m/s of velocity.
+    position_noise
+        The standard deviation of a slowly drifting error of measured positions, as of GPS, metres on each axis.
+    delay
+        Seconds by which measured positions and velocities are late.
+    runs
+        Fly the mission this many times in the compiled simulator, each time with other gusts, vehicles and noise.
     margin
         How far a UAV may stray from its trajectory, metres; half the clearance when left out.
     seed
-        The seed of the noise; drawn and told when left out.
+        The seed of all that is random; drawn and told when left out.
     until_safe
-        Where the flight is not safe, slow the mission down or plan it anew, and fly again.
+        Where the flight is not safe, slow the mission down or plan it anew, and fly again. With --runs, until no run
+        touches anything, or the mission is refused as too tight.
     rounds
-        With --until-safe: how many flights there are at most; 5 when left out.
+        With --until-safe: how many flights there are at most; 5 when left out, or 8 with --runs.
     output
-        Write the flight to this file, .json; with --until-safe it holds the mission as it was last flown.
+        Write the flight to this file, .json; with --until-safe it holds the mission as it was last flown. With --runs
+        this is the mission alone.
     animation
         Draw an animation, .html, .mp4 or .gif; repeat for more.
     figures
@@ -88,17 +115,30 @@ def fly(
         make_folder(figures)
     if rounds is not None and not until_safe:
         raise InputError("--rounds: expected --until-safe with it, found it alone")
+    for option, value in (("--margin", margin), ("--animation", animation), ("--figures", figures)):
+        if runs is not None and value is not None:
+            raise InputError(f"{option}: expected a single flight, found --runs with it")
+    blown, share = wind_of(wind, wind_speed, wind_from), share_of("--mismatch", mismatch)
     given = sky.read_mission(mission)
     options: dict[str, Any] = {
         "vehicle": vehicle,
-        "wind": numbers_of("--wind", "east,north,up in m/s, or speed,degrees, as in 1,0,0", wind),
+        "wind": blown,
         "noise": noise,
-        "margin": margin,
+        "disturbances": sky.Disturbances(gusts, share, position_noise, delay),
         "rng": seed,
         "workers": cores() if jobs is None else jobs,
     }
     if rounds is not None:
         options["rounds"] = rounds
+    if runs is not None:
+        with count_bar("flying", "runs") as on_progress:
+            many = sky.fly_many_until_safe if until_safe else sky.fly_many
+            flown = many(given, runs=runs, **options, on_progress=on_progress)
+        if output is not None:
+            sky.write(flown.mission, output)
+        report_runs(flown, [output] if output else [], as_json)
+        return 0 if flown.safe else FOUND_WRONG
+    options["margin"] = margin
     with count_bar("flying", "UAVs") as on_progress:
         flight = (sky.fly_until_safe if until_safe else sky.fly)(given, **options, on_progress=on_progress)
     if output is not None:
@@ -108,7 +148,7 @@ def fly(
     if figures is not None:
         written += sky.write_instants(flight, figures)
     _report(flight, written, as_json)
-    return 0 if flight.safe else 1
+    return 0 if flight.safe else FOUND_WRONG
 
 
 def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
@@ -130,6 +170,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
             "safe": flight.safe,
             "verdict": flight.sentence,
             **{name: getattr(flight, name) for name in ("vehicle", "wind", "noise", "seed", "margin", "rounds")},
+            **vars(flight.disturbances),
             "makespan": flight.mission.makespan,
             "uavs": rows,
             "pairs": pairs,
@@ -149,7 +190,8 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
             f"{closest['nearness']:.2f} of their separation ({closest['planned']:.2f} as planned)"
         )
     wind = ", ".join(f"{speed:g}" for speed in flight.wind)
-    print(f"vehicle {flight.vehicle}, wind {wind} m/s, noise {flight.noise:g} m, seed {flight.seed}")
+    weather = [f"wind {wind} m/s", f"noise {flight.noise:g} m", flight.disturbances.sentence]
+    print(f"vehicle {flight.vehicle}, {', '.join(filter(None, weather))}, seed {flight.seed}")
     for sentence in flight.rounds:
         print(sentence)
     for violation in flight.violations:

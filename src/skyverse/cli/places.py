@@ -1,5 +1,6 @@
 """Points, places, altitudes and other numbers that a user writes as text."""
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -36,6 +37,33 @@ def tracking_error_of(text: str | None) -> tuple[float, float] | None:
         return None
     horizontal, vertical = numbers_of("--tracking-error", "horizontal,vertical in metres, as in 1.5,2", text, 2)
     return horizontal, vertical
+
+
+def wind_of(wind: str, speed: float | None, direction: float | None) -> tuple[float, ...]:
+    """Read a wind: as a vector, ``1,0,0``, or as pilots tell it, a speed and the direction that it blows from."""
+    from skyverse.model.disturbances import wind_from
+
+    if speed is None and direction is None:
+        numbers: tuple[float, ...] = numbers_of("--wind", "east,north,up in m/s, or speed,degrees, as in 1,0,0", wind)
+        return numbers
+    if speed is None or direction is None:
+        raise InputError("--wind-speed and --wind-from: expected both or neither, found only one of them")
+    if wind != "0,0,0":
+        raise InputError("--wind: expected either this or --wind-speed and --wind-from, found both")
+    if not 0 <= speed < math.inf:
+        raise InputError(f"--wind-speed: expected m/s from 0 on, found {speed:g}")
+    if not -360 <= direction <= 360:
+        raise InputError(f"--wind-from: expected degrees from north, clockwise, as in 270, found {direction:g}")
+    return wind_from(speed, direction)
+
+
+def share_of(option: str, text: str) -> float:
+    """Read a share, as in ``20%`` or ``0.2``."""
+    percent = text.strip().removesuffix("%")
+    try:
+        return float(percent) / (100.0 if percent != text.strip() else 1.0)
+    except ValueError:
+        raise InputError(f"{option}: expected a share, as in 20% or 0.2, found {text!r}") from None
 
 
 def altitude_of(option: str, text: str) -> Altitude:

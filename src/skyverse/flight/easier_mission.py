@@ -9,6 +9,7 @@ from skyverse.mission.plan_mission import plan_mission
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
 from skyverse.planners.taut import Taut
 from skyverse.referee import certify, check
 from skyverse.trajectory import Shape
@@ -43,18 +44,21 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     )
 
 
-def farther(mission: Mission, more: float, shape: Shape) -> Mission:
+def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> Mission:
     """Return a mission with the same starts and targets, planned by Taut with `more` metres of additional clearance.
 
-    It remains an answer to the mission's own scenario, and is judged with that clearance.
+    UAVs are planned with `apart` metres of additional separation. The mission remains an answer to its own scenario,
+    and is judged with that clearance and separation.
     """
     scenario = mission.scenario
     wider = scenario.model_copy(update={"clearance": scenario.clearance + more})
     if scenario.terrain is not None:
         ground = scenario.terrain.model_copy(update={"clearance": scenario.ground_clearance + more})
         wider = wider.model_copy(update={"terrain": ground})
-    apart = mission.deconfliction is not None
-    plan = partial(plan_mission, planner=Taut(), rng=mission.provenance.seed, shape=shape, keep_apart=apart)
+    if apart:
+        wider = wider.model_copy(update={"uavs": tuple(_separated(uav, apart) for uav in scenario.uavs)})
+    resolve = mission.deconfliction is not None or apart > 0
+    plan = partial(plan_mission, planner=Taut(), rng=mission.provenance.seed, shape=shape, keep_apart=resolve)
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # keep the assignment
         wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})
@@ -65,6 +69,12 @@ def farther(mission: Mission, more: float, shape: Shape) -> Mission:
         assigned = planned.assignment
     results = tuple(None if result is None else _unbounded(result) for result in planned.results)
     return judged(replace(planned, scenario=scenario, assignment=assigned, results=results))
+
+
+def _separated(uav: UAV, apart: float) -> UAV:
+    """Return a UAV with so many metres of additional separation, horizontal and vertical."""
+    level, upright = uav.ellipsoid
+    return uav.model_copy(update={"separation": level + apart, "vertical_separation": upright + apart})
 
 
 def _unbounded(result: Result) -> Result:

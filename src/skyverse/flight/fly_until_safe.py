@@ -8,6 +8,7 @@ from skyverse.errors import InputError
 from skyverse.flight.easier_mission import farther, slowed
 from skyverse.flight.fly import OnFlown, fly
 from skyverse.flight.judge import planned_close
+from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
 from skyverse.model.verdict import Fault
@@ -26,6 +27,7 @@ def fly_until_safe(
     vehicle: str = "thesis",
     wind: Sequence[float] = (0.0, 0.0, 0.0),
     noise: float = 0.0,
+    disturbances: Disturbances | None = None,
     margin: float | None = None,
     rng: Seed = None,
     workers: int = 1,
@@ -47,7 +49,7 @@ def fly_until_safe(
     on_round
         Called with a sentence about each round.
 
-    The other parameters are those of `fly`; every round flies with the same noise.
+    The other parameters are those of `fly`; every round flies with the same seed.
 
     Returns
     -------
@@ -66,7 +68,15 @@ def fly_until_safe(
     said: list[str] = []
     slowness, more, before = 1.0, 0.0, float("inf")
     flown = partial(
-        fly, vehicle=vehicle, wind=wind, noise=noise, margin=margin, rng=seed, workers=workers, on_progress=on_progress
+        fly,
+        vehicle=vehicle,
+        wind=wind,
+        noise=noise,
+        disturbances=disturbances,
+        margin=margin,
+        rng=seed,
+        workers=workers,
+        on_progress=on_progress,
     )
 
     def say(sentence: str) -> None:

@@ -1,0 +1,82 @@
+"""What the verb ``fly`` prints of a mission that was flown many times."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skyverse.cli.report import json_text, table
+
+if TYPE_CHECKING:
+    from skyverse.model.flight_runs import FlightRuns, TrackingErrors
+
+MOST_TOUCHES = 5
+"""How many of the runs that went wrong are printed."""
+
+
+def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None:
+    """Print the tracking errors of each UAV, the least distances, the verdict, and where the files are."""
+    names = [uav.name for uav in flown.mission.scenario.uavs]
+    rows = [(names[uav], errors) for uav, errors in enumerate(flown.errors) if errors is not None]
+    if as_json:
+        print(json_text(_data(flown, rows, written)), end="")
+        return
+    if len(rows) > 1:
+        rows.append(("all", flown.all_errors))
+    head = ["tracking error", "horizontal: median", "99 %", "largest", "vertical: median", "99 %", "largest"]
+    cells = []
+    for name, errors in rows:
+        both = (errors.horizontal, errors.vertical)
+        cells.append([name, *(f"{metres:.3f} m" for part in both for metres in (part.median, part.most, part.largest))])
+    table(head, cells)
+    for sentence in (*flown.checks, flown.tube_sentence):
+        print(sentence)
+    if flown.outside.max() > 0:
+        print(f"A UAV was {flown.outside.max():.3f} m out of bounds at most.")
+    wind = ", ".join(f"{speed:g}" for speed in flown.wind)
+    weather = [f"wind {wind} m/s", f"noise {flown.noise:g} m", flown.disturbances.sentence, f"seed {flown.seed}"]
+    reach = f"vehicle {flown.vehicle}, which reaches {flown.radius:.3g} m"
+    print(f"{reach}; {', '.join(filter(None, weather))}; {flown.runs} runs")
+    for sentence in flown.rounds:
+        print(sentence)
+    for touch in flown.touches[:MOST_TOUCHES]:
+        print(touch.sentence)
+    if len(flown.touches) > MOST_TOUCHES:
+        print(f"and {len(flown.touches) - MOST_TOUCHES} more runs")
+    print(flown.sentence)
+    for path in written:
+        print(path)
+
+
+def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written: list[Path]) -> dict[str, Any]:
+    """Return what is printed as JSON; what is infinite, as where there is nothing to come near to, is null."""
+
+    def errors_of(errors: "TrackingErrors") -> dict[str, Any]:
+        parts = {"horizontal": errors.horizontal, "vertical": errors.vertical}
+        return {
+            name: {"median": part.median, "percentile_99": part.most, "largest": part.largest}
+            for name, part in parts.items()
+        }
+
+    def least(values: "np.ndarray[Any, Any]") -> float | None:
+        return float(values.min()) if np.isfinite(values.min()) else None
+
+    held = flown.held
+    return {
+        "safe": flown.safe,
+        "verdict": flown.sentence,
+        "runs": flown.runs,
+        **{name: getattr(flown, name) for name in ("vehicle", "radius", "wind", "noise", "seed", "rounds", "refusal")},
+        **vars(flown.disturbances),
+        "makespan": flown.mission.makespan,
+        "all": errors_of(flown.all_errors),
+        "uavs": [{"uav": name} | errors_of(errors) for name, errors in rows],
+        "clearance": least(flown.clearance),
+        "separation": least(flown.separation),
+        "nearness": least(flown.nearness),
+        "outside": float(flown.outside.max()),
+        "runs_within_tracking_error": None if held is None else held.count(True),
+        "touches": [vars(touch) for touch in flown.touches],
+        "checks": flown.checks,
+        "files": [str(path) for path in written],
+    }

@@ -1,0 +1,166 @@
+"""The record of a mission that was flown many times in simulation: frozen data with read-only arrays."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray
+from skyverse.model.disturbances import Disturbances
+from skyverse.model.mission import Mission
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """The distribution of one part of the tracking error over all samples, metres.
+
+    Attributes
+    ----------
+    median, most
+        What half of all samples, and 99 % of them, do not exceed; rounded up to millimetres.
+    largest
+        The largest of all.
+    """
+
+    median: float
+    most: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class TrackingErrors:
+    """How far UAVs were from where their trajectories are at the same time.
+
+    Attributes
+    ----------
+    horizontal
+        As seen from above.
+    vertical
+        In altitude, whether above or below.
+    """
+
+    horizontal: Distribution
+    vertical: Distribution
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A UAV that touches something, or is lost, in one run.
+
+    Attributes
+    ----------
+    run
+        The number of the run, from 0.
+    seed
+        The seed with which `fly` flies the same run alone.
+    time
+        Seconds into the mission.
+    sentence
+        Who touched what, when, and in which run.
+    """
+
+    run: int
+    seed: int
+    time: float
+    sentence: str
+
+
+@dataclass(frozen=True, eq=False)
+class FlightRuns(ArrayRecord):
+    """A mission flown n times in simulation, each time with other disturbances.
+
+    Attributes
+    ----------
+    mission
+        The mission that was flown.
+    vehicle, radius
+        The vehicle's name, and how far it reaches from its centre, metres.
+    wind, noise, disturbances, seed
+        What disturbed the runs; the seed of all runs is ``None`` where the caller made the generator.
+    seeds
+        (n,) the seed of each run, with which `fly` flies it alone.
+    errors
+        The tracking errors of each UAV; ``None`` where it has no trajectory, or is an aeroplane.
+    all_errors
+        The tracking errors of all UAVs together.
+    clearance
+        (n,) metres: the smallest distance of any UAV's centre to an obstacle as given, or above the ground if that is
+        less.
+    separation, nearness
+        (n,) the smallest distance between the centres of any two UAVs, metres, and as a share of their separation;
+        infinite where there are no two that must keep one.
+    outside
+        (n,) metres by which a UAV left the bounds at most.
+    largest
+        (n, number of UAVs, 2) metres: the largest horizontal and vertical error of each UAV in each run.
+    touches
+        What went wrong, at most one thing in a run.
+    checks
+        What the referee says of the runs that came nearest to obstacles and to other UAVs.
+    rounds
+        What `fly_many_until_safe` did, one sentence for each round.
+    refusal
+        Why it gave the mission up, in one sentence; empty if it did not.
+    """
+
+    mission: Mission
+    vehicle: str
+    radius: float
+    wind: tuple[float, float, float]
+    noise: float
+    disturbances: Disturbances
+    seed: int | None
+    seeds: IntArray
+    errors: tuple[TrackingErrors | None, ...]
+    all_errors: TrackingErrors
+    clearance: FloatArray
+    separation: FloatArray
+    nearness: FloatArray
+    outside: FloatArray
+    largest: FloatArray
+    touches: tuple[Touch, ...]
+    checks: tuple[str, ...] = ()
+    rounds: tuple[str, ...] = ()
+    refusal: str = ""
+
+    @property
+    def runs(self) -> int:
+        """How often the mission was flown."""
+        return len(self.seeds)
+
+    @property
+    def safe(self) -> bool:
+        """Whether no run touched anything and no UAV was lost."""
+        return not self.touches and not self.refusal
+
+    @property
+    def held(self) -> tuple[bool, ...] | None:
+        """For each run whether all UAVs stayed within their stated tracking errors; ``None`` where none is stated."""
+        stated = [uav.tracking_error for uav in self.mission.scenario.uavs]
+        tubes = np.array([(tube.horizontal, tube.vertical) for tube in stated])
+        some = tubes.max(axis=1) > 0
+        if not some.any():
+            return None
+        return tuple(bool(row) for row in (self.largest[:, some] <= tubes[some]).all(axis=(1, 2)))
+
+    @property
+    def tube_sentence(self) -> str:
+        """Whether the stated tracking errors held, in one sentence."""
+        held = self.held
+        if held is None:
+            return "No tracking error is stated, so there is none to hold."
+        if all(held):
+            return f"The stated tracking error held in all of {self.runs} runs."
+        return f"The stated tracking error was exceeded in {held.count(False)} of {self.runs} runs."
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        if self.refusal:
+            return self.refusal
+        if self.touches:
+            return f"Not safe: something went wrong in {len(self.touches)} of {self.runs} runs."
+        bound = 1.0 - 0.05 ** (1.0 / self.runs)
+        return (
+            f"Safe: nothing was touched in any of {self.runs} runs, so that with 95 % confidence fewer than "
+            f"{100 * bound:.2g} % of such flights touch anything."
+        )
