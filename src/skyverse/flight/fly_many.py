@@ -42,7 +42,7 @@ def fly_many(
 
     The simulator is compiled, and flies as `fly` does in rotorpy. A UAV touches something where its centre is no
     farther from an obstacle or the ground than the vehicle's radius, or two centres no farther apart than two radii.
-    The runs that came nearest to something are judged by the referee too; where it finds a touch, it counts.
+    The distances of the runs that came nearest are held against the referee's code.
 
     Parameters
     ----------
@@ -111,8 +111,7 @@ class Flights:
                     on_progress(len(done), len(self.seeds))
                 if until_touch and any(first_touch(fleet, k, summary) for k, summary in enumerate(done)):
                     break
-        checks, found = cross_check_nearest(fleet, done)
-        touches = [touch for k, summary in enumerate(done) if (touch := found.get(k) or first_touch(fleet, k, summary))]
+        touches = [touch for k, summary in enumerate(done) if (touch := first_touch(fleet, k, summary))]
         largest = np.array([summary.largest for summary in done])
 
         def told(uavs: Sequence[int]) -> TrackingErrors:
@@ -137,7 +136,7 @@ class Flights:
             outside=np.array([summary.outside for summary in done]),
             largest=largest,
             touches=tuple(touches),
-            checks=checks,
+            checks=cross_check_nearest(fleet, done),
         )
 
 

@@ -79,6 +79,8 @@ class Run(NamedTuple):
     outside: float
 
 
+BETWEEN_SAMPLES = 11
+"""Places between two samples at which the least distance is looked for."""
 NOWHERE = Nearest(np.inf, 0.0, ())
 """What stands where there is nothing to come near to."""
 
@@ -123,7 +125,7 @@ def fly_run(fleet: Fleet, seed: int) -> Run:
         samples.append(flown)
         away = flown.positions - told.reference.position[told.hover :][: len(flown.times)]
         errors.append(np.column_stack([np.hypot(away[:, 0], away[:, 1]), np.abs(away[:, 2])]))
-        obstacle = min(obstacle, _least(fleet.world.distance(flown.positions), flown, uav))
+        obstacle = min(obstacle, _nearest_obstacle(fleet.world, flown, uav))
         if scenario.terrain is not None:
             heights = flown.positions[:, 2] - scenario.terrain.height(flown.positions[:, :2])
             ground = min(ground, _least(heights, flown, uav))
@@ -138,7 +140,8 @@ def fly_run(fleet: Fleet, seed: int) -> Run:
         across = apart[:, 0] ** 2 + apart[:, 1] ** 2
         squares = across + apart[:, 2] ** 2
         k = int(np.argmin(squares))
-        pair = min(pair, Nearest(float(np.sqrt(squares[k])), k / COMMAND_RATE, (i, j)))
+        between = np.linalg.norm(_between(apart, k), axis=1)
+        pair = min(pair, Nearest(float(between.min()), k / COMMAND_RATE, (i, j)))
         nearness = min(nearness, float(np.sqrt(np.min(across / level**2 + apart[:, 2] ** 2 / upright**2))))
     return Run(seed, tuple(samples), tuple(errors), obstacle, ground, pair, nearness, outside)
 
@@ -146,6 +149,21 @@ def fly_run(fleet: Fleet, seed: int) -> Run:
 def run_seeds(seed: int, uavs: int) -> list[int]:
     """Return the seed of each UAV's flight in the run of a seed."""
     return np.random.default_rng(seed).integers(2**62, size=uavs).tolist()
+
+
+def _nearest_obstacle(world: World, flown: Samples, uav: int) -> Nearest:
+    """Return the least distance to an obstacle: of all samples, and around the nearest also between them."""
+    distances = world.distance(flown.positions)
+    k = int(np.argmin(distances))
+    least = min(distances[k], world.distance(_between(flown.positions, k)).min())
+    return Nearest(float(least), float(flown.times[k]), (uav,) if np.isfinite(least) else ())
+
+
+def _between(positions: Floats, k: int) -> Floats:
+    """Return places on the straight lines from the sample before the k-th to it, and on to the one behind it."""
+    before, at, after = positions[max(k - 1, 0)], positions[k], positions[min(k + 1, len(positions) - 1)]
+    shares = np.linspace(0.0, 1.0, BETWEEN_SAMPLES)[:, None]
+    return np.concatenate([before + shares * (at - before), at + shares * (after - at)])
 
 
 def _least(distances: Floats, flown: Samples, uav: int) -> Nearest:

@@ -95,7 +95,7 @@ class FlightRuns(ArrayRecord):
     touches
         What went wrong, at most one thing in a run.
     checks
-        What the referee says of the runs that came nearest to obstacles and to other UAVs.
+        Whether the referee's code agrees with the least distances to obstacles, to the ground and to other UAVs.
     rounds
         What `fly_many_until_safe` did, one sentence for each round.
     refusal

@@ -1,0 +1,231 @@
+"""Many runs: what is counted, what touches, and that the answer depends on the seed alone."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from handmade import mission, straight
+from skyverse import cli
+from skyverse.flight.run import fly_run, prepare
+from skyverse.flight.vehicle import vehicle_of
+from skyverse.flight.weather import weather_of
+
+GUSTY = sky.Disturbances(gusts=True, mismatch=0.2)
+WEST = sky.wind_from(8, 270)
+RADIUS = vehicle_of("thesis").radius
+PAIR = mission(
+    straight((0, 0, 2), (2, 0, 2), 1.5),
+    straight((2, 2, 2), (0, 2.2, 2.5), 1.5, begin=0.255),
+    None,
+    boxes=[((1, -1.5, 0), (1.5, -0.6, 3))],
+)
+
+
+@pytest.fixture(scope="module")
+def gusty():
+    return sky.fly_many(PAIR, runs=24, wind=WEST, disturbances=GUSTY, rng=5)
+
+
+def test_all_numbers_follow_from_the_samples_of_the_runs(gusty):
+    fleet = prepare(PAIR, vehicle_of("thesis"), weather_of(WEST, 0.0, GUSTY))
+    level, upright = [], []
+    for k, seed in enumerate(gusty.seeds.tolist()):
+        run = fly_run(fleet, seed)
+        gaps, apart = [], []
+        places = {}
+        for uav in (0, 1):
+            flown = run.samples[uav]
+            away = flown.positions - PAIR.trajectories[uav].at(flown.times).position
+            level.append(np.hypot(away[:, 0], away[:, 1]))
+            upright.append(np.abs(away[:, 2]))
+            assert gusty.largest[k, uav] == pytest.approx([level[-1].max(), upright[-1].max()])
+            box = PAIR.scenario.obstacles[0]
+            nearest = np.clip(flown.positions, box.min, box.max)
+            gaps.append(np.linalg.norm(flown.positions - nearest, axis=1).min())
+            times = np.arange(0, 276) / 100
+            places[uav] = np.column_stack(
+                [np.interp(times, flown.times, flown.positions[:, axis]) for axis in range(3)]
+            )
+        places[2] = np.tile(PAIR.scenario.uavs[2].start, (276, 1))
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            apart.append(np.linalg.norm(places[i] - places[j], axis=1).min())
+        assert gusty.clearance[k] == pytest.approx(min(gaps), abs=1e-3)
+        assert gusty.separation[k] == pytest.approx(min(apart), abs=1e-3)
+    for told, errors in ((gusty.all_errors.horizontal, level), (gusty.all_errors.vertical, upright)):
+        errors = np.concatenate(errors)
+        assert told.largest == pytest.approx(errors.max())
+        assert told.median == pytest.approx(np.quantile(errors, 0.5), abs=1.1e-3)
+        assert told.most == pytest.approx(np.quantile(errors, 0.99), abs=2e-3)
+        assert 0.005 < told.largest < 0.5
+    assert gusty.errors[2] is None
+    assert max(errors.horizontal.largest for errors in gusty.errors[:2]) == gusty.all_errors.horizontal.largest
+
+
+def test_the_seed_alone_decides(gusty):
+    again = sky.fly_many(PAIR, runs=24, wind=WEST, disturbances=GUSTY, rng=5, workers=1)
+    assert again == gusty
+    other = sky.fly_many(PAIR, runs=24, wind=WEST, disturbances=GUSTY, rng=6)
+    assert not np.array_equal(other.clearance, gusty.clearance)
+
+
+def test_a_run_flies_alone_in_rotorpy_by_its_seed(gusty):
+    pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
+    alone = sky.fly(PAIR, wind=WEST, disturbances=GUSTY, rng=int(gusty.seeds[3]))
+    assert min(flown.clearance for flown in alone.flown if flown) == pytest.approx(gusty.clearance[3], abs=1e-3)
+    assert min(passing.distance for passing in alone.passings) == pytest.approx(gusty.separation[3], abs=1e-3)
+
+
+@pytest.mark.parametrize(("gap", "touched"), [(RADIUS + 0.03, False), (RADIUS - 0.03, True)])
+def test_a_wall_is_touched_by_the_vehicle_s_radius_and_the_referee_agrees(gap, touched):
+    beside = mission(straight((0, 0, 2), (1, 0, 2), 1.2), boxes=[((-1, gap, 0), (2, gap + 1, 3))])
+    flown = sky.fly_many(beside, runs=3, rng=1)
+    assert flown.safe != touched
+    assert flown.clearance.min() == pytest.approx(gap, abs=0.02)
+    assert flown.checks == (
+        f"Nearest to an obstacle: {flown.clearance.min():.3f} m; the referee's code agrees in the nearest 3.",
+    )
+    if touched:
+        assert len(flown.touches) == 3
+        assert flown.sentence == "Not safe: something went wrong in 3 of 3 runs."
+        assert "uav-1 touches an obstacle at" in flown.touches[0].sentence
+    else:
+        assert flown.sentence.startswith("Safe: nothing was touched in any of 3 runs")
+
+
+@pytest.mark.parametrize(("offset", "touched"), [(2 * RADIUS + 0.05, False), (2 * RADIUS - 0.05, True)])
+def test_two_uavs_touch_within_two_radii(offset, touched):
+    flights = straight((0, 0, 2), (1, 0, 2), 1.2), straight((1, offset, 2), (0, offset, 2), 1.2)
+    flown = sky.fly_many(mission(*flights), runs=2, rng=1)
+    assert flown.safe != touched
+    assert flown.separation.min() == pytest.approx(offset, abs=0.02)
+    assert "the referee's code agrees" in flown.checks[0]
+
+
+@pytest.mark.parametrize(("tube", "held"), [((1.0, 1.0), True), ((0.02, 1.0), False), ((1.0, 0.001), False)])
+def test_the_stated_tracking_error_is_held_or_not(tube, held):
+    error = sky.TrackingError(horizontal=tube[0], vertical=tube[1])
+    flown = mission(straight((0, 0, 2), (2, 0, 2), 1.5), tracking_error=error)
+    runs = sky.fly_many(flown, runs=4, wind=WEST, disturbances=GUSTY, rng=1)
+    assert all(runs.held) == held
+    assert ("held in all of 4 runs" in runs.tube_sentence) == held
+
+
+def test_over_terrain_the_ground_is_touched():
+    low = mission(straight((0, 0, 2), (2, 0, 2), 1.5))
+    ground = sky.Terrain(origin=(-20, -20), step=(40, 40), heights=[[1.9, 1.9], [1.9, 1.9]])
+    scenario = low.scenario.model_copy(update={"terrain": ground})
+    flown = sky.fly_many(sky.Mission(**{**vars(low), "scenario": scenario}), runs=2, rng=1)
+    assert "ground" in flown.touches[0].sentence
+    assert flown.clearance.min() == pytest.approx(0.1, abs=0.02)
+    assert "Nearest to the ground" in flown.checks[0]
+
+
+def test_a_lost_uav_is_not_safe():
+    flown = sky.fly_many(mission(straight((0, 0, 2), (2, 0, 2), 1.5)), runs=2, wind=(60, 0, 0), rng=1)
+    assert "uav-1 is lost" in flown.touches[0].sentence
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"runs": 0}, "runs: expected a whole number from 1 to 1000000, found 0"),
+        ({"runs": 1.5}, "runs: expected a whole number"),
+        ({"workers": 0}, "workers: expected a whole number"),
+        ({"vehicle": "zeppelin"}, "vehicle: expected one of"),
+    ],
+)
+def test_bad_options_end_in_one_sentence(options, sentence):
+    with pytest.raises(sky.InputError, match=sentence):
+        sky.fly_many(PAIR, **options)
+
+
+THROUGH = mission(straight((-1, 0, 2), (2.2, 0, 2), 2.0), boxes=[((0.5, -0.2, 0), (0.7, 0.2, 3))])
+TUNNEL = mission(
+    straight((0, 0, 2), (3, 0, 2), 2.0),
+    boxes=[((1, -20, 0), (2, -0.15, 10)), ((1, 0.15, 0), (2, 20, 10))],
+    clearance=0.1,
+)
+
+
+def test_what_slowing_does_not_mend_is_planned_farther_off():
+    told = []
+    flown = sky.fly_many_until_safe(THROUGH, runs=12, rng=1, on_round=told.append)
+    assert flown.safe
+    assert flown.refusal == ""
+    assert flown.rounds == tuple(told) != ()
+    assert "slowed down to 67% of its speed" in told[0]
+    assert "planned anew with" in told[-1]
+    assert told[-1].endswith("; safe.")
+    assert flown.mission.scenario == THROUGH.scenario
+    assert flown.runs == 12
+
+
+def test_a_mission_that_is_too_tight_is_refused_in_one_sentence():
+    flown = sky.fly_many_until_safe(TUNNEL, runs=20, wind=WEST, disturbances=GUSTY, rng=1)
+    assert not flown.safe
+    assert flown.sentence == flown.refusal
+    assert re.match(r"Refused: by hand at \d+% of its speed is too tight for a wind of 8 m/s, gusts", flown.refusal)
+    assert "there is no way left" in flown.refusal
+    assert "\n" not in flown.refusal
+
+
+def test_safe_missions_are_left_alone():
+    flown = sky.fly_many_until_safe(PAIR, runs=3, rng=1)
+    assert flown.safe
+    assert flown.rounds == ()
+    assert flown.mission == PAIR
+
+
+@pytest.fixture
+def skyverse(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    sky.write(PAIR, "pair.json")
+
+    def run(*words):
+        with pytest.raises(SystemExit) as stopped:
+            cli.main([str(word) for word in words])
+        return stopped.value.code or 0, *capsys.readouterr()
+
+    return run
+
+
+def test_the_command_line_tells_errors_and_verdict(skyverse):
+    wind = ("--wind-speed", "8", "--wind-from", "270", "--gusts", "--mismatch", "20%", "--seed", "5")
+    code, out, _ = skyverse("fly", "pair.json", "--runs", "4", *wind, "-o", "flown.json")
+    assert code == 0
+    assert "horizontal: median" in out
+    assert "Safe: nothing was touched in any of 4 runs" in out
+    assert "mismatch of 20%" in out
+    assert sky.read_mission("flown.json") == PAIR
+    code, out, _ = skyverse("fly", "pair.json", "--runs", "4", *wind, "--json")
+    data = json.loads(out)
+    again = sky.fly_many(PAIR, runs=4, wind=WEST, disturbances=GUSTY, rng=5)
+    assert data["safe"]
+    assert data["wind"] == [8, 0, 0]
+    assert data["clearance"] == again.clearance.min()
+    assert data["all"]["horizontal"]["largest"] == again.all_errors.horizontal.largest
+    assert data["runs_within_tracking_error"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--wind-speed", "8"), "--wind-speed and --wind-from: expected both or neither"),
+        (("--wind-speed", "8", "--wind-from", "270", "--wind", "1,0,0"), "--wind: expected either this or"),
+        (("--wind-speed", "-8", "--wind-from", "270"), "--wind-speed: expected m/s from 0 on, found -8"),
+        (("--wind-speed", "8", "--wind-from", "nan"), "--wind-from: expected degrees from north"),
+        (("--mismatch", "much"), "--mismatch: expected a share, as in 20% or 0.2, found 'much'"),
+        (("--mismatch", "90%"), "--mismatch: expected a share from 0 to 0.5, found 0.9"),
+        (("--gusts", "--runs", "2"), "--gusts: gusts need a wind"),
+        (("--runs", "2", "--margin", "0.1"), "--margin: expected a single flight, found --runs with it"),
+        (("--position-noise", "-1"), "--position-noise: expected metres from 0 to 10, found -1"),
+    ],
+)
+def test_bad_options_on_the_command_line_end_in_one_sentence(skyverse, words, sentence):
+    code, _, told = skyverse("fly", "pair.json", *words)
+    assert code == 2
+    assert sentence in told
+    assert told.count("\n") == 1
