@@ -81,6 +81,7 @@ def world(seed, kinds, terrain=False, soft=False, uavs=1, connectivity=26, unit=
         obstacles=tuple(shape(rng, kind) for kind in kinds for _ in range(2)),
         zones=zones,
         terrain=sky.Terrain(origin=(0, 0), step=(2.0, 2.0), heights=heights) if terrain else None,
+        max_height=10.2 if terrain else None,
         clearance=float(rng.choice([0.1, 0.25])),
         lattice=sky.Lattice(step=(1.5, 1.5, 1.5), connectivity=connectivity),
         objective=sky.Objective(**objective),
