@@ -107,3 +107,19 @@ def test_legs_keep_below_a_ceiling_that_follows_the_terrain(reference):
         assert proof.refused([line]) == set()
         if fault is not None:
             assert "above the ceiling" in proof.sentence(fault[1])
+
+
+def test_a_route_below_a_ceiling_says_how_high_above_ground_it_was_proven_to_stay():
+    mission = handmade.random_mission(3, terrain=True)
+    heights = [
+        position[:, 2] - mission.scenario.terrain.height(position[:, :2])
+        for flight in mission.trajectories
+        for position in [flight.at(np.linspace(flight.start, flight.end, 2001)).position]
+    ]
+    most = float(np.concatenate(heights).max()) + 20.0
+    below = replace(mission, scenario=mission.scenario.model_copy(update={"max_height": most}))
+    for route in sky.routes(below):
+        assert f" to {most + 0.02:.5g} m above ground" in route.sentence(below.scenario)
+    low = replace(mission, scenario=mission.scenario.model_copy(update={"max_height": most - 25.0}))
+    with pytest.raises(sky.InputError):
+        sky.routes(low)

@@ -80,7 +80,8 @@ class Route:
         """Return a sentence on what is proven."""
         name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LEG_ALLOWANCE, 0)
         low = max(scenario.ground_clearance - LEG_ALLOWANCE, 0)
-        ground = "" if scenario.terrain is None else f", {low:.4g} m above ground"
+        high = "" if scenario.max_height is None else f" to {scenario.max_height + LEG_ALLOWANCE:.5g}"
+        ground = "" if scenario.terrain is None else f", {low:.4g}{high} m above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
         cut += f" but at {held}, where it stops" if held else ""
