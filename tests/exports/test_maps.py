@@ -198,7 +198,7 @@ def test_the_command_line_takes_an_origin_with_its_frame_and_a_geoid(tmp_path):
     for text in ("47.39,8.54,410", "47.39,8.54,410 m agl", "47.39,8.54", "a,8,4 amsl"):
         with pytest.raises(sky.InputError, match="--origin: expected latitude,longitude,altitude above mean sea level"):
             origin_of(text)
-    for text in ("470,8,4 amsl", "47,800,4 amsl"):
+    for text in ("470,8,4 m amsl", "47,800,4 m amsl"):
         with pytest.raises(sky.InputError, match=r"--origin: expected a (lat|long)itude from"):
             origin_of(text)
     out = tmp_path / "m.geojson"

@@ -45,24 +45,35 @@ _WRITTEN = re.compile(
 )
 
 
-def parse_altitude(text: str) -> Altitude:
-    """Read an altitude such as ``60 m agl``, ``1250amsl``, ``30 home`` or ``400 ft agl``; metres if it has no unit.
+def parse_altitude(text: str, unit: float | None = None) -> Altitude:
+    """Read an altitude such as ``60 m agl``, ``1250m amsl``, ``30 m home`` or ``400 ft agl``.
+
+    Parameters
+    ----------
+    text
+        What is written.
+    unit
+        Metres in the unit of a number that is written without one; ``None`` where every number must have one.
 
     Raises
     ------
     ValueError
-        If the text is no altitude, or does not say what the altitude is counted from.
+        If the text is no altitude, or does not say its unit or what the altitude is counted from.
     """
     found = _WRITTEN.fullmatch(text) if len(text) <= MAX_WRITTEN else None
     if found is None:
         raise ValueError(f"expected an altitude such as '60 m agl', found {text!r:.40}")
-    number, unit, frame = found.groups()
+    number, written_unit, frame = found.groups()
     if frame is None:
         raise ValueError(
             f"expected an altitude with what it is counted from, amsl (mean sea level), agl (the ground) or home, "
             f"found {text.strip()!r:.40}"
         )
-    metres = float(number) * (FOOT if (unit or "").lower() == "ft" else 1.0)
+    if written_unit is not None:
+        unit = FOOT if written_unit.lower() == "ft" else 1.0
+    if unit is None:
+        raise ValueError(f"expected an altitude in m or ft, as in '{number} m {frame}', found {text.strip()!r:.40}")
+    metres = float(number) * unit
     if not -MAX_BELOW <= metres <= MAX_ABOVE:
         raise ValueError(f"expected an altitude from -{MAX_BELOW:,} to {MAX_ABOVE:,} m, found {text.strip()!r:.40}")
     return _FRAMES[frame.lower()](metres)

@@ -513,8 +513,9 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
     ("words", "sentence"),
     [
         (["--uav", "46.8,9.85,60"], "--uav 46.8,9.85,60: expected an altitude with what it is counted from"),
+        (["--uav", "46.8,9.85,400 agl"], "--uav 46.8,9.85,400 agl: expected an altitude in m or ft, as in '400 m agl'"),
         (["--uav", "46.8,9.85"], "--uav: expected latitude,longitude,altitude"),
-        (["--uav", "a=46.8,9.85,60 agl", "--uav", "a=46.8,9.85,60 agl"], "--uav: expected names that differ"),
+        (["--uav", "a=46.8,9.85,60 m agl", "--uav", "a=46.8,9.85,60 m agl"], "--uav: expected names that differ"),
         (["--area", "1,2,3"], "--area: expected west,south,east,north in degrees, found '1,2,3'"),
         (["--terrain", "none.tif"], "none.tif: no such file"),
         (["--ground", "10 m agl"], "--ground: expected an altitude above mean sea level"),
@@ -526,7 +527,7 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
         (["--origin", "46.8,9.8"], "--origin: expected latitude,longitude,altitude above mean sea level, as in '46.81"),
         (["--origin", "46.8,9.8,5 m agl"], "--origin: expected latitude,longitude,altitude above mean sea level"),
         (
-            ["--uav", "46.8,9.85,60 agl", "b.geojson"],
+            ["--uav", "46.8,9.85,60 m agl", "b.geojson"],
             "each of several values after its own option, as in --uav A --uav",
         ),
         (["--zones", "a.geojson", "b.geojson"], "a.geojson: no such file"),

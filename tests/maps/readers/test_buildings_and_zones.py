@@ -86,6 +86,28 @@ def test_ed_269_gives_a_record_for_each_volume_and_circles_are_circumscribed(rea
     assert ["restricts nothing" in sentence for sentence in told] == [True]
 
 
+@pytest.mark.parametrize("field", ["restriction", "type"])
+def test_only_zones_without_restriction_are_left_out(read, field):
+    # ED-269 says it in `restriction`, ED-318 in `type`; whoever needs an authorisation or meets conditions has to ask
+    values = ("PROHIBITED", "REQ_AUTHORISATION", "REQ_AUTHORIZATION", "CONDITIONAL", "NO_RESTRICTION", "no restriction")
+    told = []
+    zones = [feature(**{field: value, "upper": "100 m agl", "name": value}) for value in values]
+    kept = read(collection(*zones), tell=told.append)
+    assert [zone.name for zone in kept] == list(values[:4])
+    assert [zone.kind for zone in kept] == list(values[:4])
+    assert ["restricts nothing" in sentence for sentence in told] == [True, True]
+
+
+def test_heights_of_buildings_without_a_unit_are_in_the_unit_that_is_given(read):
+    fields = ({"height": 100}, {"height": "100"}, {"height": "100 m"}, {"height": "100 ft"}, {"building:levels": 10})
+    document = collection(*(feature(**one) for one in fields))
+    metres = [house.high.metres for house in read(document, kind="building", unit="ft")]
+    assert metres == pytest.approx([30.48, 30.48, 100, 30.48, 33])
+    low = read(collection(feature(height=100, min_height=50)), kind="building", unit="ft")[0].low
+    assert low == AboveGround(pytest.approx(15.24))
+    assert [house.high.metres for house in read(document, kind="building", unit="m")][:2] == [100, 100]
+
+
 def test_ed_318_layers_and_circles_belong_to_their_part(read):
     layer = {"upper": 400, "upperReference": "AGL", "lower": 100, "lowerReference": "AMSL", "uom": "ft"}
     extent = {"subType": "Circle", "radius": 300.0}

@@ -18,6 +18,9 @@ DEFAULT_HEADROOM = 30.0
 """Metres from the highest ground, building, UAV or target to the ceiling by default."""
 MAX_DEFAULT_NODES = 2e6
 """Nodes of the lattice at most where its step is not given."""
+VERY_LOW_LEVEL = 152.4
+"""Metres, 500 feet: how high the airspace is in which UAVs fly; zones that begin higher than this above the highest
+ground, building, UAV or target do not raise the ceiling."""
 _ROUND_STEPS = [digit * 10.0**power for power in range(5) for digit in (1, 2, 5)]
 
 
@@ -27,7 +30,7 @@ def heights(
     solids: Sequence[Voxels],
     points: Sequence[tuple[float, float, float]],
 ) -> tuple[float, float]:
-    """Return the lowest and the highest z of ground, buildings, voxels and points."""
+    """Return the lowest and the highest z of ground, buildings, voxels and points, and of where zones begin."""
     z = [point[2] for point in points]
     for one in these:
         standing = np.array([feature.kind == "building" for feature in one.features], dtype=bool)
@@ -36,10 +39,17 @@ def heights(
     for solid in solids:
         z += [solid.origin[2], solid.origin[2] + solid.step[2] * solid.occupied.shape[2]]
     if relief is not None:
-        return float(np.floor(relief.heights.min())), max([float(relief.heights.max()), *z])
+        highest = max([float(relief.heights.max()), *z])
+        return float(np.floor(relief.heights.min())), max([highest, *_beginnings(these, highest)])
     if not z:
         z = [end for one in these for end in [*one.low, *one.high] if math.isfinite(end)] or [0.0]
-    return math.floor(min(z)), max(z)
+    return math.floor(min(z)), max([*z, *_beginnings(these, max(z))])
+
+
+def _beginnings(these: Sequence[LocalFeatures], highest: float) -> list[float]:
+    """Return the z at which zones begin that UAVs could reach from below, so that the bounds do not end before them."""
+    lows = np.concatenate([np.empty(0), *(one.low for one in these)])
+    return lows[np.isfinite(lows) & (lows <= highest + VERY_LOW_LEVEL)].tolist()
 
 
 def ceiling(

@@ -102,7 +102,7 @@ class MapRegion:
         Without a terrain, the altitude of level ground.
     ceiling
         How high the bounds reach, above the sea or above the highest ground; when left out, 30 m above the highest of
-        ground, buildings, UAVs and targets.
+        ground, buildings, UAVs, targets and the beginnings of zones up to 152.4 m above them.
     max_height
         How high above the ground below UAVs may fly: a ceiling that follows the terrain. Without `ceiling`, the bounds
         reach as high above the highest ground.

@@ -76,28 +76,35 @@ def _altitude(value: object, field: str, side: str, fields: Fields, where: str, 
             return None
         written = _WRITTEN_NUMBER.fullmatch(value) if len(value) <= MAX_WRITTEN else None
         if written is None or (written[2] and written[2].lower() not in METRES_PER_LIMIT_UNIT):
-            return _parsed(value, place)
+            return _parsed(value, place, _unit_beside(fields, side, where, choices))
         value, unit = float(written[1]), written[2].lower() or None
     number = number_of(value, place)
     scale = METRES_PER_LIMIT_UNIT[unit] if unit else _scale(fields, side, where, choices, number)
     return _reference(fields, side, place, choices)(number * scale)
 
 
-def _parsed(text: str, place: str) -> Altitude:
+def _parsed(text: str, place: str, unit: float | None) -> Altitude:
     try:
-        return parse_altitude(text)
+        return parse_altitude(text, unit)
     except ValueError as error:
         if re.match(r"\s*FL\s*\d", text, re.IGNORECASE):
             raise InputError(f"{place}: flight levels follow the pressure; give metres or feet amsl") from None
-        raise InputError(f"{place}: {error}") from None
+        give = [Remedy("Reading.unit", "ft", "to take it as feet")] if "in m or ft" in str(error) else []
+        raise InputError(f"{place}: {error}", give=give) from None
+
+
+def _unit_beside(fields: Fields, side: str, where: str, choices: Choices) -> float | None:
+    """Return the metres in the unit that stands beside one limit, or that the user gives; ``None`` for neither."""
+    for field, value in fields.of(*(side + name for name in _SIDE_UNIT_FIELDS), *UNIT_FIELDS):
+        return looked_up(METRES_PER_LIMIT_UNIT, value, f"{where}: {field!r}", "M or FT")
+    return None if choices.unit is None else METRES_PER_LIMIT_UNIT[choices.unit]
 
 
 def _scale(fields: Fields, side: str, where: str, choices: Choices, number: float) -> float:
     """Return the metres in a unit of one limit."""
-    for field, value in fields.of(*(side + name for name in _SIDE_UNIT_FIELDS), *UNIT_FIELDS):
-        return looked_up(METRES_PER_LIMIT_UNIT, value, f"{where}: {field!r}", "M or FT")
-    if choices.unit is not None:
-        return METRES_PER_LIMIT_UNIT[choices.unit]
+    unit = _unit_beside(fields, side, where, choices)
+    if unit is not None:
+        return unit
     if number != 0:
         choices.count("limits without a unit taken as metres", Remedy("Reading.unit", "ft", "to take them as feet"))
     return 1.0

@@ -49,8 +49,8 @@ class Reading:
     altitudes
         What altitudes without a reference are counted from: ``"agl"``, the ground, or ``"amsl"``, mean sea level.
     unit
-        The unit, ``"m"`` or ``"ft"``, of zones' limits and points' altitudes that have none. When left out they are
-        metres, and a note says so.
+        The unit, ``"m"`` or ``"ft"``, of zones' limits, buildings' heights and points' altitudes that have none. When
+        left out they are metres, and a note says so. OpenStreetMap's heights without a unit are always metres.
     building_height
         The height, metres, of buildings whose file gives no usable height.
     height_field

@@ -18,16 +18,20 @@ _FEET_AND_INCHES = re.compile(r"(\d+)'\s*(?:(\d+(?:\.\d*)?)(?:\"|''))?")
 _MAX_LENGTH = 1e5
 
 
-def length_in_metres(value: object) -> float | None:
-    """Return a length such as ``10``, ``10.5 m``, ``33 ft``, ``33'`` or ``7'4"`` in metres, or ``None``."""
+def length_in_metres(value: object, unit: float = 1.0) -> float | None:
+    """Return a length such as ``10``, ``10.5 m``, ``33 ft``, ``33'`` or ``7'4"`` in metres, or ``None``.
+
+    A number without a unit counts so many of them as `unit` says, in metres.
+    """
     number = None
     if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _MAX_LENGTH:
-        number = float(value)
+        number = float(value) * unit
     elif isinstance(value, str):
         if feet := _FEET_AND_INCHES.fullmatch(value.strip()):
             number = (float(feet[1]) + float(feet[2] or 0) / 12) * FOOT
         elif length := _LENGTH.fullmatch(value.strip()):
-            number = float(length[1]) * (FOOT if (length[2] or "m").lower()[0] in "f'" else 1.0)
+            written = 1.0 if (length[2] or "m").lower()[0] == "m" else FOOT
+            number = float(length[1]) * (written if length[2] else unit)
     return number if number is None or number < _MAX_LENGTH else None
 
 
@@ -49,7 +53,8 @@ def building_limits(tags: Fields, where: str, choices: Choices) -> tuple[AboveGr
         If nothing usable is said of its height, and `choices` have no height for such buildings.
     """
     high = _height(tags, where, choices)
-    low = next((m for _, value in tags.of(*MIN_HEIGHT_FIELDS) if (m := length_in_metres(value)) is not None), None)
+    lows = (length_in_metres(value, _unit(choices)) for _, value in tags.of(*MIN_HEIGHT_FIELDS))
+    low = next((metres for metres in lows if metres is not None), None)
     if low is None:
         steps = number_of_levels(tags.get("building:min_level"))
         low = None if steps is None else LEVEL_HEIGHT * steps
@@ -66,7 +71,7 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     found: set[float] = set()
     chosen = [(own, tags.get(own))] if own and tags.get(own) is not None else []
     for field, value in [*chosen, *tags.of(*HEIGHT_FIELDS)]:
-        height = length_in_metres(value)
+        height = length_in_metres(value, _unit(choices))
         if height is not None and math.isfinite(height) and height > 0:
             if field == own:
                 return height
@@ -80,7 +85,7 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     number = number_of_levels(tags.get("building:levels"))
     if number is not None and number > 0:
         choices.count("with a height guessed from levels")
-        return LEVEL_HEIGHT * number + _roof_height(tags)
+        return LEVEL_HEIGHT * number + _roof_height(tags, _unit(choices))
     if choices.building_height is not None:
         if unread:
             choices.tell(f"{where}: {unread}; taken as {choices.building_height:g} m")
@@ -89,8 +94,13 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     raise InputError(f"{where}: {reason}", give=[Remedy("Reading.building_height", None, "for buildings without one")])
 
 
-def _roof_height(tags: Fields) -> float:
-    height = length_in_metres(tags.get("roof:height"))
+def _unit(choices: Choices) -> float:
+    """Return the metres that a height without a unit counts."""
+    return FOOT if choices.unit == "ft" else 1.0
+
+
+def _roof_height(tags: Fields, unit: float) -> float:
+    height = length_in_metres(tags.get("roof:height"), unit)
     if height is not None and height >= 0:
         return height
     number = number_of_levels(tags.get("roof:levels"))

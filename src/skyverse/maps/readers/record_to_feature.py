@@ -13,7 +13,7 @@ from skyverse.errors import InputError, Remedy, printable, shown
 from skyverse.maps.georeference.altitude_limits import GIVE_ALTITUDES, altitude_limits
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
-from skyverse.maps.georeference.fields import Fields, number_of
+from skyverse.maps.georeference.fields import Fields, number_of, plain
 from skyverse.maps.readers.building_heights import HEIGHT_FIELDS, building_limits
 from skyverse.maps.readers.circle_radius import circle_radius
 from skyverse.maps.readers.coordinate_systems import to_globe
@@ -21,8 +21,12 @@ from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
 
 DEFAULT_KIND = "no-fly zone"
-NO_RESTRICTION = "NO_RESTRICTION"
-"""What ED-269 calls a zone that restricts nothing."""
+NO_RESTRICTION = "norestriction"
+"""The plain name of what ED-269's field ``restriction`` and ED-318's ``type`` say of a zone that restricts nothing.
+
+Their other values close a zone: ``PROHIBITED``, and ``REQ_AUTHORISATION`` (``REQ_AUTHORIZATION``) and ``CONDITIONAL``,
+which let enter whoever has an authorisation or meets conditions; neither is known here.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +80,8 @@ def features_of(records: list[GeometryRecord], crs: pyproj.CRS, file: str, choic
 
 def _features(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) -> Iterator[Feature]:
     fields, where = Fields(record.fields), record.where
-    if fields.get("restriction") == NO_RESTRICTION and choices.kind is None:
+    said = [plain(value) for _, value in fields.of("restriction", "type") if isinstance(value, str)]
+    if NO_RESTRICTION in said and choices.kind is None:
         choices.tell(f"{where}: left out, it restricts nothing")
         return
     kind = choices.kind or _kind(fields)
