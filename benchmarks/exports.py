@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 import skyverse as sky
-from skyverse.exports.separation import Apart, FleetApart
+from skyverse.exports.separation import Apart
+from skyverse.exports.waypoint_files import ExportCertificate
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "exports"))
 from exported_fleets import broken_promises, random_fleet, read_orders
@@ -33,7 +34,7 @@ def main() -> int:
         whole = 0
         for seed in range(options.first, options.first + options.fleets):
             mission = random_fleet(seed, apart_in_space=apart_in_space)
-            seen: list[FleetApart] = []
+            seen: list[ExportCertificate] = []
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / f"m.{SUFFIXES[seed % 3]}"
                 asked = {"apart_in_space": True} if apart_in_space else {"allow_close": True}
@@ -42,7 +43,7 @@ def main() -> int:
                 except sky.InputError:
                     files = sky.export(mission, path, allow_close=True, on_certificate=seen.append)
                 orders = read_orders(mission.scenario, files)
-            pairs = seen[-1].pairs
+            pairs = seen[-1].apart.pairs
             kinds.update(kind.value for kind in pairs.values())
             whole += set(pairs.values()) == {Apart.SPACE}
             for found in broken_promises(mission, orders, pairs, np.random.default_rng(seed)):

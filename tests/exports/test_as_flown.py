@@ -60,17 +60,17 @@ def test_random_fleets_keep_what_the_export_promises(tmp_path, suffix, seed):
     mission, seen = random_fleet(seed), []
     files = sky.export(mission, tmp_path / f"m.{suffix}", allow_close=True, on_certificate=seen.append)
     orders = read_orders(mission.scenario, files)
-    assert broken_promises(mission, orders, seen[0].pairs, np.random.default_rng(seed + 1000)) == []
+    assert broken_promises(mission, orders, seen[0].apart.pairs, np.random.default_rng(seed + 1000)) == []
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_fleets_planned_apart_in_space_keep_apart_whatever_the_timing(tmp_path, seed):
     mission, seen = random_fleet(seed, apart_in_space=True), []
     files = sky.export(mission, tmp_path / "m.plan", apart_in_space=True, on_certificate=seen.append)
-    assert set(seen[0].pairs.values()) == {Apart.SPACE}
+    assert set(seen[0].apart.pairs.values()) == {Apart.SPACE}
     assert mission.violations == ()
     orders = read_orders(mission.scenario, files)
-    assert broken_promises(mission, orders, seen[0].pairs, np.random.default_rng(seed)) == []
+    assert broken_promises(mission, orders, seen[0].apart.pairs, np.random.default_rng(seed)) == []
 
 
 def test_paths_that_cross_are_refused_where_they_are_to_be_apart_in_space(tmp_path):

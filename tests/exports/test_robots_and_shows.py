@@ -136,8 +136,10 @@ def test_waylines_have_all_that_dji_requires_and_the_same_places(tmp_path, above
             with zipfile.ZipFile(file) as archive:
                 assert archive.namelist() == ["wpmz/template.kml", "wpmz/waylines.wpml"]
                 template, lines = (ET.fromstring(archive.read(name)) for name in archive.namelist())
-            for document in (template, lines):
-                assert words(document.find(f"{KML}Document/{WPML}missionConfig")) == CONFIG
+            height = ["globalRTHHeight"]  # DJI's waylines have it, its templates do not
+            for document, more in ((template, []), (lines, height)):
+                expected = [*CONFIG[:6], *more, *CONFIG[6:]]
+                assert words(document.find(f"{KML}Document/{WPML}missionConfig")) == expected
             folder = lines.find(f"{KML}Document/{KML}Folder")
             assert folder.findtext(f"{WPML}executeHeightMode") == modes[above]
             marks = folder.findall(f"{KML}Placemark")

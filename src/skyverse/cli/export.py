@@ -22,7 +22,7 @@ def export(
     rate: float | None = None,
     radius: float = 2.0,
     takeoff: float = 3.0,
-    end: Literal["loiter", "land"] = "loiter",
+    end: Literal["loiter", "land", "rtl"] = "loiter",
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None,
     apart_in_space: Annotated[bool, FLAG] = False,
     allow_close: Annotated[bool, FLAG] = False,
@@ -56,7 +56,7 @@ def export(
     takeoff
         In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
     end
-        Whether a UAV stays at the target or lands below it, on the ground or on a roof.
+        Whether a UAV stays at the target, lands below it, on the ground or on a roof, or returns and lands at home.
     autopilot
         What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
         and .waypoints for ardupilot.

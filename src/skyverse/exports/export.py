@@ -25,9 +25,8 @@ from skyverse.exports.kml import kml_text
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.ros import as_text, path_message, trajectory_message
 from skyverse.exports.sampling import sample_trajectories
-from skyverse.exports.separation import FleetApart
 from skyverse.exports.skybrush import show_csv
-from skyverse.exports.waypoint_files import WaypointOptions, export_waypoints
+from skyverse.exports.waypoint_files import ExportCertificate, WaypointOptions, export_waypoints
 from skyverse.files import write
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin
@@ -50,7 +49,7 @@ def export(
     apart_in_space: bool = False,
     allow_close: bool = False,
     on_note: Callable[[str], object] = lambda note: None,
-    on_certificate: Callable[[FleetApart], object] = lambda certificate: None,
+    on_certificate: Callable[[ExportCertificate], object] = lambda certificate: None,
 ) -> list[Path]:
     """Write a mission as a file for other software; the suffix tells the format.
 
@@ -81,6 +80,7 @@ def export(
         where an obstacle is in the way.
     end
         ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, on the ground or on a roof.
+        ``"rtl"``: it returns, as it does by itself when something fails.
     autopilot
         ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``. By
         default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and ``.waypoints`` for ArduPilot.
@@ -92,7 +92,7 @@ def export(
     on_note
         Called with each sentence on what is proven of the waypoints.
     on_certificate
-        Called with what is proven of each pair of UAVs, where there are pairs.
+        Called with what is proven of waypoints: of each pair of UAVs, and of each UAV's way home.
 
     Returns
     -------

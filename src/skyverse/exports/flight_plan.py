@@ -82,17 +82,27 @@ class FlightPlan:
 
     def predicted(self) -> Trajectory:
         """Return the flight from the end of the wait to the end of the mission."""
+        return self._motion().trajectory()
+
+    @property
+    def arrivals(self) -> Floats:
+        """(m + 1,) seconds: when the UAV arrives at its waypoints, or turns beside them."""
+        return np.array(self._motion().arrivals)
+
+    def _motion(self) -> "_Motion":
         made = _Motion(self.home, self.delay)
         waypoints, stops, holds = self.waypoints, self.full_stops, self.route.waypoint_holds
         made.fly(waypoints[0], self.rates.takeoff, np.inf, 0.0)
+        made.arrivals.append(made.knots[-1])
         made.wait(self.hover)
         for k, (to, speed) in enumerate(zip(turning_points(self.route, stops), self.speeds, strict=True), 1):
             pace = attainable_speed(made.at, to, float(speed), self.rates)
             made.fly(to, pace, self.rates.acceleration, stops[k - 1], stops[k])
+            made.arrivals.append(made.knots[-1])
             made.wait(float(holds[k]))
         for to in self.ending:
             made.fly(to, attainable_speed(made.at, to, float(self.speeds[-1]), self.rates), np.inf, 0.0)
-        return made.trajectory()
+        return made
 
 
 class _Motion:
@@ -100,6 +110,7 @@ class _Motion:
 
     def __init__(self, at: Floats, begin: float) -> None:
         self.at, self.knots, self.rows = at, [begin], [np.zeros((0, 3, 3))]
+        self.arrivals: list[float] = []
 
     def wait(self, seconds: float) -> None:
         """Stay for some seconds."""

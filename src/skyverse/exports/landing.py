@@ -7,6 +7,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.shape_geometry import extent
+from skyverse.errors import InputError
+from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
 from skyverse.model.polygon import is_inside
@@ -49,8 +51,25 @@ def stand(scenario: Scenario, uav: int) -> Floats:
 def landing_place(scenario: Scenario, plan: FlightPlan) -> Floats:
     """Return where a UAV lands below its last waypoint, (3,) metres."""
     place = plan.waypoints[-1].copy()
-    place[2] = surface_below(scenario, place)
+    place[2] = surface_below(scenario, place, ground_level(scenario, plan.route.uav))
     return place
+
+
+def ground_level(scenario: Scenario, uav: int) -> float | None:
+    """Return z of the ground where there is no terrain: that of the UAV's home, if the scenario states it; metres."""
+    return scenario.uavs[uav].home if scenario.terrain is None else None
+
+
+def require_landing(scenario: Scenario, plan: FlightPlan) -> None:
+    """Raise `InputError` if the descent from the last waypoint comes too near to an obstacle beside it."""
+    above, below = plan.waypoints[-1], plan.ending[-1].copy()
+    below[2] += max(scenario.clearance, scenario.ground_clearance)
+    if below[2] < above[2]:
+        fault = LegChecker(scenario, "amsl").leg(above, below)
+        if fault is not None:
+            raise InputError(
+                f"{scenario.uavs[plan.route.uav].name}: it cannot land below its last waypoint: {fault}", field="end"
+            )
 
 
 def _tops(shape: Box | Cylinder | Sphere | Prism | Voxels, x: float, y: float) -> list[float]:

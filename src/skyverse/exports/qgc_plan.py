@@ -1,4 +1,4 @@
-"""QGroundControl's ``.plan``: the mission, a geofence around it, and a rally point."""
+"""QGroundControl's ``.plan``: the mission, a geofence around it, and rally points."""
 
 import json
 import math
@@ -11,6 +11,7 @@ from skyverse.draw.shape_geometry import footprint
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
+from skyverse.exports.return_home import Return
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
@@ -23,9 +24,14 @@ FIRMWARE = {"px4": 12, "ardupilot": 3}
 
 
 def plan_text(
-    scenario: Scenario, flight: FlightPlan, reference: AltitudeReference, end: End, fence: dict[str, object]
+    scenario: Scenario,
+    flight: FlightPlan,
+    reference: AltitudeReference,
+    end: End,
+    back: Return | None,
+    fence: dict[str, object],
 ) -> str:
-    """Return a ``.plan`` file with a geofence, which is that of `geofence`."""
+    """Return a ``.plan`` file with the rally points of the way home, and a geofence, which is that of `geofence`."""
     route = flight.route
     vehicle = scenario.uavs[route.uav]
     mode = QGC_ALTITUDE_MODES[global_positions(scenario, route.uav, route.points[:1], reference).kind]
@@ -42,14 +48,13 @@ def plan_text(
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
-    first = global_positions(scenario, route.uav, route.waypoints[:1], "home")
-    rally = [*position[:2], max(float(first.altitude[0]), 3.0)]
+    rally = [] if back is None else global_positions(scenario, route.uav, back.rally, "home").rows
     plan = {
         "fileType": "Plan",
         "geoFence": fence,
         "groundStation": "QGroundControl",
         "mission": mission,
-        "rallyPoints": {"points": [rally], "version": 2},
+        "rallyPoints": {"points": rally, "version": 2},
         "version": 1,
     }
     return json.dumps(plan, indent=4) + "\n"

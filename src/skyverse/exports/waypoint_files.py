@@ -4,20 +4,25 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from skyverse.atomic import write_text
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import AutopilotName, autopilot_for
 from skyverse.exports.file_names import file_for_each, write_zip
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.global_positions import AltitudeReference, home_on_globe
-from skyverse.exports.landing import landing_place, stand
+from skyverse.exports.landing import landing_place, require_landing, stand
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
+from skyverse.exports.return_home import Return, certified, crossed, plan_return
 from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
-from skyverse.exports.wpl import waypoints_text
+from skyverse.exports.timing import timed_path
+from skyverse.exports.way_home import return_worlds
+from skyverse.exports.wpl import rally_text, waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -39,6 +44,22 @@ class WaypointOptions:
     allow_close: bool
 
 
+@dataclass(frozen=True, eq=False)
+class ExportCertificate:
+    """What is proven of exported waypoints.
+
+    Attributes
+    ----------
+    apart
+        How each two UAVs keep their separation.
+    returns
+        The way home of each UAV that flies, ``None`` for an aeroplane.
+    """
+
+    apart: FleetApart
+    returns: tuple[Return | None, ...]
+
+
 def export_waypoints(
     mission: Mission,
     scenario: Scenario,
@@ -46,7 +67,7 @@ def export_waypoints(
     suffix: str,
     options: WaypointOptions,
     on_note: Callable[[str], object],
-    on_certificate: Callable[[FleetApart], object],
+    on_certificate: Callable[[ExportCertificate], object],
 ) -> list[Path]:
     """Write one file for each UAV, or several where one takes too few waypoints; return their paths.
 
@@ -65,15 +86,49 @@ def export_waypoints(
         As `skyverse.export`.
     """
     plans = _plans(mission, scenario, suffix, options)
-    notes = [*_proofs(scenario, plans, options, path)]
+    returns = _returns(scenario, plans)
+    if options.end == "rtl":
+        plans = [_returning(scenario, *each) for each in zip(plans, returns, strict=True)]
+    notes = [*_proofs(scenario, plans, options)]
+    apart = fleet_apart(scenario, plans)
+    on_certificate(ExportCertificate(apart, tuple(returns)))
     if len(plans) > 1:
-        apart = fleet_apart(scenario, plans)
-        on_certificate(apart)
         _require_apart(scenario, apart, options, path)
         notes += apart.sentences(scenario)
+    notes += _return_notes(scenario, plans, returns)
     for note in notes:
         on_note(note)
-    return list(_written(path, suffix, scenario, plans, options, on_note))
+    return list(_written(path, suffix, scenario, plans, returns, options, on_note))
+
+
+def _returns(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[Return | None]:
+    """Return the certified way home of each UAV, ``None`` for aeroplanes."""
+    worlds = return_worlds(scenario)
+    found = [plan_return(scenario, worlds, plan) for plan in plans]
+    proven = iter(certified(scenario, worlds, [one for one in found if one is not None]))
+    return [None if one is None else next(proven) for one in found]
+
+
+def _returning(scenario: Scenario, plan: FlightPlan, back: Return | None) -> FlightPlan:
+    """Return a flight plan that ends with the return, or raise `InputError` where there is no way home from its end."""
+    name = scenario.uavs[plan.route.uav].name
+    if back is None:
+        raise InputError(f"{name}: an aeroplane's return cannot be proven; let it loiter", field="end")
+    if not back.proven or (len(back.lost) and back.lost[-1][1] >= plan.arrivals[-1]):
+        raise InputError(f"{name}: from its target there is no way home that is proven", field="end")
+    top, over = plan.waypoints[-1].copy(), back.landing.copy()
+    top[2] = over[2] = back.level
+    return replace(plan, ending=np.stack([top, over, back.landing]))
+
+
+def _return_notes(scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[Return | None]) -> Iterator[str]:
+    """Yield a sentence on each UAV's way home, obstacles and other UAVs counted."""
+    paths = [timed_path(scenario, plan) for plan in plans]
+    for k, back in enumerate(returns):
+        if back is None:
+            continue
+        others = [j for j in range(len(plans)) if j != k and crossed(scenario, back, plans[j], paths[j])]
+        yield back.sentence(scenario, [scenario.uavs[plans[j].route.uav].name for j in others])
 
 
 def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointOptions) -> list[FlightPlan]:
@@ -92,12 +147,14 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
         plans = flight_plans(scenario, flown, made, [stand(scenario, one.uav) for one in flown])
         if options.end == "land":
             plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
+            for plan in plans:
+                require_landing(scenario, plan)
         if made.stops or not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
 
 
-def _proofs(scenario: Scenario, plans: Sequence[FlightPlan], options: WaypointOptions, path: Path) -> Iterator[str]:
+def _proofs(scenario: Scenario, plans: Sequence[FlightPlan], options: WaypointOptions) -> Iterator[str]:
     """Yield sentences on what is proven of each flight plan."""
     for plan in plans:
         yield plan.route.sentence(scenario)
@@ -135,22 +192,27 @@ def _written(
     suffix: str,
     scenario: Scenario,
     plans: Sequence[FlightPlan],
+    returns: Sequence[Return | None],
     options: WaypointOptions,
     on_note: Callable[[str], object],
 ) -> Iterator[Path]:
     """Write the files of each flight plan and yield their paths; tell of the parameter files beside them."""
     names = [scenario.uavs[plan.route.uav].name for plan in plans]
     fence = geofence(scenario) if suffix == ".plan" else {}
-    for own, plan, name in zip(file_for_each(path, suffix, names), plans, names, strict=True):
+    for own, plan, name, back in zip(file_for_each(path, suffix, names), plans, names, returns, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
             if suffix == ".plan":
-                write_text(file, plan_text(scenario, plan, options.altitude, options.end, fence))
+                write_text(file, plan_text(scenario, plan, options.altitude, options.end, back, fence))
             elif suffix == ".waypoints":
                 write_text(file, waypoints_text(scenario, plan, options.altitude, options.end))
             else:
-                write_zip(file, wpml_parts(scenario, plan, part, options.altitude, options.end))
+                write_zip(file, wpml_parts(scenario, plan, part, options.altitude, options.end, back))
             yield file
-        beside = write_parameters(own, suffix, plan, name)
+        beside = write_parameters(own, suffix, plan, name, None if back is None else back.altitude)
+        if suffix == ".waypoints" and back is not None and len(back.rally):
+            rally = own.with_name(own.name[: -len(suffix)] + ".ral")
+            write_text(rally, rally_text(scenario, back))
+            on_note(f"{name}: its rally points are in {rally}.")
         if beside is not None:
             on_note(f"{name}: made for {plan.autopilot.title}, with the rates of {beside}: load them into it first.")

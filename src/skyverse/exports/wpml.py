@@ -11,6 +11,7 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
 from skyverse.exports.kml import KML
 from skyverse.exports.mavlink_items import End
+from skyverse.exports.return_home import Return
 from skyverse.exports.xml_text import add_texts, document_text
 from skyverse.model.scenario import Scenario
 
@@ -19,6 +20,8 @@ TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "rea
 EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 SECURITY_HEIGHTS = (1.2, 1500.0)
 """Metres above the place of take-off: the least and the greatest height to which a wayline can tell a UAV to rise."""
+MIN_RETURN_HEIGHT = 2.0
+"""Metres above the place of take-off: waylines name no lower return height."""
 FINISH_ACTIONS = {"loiter": "noAction", "land": "autoLand", "rtl": "goHome"}
 STOP_AT_WAYPOINT = "toPointAndStopWithDiscontinuityCurvature"
 DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
@@ -34,6 +37,7 @@ class _Wayline:
     part: range
     reference: AltitudeReference
     end: str
+    back: Return | None
 
     @property
     def uav(self) -> int:
@@ -53,7 +57,7 @@ class _Wayline:
 
 
 def wpml_parts(
-    scenario: Scenario, plan: FlightPlan, part: range, reference: AltitudeReference, end: End
+    scenario: Scenario, plan: FlightPlan, part: range, reference: AltitudeReference, end: End, back: Return | None
 ) -> dict[str, str]:
     """Return the texts of the files in the archive, by name, for a part of a plan's waypoints."""
     vehicle = scenario.uavs[plan.route.uav]
@@ -62,7 +66,7 @@ def wpml_parts(
     if reference == "amsl":
         geoid_of(scenario, "DJI's waylines, above the sea")
     last = part[-1] == len(plan.waypoints) - 1
-    wayline = _Wayline(scenario, plan, part, reference, end if last else "loiter")
+    wayline = _Wayline(scenario, plan, part, reference, end if last else "loiter", back)
     return {"wpmz/template.kml": _template(wayline), "wpmz/waylines.wpml": _waylines(wayline)}
 
 
@@ -71,12 +75,15 @@ def _document() -> tuple[ET.Element, ET.Element]:
     return root, ET.SubElement(root, "Document")
 
 
-def _config(document: ET.Element, wayline: _Wayline) -> None:
+def _config(document: ET.Element, wayline: _Wayline, *, executed: bool) -> None:
     config = ET.SubElement(document, "wpml:missionConfig")
     _add(config, flyToWaylineMode="safely", finishAction=FINISH_ACTIONS[wayline.end])
-    _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="hover")
+    home = wayline.back is not None and wayline.back.proven and not len(wayline.back.lost)
+    _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="goBack" if home else "hover")
     rise = float(np.clip(wayline.plan.waypoints[0][2] - wayline.plan.home[2], *SECURITY_HEIGHTS))
     _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(wayline.speeds[0]))
+    if executed and wayline.back is not None:
+        _add(config, globalRTHHeight=_number(max(wayline.back.altitude, MIN_RETURN_HEIGHT)))
     drone = ET.SubElement(config, "wpml:droneInfo")
     _add(drone, droneEnumValue=DJI_DRONE[0], droneSubEnumValue=DJI_DRONE[1])
     payload = ET.SubElement(config, "wpml:payloadInfo")
@@ -87,7 +94,7 @@ def _template(wayline: _Wayline) -> str:
     scenario, reference = wayline.scenario, wayline.reference
     root, document = _document()
     _add(document, author="skyverse", createTime="0", updateTime="0")
-    _config(document, wayline)
+    _config(document, wayline, executed=False)
     folder = ET.SubElement(document, "Folder")
     _add(folder, templateType="waypoint", templateId="0")
     system = ET.SubElement(folder, "wpml:waylineCoordinateSysParam")
@@ -113,7 +120,7 @@ def _template(wayline: _Wayline) -> str:
 def _waylines(wayline: _Wayline) -> str:
     scenario, reference = wayline.scenario, wayline.reference
     root, document = _document()
-    _config(document, wayline)
+    _config(document, wayline, executed=True)
     folder = ET.SubElement(document, "Folder")
     speeds = wayline.speeds
     _add(folder, templateId="0", executeHeightMode=EXECUTE_HEIGHTS[reference], waylineId="0")

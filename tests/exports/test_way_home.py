@@ -1,0 +1,216 @@
+"""The way home: returns from many instants of exported flights, flown by code of the tests, against brute force."""
+
+import json
+import zipfile
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+pytest.importorskip("pyproj", reason="an independent geodesy")
+
+ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+
+
+def exported(mission, folder, suffix="plan", **how):
+    """The certificate of an export and its notes."""
+    seen, notes = [], []
+    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append, on_note=notes.append, **how)
+    return seen[0], notes
+
+
+def return_settings(folder, suffix):
+    """The return altitude above home, and rally points as latitude, longitude, metres above home, from the files."""
+    if suffix == "wpml.kmz":
+        with zipfile.ZipFile(folder / "m.wpml.kmz") as archive:
+            text = archive.read("wpmz/waylines.wpml").decode()
+        return float(text.split("globalRTHHeight>")[1].split("<")[0]), []
+    if suffix == "plan":
+        rows = [row.split("\t") for row in (folder / "m.params").read_text().splitlines() if row[0] != "#"]
+        values = {row[2]: float(row[3]) for row in rows}
+        assert values["RTL_TYPE"] == values["RTL_CONE_ANG"] == 0
+        return values["RTL_RETURN_ALT"], json.loads((folder / "m.plan").read_text())["rallyPoints"]["points"]
+    values = dict(row.split(",") for row in (folder / "m.param").read_text().splitlines() if row[0] != "#")
+    assert [float(values[name]) for name in ("RTL_CONE_SLOPE", "RTL_CLIMB_MIN", "RTL_ALT_FINAL", "RTL_ALT_TYPE")] == [
+        0
+    ] * 4
+    rally = folder / "m.ral"
+    rows = rally.read_text().splitlines() if rally.exists() else []
+    return float(values["RTL_ALT"]) / 100, [list(map(float, row.split("\t")[1:4])) for row in rows]
+
+
+def way_home(at, home, altitude, rally, suffix):
+    """Places on the way home from one place: up, straight to the nearest destination, down to 2 m above it."""
+    goals = np.array([home, *rally])
+    goal = goals[np.argmin(np.hypot(*(goals[:, :2] - at[:2]).T))]
+    level = goal[2] + altitude if suffix == "plan" else max(home[2] + altitude, goal[2])
+    level = max(level, at[2])
+    shares = np.linspace(0, 1, 400)[:, None]
+    top, over = np.array([*at[:2], level]), np.array([*goal[:2], level])
+    low = np.array([*goal[:2], min(goal[2] + 2.0, level)])
+    return np.concatenate([a + shares * (b - a) for a, b in ((at, top), (top, over), (over, low))])
+
+
+def least_gap(mission, points):
+    """The least distance of points from any box, outside negative inside, metres."""
+    least = np.inf
+    for box in mission.scenario.obstacles:
+        off = np.maximum(np.array(box.min) - points, points - np.array(box.max)).max(axis=1)
+        least = min(least, float(off.min()))
+    return least
+
+
+def instants(mission, plan_of, count=60):
+    """Times and places of the flight as it is predicted."""
+    flight = plan_of.predicted()
+    times = np.linspace(plan_of.arrivals[0], plan_of.arrivals[-1], count)
+    return times, flight.at(times).position
+
+
+def check(mission, folder, suffix):
+    """Compare what an export says of the way home with returns from many instants; return how many were safe."""
+    certificate, _ = exported(mission, folder, suffix)
+    (back,) = certificate.returns
+    assert back.proven
+    altitude, rally = return_settings(folder, suffix)
+    assert altitude == pytest.approx(back.altitude, abs=0.01)
+    scenario, home = mission.scenario, back.plan.home
+    above = [handmade.local(ORIGIN, [lat], [lon], [alt + ORIGIN.altitude + home[2]])[0] for lat, lon, alt in rally]
+    np.testing.assert_allclose(np.array(above).reshape(-1, 3), back.rally, atol=0.05)
+    safe = 0
+    for time, place in zip(*instants(mission, back.plan), strict=True):
+        if any(begin - 0.5 <= time <= end + 0.5 for begin, end in back.lost):
+            continue
+        points = way_home(place, home, altitude, above, suffix)
+        assert least_gap(mission, points) >= 0.5 * scenario.clearance - 0.02, (time, place)
+        assert points[:, 2].max() <= scenario.bounds.max[2] + 0.02
+        if scenario.terrain is not None:
+            free = points[:800]  # without the descent
+            height = free[:, 2] - handmade.under(scenario, free)
+            near = np.hypot(*(free - home)[:, :2].T) < 0.01
+            assert height[~near].min(initial=np.inf) >= scenario.ground_clearance - 0.5 * scenario.clearance - 0.05
+        safe += 1
+    return safe
+
+
+def over_a_wall(top, low=-50.0):
+    wall = ((30, -200, low), (31, 200, top))
+    corners = [(0, 0, 10), (0, 0, 70), (60, 0, 70), (60, 0, 10)]
+    return handmade.mission(
+        [handmade.along(corners, 10)], boxes=[wall], clearance=1.0, origin=ORIGIN, high=(300, 300, 150)
+    )
+
+
+def around_a_wall():
+    """A wall up to the ceiling: from beyond it there is no straight way home."""
+    corners = [(0, 0, 10), (0, 250, 10), (60, 250, 10), (60, 0, 10)]
+    wall = ((30, -300, -50), (31, 200, 150))
+    return handmade.mission([handmade.along(corners, 10)], boxes=[wall], clearance=1.0, origin=ORIGIN)
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+def test_the_return_altitude_is_above_what_stands_between_the_flight_and_home(tmp_path, suffix):
+    certificate, notes = exported(over_a_wall(50.0), tmp_path, suffix)
+    (back,) = certificate.returns
+    assert 50 + 0.5 <= 10 + back.altitude <= 62
+    assert len(back.lost) == len(back.rally) == 0
+    assert "it returns at" in " ".join(notes)
+    assert "at every instant the climb" in " ".join(notes)
+    assert check(over_a_wall(50.0), tmp_path, suffix) == 60
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_rally_points_are_added_where_no_altitude_leads_home(tmp_path, suffix):
+    assert check(around_a_wall(), tmp_path, suffix) == 60
+    assert 1 <= len(return_settings(tmp_path, suffix)[1]) <= 5
+
+
+def test_without_rally_points_the_export_says_from_when_to_when_there_is_no_way_home(tmp_path):
+    mission = around_a_wall()
+    certificate, notes = exported(mission, tmp_path, "wpml.kmz")
+    (back,) = certificate.returns
+    assert len(back.lost) == 1
+    assert "but NOT from t = " in " ".join(notes)
+    assert check(mission, tmp_path, "wpml.kmz") > 10
+    times, places = instants(mission, back.plan)
+    blind = [least_gap(mission, way_home(p, back.plan.home, back.altitude, [], "wpml.kmz")) < 0 for p in places]
+    lost = [any(begin <= t <= end for begin, end in back.lost) for t in times]
+    assert all(b <= one for b, one in zip(blind, lost, strict=True))
+    with zipfile.ZipFile(tmp_path / "m.wpml.kmz") as archive:
+        assert "executeRCLostAction>hover" in archive.read("wpmz/waylines.wpml").decode()
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+@pytest.mark.parametrize("seed", range(4))
+def test_returns_among_random_towers_are_clear_where_the_export_says_so(tmp_path, suffix, seed):
+    rng = np.random.default_rng(seed)
+    boxes = []
+    for _ in range(15):
+        low = rng.uniform([-120, -120, -50], [100, 100, -50])
+        boxes.append((low, low + np.r_[rng.uniform(5, 30, 2), rng.uniform(60, 195)]))
+    corners, clearance = [], 2.0
+    while len(corners) < 4:
+        place = rng.uniform([-140, -140, 10], [140, 140, 100])
+        legs = np.linspace(corners[-1], place, 300) if corners else np.linspace([*place[:2], -50], place, 50)
+        inside = [((legs > np.array(a) - clearance) & (legs < np.array(b) + clearance)).all(axis=1) for a, b in boxes]
+        if not np.any(inside):
+            corners.append(place)
+    mission = handmade.mission([handmade.along(corners, 20)], boxes=boxes, clearance=clearance, origin=ORIGIN)
+    check(mission, tmp_path, suffix)
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_returns_over_hills_keep_above_ground(tmp_path, suffix):
+    x, y = np.meshgrid(np.linspace(-320, 320, 33), np.linspace(-320, 320, 33), indexing="ij")
+    heights = 60 * np.exp(-((x - 0) ** 2 + (y - 20) ** 2) / 60**2)
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=5.0)
+    corners = [(-200, 0, 20), (-200, 220, 20), (200, 220, 20), (200, 0, 20)]
+    mission = handmade.mission([handmade.along(corners, 30)], terrain=ground, clearance=1.0, origin=ORIGIN)
+    certificate, _ = exported(mission, tmp_path, suffix)
+    (back,) = certificate.returns
+    assert len(back.lost) == 0
+    assert back.altitude >= 50
+    assert check(mission, tmp_path, suffix) == 60
+
+
+@pytest.mark.parametrize("end", ["rtl", "land"])
+def test_a_mission_ends_at_home_or_on_the_roof_below(tmp_path, end):
+    mission = over_a_wall(50.0)
+    roof = ((50, -10, -50), (70, 10, 0))
+    mission = handmade.mission(
+        list(mission.trajectories), boxes=[((30, -200, -50), (31, 200, 50)), roof], clearance=1.0, origin=ORIGIN
+    )
+    (file,) = sky.export(mission, tmp_path / "m.plan", end=end)
+    last = json.loads(file.read_text())["mission"]["items"][-1]
+    if end == "rtl":
+        assert last["command"] == 20
+    else:
+        assert last["command"] == 21
+        assert last["params"][6] == pytest.approx(0.0 - 10.0, abs=0.02)  # the roof, from home at z = 10
+
+
+def test_a_return_from_where_there_is_no_way_home_is_refused(tmp_path):
+    with pytest.raises(sky.InputError, match="there is no way home that is proven"):
+        sky.export(around_a_wall(), tmp_path / "m.wpml.kmz", end="rtl")
+
+
+def test_a_landing_beside_a_ledge_is_refused(tmp_path):
+    ledge = ((60.5, -10, 0), (70, 10, 5))
+    mission = over_a_wall(50.0)
+    mission = handmade.mission(list(mission.trajectories), boxes=[ledge], clearance=1.0, origin=ORIGIN)
+    with pytest.raises(sky.InputError, match=r"cannot land below its last waypoint: .*obstacle 0"):
+        sky.export(mission, tmp_path / "m.plan", end="land")
+
+
+def test_a_way_home_across_another_path_is_told(tmp_path):
+    east = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
+    beside = handmade.along([(-100, 100, 50), (100, 100, 50)], 40)
+    across = handmade.along([(0, -100, 80), (0, 60, 80)], 40)
+    _, notes = exported(handmade.mission([east, beside], origin=ORIGIN), tmp_path)
+    assert sum("keeps its separation from the paths of all others" in note for note in notes) == 2
+    _, notes = exported(handmade.mission([east, across], origin=ORIGIN), tmp_path, allow_close=True)
+    assert any("uav-2: it returns" in note and "may cross" not in note for note in notes)
