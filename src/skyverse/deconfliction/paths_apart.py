@@ -81,15 +81,25 @@ def _columns(mission: Mission, uav: int) -> Iterator[Prism]:
         if other == uav:
             continue
         start, target = np.array(vehicle.start), mission.assignment[other]
-        ground = start[2] if vehicle.home is None else vehicle.home
-        if vehicle.home is None and scenario.terrain is not None:
-            ground = float(scenario.terrain.height(start[:2]))
-        below, above = start.copy(), start.copy()
-        below[2], above[2] = ground, max(float(start[2]), ground + TAKEOFF_HEIGHT)
-        yield _prism(scenario, uav, other, below, above, 0.0)
+        below = start.copy()
+        below[2] = _ground(scenario, other)
+        yield _prism(scenario, uav, other, below, start, 0.0)
         if target is not None:
             place = np.array(scenario.targets[target].position)
             yield _prism(scenario, uav, other, place, place, 0.0)
+
+
+def _ground(scenario: Scenario, uav: int) -> float:
+    """Return z of the ground below a UAV's start, metres; without any, it is the start itself."""
+    vehicle = scenario.uavs[uav]
+    if vehicle.home is not None:
+        return vehicle.home
+    return vehicle.start[2] if scenario.terrain is None else float(scenario.terrain.height(vehicle.start[:2]))
+
+
+def _lift(scenario: Scenario, uav: int) -> float:
+    """Return how many metres above its trajectory a UAV may fly its first leg, because it first climbs higher."""
+    return max(TAKEOFF_HEIGHT - (scenario.uavs[uav].start[2] - _ground(scenario, uav)), 0.0)
 
 
 def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None) -> Iterator[Prism]:
@@ -140,7 +150,7 @@ def _prism(scenario: Scenario, uav: int, other: int, a: Floats, b: Floats, off: 
     corners = [(b if along > 0 else a)[:2] + wide * (along * ahead + across * aside) for along, across in signs]
     return Prism(
         vertices=tuple(tuple(corner.tolist()) for corner in corners),
-        low=float(min(a[2], b[2])) - tall,
-        high=float(max(a[2], b[2])) + tall,
+        low=float(min(a[2], b[2])) - tall - _lift(scenario, uav),
+        high=float(max(a[2], b[2])) + tall + _lift(scenario, other),
         kind="path of another UAV",
     )

@@ -149,7 +149,7 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
             plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
             for plan in plans:
                 require_landing(scenario, plan)
-        if made.stops or not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
+        if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
 
