@@ -16,6 +16,9 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere, Voxels
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
+TOUCHDOWN = 1.0
+"""Metres: the last part of a descent, which no clearance can hold for, is the clearance and this."""
+
 
 def surface_below(scenario: Scenario, place: Floats, floor: float | None = None) -> float:
     """Return z of what is below a place (3,): the highest roof that is not above it, or the ground; metres.
@@ -63,7 +66,7 @@ def ground_level(scenario: Scenario, uav: int) -> float | None:
 def require_landing(scenario: Scenario, plan: FlightPlan) -> None:
     """Raise `InputError` if the descent from the last waypoint comes too near to an obstacle beside it."""
     above, below = plan.waypoints[-1], plan.ending[-1].copy()
-    below[2] += max(scenario.clearance, scenario.ground_clearance)
+    below[2] += max(scenario.clearance, scenario.ground_clearance) + TOUCHDOWN
     if below[2] < above[2]:
         fault = LegChecker(scenario, "amsl").leg(above, below)
         if fault is not None:
