@@ -1,6 +1,7 @@
 """Where a UAV stands before it takes off, and where it lands: on the ground, or on the roof below."""
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -11,6 +12,7 @@ from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
+from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.model.polygon import is_inside
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere, Voxels
@@ -63,16 +65,22 @@ def ground_level(scenario: Scenario, uav: int) -> float | None:
     return scenario.uavs[uav].home if scenario.terrain is None else None
 
 
-def require_landing(scenario: Scenario, plan: FlightPlan) -> None:
-    """Raise `InputError` if the descent from the last waypoint comes too near to an obstacle beside it."""
-    above, below = plan.waypoints[-1], plan.ending[-1].copy()
-    below[2] += max(scenario.clearance, scenario.ground_clearance) + TOUCHDOWN
-    if below[2] < above[2]:
-        fault = LegChecker(scenario, "amsl").leg(above, below)
-        if fault is not None:
-            raise InputError(
-                f"{scenario.uavs[plan.route.uav].name}: it cannot land below its last waypoint: {fault}", field="end"
-            )
+def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
+    """Raise `InputError` if a descent from the last waypoint comes too near to an obstacle beside it."""
+    certificate = LegCertificate(LegChecker(scenario, "amsl"))
+    descents = []
+    for plan in plans:
+        below = plan.ending[-1].copy()
+        below[2] += max(scenario.clearance, scenario.ground_clearance) + TOUCHDOWN
+        below[2] = min(below[2], plan.waypoints[-1][2])
+        descents.append(Polyline(np.stack([plan.waypoints[-1], below]), 0.0, np.ones(2)))
+    unproven = certificate.refused(descents)
+    for number, (plan, descent) in enumerate(zip(plans, descents, strict=True)):
+        trouble = certificate.legs.trouble(*descent)
+        if trouble is not None or number in unproven:
+            said = "it could not be proven" if trouble is None else certificate.sentence(trouble[1])
+            name = scenario.uavs[plan.route.uav].name
+            raise InputError(f"{name}: it cannot land below its last waypoint: {said}", field="end")
 
 
 def _tops(shape: Box | Cylinder | Sphere | Prism | Voxels, x: float, y: float) -> list[float]:

@@ -36,7 +36,7 @@ REFINEMENTS = 3
 """How often the step below the lowest good altitude is halved."""
 MAX_RALLY_POINTS = 5
 """How many rally points are added at most: DJI takes none, and each is a place to keep clear of people."""
-RALLY_PLACES = 8
+RALLY_PLACES = 5
 """How many places below the flight are tried for each rally point."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
@@ -108,7 +108,10 @@ def plan_return(scenario: Scenario, worlds: Worlds, plan: FlightPlan) -> Return 
     base = Destination(plan.home, start)
     altitude, lost, lines = _best_altitude(scenario, worlds, plan, base)
     chosen = [base]
-    while len(lost.leg) and plan.autopilot.name in TAKES_RALLY_POINTS and len(chosen) <= MAX_RALLY_POINTS:
+    takes_more = plan.autopilot.name in TAKES_RALLY_POINTS
+    while takes_more and len(lost.leg) and len(chosen) <= MAX_RALLY_POINTS:
+        if not WayHome(scenario, worlds, plan, chosen, altitude).can_climb(lost):
+            break
         tried = [
             (way := WayHome(scenario, worlds, plan, [*chosen, place], altitude), *way.search())
             for place in _rally_places(scenario, plan, lost)
@@ -141,28 +144,40 @@ class _Searched(NamedTuple):
 
 
 def _best_altitude(scenario: Scenario, worlds: Worlds, plan: FlightPlan, base: Destination) -> _Searched:
-    """Return the lowest altitude with a way home at every instant, to a share of the steps, or else the best."""
+    """Return the lowest altitude with a way home at every instant, to a share of the steps, or else the best.
+
+    Altitudes from which the way home is blocked at some samples of the flight are not searched, but for the best of
+    them where all are.
+    """
+
+    def way(altitude: float) -> WayHome:
+        return WayHome(scenario, worlds, plan, [base], altitude)
 
     def search(altitude: float) -> _Searched:
-        return _Searched(altitude, *WayHome(scenario, worlds, plan, [base], altitude).search())
+        return _Searched(altitude, *way(altitude).search())
 
-    first, *others = _altitudes(scenario, plan)
-    best, below = search(first), first
-    for altitude in others:
-        if not len(best.lost.leg):
-            break
+    altitudes = _altitudes(scenario, plan)
+    blocked = [way(altitude).blocked() for altitude in altitudes]
+    if min(blocked):
+        return search(altitudes[blocked.index(min(blocked))])
+    best: _Searched | None = None
+    for altitude in (one for one, count in zip(altitudes, blocked, strict=True) if not count):
         found = search(altitude)
-        if _length(found.lost, plan, scenario) < _length(best.lost, plan, scenario):
+        if best is None or _length(found.lost, plan, scenario) < _length(best.lost, plan, scenario):
             best = found
-        below = altitude if len(found.lost.leg) else below
-    for _ in range(REFINEMENTS):
-        if len(best.lost.leg) or best.altitude == first:
+        if not len(found.lost.leg):
             break
-        found = search(round((below + best.altitude) / 2, 1))
-        if len(found.lost.leg):
-            below = found.altitude
+    assert best is not None
+    below = max([one for one in altitudes if one < best.altitude], default=best.altitude)
+    for _ in range(REFINEMENTS):
+        middle = round((below + best.altitude) / 2, 1)
+        if len(best.lost.leg) or not below < middle < best.altitude:
+            break
+        lower = search(middle) if not way(middle).blocked() else None
+        if lower is None or len(lower.lost.leg):
+            below = middle
         else:
-            best = found
+            best = lower
     return best
 
 

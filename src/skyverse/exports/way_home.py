@@ -27,6 +27,10 @@ LARGEST_PART = 16.0
 """Metres: half the length of the longest part of a flight that is checked at once."""
 SMALLEST_PART = 0.05
 """Metres: half the length of the shortest part; what then fails has no way home."""
+SMALLEST_LOST = 0.5
+"""Metres: the same where the way home is blocked from the middle of the part."""
+SAMPLES = 64
+"""Places of a flight from which an altitude is tried before it is searched."""
 NEAR_HOME = 50.0
 """Metres from home within which a DJI aircraft returns without a climb, as its manual says; both are checked there."""
 LANDS_AT_ONCE = 5.0
@@ -65,7 +69,9 @@ class FlownLegs:
     starts, ends
         (n, 3) metres.
     off
-        (n,) metres: how far the UAV may be off a leg, because it cuts corners or the leg is bent seen from above.
+        (n,) metres: how far the UAV may be off a leg, because the leg is bent seen from above.
+    cut
+        (n,) metres: how far it may be off the start of a leg, because it cuts the corner; at the end it is on the leg.
     rise
         (n,) metres: how much higher it may be, because the leg is bent: above ground it follows the ground.
     """
@@ -73,6 +79,7 @@ class FlownLegs:
     starts: Floats
     ends: Floats
     off: Floats
+    cut: Floats
     rise: Floats
 
     @property
@@ -87,13 +94,14 @@ def flown_legs(plan: FlightPlan, scenario: Scenario) -> FlownLegs:
     A return during the take-off is one from its end: it uses the same lines.
     """
     points, rise = plan.waypoints, plan.route.bends
-    off = np.where(plan.full_stops[:-1] > 0, 0.0, plan.route.radius)
-    off += bends(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
+    cut = np.where(plan.full_stops[:-1] > 0, 0.0, plan.route.radius)
+    off = bends(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
     if len(plan.ending) == 1:
         low = plan.ending[0].copy()
         low[2] = min(low[2] + max(scenario.clearance, scenario.ground_clearance), points[-1][2])
-        points, off, rise = np.concatenate([points, low[None]]), np.r_[off, 0.0], np.r_[rise, 0.0]
-    return FlownLegs(points[:-1], points[1:], off, rise)
+        points = np.concatenate([points, low[None]])
+        off, cut, rise = np.r_[off, 0.0], np.r_[cut, 0.0], np.r_[rise, 0.0]
+    return FlownLegs(points[:-1], points[1:], off, cut, rise)
 
 
 def bends(scenario: Scenario, away: Floats) -> Floats:
@@ -193,7 +201,8 @@ class WayHome:
             free = np.ones(len(todo.leg), dtype=bool)
             np.logical_and.at(free, part, self._free(lines))
             proof.append(some_lines(lines, free[part]))
-            long = (todo.end - todo.begin) * lengths[todo.leg] > 2 * SMALLEST_PART
+            smallest = np.where(self._hopeless(lines, part, free), SMALLEST_LOST, SMALLEST_PART)
+            long = (todo.end - todo.begin) * lengths[todo.leg] > 2 * smallest
             lost.append(_chosen(todo, ~free & ~long))
             left = _chosen(todo, ~free & long)
             middle = (left.begin + left.end) / 2
@@ -201,11 +210,38 @@ class WayHome:
         gone = Parts(*(np.concatenate([getattr(part, name) for part in lost]) for name in Parts._fields))
         return gone, joined(proof)
 
+    def blocked(self) -> int:
+        """Return from how many places of the flight, evenly spread, the way home meets something."""
+        shares = (np.arange(SAMPLES) + 0.5) / SAMPLES * self.legs.lengths.sum()
+        ends = np.cumsum(self.legs.lengths)
+        leg = np.searchsorted(ends, shares)
+        at = 1 - (ends[leg] - shares) / self.legs.lengths[leg]
+        lines, part = self.lines(Parts(leg, at, at))
+        return int(self._hopeless(lines, part, np.zeros(SAMPLES, dtype=bool)).sum())
+
+    def can_climb(self, parts: Parts) -> bool:
+        """Tell whether the climb is clear from any of some parts, so that another destination may help there."""
+        lines, part = self.lines(parts)
+        _, first = np.unique(part, return_index=True)  # the climb to the nearest destination stands first
+        return bool(self._free(some_lines(lines, first)).any())
+
+    def _hopeless(self, lines: ReturnLines, part: NDArray[np.intp], free: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Tell for each part that is not free whether its lines meet something even without growth."""
+        found = np.zeros(len(free), dtype=bool)
+        asked = ~free[part]
+        margin = -(1 - CLEARANCE_SHARE) * self.scenario.clearance
+        for ground, world in ((True, self.worlds.whole), (False, self.worlds.bare)):
+            some = asked & (lines.ground == ground)
+            met = ~world.segments_free(lines.starts[some], lines.ends[some], margin=margin)
+            found[part[some][met]] = True
+        return found
+
     def lines(self, parts: Parts) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines that stand for the returns from parts of the flight, and the part of each line."""
         along = (self.legs.ends - self.legs.starts)[parts.leg]
         middle = self.legs.starts[parts.leg] + ((parts.begin + parts.end) / 2)[:, None] * along
         half = (parts.end - parts.begin) / 2 * self.legs.lengths[parts.leg] + self.legs.off[parts.leg]
+        half += (1 - parts.begin) * self.legs.cut[parts.leg]
         away = np.linalg.norm(middle[:, None, :2] - self.places[None, :, :2], axis=2)
         part, goal = np.nonzero(away <= (away.min(axis=1) + 2 * half)[:, None])
         top, over, down = middle[part].copy(), self.places[goal].copy(), self.places[goal].copy()

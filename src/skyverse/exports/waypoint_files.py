@@ -12,7 +12,7 @@ from skyverse.exports.autopilots import AutopilotName, autopilot_for
 from skyverse.exports.file_names import file_for_each, write_zip
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.global_positions import AltitudeReference, home_on_globe
-from skyverse.exports.landing import landing_place, require_landing, stand
+from skyverse.exports.landing import landing_place, require_landings, stand
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
@@ -147,8 +147,7 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
         plans = flight_plans(scenario, flown, made, [stand(scenario, one.uav) for one in flown])
         if options.end == "land":
             plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
-            for plan in plans:
-                require_landing(scenario, plan)
+            require_landings(scenario, plans)
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
