@@ -214,3 +214,20 @@ def test_a_way_home_across_another_path_is_told(tmp_path):
     assert sum("keeps its separation from the paths of all others" in note for note in notes) == 2
     _, notes = exported(handmade.mission([east, across], origin=ORIGIN), tmp_path, allow_close=True)
     assert any("uav-2: it returns" in note and "may cross" not in note for note in notes)
+
+
+def test_a_return_keeps_below_a_ceiling_above_ground_or_is_told_to_be_lost(tmp_path):
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=5.0)
+    wall = ((30, -300, -50), (31, 280, 50))
+    corners = [(0, 0, 10), (0, 290, 10), (60, 290, 10), (60, 0, 10)]
+    mission = handmade.mission(
+        [handmade.along(corners, 20)], boxes=[wall], terrain=ground, clearance=1.0, origin=ORIGIN
+    )
+    for ceiling, lost in ((80.0, 0), (40.0, 1)):
+        scenario = mission.scenario.model_copy(update={"max_height": ceiling})
+        capped = mission.__class__(**{**vars(mission), "scenario": scenario})
+        certificate, _ = exported(capped, tmp_path, "wpml.kmz")
+        (back,) = certificate.returns
+        assert back.proven
+        assert len(back.lost) == lost
+        assert back.altitude <= ceiling + 0.5

@@ -241,11 +241,13 @@ def _proven(scenario: Scenario, worlds: Worlds, each: Sequence[ReturnLines]) -> 
         return True
     lines = joined(each)
     for some, margin, ground in grouped(lines, scenario, worlds.slope):
-        terrain = scenario.terrain
+        terrain, most = scenario.terrain, scenario.max_height
         if terrain is not None:
             above = max(scenario.ground_clearance + margin, 0.0)
             terrain = terrain.model_copy(update={"clearance": above}) if ground else None
-        grown = scenario.model_copy(update={"clearance": max(scenario.clearance + margin, 0.0), "terrain": terrain})
+            most = most - margin if most is not None and ground else None
+        clearance = max(scenario.clearance + margin, 0.0)
+        grown = scenario.model_copy(update={"clearance": clearance, "terrain": terrain, "max_height": most})
         chosen = some_lines(lines, some)
         judged = judge_segments(referee_world(grown), chosen.starts, chosen.ends)
         if judged.incursion is not None or not judged.peaks.proven[0]:
