@@ -186,6 +186,7 @@ PLANTED = {
     "too little thrust": (Fault.THRUST, 0, given_uav(0, thrust_to_weight=1.05)),
     "climbs": (Fault.CLIMB_RATE, 0, given_uav(0, max_climb=0.2)),
     "a jolt": (Fault.CONTINUITY, 0, flying(jolting(0.01))),
+    "a summary that is none": (Fault.FLIGHT, 0, replace(VALID, flights=("a long flight", None, None))),
     "an early last arrival": (
         Fault.DECONFLICTION,
         (),
