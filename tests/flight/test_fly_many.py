@@ -104,6 +104,14 @@ def test_two_uavs_touch_within_two_radii(offset, touched):
     assert "the referee's code agrees" in flown.checks[0]
 
 
+def test_the_referee_agrees_of_a_pair_that_is_nearer_to_an_obstacle_than_to_each_other():
+    flights = straight((0, 0, 2), (1, 0, 2), 1.2), straight((1, 1.5, 2), (0, 1.5, 2), 1.2)
+    beside = mission(*flights, boxes=[((-1, -1.4, 0), (2, -0.4, 3))])
+    flown = sky.fly_many(beside, runs=3, wind=WEST, disturbances=GUSTY, rng=1)
+    assert flown.separation.min() > flown.clearance.min()
+    assert [check.partition("; ")[2] for check in flown.checks] == ["the referee's code agrees in the nearest 3."] * 2
+
+
 @pytest.mark.parametrize(("tube", "held"), [((1.0, 1.0), True), ((0.02, 1.0), False), ((1.0, 0.001), False)])
 def test_the_stated_tracking_error_is_held_or_not(tube, held):
     error = sky.TrackingError(horizontal=tube[0], vertical=tube[1])

@@ -26,7 +26,6 @@ SECONDS_AROUND = 2.0
 """Seconds before and after the nearest instant that are judged."""
 MORE = 0.001
 """Metres added to a measured distance, at which the referee must find something."""
-CONTACTS = (Fault.TRAJECTORY_CLEARANCE, Fault.SEPARATION, Fault.GIVEN)
 
 
 def cross_check_nearest(fleet: Fleet, done: Sequence[RunSummary]) -> tuple[str, ...]:
@@ -47,11 +46,11 @@ def cross_check_nearest(fleet: Fleet, done: Sequence[RunSummary]) -> tuple[str, 
 def _agrees(fleet: Fleet, run: Run, kind: str, nearest: Nearest) -> bool:
     """Tell whether the referee finds what was nearest at its distance, and nothing at a smaller one."""
     times, places = _around(fleet, run, nearest)
-    if not _hit(fleet, nearest, times, places, max(nearest.distance, 0.0) + MORE):
+    if not _hit(fleet, kind, nearest, times, places, max(nearest.distance, 0.0) + MORE):
         return False
     steps = sum(float(np.linalg.norm(np.diff(rows, axis=0), axis=1).max(initial=0.0)) for rows in places)
     less = (nearest.distance - steps) / (math.sqrt(3.0) if kind == "obstacle" else 1.0) - MORE
-    return less <= 0 or not _hit(fleet, nearest, times, places, less)
+    return less <= 0 or not _hit(fleet, kind, nearest, times, places, less)
 
 
 def _around(fleet: Fleet, run: Run, nearest: Nearest) -> tuple[Floats, list[Floats]]:
@@ -68,8 +67,11 @@ def _around(fleet: Fleet, run: Run, nearest: Nearest) -> tuple[Floats, list[Floa
     return times, places
 
 
-def _hit(fleet: Fleet, nearest: Nearest, times: Floats, places: list[Floats], reach: float) -> bool:
-    """Tell whether the referee finds a UAV within `reach` metres of an obstacle, the ground, or another UAV."""
+def _hit(fleet: Fleet, kind: str, nearest: Nearest, times: Floats, places: list[Floats], reach: float) -> bool:
+    """Tell whether the referee finds a UAV within `reach` metres of an obstacle, the ground, or another UAV.
+
+    It is asked about nothing else: a pair may be nearer to an obstacle than to each other.
+    """
     scenario = fleet.mission.scenario
     uavs, trajectories = [], []
     for uav, rows in zip(nearest.uavs, places, strict=True):
@@ -83,7 +85,15 @@ def _hit(fleet: Fleet, nearest: Nearest, times: Floats, places: list[Floats], re
         slopes = np.diff(rows, axis=0) / np.diff(times)[:, None]
         trajectories.append(Trajectory(times - times[0], np.stack([rows[:-1], slopes], axis=1)))
     ground = scenario.terrain and scenario.terrain.model_copy(update={"clearance": reach})
-    changes = {"uavs": tuple(uavs), "targets": (), "clearance": reach, "terrain": ground, "max_height": None}
+    changes = {
+        "uavs": tuple(uavs),
+        "targets": (),
+        "clearance": reach,
+        "obstacles": scenario.obstacles if kind == "obstacle" else (),
+        "terrain": ground if kind == "ground" else None,
+        "max_height": None,
+    }
     judged, nothing = scenario.model_copy(update=changes), (None,) * len(uavs)
     flown = Mission(judged, nothing, nothing, tuple(trajectories), (), fleet.mission.provenance)
-    return any(violation.fault in CONTACTS for violation in check(judged, flown))
+    contacts = (Fault.SEPARATION, Fault.GIVEN) if kind == "pair" else (Fault.TRAJECTORY_CLEARANCE,)
+    return any(violation.fault in contacts for violation in check(judged, flown))
