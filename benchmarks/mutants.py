@@ -124,7 +124,6 @@ def run_tests(file: Path | None, tree: ast.Module | None) -> str:
 
 def _preload() -> None:
     """Import what the tests need, except the referee, so that forked processes need not."""
-    import hypothesis  # noqa: F401
     import numpy  # noqa: F401
     import pytest  # noqa: F401
     import scipy.optimize  # noqa: F401

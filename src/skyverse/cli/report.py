@@ -6,8 +6,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skyverse.model.digest import short
-
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
     from skyverse.model.verdict import Certificate, Violation
@@ -25,6 +23,8 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 
 def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     """Print what became of each UAV, the verdict, and where the files are."""
+    from skyverse.model.digest import short
+
     results = [result for result in mission.results if result is not None]
     terms = max((list(result.terms) for result in results if len(result.terms) > 3), key=len, default=[])
     exact = not terms and not any(result.any_angle for result in results)
