@@ -1,13 +1,13 @@
 """What the verb ``fly`` prints of a mission that was flown many times."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from skyverse.cli.report import json_text, table
 
 if TYPE_CHECKING:
+    from skyverse._typing import Floats
     from skyverse.model.flight_runs import FlightRuns, TrackingErrors
 
 MOST_TOUCHES = 5
@@ -58,8 +58,8 @@ def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written
             for name, part in parts.items()
         }
 
-    def least(values: "np.ndarray[Any, Any]") -> float | None:
-        return float(values.min()) if np.isfinite(values.min()) else None
+    def least(values: "Floats") -> float | None:
+        return float(values.min()) if math.isfinite(values.min()) else None
 
     held = flown.held
     return {

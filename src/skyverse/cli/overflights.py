@@ -4,8 +4,6 @@ import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
     from skyverse.model.scenario import Scenario
@@ -39,6 +37,8 @@ def _overflown(scenario: "Scenario", trajectory: "Trajectory") -> Iterator[tuple
     zones = [(k, shape) for k, shape in enumerate(scenario.obstacles) if shape.kind == KIND and not shape.closed_above]
     if not zones:
         return
+    import numpy as np
+
     coarse = trajectory.at(np.linspace(trajectory.start, trajectory.end, 1000)).position
     length = float(np.linalg.norm(np.diff(coarse, axis=0), axis=1).sum())
     count = int(min(max(length / METRES, 100), MAX_PLACES))
