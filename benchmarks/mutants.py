@@ -17,6 +17,7 @@ import importlib.util
 import json
 import os
 import random
+import resource
 import signal
 import sys
 import time
@@ -26,7 +27,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 REFEREE, TESTS = ROOT / "src" / "skyverse" / "referee", ROOT / "tests" / "referee"
 TIME_LIMIT = 300
-"""Seconds: tests that take longer count as failed, since a mutant may loop for ever."""
+"""Seconds of computing time: tests that take longer count as failed, since a mutant may loop for ever."""
 WITHOUT_EFFECT = ("_AT_ONCE", "INTERVALS", "SAMPLES", "MAX_", "CHILDREN", "SHORT_")
 """Parts of the names of constants that bound memory and effort, or say how finely is searched: no verdict depends on
 them."""
@@ -101,7 +102,7 @@ def run_tests(file: Path | None, tree: ast.Module | None) -> str:
     """Run the tests with one file of the referee replaced; return ``passed``, ``failed`` or ``time limit``."""
     child = os.fork()
     if child == 0:
-        signal.alarm(TIME_LIMIT)
+        resource.setrlimit(resource.RLIMIT_CPU, (TIME_LIMIT, TIME_LIMIT + 10))
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
@@ -118,7 +119,7 @@ def run_tests(file: Path | None, tree: ast.Module | None) -> str:
         os._exit(min(code, 1))
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status):
-        return "time limit" if os.WTERMSIG(status) == signal.SIGALRM else "failed"
+        return "time limit" if os.WTERMSIG(status) == signal.SIGXCPU else "failed"
     return "failed" if os.WEXITSTATUS(status) else "passed"
 
 
