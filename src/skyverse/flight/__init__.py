@@ -1,1 +1,1 @@
-"""Missions flown in a simulator that others maintain: vehicles, what they are told, what came of it."""
+"""Missions flown in simulators, rotorpy and a compiled one: vehicles, commands, disturbances, and what came of it."""
