@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import MIN_EARTH_RADIUS, steepest
+from skyverse.exports.autopilot_leg_clearance import MIN_EARTH_RADIUS, steepest, towards
 from skyverse.exports.autopilots import Autopilot
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.model.scenario import Scenario
@@ -94,14 +94,38 @@ def flown_legs(plan: FlightPlan, scenario: Scenario) -> FlownLegs:
     A return during the take-off is one from its end: it uses the same lines.
     """
     points, rise = plan.waypoints, plan.route.bends
-    cut = np.where(plan.full_stops[:-1] > 0, 0.0, plan.route.radius)
+    shift, cut = _cut_corners(plan)
     off = bends(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
     if len(plan.ending) == 1:
         low = plan.ending[0].copy()
         low[2] = min(low[2] + max(scenario.clearance, scenario.ground_clearance), points[-1][2])
         points = np.concatenate([points, low[None]])
         off, cut, rise = np.r_[off, 0.0], np.r_[cut, 0.0], np.r_[rise, 0.0]
-    return FlownLegs(points[:-1], points[1:], off, cut, rise)
+    starts = points[:-1].copy()
+    starts[: len(shift)] += shift
+    return FlownLegs(starts, points[1:], off, cut, rise)
+
+
+def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:
+    """Return where legs begin when corners are cut: the middle of all such places, and how far they are from it.
+
+    A UAV turns to a leg at its first waypoint, or up to the radius before it, on the leg before or on the way to that
+    from where it turned to it: in a triangle of the waypoint and two places p and q before it. Both are (m, 3) and (m,)
+    metres, the first from the waypoint.
+    """
+    points, stops = plan.waypoints, plan.full_stops
+    shift, off = np.zeros((len(points) - 1, 3)), np.zeros(len(points) - 1)
+    for k in range(1, len(points) - 1):
+        if stops[k]:
+            continue
+        before, at, radius = points[k - 1], points[k], plan.route.radius
+        entered = before
+        if k > 1 and not stops[k - 1]:
+            entered = before + towards(points[k - 2] - before, radius)
+        p, q = towards(before - at, radius), towards(entered - at, radius)
+        shift[k] = (p + q) / 4
+        off[k] = max(float(np.linalg.norm(place - shift[k])) for place in (np.zeros(3), p, q))
+    return shift, off
 
 
 def bends(scenario: Scenario, away: Floats) -> Floats:
@@ -282,17 +306,18 @@ def grouped(lines: ReturnLines, scenario: Scenario, slope: float) -> Iterator[tu
     """Yield which lines share a margin, metres added to the clearance, and whether the ground matters to them."""
     growth = np.where(lines.ground, 1 + slope, 1.0) * lines.growth
     margins = rounded_up(growth - (1 - CLEARANCE_SHARE) * scenario.clearance)
+    grounds = lines.ground & (scenario.terrain is not None)
     for margin in np.unique(margins).tolist():
         for ground in (False, True):
-            some = (margins == margin) & (lines.ground == ground)
+            some = (margins == margin) & (grounds == ground)
             if some.any():
                 yield some, float(margin), ground
 
 
 def rounded_up(margin: Floats) -> Floats:
-    """Return margins rounded up to halves of powers of two, so that few different ones are left."""
-    step = 2.0 ** (np.ceil(np.log2(np.maximum(np.abs(margin), SMALLEST_PART))) - 1)
-    return np.ceil(margin / step) * step
+    """Return margins rounded up, above 0 to powers of two and below to halves of them: a world is made for each."""
+    power = 2.0 ** np.ceil(np.log2(np.maximum(np.abs(margin), SMALLEST_PART)))
+    return np.where(margin > 0, power, np.ceil(2 * margin / power) * power / 2)
 
 
 def some_lines(lines: ReturnLines, some: NDArray[np.bool_] | NDArray[np.intp]) -> ReturnLines:
