@@ -35,7 +35,8 @@ def export(
     waypoints .waypoints.csv, sampled trajectories .csv.
 
     Examples: `skyverse export out/city.json city.plan`, `skyverse export out/map1.json map1.csv --rate 50`,
-    `skyverse export out/map1.json map1.kmz --origin "47.39,8.54,410 m amsl"`
+    `skyverse export out/map1.json map1.kmz --origin "47.39,8.54,410 m amsl"`,
+    `skyverse export out/fleet.json fleet.waypoints --apart-in-space --end rtl`
 
     Parameters
     ----------
