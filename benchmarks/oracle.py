@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder
+from scipy.ndimage import label
 
 import skyverse as sky
 from skyverse.model.shapes import Sphere, Terrain, Voxels
@@ -112,6 +113,19 @@ def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
         keep = scenario.clearance if own is None else own
         deepest = np.maximum(deepest, ground(scenario.terrain, p[:, :2]) + keep - p[:, 2])
     return deepest
+
+
+def squeezed(scenario: sky.Scenario, places: np.ndarray) -> np.ndarray:
+    """Tell which places (n, 3) are in a seam: 1 where no step leads to free space, 2 where some lead to either side.
+
+    Free are places half a micrometre from everything, among those up to 4 micrometres away on each axis.
+    """
+    grid = np.stack(np.meshgrid(*[np.arange(-4, 5) * 1e-6] * 3, indexing="ij"), axis=-1)
+    around = (places[:, None, None, None] + grid).reshape(-1, 3)
+    inside = np.minimum(around - scenario.bounds.min, scenario.bounds.max - around).min(axis=1)
+    free = ((depth(scenario, around) < -5.05e-7) & (inside > 5.05e-7)).reshape(len(places), 9, 9, 9)
+    sides = np.array([label(one, np.ones((3, 3, 3)))[1] for one in free], dtype=int)
+    return np.where(sides == 0, 1, np.where(sides > 1, 2, 0))
 
 
 def about(cylinder: sky.Cylinder, xy: np.ndarray) -> np.ndarray:

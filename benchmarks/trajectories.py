@@ -22,7 +22,7 @@ import skyverse as sky
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
-from skyverse.space.world import with_margin
+from skyverse.space.obstacles import with_margin
 from skyverse.trajectory import Shape, fly_along
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.proof import prove

@@ -149,8 +149,8 @@ def generous(motion: Motion) -> sky.UAV:
     return sky.UAV(
         start=(0, 0, 0),
         max_speed=1.2 * most["speed"],
-        max_acceleration=1.2 * most["acceleration"],
-        max_jerk=1.2 * most["jerk"],
+        max_acceleration=max(1.2 * most["acceleration"], 1.0),
+        max_jerk=min(max(1.2 * most["jerk"], 1.0), 1e6),
         max_tilt=min(1.2 * most["tilt"] + 0.1, 89.0),
         thrust_to_weight=1.2 * max(most["thrust"], 1.0),
     )

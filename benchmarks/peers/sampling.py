@@ -16,9 +16,10 @@ from problems import compiled
 import skyverse as sky
 from skyverse.numerics.kernel import Stopwatch, inner, kernel
 from skyverse.space.ground import Ground
+from skyverse.space.obstacles import Space
 from skyverse.space.solids import Solids
 from skyverse.space.tree import Tree
-from skyverse.space.world import Space, point_free, segment_free
+from skyverse.space.world import point_free, segment_free
 
 LONGEST = 20.0
 """What the longest side of the bounds is scaled to: at 2,000 m a side, AORRTC of OMPL 2.0.1 crashes."""

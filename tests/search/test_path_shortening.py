@@ -15,7 +15,8 @@ from skyverse.search.path_shortening.shortcut import shortcut as shortcut_throug
 from skyverse.search.path_shortening.shorten import shorten
 from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
 from skyverse.space import lattice
-from skyverse.space.world import path_free, with_margin
+from skyverse.space.obstacles import with_margin
+from skyverse.space.world import path_free
 from worlds import ROOM, scenarios
 
 
@@ -129,7 +130,7 @@ def test_a_shortcut_does_not_slip_between_obstacles_that_touch():
         }
     )
     around = rows((1, 2, 2), (1, 4.5, 2), (4, 4.5, 2), (4, 2, 2))
-    assert sky.World(wall).segments_free(around[0], around[-1])[0]  # along the faces of both, entering neither
+    assert not sky.World(wall).segments_free(around[0], around[-1])[0]
     np.testing.assert_array_equal(shortcut(sky.World(wall), around), around)
 
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
-from skyverse.space import ground, solids, tree, voxels, world
+from skyverse.space import ground, obstacles, solids, tree, voxels
 from skyverse.space.lattice import make_grid, positions
+from worlds import surely_free_and_surely_sealed
 
 HALL = Prism(
     vertices=((2, 2), (9, 2), (9, 8), (6, 8), (6, 5), (2, 7)), holes=(((7, 3), (8, 3), (8, 4), (7, 4)),), low=1, high=6
@@ -109,6 +110,11 @@ def depth(scenario, at, growth=None):
     return deepest
 
 
+def beyond(scenario, at):
+    """How far points (n, 3) are out of bounds; negative inside."""
+    return np.max(np.maximum(scenario.bounds.min - at, at - scenario.bounds.max), axis=1)
+
+
 def cells_of(shape):
     at = np.argwhere(shape.occupied)
     return [(np.array(shape.origin) + i * shape.step, np.array(shape.origin) + (i + 1) * shape.step) for i in at]
@@ -133,7 +139,9 @@ def test_a_point_is_free_outside_of_all_grown_obstacles(scenario, at):
     deep, free = depth(scenario, at), sky.World(scenario).free(at)
     assert not free[deep > 1e-8].any()
     assert free[deep < -1e-8].all()
-    assert free[np.abs(deep) < 1e-12].all()  # on the surface is safe
+    leaves, sealed = surely_free_and_surely_sealed(lambda at: np.maximum(depth(scenario, at), beyond(scenario, at)), at)
+    assert free[(np.abs(deep) < 1e-12) & leaves].all()  # on the surface is safe
+    assert not free[(np.abs(deep) < 1e-12) & sealed].any()  # unless it is in a seam
     for p, safe in zip(at, free, strict=True):
         assert (sky.World(scenario).why_unsafe(p) is None) == safe
 
@@ -161,7 +169,7 @@ def test_points_within_a_swept_segment_are_free_where_the_whole_sweep_is(scenari
     swept = max(
         tree.crossed(space.tree, space.boxes, 0.25 + dev, a, b) >= 0,
         solids.crossed(space.solids, 0.25 + dev, a, b) >= 0,
-        world.terrain_crossed(space, 0.25, dev, a, b),
+        obstacles.terrain_crossed(space, 0.25, dev, a, b),
     )
     if not swept:
         rng = np.random.default_rng(seed)
@@ -170,7 +178,7 @@ def test_points_within_a_swept_segment_are_free_where_the_whole_sweep_is(scenari
         near = near[np.all((near >= space.low) & (near <= space.high), axis=1)]
         assert (depth(scenario, near, 0.25) < 1e-8).all()
     if dev == 0.0:
-        assert swept == world.crosses(space, 0.25, a, b)
+        assert swept == obstacles.crosses(space, 0.25, a, b)
 
 
 @settings(max_examples=60)
@@ -185,7 +193,7 @@ def test_a_box_that_no_obstacle_meets_holds_no_unsafe_point(scenario, a, b, grow
     meets = max(
         bool(np.all(corners < -1e-9, axis=1).any()),
         solids.reaching(space.solids, growth, low, high) >= 0,
-        world.terrain_reaches(space, growth, low, high),
+        obstacles.terrain_reaches(space, growth, low, high),
     )
     if deep > 1e-8:
         assert meets

@@ -70,6 +70,17 @@ def scenarios(draw, uavs=1, targets=1, most_nodes=7, most_boxes=12, objectives=O
     )
 
 
+def surely_free_and_surely_sealed(depth, points):
+    """Tell which of (n, 3) points, given what tells how deep points are, steps lead away from, and which ones none.
+
+    Points lie outside of everything or on surfaces. Between the two lie points in corners that are acute.
+    """
+    ways = np.array([way for way in itertools.product((-1, 0, 1), repeat=3) if any(way)])
+    beside = points[:, None, None] + ways[:, None] * np.array([1e-6, 2e-6, 4e-6, 8e-6])[:, None]
+    deep = depth(beside.reshape(-1, 3)).reshape(len(points), -1)
+    return deep[:, 2::4].min(axis=1) < -3.5e-6, deep.min(axis=1) > -4.9e-7
+
+
 def metres(units):
     return tuple(v / UNITS for v in units)
 

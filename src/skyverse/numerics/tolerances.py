@@ -103,13 +103,6 @@ DIAGONAL_FLOOR = 1e-9
 DEVIATION = 1e-8
 """Metres: the largest distance of a flight from its path is stated with no more than this on top."""
 
-SEAM_MARGIN = 1e-7
-"""Metres added to the clearance of a line of sight: none then slips through the seam between obstacles that touch.
-
-Lines of sight keep one margin beside the clearance, edges at which paths bend lie two off, and passages are three wide
-on either side: so wherever there is a passage there are edges to bend at, and each edge has lines of sight to it.
-"""
-
 JERK_JUMP = 1e-7
 """Metres per second cubed by which rounding may let the jerk jump at a knot."""
 
@@ -126,11 +119,20 @@ PROOF_TIGHTNESS = 1e-7
 LIMIT_EASE = 5e-7
 """Metres, or a share of a limit, by which a proof eases what it demands: half of what the referee lets pass."""
 
+SEAM_MARGIN = 6e-7
+"""Metres that must be left on both sides of a line that leads between two obstacles, or after a small step aside.
+
+It is more than half of the micrometre below which a gap counts as closed; the rest is for rounding. Where paths bend
+among boxes, lines of sight keep one margin beside the clearance, edges at which paths bend lie two off, and passages
+are three wide on either side: so wherever there is a passage there are edges to bend at, and each edge has lines of
+sight to it.
+"""
+
 ON_EDGE = 1e-6
 """Metres: a bend this near to a piece of an edge can slide along it; bends come from edges, but for rounding."""
 
-BEND_GAIN = 1e-6
-"""Metres that a path may gain at each of its bends over the bound: edges lie two `SEAM_MARGIN` off the obstacles."""
+LEAST_SEALED_PART = 1e-6
+"""Metres: where no step of any part as short as this leads out of a seam, a line is refused."""
 
 MIN_PATH = 1e-6
 """Metres: a shorter path is not flown at all."""
@@ -161,6 +163,12 @@ SAME_PLACE = 1e-6
 
 SAME_INSTANT = 1e-6
 """Seconds: exported samples that are closer in time are one, since files round to microseconds."""
+
+SEAM_REACH = 3e-6
+"""Metres: an obstacle farther than this from a line leaves space for a step aside, also where bounds are touched."""
+
+BEND_GAIN = 8e-6
+"""Metres that a path may gain at each of its bends over the bound: edges lie two `SEAM_MARGIN` off the obstacles."""
 
 TERRAIN_RIM = 1e-5
 """Metres by which a terrain's outermost cells go on beyond its last heights: bounds may exceed them by rounding."""

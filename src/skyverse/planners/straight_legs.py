@@ -20,7 +20,8 @@ from skyverse.planners.run import Run, make_workspace
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_repeated
 from skyverse.space import ground, solids
-from skyverse.space.world import Space, above_ceiling, point_free, segment_free, without_seams
+from skyverse.space.obstacles import Space, above_ceiling
+from skyverse.space.world import point_free, segment_free, with_closed_obstacles
 from skyverse.stop import Stop
 
 _SAMPLES_PER_LEG = 32
@@ -96,7 +97,7 @@ def open_straight_run(
     if np.array_equal(problem.start, problem.end):
         return any_angle_result(problem, problem.start[None], 0.0, SearchRecord(origin))
     space = problem.airspace.world.space
-    closed = without_seams(space)
+    closed = with_closed_obstacles(space)
     if point_free(closed, problem.start) and point_free(closed, problem.end):
         space = closed  # else an end touches an obstacle, and no leg could leave it
     task = StraightTask(space, problem.airspace.rates, problem.start, problem.end, float(collision))

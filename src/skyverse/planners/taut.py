@@ -18,7 +18,7 @@ from skyverse.search.lattice_astar import shortest_route
 from skyverse.search.taut.among_shapes import path_among_shapes
 from skyverse.search.taut.taut_path import least_length, taut_path
 from skyverse.space.lattice import Grid
-from skyverse.space.world import only_boxes
+from skyverse.space.obstacles import only_boxes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +37,8 @@ class Taut(DirectPlanner):
 
     Its `bound` is proven. It is the length of the straight line or, where few enough edges are near, the least cost of
     a path over intervals of edges. There every doubt is decided in favour of a shorter path, and Lagrangian relaxation
-    raises the result. The bound holds for paths that keep a ten-millionth of a metre more than the clearance, so that
-    none of them leads through the seam between obstacles that touch.
+    raises the result. The bound holds for paths that can be moved to keep 0.6 micrometres more than the clearance, so
+    that none of them leads through the seam between obstacles that touch.
 
     The partition and the edges are computed once for each `Airspace`, and its problems share them.
 

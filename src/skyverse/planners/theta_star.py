@@ -15,7 +15,7 @@ from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
 from skyverse.search.lazy_theta_star import lazy_theta_star
 from skyverse.search.path_shortening.shorten_by_steps import shorten_by_steps
-from skyverse.space.world import without_seams
+from skyverse.space.world import with_closed_obstacles
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ class ThetaStar(DirectPlanner):
         route = shortest_route(grid, metres, problem.source, problem.goal)
         if route is None:
             return Status.NO_PATH
-        space = without_seams(world.space)
+        space = with_closed_obstacles(world.space)
         corners, expanded = lazy_theta_star(grid, space, problem.source, problem.goal, math.inf)
         reach = float(grid.step.max())
         lattice_paths = (joined_to_ends(problem, problem.places(nodes)) for nodes in (corners, route.nodes))

@@ -11,7 +11,7 @@ from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_REACH
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,11 @@ class GrownGround(GrownSolids):
         heights = float(np.abs(self.heights).max())
         return (1 + 9 * self.slope) * off + 64 * MACHINE_EPSILON * (heights + size)
 
+    @property
+    def steepness(self) -> float:
+        """How many metres a depth changes at most while a place moves by one metre: more over a slope."""
+        return 1.0 + self.slope
+
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be below what must be kept.
 
@@ -58,7 +63,7 @@ class GrownGround(GrownSolids):
         """
         first, last = self._cell(part[:, :, :2].min(axis=1)), self._cell(part[:, :, :2].max(axis=1))
         depth: Floats = self._highest_around(first, last) + self.raised_by - part[:, :, 2].min(axis=1)
-        close = np.flatnonzero(~(depth <= -LET_PASS) & (last - first <= 1).all(axis=1))
+        close = np.flatnonzero(~(depth <= -2 * SEAM_REACH) & (last - first <= 1).all(axis=1))
         below = np.full(len(close), -np.inf)
         for east, north in ((0, 0), (1, 0), (0, 1), (1, 1)):
             cell = first[close] + np.array([east, north])
@@ -182,6 +187,11 @@ class Ceiling(GrownSolids):
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds on the errors of depths; see `GrownGround.error`."""
         return self.upside_down.error(b, error)
+
+    @property
+    def steepness(self) -> float:
+        """How many metres a depth changes at most while a place moves by one metre: more over a slope."""
+        return self.upside_down.steepness
 
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how far parts may be above the ceiling."""

@@ -53,13 +53,14 @@ class Incursion:
             height = f"only {self.gap:.6g} m above ground" if self.gap >= 0 else f"{-self.gap:.6g} m below ground"
             deed = f"is {height}"
         elif self.gap < 0:
-            deed = f"is {-self.gap:.6g} m inside {_obstacle_text(scenario, self.obstacle)}"
+            deed = f"is {-self.gap:.6g} m inside {obstacle_text(scenario, self.obstacle)}"
         else:
-            deed = f"comes within {self.gap:.6g} m of {_obstacle_text(scenario, self.obstacle)}"
+            deed = f"comes within {self.gap:.6g} m of {obstacle_text(scenario, self.obstacle)}"
         return f"{subject} {deed} {where}, {at}; {self.required:.6g} m are required."
 
 
-def _obstacle_text(scenario: Scenario, obstacle: int) -> str:
+def obstacle_text(scenario: Scenario, obstacle: int) -> str:
+    """Name an obstacle by its number in the scenario, its kind and its name."""
     shape = scenario.obstacles[obstacle]
     words = [word for word in (shape.kind, shape.name and f"{shape.name!r}") if word]
     return f"obstacle {obstacle}" + (f" ({' '.join(words)})" if words else "")

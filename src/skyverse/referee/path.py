@@ -9,6 +9,7 @@ from skyverse.model.result import Result, Status
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.positions import position_text, position_tuple
+from skyverse.referee.seams import find_seam
 from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
 from skyverse.referee.tolerances import BOUND_ROUNDING, COST_LET_PASS, LET_PASS, STRAIGHT, UNDERFLOW
 from skyverse.referee.untrusted import finite_point, float_array, number
@@ -35,6 +36,12 @@ def judge_safety(world: RefereeWorld, uav: int, path: Floats) -> Iterator[Violat
         position = position_text(starts[segment])
         message = f"Whether {name}'s path keeps clearance could not be decided after node {segment}, {position}."
         yield Violation(Fault.UNDECIDED, (uav,), message, position=position_tuple(starts[segment]))
+    elif excess[worst] <= LET_PASS:
+        seam = find_seam(world, np.stack([starts, ends], axis=1), np.zeros(len(starts)))
+        if seam is not None:
+            message = seam.sentence(world.scenario, f"{name}'s path", f"after node {seam.piece}")
+            fault = Fault.PATH_CLEARANCE if seam.decided else Fault.UNDECIDED
+            yield Violation(fault, (uav,), message, position=position_tuple(seam.position))
 
 
 def judge_moves(world: RefereeWorld, uav: int, path: Floats) -> Iterator[Violation]:

@@ -9,7 +9,7 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Prism
 from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
-from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT
+from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_REACH
 
 EDGES_AT_ONCE = 2**19
 """Pairs of chords and edges looked at together, which bounds the memory."""
@@ -31,6 +31,8 @@ class GrownPrisms(GrownSolids):
         (m,) metres that must be kept from the polygon on all sides.
     grown_low, grown_high
         (m,) altitudes of the grown prisms, metres.
+    thickness
+        (m,) mean thickness of the grown prisms seen from above, metres.
     """
 
     p: Floats
@@ -42,6 +44,11 @@ class GrownPrisms(GrownSolids):
     grown_by: Floats
     grown_low: Floats
     grown_high: Floats
+    thickness: Floats
+
+    def thin(self) -> NDArray[np.bool_]:
+        """Tell which of the grown prisms are thin, also those on slanted slivers, (m,)."""
+        return super().thin() | (self.thickness < SEAM_REACH)
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about the grown prisms."""
@@ -54,7 +61,7 @@ class GrownPrisms(GrownSolids):
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: a part outside is beside the polygon, below or above."""
         depth = vertical_depth(part, self.grown_low[which], self.grown_high[which])
-        some = np.flatnonzero(~(depth <= -LET_PASS))
+        some = np.flatnonzero(~(depth <= -2 * SEAM_REACH))
         ends = np.cumsum(self.edges[which[some]])
         for these in np.split(some, np.flatnonzero(np.diff(ends // EDGES_AT_ONCE)) + 1):
             chord = chords(part[these, :, :2])
@@ -124,9 +131,10 @@ def grown_prisms(scenario: Scenario) -> GrownPrisms:
     thickness = _mean_thickness(p, p[following], begins, np.array([1 + len(prism.holes) for prism in prisms], np.intp))
     clearance = scenario.clearance
     # a wall thinner than what is let pass is still a wall, as in `grown`
-    grown_by = clearance - np.minimum(LET_PASS, (thickness + 2 * clearance) / 4)
+    thickness = thickness + 2 * clearance
+    grown_by = clearance - np.minimum(LET_PASS, thickness / 4)
     first, ends = np.cumsum(edges) - edges, grown(low, high, clearance)
-    return GrownPrisms(clearance, number, p, p[following], first, edges, low, high, grown_by, *ends)
+    return GrownPrisms(clearance, number, p, p[following], first, edges, low, high, grown_by, *ends, thickness)
 
 
 def _mean_thickness(p: Floats, q: Floats, begins: Indices, rings: Indices) -> Floats:

@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
@@ -17,7 +18,7 @@ from skyverse.model.shapes import Shape
 from skyverse.referee.closed_above import numbered_shapes
 from skyverse.referee.overlaps import BoxTree
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_REACH
 
 ShapeKind = TypeVar("ShapeKind", bound=Shape)
 
@@ -60,6 +61,16 @@ class GrownSolids(ABC):
             (n, degree + 1, 3) coefficients of the pieces, and (n,) bounds on their errors, metres.
         """
         return distance_error(b, error, self.farthest)
+
+    def thin(self) -> NDArray[np.bool_]:
+        """Tell which of the grown shapes are so thin that a small step may lead through them, (m,)."""
+        low, high = self.hulls()
+        return (high - low).min(axis=1, initial=np.inf) < SEAM_REACH
+
+    @property
+    def steepness(self) -> float:
+        """How many metres a depth changes at most while a place moves by one metre."""
+        return 1.0
 
     @abstractmethod
     def depth(self, part: Floats, which: Indices) -> Floats:

@@ -32,6 +32,12 @@ LATTICE_ROUNDING = 1e-9
 OUTLINE_CONTACT = 1e-8
 """Metres: a chord this near to a polygon's outline counts as meeting it; more than rounding moves either of them."""
 
+SEAM_PART = 1e-7
+"""Metres: a part of a curve as short as this is not cut further when a seam is sought."""
+
+HALF_SEAM = 5.01e-7
+"""Metres to be left on both sides of a curve between two shapes: half a micrometre, and a little for rounding."""
+
 LET_PASS = 1e-6
 """Metres, also m/s and m/s^2 at rest: what is wrong by no more than this is let pass, a micrometre being no danger.
 
@@ -43,6 +49,9 @@ LIMIT_LET_PASS = 1e-6
 
 COST_LET_PASS = 1e-6
 """In the objective's unit, and relative above 1: a claimed cost may differ by this, as sums in another order do."""
+
+SEAM_REACH = 1e-5
+"""Metres: no step that leads a curve away from what it touches is longer than half of this."""
 
 SUMMARY_LET_PASS = 1e-5
 """Relative: a claimed length or energy of a flight may differ by this, as both sides integrate numerically."""

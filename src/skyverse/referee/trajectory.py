@@ -14,6 +14,7 @@ from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.limits import FlightLimit, flight_limits
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.positions import position_text, position_tuple
+from skyverse.referee.seams import find_seam
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.world import RefereeWorld
@@ -51,6 +52,8 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
         violations.append(_undecided(name, uav, curve, undecided[0]))
+    if all(answer.peaks.proven[0] for answer in answers[:2]):  # bounds and clearance: else the worst is said already
+        violations += _judge_seams(world, uav, curve, position)
     return JudgedTrajectory(violations, sum(int(answer.peaks.halvings[0]) for answer in answers), curve)
 
 
@@ -76,6 +79,19 @@ def _judge_clearance(world: RefereeWorld, uav: int, curve: PolynomialCurve, posi
         where = position_tuple(incursion.position)
         violation = Violation(Fault.TRAJECTORY_CLEARANCE, (uav,), message, time, where)
     return _Answer("clearance", peaks, violation)
+
+
+def _judge_seams(
+    world: RefereeWorld, uav: int, curve: PolynomialCurve, position: list[Polynomials]
+) -> Iterator[Violation]:
+    """Yield where a trajectory leads between shapes that touch each other or leave less than a micrometre."""
+    b = np.stack([part.b for part in position], axis=2)
+    seam = find_seam(world, b, np.max([part.error for part in position], axis=0))
+    if seam is not None:
+        time = float(curve.knots[seam.piece] + seam.share * curve.durations[seam.piece])
+        message = seam.sentence(world.scenario, world.scenario.uavs[uav].name, f"at t = {time:.6g} s")
+        fault = Fault.TRAJECTORY_CLEARANCE if seam.decided else Fault.UNDECIDED
+        yield Violation(fault, (uav,), message, time, position_tuple(seam.position))
 
 
 def _judge_limit(name: str, uav: int, curve: PolynomialCurve, limit: FlightLimit) -> _Answer:

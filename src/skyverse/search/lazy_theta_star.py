@@ -9,7 +9,8 @@ from skyverse.numerics.heap import make_heap, pop, push
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance
 from skyverse.space.lattice import Grid, position, write_position
-from skyverse.space.world import Space, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import segment_free
 
 _SEEN = 1
 _CLOSED = 2

@@ -10,7 +10,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import doubled, order_of, put
 from skyverse.numerics.kernel import by_reference, inner, kernel
-from skyverse.space.world import Space
+from skyverse.space.obstacles import Space
 
 
 @by_reference

@@ -13,8 +13,8 @@ from skyverse.numerics.arrays import doubled, order_of, put, put_box
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.space import tree
+from skyverse.space.obstacles import Space
 from skyverse.space.tree import Tree
-from skyverse.space.world import Space
 
 
 @by_reference

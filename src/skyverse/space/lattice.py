@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
-from skyverse.numerics.tolerances import GRID_INDEX
+from skyverse.numerics.tolerances import GRID_INDEX, SEAM_REACH
 from skyverse.space import blocks
-from skyverse.space.world import Space, World, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import World, segment_free
 
 
 @by_reference
@@ -59,10 +60,11 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     step = np.array(lattice.step)
     shape = np.floor((space.high - space.low) / step + GRID_INDEX).astype(np.int64) + 1
     touched = np.zeros(tuple(shape), np.uint8)
-    blocks.mark_boxes(space.boxes, space.clearance, space.low, step, shape, touched)
-    blocks.mark_solids(space.solids, space.clearance, space.low, step, shape, touched)
-    blocks.mark_ground(space.ground, space.clearance, space.low, step, shape, touched)
-    blocks.mark_ceiling(space.ceiling, space.clearance, space.low, step, shape, touched)
+    growth = space.clearance + SEAM_REACH  # so that no move leads through a seam, nor one along the bounds
+    blocks.mark_boxes(space.boxes, growth, space.low, step, shape, touched)
+    blocks.mark_solids(space.solids, growth, space.low, step, shape, touched)
+    blocks.mark_ground(space.ground, growth, space.low, step, shape, touched)
+    blocks.mark_ceiling(space.ceiling, growth, space.low, step, shape, touched)
     moves = lattice_moves(lattice.connectivity)
     offsets = moves @ np.array([shape[1] * shape[2], shape[2], 1])
     exits = _safe_moves(touched, moves)

@@ -1,7 +1,5 @@
 """Voxels as boxes: occupied cells that fill a box together become one box."""
 
-from itertools import product
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,29 +11,7 @@ from skyverse.numerics.kernel import inner, kernel
 
 def merged(voxels: Voxels) -> Floats:
     """Return boxes (n, 6), metres, that fill what the occupied cells fill, and do not overlap."""
-    return _placed(voxels, _merged(voxels.occupied.astype(np.uint8)))
-
-
-def seamless(voxels: Voxels) -> Floats:
-    """Return boxes (n, 6), metres, whose open interiors together are the interior of the union of all occupied cells.
-
-    The boxes overlap, so that each face, edge or corner between occupied cells lies inside one of them. Two cells share
-    a face, four an edge, eight a corner: so blocks of two cells along some of the axes are merged as single cells are,
-    the largest blocks first.
-    """
-    found = np.zeros((0, 6), np.int64)
-    for wide in product((1, 0), repeat=3):
-        full = voxels.occupied
-        for axis in np.flatnonzero(wide):
-            full = np.take(full, range(1, full.shape[axis]), axis) & np.take(full, range(full.shape[axis] - 1), axis)
-        left = full.astype(np.uint8)
-        _take_out(left, found - np.array([0, 0, 0, *wide]))
-        found = np.vstack((found, _merged(left) + np.array([0, 0, 0, *wide])))
-    return _placed(voxels, found)
-
-
-def _placed(voxels: Voxels, cells: Ints) -> Floats:
-    """Return the boxes (n, 6), metres, that lie between cells and the cells beyond their last, (n, 6) indices."""
+    cells = _merged(voxels.occupied.astype(np.uint8))
     origin, step = np.array(voxels.origin), np.array(voxels.step)
     return np.hstack((origin + cells[:, :3] * step, origin + cells[:, 3:] * step))
 

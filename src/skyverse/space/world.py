@@ -1,6 +1,4 @@
-"""A scenario's space compiled to arrays: which points and segments are free, and how far away obstacles are."""
-
-from typing import NamedTuple
+"""Which points and segments of a scenario's space are free, and how far away obstacles are."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,129 +6,46 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
-from skyverse.numerics.kernel import by_reference, inner_query, kernel, query, writable
-from skyverse.numerics.tolerances import SURFACE_DEPTH
-from skyverse.space import ground, solids, tree
+from skyverse.numerics.kernel import inner_query, kernel, query, writable
+from skyverse.numerics.tolerances import SEAM_MARGIN, SEAM_REACH, SURFACE_DEPTH
+from skyverse.space import box, ground, solids, tree
 from skyverse.space.closed_above import ABOVE_BOUNDS, numbered_shapes
-from skyverse.space.ground import Ground
-from skyverse.space.solids import Solids
-from skyverse.space.tree import Tree
-from skyverse.space.voxels import merged, seamless
-
-
-@by_reference
-class Space(NamedTuple):
-    """What kernels know of a world; what a world does not have is an empty array, so that there is one type for all.
-
-    Attributes
-    ----------
-    low, high
-        (3,) metres: the bounds.
-    boxes
-        (n, 6) metres, in the order of `tree`: obstacles that are boxes, and voxels merged into boxes.
-    clearance
-        Metres to keep from every obstacle.
-    tree
-        The index over `boxes`.
-    solids
-        Cylinders, spheres and prisms.
-    ground
-        The terrain.
-    ceiling
-        What is too high above the terrain, upside down: a ground whose heights are the negative z of the ceiling. It
-        is met by points and segments whose z is negated.
-    """
-
-    low: Floats
-    high: Floats
-    boxes: Floats
-    clearance: float
-    tree: Tree
-    solids: Solids
-    ground: Ground
-    ceiling: Ground
-
-
-@query
-def in_bounds(space: Space, p: Floats) -> bool:
-    """Tell whether a point lies in the closed bounds."""
-    inside = True
-    for axis in range(3):
-        inside &= space.low[axis] - SURFACE_DEPTH <= p[axis] <= space.high[axis] + SURFACE_DEPTH  # False for NaN
-    return inside
-
-
-@inner_query
-def inside_obstacle(space: Space, growth: float, p: Floats) -> bool:
-    """Tell whether the interior of some obstacle, grown by `growth`, holds a point.
-
-    The ground is raised by `growth` and by what its own clearance exceeds the scenario's, and the ceiling is lowered by
-    what `growth` exceeds the clearance.
-    """
-    return (
-        tree.containing(space.tree, space.boxes, growth, p[0], p[1], p[2]) >= 0
-        or solids.containing(space.solids, growth, p[0], p[1], p[2]) >= 0
-        or p[2] < ground.height(space.ground, p[0], p[1]) + growth + space.ground.extra - SURFACE_DEPTH
-        or above_ceiling(space, growth - SURFACE_DEPTH, p)
-    )
-
-
-@inner_query
-def above_ceiling(space: Space, growth: float, p: Floats) -> bool:
-    """Tell whether a point is above the ceiling, lowered by what `growth` exceeds the clearance."""
-    return -p[2] < ground.height(space.ceiling, p[0], p[1]) + growth + space.ceiling.extra
-
-
-@query
-def terrain_crossed(space: Space, growth: float, dev: float, a: Floats, b: Floats) -> bool:
-    """Tell whether what is within `dev` of a segment may reach below the raised ground or above the lowered ceiling.
-
-    The answer is exact for a `dev` of 0; see `skyverse.space.ground.crossed`.
-    """
-    return ground.crossed(space.ground, growth + space.ground.extra, dev, a, b, 1.0) or ground.crossed(
-        space.ceiling, growth + space.ceiling.extra, dev, a, b, -1.0
-    )
-
-
-@query
-def crosses(space: Space, growth: float, a: Floats, b: Floats) -> bool:
-    """Tell exactly whether a segment meets the interior of some obstacle, grown by `growth`."""
-    return (
-        tree.crossed(space.tree, space.boxes, growth, a, b) >= 0
-        or solids.crossed(space.solids, growth, a, b) >= 0
-        or terrain_crossed(space, growth, 0.0, a, b)
-    )
-
-
-@query
-def terrain_reaches(space: Space, growth: float, low: Floats, high: Floats) -> bool:
-    """Tell whether the raised ground or the lowered ceiling reaches into the open box between two corners."""
-    floor = low[2] - growth - space.ground.extra + SURFACE_DEPTH
-    if ground.highest(space.ground, floor, low[0], low[1], high[0], high[1]) > floor:
-        return True
-    floor = -high[2] - growth - space.ceiling.extra + SURFACE_DEPTH
-    return ground.highest(space.ceiling, floor, low[0], low[1], high[0], high[1]) > floor
-
-
-@inner_query
-def obstacle_distance(space: Space, p: Floats) -> float:
-    """Return the metres to the nearest obstacle as given, or down to the ground if that is less; negative inside."""
-    nearest = min(
-        tree.distance(space.tree, space.boxes, p[0], p[1], p[2]), p[2] - ground.height(space.ground, p[0], p[1])
-    )
-    return solids.distance(space.solids, nearest, p[0], p[1], p[2])
+from skyverse.space.obstacles import (
+    Space,
+    above_ceiling,
+    crosses,
+    in_bounds,
+    obstacle_distance,
+    terrain_crossed,
+    with_margin,
+)
+from skyverse.space.seams import avoids_seams, bounds_are_wide, within_bounds
+from skyverse.space.voxels import merged
 
 
 @query
 def point_free(space: Space, p: Floats) -> bool:
-    """Tell whether a point is in bounds and outside every grown obstacle."""
-    return in_bounds(space, p) and not inside_obstacle(space, space.clearance, p)
+    """Tell whether a point is in bounds, outside every grown obstacle and in no seam; see `segment_free`."""
+    return segment_free(space, p, p)
 
 
 @query
 def segment_free(space: Space, a: Floats, b: Floats) -> bool:
-    """Tell whether a whole segment is in bounds and outside every grown obstacle."""
-    return in_bounds(space, a) and in_bounds(space, b) and not crosses(space, space.clearance, a, b)
+    """Tell whether a whole segment is in bounds, outside every grown obstacle and in no seam.
+
+    A segment may touch an obstacle or the bounds, but it must not lead through a seam: between obstacles, or an
+    obstacle and the bounds, that touch each other or leave less than a micrometre. In a seam are the places from which
+    no small step leads away from all that they touch.
+    """
+    if not (in_bounds(space, a) and in_bounds(space, b)):
+        return False
+    reach = SEAM_MARGIN
+    if not (within_bounds(space, SEAM_MARGIN, a) and within_bounds(space, SEAM_MARGIN, b)):
+        reach = SEAM_REACH  # what is farther away leaves space for a step away from the bounds
+    near = _crosses_near(space, reach, a, b)
+    if near != _UNCERTAIN and (near == _CROSSES or reach == SEAM_MARGIN or bounds_are_wide(space)):
+        return near == _CLEAR
+    return not crosses(space, space.clearance, a, b) and avoids_seams(space, a, b)
 
 
 @query
@@ -142,31 +57,35 @@ def path_free(space: Space, path: Floats) -> bool:
     return i >= len(path)
 
 
-def only_boxes(space: Space) -> bool:
-    """Tell whether all obstacles are boxes, with voxels among them: no other shape, and no ground."""
-    return len(space.solids.kind) == 0 and space.ground.heights.size == 0
+_CLEAR, _CROSSES, _UNCERTAIN = range(3)
 
 
-@kernel
-def with_margin(space: Space, margin: float) -> Space:
-    """Return the space with so many metres added to its clearance."""
-    return Space(
-        space.low,
-        space.high,
-        space.boxes,
-        space.clearance + margin,
-        space.tree,
-        space.solids,
-        space.ground,
-        space.ceiling,
-    )
+@inner_query
+def _crosses_near(space: Space, reach: float, a: Floats, b: Floats) -> int:
+    """Tell whether a segment is clear of all obstacles grown by `reach` metres more, or surely crosses a grown one."""
+    growth = space.clearance + reach
+    near = False
+    i = tree.crossed(space.tree, space.boxes, growth, a, b)
+    if i >= 0:
+        if box.meets(space.boxes, i, space.clearance, box.ray(a, b)):
+            return _CROSSES
+        near = True
+    i = solids.crossed(space.solids, growth, a, b)
+    if i >= 0:
+        if box.meets(space.solids.bounds, i, space.clearance, box.ray(a, b)) and solids.meets(
+            space.solids, i, space.clearance, a, b
+        ):
+            return _CROSSES
+        near = True
+    near |= terrain_crossed(space, growth, 0.0, a, b)
+    return _UNCERTAIN if near else _CLEAR
 
 
-def without_seams(space: Space) -> Space:
+def with_closed_obstacles(space: Space) -> Space:
     """Return the space with closed obstacles: `segment_free` then refuses a segment that only touches one.
 
-    The world's obstacles are open, so that what touches them is safe, and a segment could slip between two that touch
-    each other. The lattice's obstacles are closed: each of its moves is a line of sight here.
+    The world's obstacles are open, so that what touches them is safe. The lattice's obstacles are closed: each of its
+    moves is a line of sight here.
     """
     return with_margin(space, 2.0 * SURFACE_DEPTH)
 
@@ -220,12 +139,10 @@ class World:
 
     def __init__(self, scenario: Scenario) -> None:
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
-        # without clearance, the seams between boxes that only touch would be open
-        filled = merged if scenario.clearance > SURFACE_DEPTH else seamless
         top = scenario.bounds.max[2] + ABOVE_BOUNDS
         for number, obstacle in numbered_shapes(scenario.obstacles, top):
             if isinstance(obstacle, Box | Voxels):
-                rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else filled(obstacle)
+                rows = np.array([[*obstacle.min, *obstacle.max]]) if isinstance(obstacle, Box) else merged(obstacle)
                 blocks.append(rows)
                 boxes += [number] * len(rows)
             else:
@@ -293,6 +210,8 @@ class World:
             return f"lies {above:g} m above ground, but {margin:g} m are required"
         if above_ceiling(self.space, self.space.clearance - SURFACE_DEPTH, p):
             return f"lies {above:g} m above ground, above the ceiling of {self._max_height:g} m"
+        if not point_free(self.space, p):
+            return "lies in a seam: grown obstacles, ground or bounds meet there, or leave less than a micrometre"
         return None
 
     def blocker(self, point: ArrayLike) -> int | None:

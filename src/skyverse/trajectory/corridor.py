@@ -13,8 +13,8 @@ from skyverse.numerics.arrays import order_of, towards
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import CORRIDOR_PROGRESS, MIN_OVERLAP, SURFACE_DEPTH, THIN_OVERLAP
 from skyverse.space import box, solids, tree
+from skyverse.space.obstacles import Space, terrain_reaches
 from skyverse.space.tree import FIRST, SKIP, STOP
-from skyverse.space.world import Space, terrain_reaches
 
 MAX_BOXES = 400
 """Boxes of a corridor at most: a path that needs more is too intricate to be smoothed in seconds."""

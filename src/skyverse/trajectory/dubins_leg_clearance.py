@@ -8,7 +8,7 @@ from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner
 from skyverse.numerics.tolerances import ARC_DEVIATION, SURFACE_DEPTH
 from skyverse.space import box, solids, tree
-from skyverse.space.world import Space, terrain_crossed
+from skyverse.space.obstacles import Space, terrain_crossed
 from skyverse.trajectory.climb import height_gained
 from skyverse.trajectory.dubins_leg import DubinsLeg, leg_curvature, leg_marks, pose_on_leg
 

@@ -11,7 +11,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.numerics.tolerances import MIN_NORM
 from skyverse.search.taut.half_plane import UP, half_plane_path
-from skyverse.space.world import Space, World, point_free, segment_free, with_margin
+from skyverse.space.obstacles import Space, with_margin
+from skyverse.space.world import World, point_free, segment_free
 
 FIRST_MOVE = 1.2
 """How far bends are moved at first, as a multiple of the distance that the path is to gain."""

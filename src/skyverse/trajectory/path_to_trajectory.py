@@ -16,7 +16,8 @@ from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import MIN_PATH, SEAM_MARGIN
 from skyverse.problem import Problem
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
-from skyverse.space.world import World, with_margin
+from skyverse.space.obstacles import with_margin
+from skyverse.space.world import World
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.quintic import rest_to_rest

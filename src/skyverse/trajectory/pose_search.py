@@ -13,7 +13,8 @@ from skyverse._typing import Floats, Ints
 from skyverse.numerics.heap import Heap, make_heap, pop, push
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import LEG_END, MIN_PLAIN_WAY
-from skyverse.space.world import Space, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import segment_free
 from skyverse.trajectory.climb import ALL_ALONG, climb_along, climb_length
 from skyverse.trajectory.dubins import all_words
 from skyverse.trajectory.dubins_leg import DubinsLeg, pose_on_leg

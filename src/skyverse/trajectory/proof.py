@@ -3,7 +3,8 @@
 A piece lies inside the box around its Bernstein coefficients, and no farther from its chord than they do. Where that
 box exceeds the bounds or touches an obstacle that is a box, or where an obstacle of another shape comes that near to
 the chord, the piece is halved, until all parts are clear or an instant is found at which the trajectory is not. Half of
-what the referee tolerates is tolerated here, which leaves the other half for rounding.
+what the referee tolerates is tolerated here, which leaves the other half for rounding. No part may lead through a seam:
+see `space.seams`.
 """
 
 import math
@@ -18,9 +19,11 @@ from skyverse.model.verdict import Verdict
 from skyverse.numerics.arrays import put
 from skyverse.numerics.bernstein import split, to_bernstein
 from skyverse.numerics.kernel import inner, kernel
-from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_TIGHTNESS
+from skyverse.numerics.tolerances import LIMIT_EASE, LIMIT_MARGIN, PROOF_TIGHTNESS, SEAM_REACH
 from skyverse.space import box, ground, solids, tree
-from skyverse.space.world import Space, World, above_ceiling, terrain_crossed, terrain_reaches
+from skyverse.space.obstacles import Space, above_ceiling, terrain_crossed, terrain_reaches
+from skyverse.space.seams import bounds_are_wide, step_aside
+from skyverse.space.world import World
 from skyverse.trajectory.limits import (
     AIRSPEED,
     CLIMB,
@@ -96,10 +99,11 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
     """Judge a trajectory: verdict, demand and instant as in `Proof`, and how often pieces were halved."""
     cuts = 0
     doubt = (_PROVEN, 0, 0.0)
+    step = -1
     for k in range(len(coefficients)):
         duration = knots[k + 1] - knots[k]
         rows = coefficients[k]
-        code, what, where, more = _clear(space, to_bernstein(rows, duration))
+        code, what, where, more, step = _clear(space, to_bernstein(rows, duration), step)
         cuts += more
         if code == _REFUTED:
             return code, what, knots[k] + where * duration, cuts
@@ -126,19 +130,22 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
 
 
 @inner
-def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
-    """Judge whether a piece is clear: verdict, demand, the share of the piece where it fails, and halvings."""
+def _clear(space: Space, b: Floats, step: int) -> tuple[int, int, float, int, int]:
+    """Judge whether a piece is clear: verdict, demand, the share of the piece where it fails, halvings, and last step.
+
+    The steps, from that with which the piece before ended, lead out of seams; see `step_aside`.
+    """
     pieces = np.empty((MAX_DEPTH + 1, b.size))  # a stack of parts that are not decided, the earliest on top
     put(pieces, 0, b.copy().reshape(-1))
     low, high = np.empty(3), np.empty(3)
     _enclose(pieces[0], low, high)
-    near = tree.touching(space.tree, space.boxes, space.clearance, low, high)
+    near = tree.touching(space.tree, space.boxes, space.clearance + SEAM_REACH, low, high)
     for share in range(2):
         what = _fault(space, near, b[share * (len(b) - 1)])
         if what:
-            return _REFUTED, what, float(share), 0
+            return _REFUTED, what, float(share), 0, step
     begin, level = np.zeros(MAX_DEPTH + 1), np.zeros(MAX_DEPTH + 1, np.int64)
-    count = np.full(MAX_DEPTH + 1, len(near))  # that many of the boxes, the first ones, touched the part it is half of
+    count = np.full(MAX_DEPTH + 1, len(near))  # so many boxes, the first ones, are near what it is half of
     waiting, cuts = 1, 0
     while waiting:
         top = waiting - 1
@@ -147,11 +154,15 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
         for axis in range(3):
             inside &= space.low[axis] - LIMIT_EASE <= low[axis] and high[axis] <= space.high[axis] + LIMIT_EASE
         count[top] = _keep(space, near, count[top], low, high)
-        if inside and count[top] == 0 and _clear_of_shapes(space, pieces[top], low, high):
-            waiting -= 1
-            continue
+        alone = count[top] == 0 and _far_from_shapes(space, low, high)
+        if inside and (alone or _clear_of_all(space, near[: count[top]], pieces[top], low, high)):
+            found = -1 if alone else step_aside(space, _part(pieces[top], low, high), _off_chord(pieces[top]), step)
+            if alone or found >= 0:
+                step = found
+                waiting -= 1
+                continue
         if level[top] == MAX_DEPTH or cuts == MAX_HALVINGS:
-            return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top], cuts
+            return _UNDECIDED, _BOUNDS if not inside else _CLEARANCE, begin[top], cuts, step
         cuts += 1
         split(pieces[top], pieces[waiting], 3)
         level[top] += 1
@@ -159,9 +170,40 @@ def _clear(space: Space, b: Floats) -> tuple[int, int, float, int]:
         begin[top] += 0.5 ** level[top]
         what = _fault(space, near[: count[top]], pieces[top])
         if what:
-            return _REFUTED, what, begin[top], cuts
+            return _REFUTED, what, begin[top], cuts, step
         waiting += 1
-    return _PROVEN, 0, 0.0, cuts
+    return _PROVEN, 0, 0.0, cuts, step
+
+
+@inner
+def _part(b: Floats, low: Floats, high: Floats) -> Floats:
+    """Return the ends (0, 1) of a piece with coefficients laid end to end, and the corners (2, 3) of the box around."""
+    part = np.empty((4, 3))
+    put(part, 0, b[:3])
+    put(part, 1, b[len(b) - 3 :])
+    put(part, 2, low)
+    put(part, 3, high)
+    return part
+
+
+@inner
+def _far_from_shapes(space: Space, low: Floats, high: Floats) -> bool:
+    """Tell whether no shape but boxes, nor the ground, is so near to a box that a step aside could meet it."""
+    growth = space.clearance + SEAM_REACH
+    return (
+        bounds_are_wide(space)
+        and solids.reaching(space.solids, growth, low, high) < 0
+        and not terrain_reaches(space, growth, low, high)
+    )
+
+
+@inner
+def _clear_of_all(space: Space, near: Ints, b: Floats, low: Floats, high: Floats) -> bool:
+    """Tell whether a piece in the box between two corners is clear of boxes, given those near it, and of all else."""
+    clear = True
+    for i in near:
+        clear &= not box.touches(space.boxes, i, space.clearance - LIMIT_EASE, low, high)
+    return clear and _clear_of_shapes(space, b, low, high)
 
 
 @inner
@@ -212,10 +254,10 @@ def _off_chord(b: Floats) -> float:
 
 @inner
 def _keep(space: Space, near: Ints, count: int, low: Floats, high: Floats) -> int:
-    """Move those of the first `count` boxes to the front that touch the box between two corners; return how many."""
+    """Move those of the first `count` boxes to the front that are near the box between two corners; return how many."""
     kept = 0
     for i in range(count):
-        if box.touches(space.boxes, near[i], space.clearance - LIMIT_EASE, low, high):
+        if box.touches(space.boxes, near[i], space.clearance + SEAM_REACH, low, high):
             near[i], near[kept] = near[kept], near[i]
             kept += 1
     return kept

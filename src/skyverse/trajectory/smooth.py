@@ -14,7 +14,8 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import writable
 from skyverse.numerics.tolerances import JERK_JUMP, LIMIT_MARGIN, MIN_PATH
-from skyverse.space.world import World, only_boxes
+from skyverse.space.obstacles import only_boxes
+from skyverse.space.world import World
 from skyverse.trajectory.corridor import grow_corridor
 from skyverse.trajectory.inset_path import inset_path
 from skyverse.trajectory.interior_point import improve, objective

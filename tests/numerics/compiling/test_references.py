@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(PLAIN_PYTHON or PLAIN_NUMBA, reason="nothing is 
 
 RETURN_REFERENCES = {
     "skyverse.search.taut.shorten_window:_local_space": "to parts of its argument, which its caller does not return",
-    "skyverse.space.world:with_margin": "to parts of its argument, which no caller returns",
+    "skyverse.space.obstacles:with_margin": "to parts of its argument, which no caller returns",
 }
 """Kernels whose result points to memory of whoever called them, and why that memory is still there."""
 

@@ -10,7 +10,8 @@ from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance
 from skyverse.numerics.tolerances import COLLINEAR_DOT
-from skyverse.space.world import Space, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import segment_free
 
 MAX_MEETING_COSINE = 0.7
 """Two legs are prolonged to where they meet only where the cosine of the angle between them is at most this."""

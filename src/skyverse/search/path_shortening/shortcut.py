@@ -9,7 +9,8 @@ import numpy as np
 from skyverse._typing import Bools, Floats
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import COLLINEAR
-from skyverse.space.world import Space, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import segment_free
 
 
 def drop_repeated(path: Floats) -> Floats:

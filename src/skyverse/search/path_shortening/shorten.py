@@ -14,7 +14,8 @@ from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance, length_of
 from skyverse.numerics.tolerances import BEND_WORTH, MIN_CROSS_PRODUCT, MIN_SLIDE, PATH_CONVERGED, SHORTER
 from skyverse.search.path_shortening.shortcut import drop_redundant, shortcut
-from skyverse.space.world import Space, in_bounds, segment_free
+from skyverse.space.obstacles import Space, in_bounds
+from skyverse.space.world import segment_free
 
 MAX_ROUNDS = 120
 """Rounds of moves over all bends at most."""

@@ -13,7 +13,8 @@ from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance, length_of
 from skyverse.numerics.tolerances import SAMPLED_CONVERGED, SHORTER
 from skyverse.search.path_shortening.shortcut import drop_redundant
-from skyverse.space.world import Space, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import segment_free
 
 FINEST_SHARE = 1.0 / 64.0
 """The smallest share of `reach` by which a bend is moved, and of a leg that is cut off at a bend."""

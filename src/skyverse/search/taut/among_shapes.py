@@ -15,7 +15,8 @@ from skyverse.search.path_shortening.shortcut import drop_repeated
 from skyverse.search.path_shortening.shorten import shorten
 from skyverse.search.taut.half_plane import half_plane_path
 from skyverse.space.lattice import Grid, position, positions
-from skyverse.space.world import Space, path_free, point_free, segment_free, with_margin, without_seams
+from skyverse.space.obstacles import Space, with_margin
+from skyverse.space.world import path_free, point_free, segment_free, with_closed_obstacles
 
 SPARE_LENGTH = 0.1
 """Paths past one side that are longer than the shortest by more than this share are not shortened."""
@@ -50,7 +51,7 @@ def path_among_shapes(
     """
     if segment_free(space, *ends):
         return np.stack(ends), 0
-    spaced, closed = with_margin(space, SLOPE_MARGIN), without_seams(space)
+    spaced, closed = with_margin(space, SLOPE_MARGIN), with_closed_obstacles(space)
     first, last = (_spaced_end(space, spaced, end) for end in ends)
     best, least = np.empty((0, 3)), np.inf
     tried: list[Floats] = []

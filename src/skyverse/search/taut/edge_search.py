@@ -16,7 +16,8 @@ from skyverse.numerics.norm import distance
 from skyverse.search.taut.edge_geometry import beside_faces
 from skyverse.space import box, tree
 from skyverse.space.edges import Edges
-from skyverse.space.world import Space
+from skyverse.space.obstacles import Space
+from skyverse.space.world import segment_free
 
 GOAL_STATE = 2
 """The state of point 1, which is the goal and lies on no edge."""
@@ -65,6 +66,8 @@ def search_edges(space: Space, edges: Edges, points: BendPoints, length: float) 
             obstacle = tree.crossed(space.tree, space.boxes, space.clearance, at[u], at[v])
             if obstacle >= 0:
                 blocked_last[u] = blocked_last[v] = obstacle
+                continue
+            if not segment_free(space, at[u], at[v]):  # it leads along the bounds, and a box is next to them
                 continue
             price[state] = price[before] + distance(at[u], at[v])
             came[state] = before

@@ -6,7 +6,8 @@ from skyverse._typing import Floats
 from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance
-from skyverse.space.world import Space, point_free, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import point_free, segment_free
 
 STATIONS = 48
 """Places on a blocked leg at which it is asked how far the leg must be moved."""

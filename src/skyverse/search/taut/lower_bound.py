@@ -25,8 +25,8 @@ from skyverse.search.taut.edge_geometry import beside_faces, pieces_within
 from skyverse.search.taut.edge_search import GOAL_STATE, faces_onward, next_leg, walk_back
 from skyverse.space import box
 from skyverse.space.edges import Edges
+from skyverse.space.obstacles import Space
 from skyverse.space.tree import FIRST, SKIP, STOP
-from skyverse.space.world import Space
 
 MAX_INTERVALS = 400
 """Intervals at most."""

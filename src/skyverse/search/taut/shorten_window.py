@@ -18,7 +18,8 @@ from skyverse.search.taut.edge_geometry import best_crossing, crossings_within, 
 from skyverse.search.taut.edge_search import BendPoints, search_edges
 from skyverse.space import tree
 from skyverse.space.edges import Edges
-from skyverse.space.world import Space, path_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import path_free
 
 MAX_PIECES = 100
 """Pieces of edges in a window at most."""

@@ -15,7 +15,8 @@ from skyverse.search.taut.tighten import tighten
 from skyverse.space import tree
 from skyverse.space.cells import Cells
 from skyverse.space.edges import Edges
-from skyverse.space.world import Space, in_bounds, segment_free, with_margin
+from skyverse.space.obstacles import Space, in_bounds, with_margin
+from skyverse.space.world import segment_free
 
 MAX_STEPS_OUT = 6
 """How often a point is moved past the face of a box before it counts as shut in."""

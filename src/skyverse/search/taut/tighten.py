@@ -11,7 +11,8 @@ from skyverse.search.path_shortening.shortcut import shortcut
 from skyverse.search.taut.edge_geometry import pieces_within
 from skyverse.search.taut.shorten_window import MAX_PIECES, shorten_window
 from skyverse.space.edges import Edges
-from skyverse.space.world import Space, segment_free
+from skyverse.space.obstacles import Space
+from skyverse.space.world import segment_free
 
 MAX_PASSES = 6
 """Passes of windows over the path at most."""

@@ -1,0 +1,367 @@
+"""Judges whether a curve leads through a seam: between grown shapes that touch or leave less than a micrometre.
+
+Grown shapes may be touched from outside. So a curve is judged by a second curve beside it: one that is nowhere farther
+from it than `SEAM_REACH`, and that keeps half a micrometre, `HALF_SEAM`, from all grown shapes and from the bounds.
+Where there is such a curve, nothing is squeezed through a seam; in a seam there is no space for it.
+
+The curve beside is made of parts of the curve itself, each moved by one small step. Wherever the step changes from one
+part to the next, the straight line between the two moved places must keep the same distance. A part that cannot be
+moved is cut in two, until a place is found from which no step leads away.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats, Indices
+from skyverse.model.scenario import Scenario
+from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER, obstacle_text
+from skyverse.referee.overlaps import overlapping_pairs
+from skyverse.referee.polynomial import halve
+from skyverse.referee.positions import position_text
+from skyverse.referee.solids import GrownSolids
+from skyverse.referee.subdivision import MAX_DEPTH, MAX_UNDECIDED_PARTS
+from skyverse.referee.tolerances import HALF_SEAM, LET_PASS, SEAM_PART, SEAM_REACH
+from skyverse.referee.world import RefereeWorld
+
+BOUNDS_NUMBER = -3
+"""The number that stands for the bounds among the numbers of obstacles."""
+WIDENED = LET_PASS + HALF_SEAM
+"""Metres by which shapes are widened here: what was let pass is taken back, since seams need no such grace."""
+EVALUATIONS_AT_ONCE = 2**18
+"""Depths computed in one call of NumPy, which bounds the memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seam:
+    """A place where a curve leads through a seam, or where that could not be decided.
+
+    Attributes
+    ----------
+    decided
+        Whether the curve certainly leads through a seam there.
+    obstacles
+        The numbers of the obstacles that leave no space, also `GROUND_NUMBER`, `CEILING_NUMBER` and
+        `BOUNDS_NUMBER`.
+    piece, share
+        The index of the piece, and how far along it the place is, 0 to 1.
+    position
+        (3,) metres.
+    """
+
+    decided: bool
+    obstacles: tuple[int, ...]
+    piece: int
+    share: float
+    position: Floats
+
+    def sentence(self, scenario: Scenario, subject: str, where: str) -> str:
+        """Say that `subject` leads through the seam at the place that the words `where` tell."""
+        there = f"{where}, position {position_text(self.position)}"
+        names = [_named(scenario, number) for number in self.obstacles]
+        if not self.decided:
+            return f"Whether {subject} leads between {' and '.join(names)} could not be decided {there}."
+        if len(names) == 1:
+            return f"{subject} passes through a gap in {names[0]} that leaves less than a micrometre {there}."
+        together = f"{', '.join(names[:-1])} and {names[-1]}"
+        return f"{subject} passes between {together}, which leave less than a micrometre {there}."
+
+
+def _named(scenario: Scenario, number: int) -> str:
+    """Name an obstacle, the ground or the bounds."""
+    if number == BOUNDS_NUMBER:
+        return "the bounds"
+    if number == CEILING_NUMBER:
+        return "the ceiling above ground"
+    return "the ground" if number == GROUND_NUMBER else obstacle_text(scenario, number)
+
+
+@dataclass(frozen=True, eq=False)
+class _Near:
+    """The shapes of one kind that are near parts of the curve: (k,) numbers of parts and of shapes, and errors."""
+
+    kind: GrownSolids
+    part: Indices
+    shape: Indices
+    error: Floats
+
+    def of(self, parts: Indices) -> "_Near":
+        """Return what is near some of the parts, rising numbers (m,), which are numbered anew."""
+        place = np.searchsorted(parts, self.part)
+        some = np.flatnonzero(parts[np.minimum(place, len(parts) - 1)] == self.part) if len(parts) else parts
+        return _Near(self.kind, place[some], self.shape[some], self.error[some])
+
+    def kept(self, some: NDArray[np.bool_]) -> "_Near":
+        """Return only some of the pairs."""
+        return _Near(self.kind, self.part[some], self.shape[some], self.error[some])
+
+    def depth(self, b: Floats) -> Floats:
+        """Return upper bounds (k,) on how deep the parts b (n, degree + 1, 3) are inside the widened shapes, metres."""
+        if not len(self.part):
+            return np.zeros(0)
+        return self.kind.depth(b[self.part], self.shape) + WIDENED + self.error
+
+    def deepest(self, b: Floats) -> Floats:
+        """Return the greatest of `depth` of each part, (n,) metres; minus infinity where no shape is near."""
+        deepest = np.full(len(b), -np.inf)
+        np.maximum.at(deepest, self.part, self.depth(b))
+        return deepest
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Parts of the curve: coefficients (n, degree + 1, 3), the piece, begin and width of each, and what is near."""
+
+    b: Floats
+    piece: Indices
+    begin: Floats
+    width: Floats
+    near: tuple[_Near, ...]
+
+    def of(self, which: Indices) -> "_Parts":
+        """Return some of the parts, rising numbers (m,)."""
+        near = tuple(near.of(which) for near in self.near)
+        return _Parts(self.b[which], self.piece[which], self.begin[which], self.width[which], near)
+
+    def halved(self) -> "_Parts":
+        """Return both halves of each part: all first ones, then all second ones."""
+        width, n = self.width / 2, len(self.b)
+        near = tuple(
+            _Near(one.kind, np.r_[one.part, one.part + n], np.tile(one.shape, 2), np.tile(one.error, 2))
+            for one in self.near
+        )
+        begin = np.concatenate([self.begin, self.begin + width])
+        return _Parts(np.concatenate(halve(self.b)), np.tile(self.piece, 2), begin, np.tile(width, 2), near)
+
+    def points(self, end: int) -> "_Parts":
+        """Return the places where the parts begin (0) or end (-1), as parts."""
+        begin = self.begin + (self.width if end else 0.0)
+        return _Parts(self.b[:, [end]], self.piece, begin, np.zeros(len(self.b)), self.near)
+
+    @property
+    def extent(self) -> Floats:
+        """The longest side of the box around each part, (n,) metres."""
+        return (self.b.max(axis=1) - self.b.min(axis=1)).max(axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Movable:
+    """Parts that can be moved, and (n, k) by which of `STEPS`."""
+
+    parts: _Parts
+    allowed: NDArray[np.bool_]
+
+    def with_others(self, other: "_Movable") -> "_Movable":
+        """Return these and other parts."""
+        a, b = self.parts, other.parts
+        if not len(a.b):
+            return other
+        near = tuple(
+            _Near(
+                one.kind,
+                np.r_[one.part, two.part + len(a.b)],
+                np.r_[one.shape, two.shape],
+                np.r_[one.error, two.error],
+            )
+            for one, two in zip(a.near, b.near, strict=True)
+        )
+        begin, width = np.r_[a.begin, b.begin], np.r_[a.width, b.width]
+        parts = _Parts(np.concatenate([a.b, b.b]), np.r_[a.piece, b.piece], begin, width, near)
+        return _Movable(parts, np.concatenate([self.allowed, other.allowed]))
+
+    def in_order(self) -> "_Movable":
+        """Return the parts in the order in which they follow one another."""
+        parts = self.parts
+        order = np.lexsort([parts.begin, parts.piece])
+        rank = np.argsort(order)
+        near = tuple(_Near(one.kind, rank[one.part], one.shape, one.error) for one in parts.near)
+        ordered = _Parts(parts.b[order], parts.piece[order], parts.begin[order], parts.width[order], near)
+        return _Movable(ordered, self.allowed[order])
+
+
+def _steps() -> Floats:
+    """Return the steps by which parts are moved, (k, 3) metres; the first one is none.
+
+    There are 50 directions: up, down, and 16 all around, each of them level, half up and half down.
+    """
+    turn = np.radians(np.arange(0, 360, 22.5))
+    around = [np.cos(turn), np.sin(turn)]
+    half = np.sqrt(0.5)
+    rings = [np.column_stack([half * around[0], half * around[1], np.full(16, up)]) for up in (half, -half)]
+    ways = np.concatenate([[(0, 0, 1), (0, 0, -1)], np.column_stack([*around, np.zeros(16)]), *rings])
+    return np.concatenate([np.zeros((1, 3)), *(HALF_SEAM * size * ways for size in (2.5, 5.0, 1.2, 10.0))])
+
+
+STEPS = _steps()
+
+
+def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
+    """Return a seam that a curve leads through, or a place where that could not be decided; ``None`` if there is none.
+
+    Parameters
+    ----------
+    world
+        What to keep clear of.
+    b, error
+        (n, degree + 1, 3) coefficients of consecutive pieces that keep the bounds and the clearance, metres, and (n,)
+        bounds on their errors.
+    """
+    near = tuple(_near(kind, b, error) for kind in (world.boxes, *world.others))
+    parts = _Parts(b, np.arange(len(b)), np.zeros(len(b)), np.ones(len(b)), near)
+    found = _Movable(parts.of(np.arange(0)), np.zeros((0, len(STEPS)), dtype=np.bool_))
+    for _ in range(MAX_DEPTH + 1):
+        parts, movable = _without_movable(world, parts)
+        found = found.with_others(movable)
+        if not len(parts.b):
+            return _seam_along(world, found)
+        for end in (0, -1):
+            seam = _sealed_place(world, parts.points(end))
+            if seam is not None:
+                return seam
+        if len(parts.b) > MAX_UNDECIDED_PARTS or parts.extent.min() < SEAM_PART:
+            break
+        parts = parts.halved()
+    return _seam_at(world, parts.points(0), int(np.argmin(parts.extent)), decided=False)
+
+
+def _near(kind: GrownSolids, b: Floats, error: Floats) -> _Near:
+    """Return which shapes of one kind are so near to pieces that a step may meet them."""
+    wrong = kind.error(b, error)
+    reach = (wrong + WIDENED + SEAM_REACH)[:, None]
+    pairs = overlapping_pairs(b.min(axis=1) - reach, b.max(axis=1) + reach, *kind.hulls())
+    part, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
+    return _Near(kind, part, shape, wrong[part])
+
+
+def _without_movable(world: RefereeWorld, parts: _Parts) -> tuple[_Parts, _Movable]:
+    """Return the parts that must be cut, and those near shapes that some step moves clear of everything.
+
+    Parts with no shape near them are in neither: they can be moved away from the bounds, and in all ways.
+    """
+    deepest, near = np.full(len(parts.b), -np.inf), []
+    for one in parts.near:
+        depth = one.depth(parts.b)
+        np.maximum.at(deepest, one.part, depth)
+        near.append(one.kept(~(depth <= -SEAM_REACH * one.kind.steepness)))
+    parts = _Parts(parts.b, parts.piece, parts.begin, parts.width, tuple(near))
+    alone = np.ones(len(parts.b), dtype=np.bool_)
+    for one in near:
+        alone[one.part] = False
+    if (world.high - world.low).min() > 2 * SEAM_REACH:
+        parts, deepest = parts.of(np.flatnonzero(~alone)), deepest[~alone]
+    allowed = np.zeros((len(parts.b), len(STEPS)), dtype=np.bool_)
+    allowed[:, 0] = (deepest <= 0) & _in_bounds(world, parts.b)
+    steepest = max((one.kind.steepness for one in near if len(one.part)), default=1.0)
+    doubtful = np.flatnonzero(~allowed[:, 0] & (deepest <= SEAM_REACH * steepest))  # no step leads out from deeper
+    allowed[doubtful] = _allowed(world, parts.of(doubtful))
+    movable = allowed.any(axis=1)
+    return parts.of(np.flatnonzero(~movable)), _Movable(parts.of(np.flatnonzero(movable)), allowed[movable])
+
+
+def _in_bounds(world: RefereeWorld, b: Floats) -> NDArray[np.bool_]:
+    """Tell which parts (n, degree + 1, 3) keep half a seam from the bounds, (n,)."""
+    low, high = world.low + HALF_SEAM, world.high - HALF_SEAM
+    return ((b.min(axis=1) >= low) & (b.max(axis=1) <= high)).all(axis=1)
+
+
+def _allowed(world: RefereeWorld, parts: _Parts, sure: float = 1.0) -> NDArray[np.bool_]:
+    """Tell which of `STEPS` move which parts clear of all shapes and bounds, (n, k).
+
+    With -1 for `sure`, errors are taken in favour of the steps.
+    """
+    n, pairs = len(parts.b), sum(len(near.part) for near in parts.near)
+    each = max(1, EVALUATIONS_AT_ONCE // max(n + pairs, 1))
+    columns = []
+    for first in range(0, len(STEPS), each):
+        some = STEPS[first : first + each]
+        k = len(some)
+        moved = (parts.b[:, None] + some[:, None, :]).reshape(n * k, *parts.b.shape[1:])
+        clear = _in_bounds(world, moved)
+        for near in parts.near:
+            part = (near.part[:, None] * k + np.arange(k)).ravel()
+            repeated = _Near(near.kind, part, np.repeat(near.shape, k), sure * np.repeat(near.error, k))
+            clear &= repeated.deepest(moved) <= 0
+            thin = repeated.kept(near.kind.thin()[repeated.shape])
+            if len(thin.part):  # no step leads through a thin shape, as it is let pass, to its far side
+                swept = np.concatenate([np.repeat(parts.b, k, axis=0), moved], axis=1)
+                clear &= thin.deepest(swept) <= WIDENED + 2 * thin.error.max()
+        columns.append(clear.reshape(n, k))
+    return np.concatenate(columns, axis=1)
+
+
+def _sealed_place(world: RefereeWorld, points: _Parts) -> Seam | None:
+    """Return the first of some places from which no step leads away, or ``None``."""
+    deepest = np.full(len(points.b), -np.inf)
+    for near in points.near:
+        deepest = np.maximum(deepest, near.deepest(points.b))
+    doubtful = np.flatnonzero(~((deepest <= 0) & _in_bounds(world, points.b)))
+    for k in doubtful[~_allowed(world, points.of(doubtful)).any(axis=1)]:
+        if not _allowed(world, points.of(np.array([k])), sure=-1.0).any():
+            return _seam_at(world, points, int(k), decided=True)
+    return None
+
+
+def _seam_along(world: RefereeWorld, movable: _Movable) -> Seam | None:
+    """Return where parts that can be moved one by one cannot be moved as one curve, or ``None``."""
+    for _ in range(2 * MAX_DEPTH):
+        movable = movable.in_order()
+        k = _first_break(world, movable)
+        if k is None:
+            return None
+        beside = np.arange(max(k - 1, 0), k + 1)
+        long = beside[movable.parts.extent[beside] >= SEAM_PART]
+        if not len(long):
+            return _seam_at(world, movable.parts.points(0), k, decided=True)
+        halves = movable.parts.of(long).halved()
+        others = np.setdiff1d(np.arange(len(movable.parts.b)), long)
+        rest = _Movable(movable.parts.of(others), movable.allowed[others])
+        movable = rest.with_others(_Movable(halves, _allowed(world, halves)))
+    return _seam_at(world, movable.parts.points(0), 0, decided=False)
+
+
+def _first_break(world: RefereeWorld, movable: _Movable) -> int | None:
+    """Return the first part to which no step leads from the steps of the parts before it, or ``None``."""
+    parts = movable.parts
+    ends, begins = parts.piece + parts.begin + parts.width, parts.piece + parts.begin
+    follows = np.r_[False, ends[:-1] == begins[1:]][: len(parts.b)]
+    reached = np.zeros(0, dtype=np.intp)
+    for k in range(len(parts.b)):
+        steps = np.flatnonzero(movable.allowed[k])
+        if follows[k]:
+            same = np.intersect1d(reached, steps)
+            if len(same) < len(steps):
+                linked = _linked(world, parts, k, same[:1] if len(same) else reached, steps)
+                steps = np.union1d(same, linked).astype(np.intp)
+        if not len(steps):
+            return k
+        reached = steps
+    return None
+
+
+def _linked(world: RefereeWorld, parts: _Parts, k: int, before: Indices, steps: Indices) -> Indices:
+    """Return those steps of part k to which a clear straight line leads from one of the steps before, at its begin."""
+    one, other = np.repeat(before, len(steps)), np.tile(steps, len(before))
+    place = parts.b[k, 0]
+    lines = np.stack([place + STEPS[one], place + STEPS[other]], axis=1)
+    clear = _in_bounds(world, lines)
+    for near in parts.of(np.array([k])).near:
+        clear &= _repeated(near, len(lines)).deepest(lines) <= 0
+    return np.unique(other[clear])
+
+
+def _repeated(near: _Near, times: int) -> _Near:
+    """Return what is near one part as what is near so many parts."""
+    part = np.repeat(np.arange(times), len(near.part))
+    return _Near(near.kind, part, np.tile(near.shape, times), np.tile(near.error, times))
+
+
+def _seam_at(world: RefereeWorld, points: _Parts, k: int, *, decided: bool) -> Seam:
+    """Return the seam at place k, with all obstacles that are near enough to touch it or leave too little space."""
+    here = points.of(np.array([k]))
+    numbers: set[int] = set()
+    for near in here.near:
+        numbers.update(near.kind.obstacle[near.shape[near.depth(here.b) > -2 * HALF_SEAM]].tolist())
+    if not _in_bounds(world, here.b)[0]:
+        numbers.add(BOUNDS_NUMBER)
+    return Seam(decided, tuple(sorted(numbers)), int(here.piece[0]), float(here.begin[0]), here.b[0, 0])

@@ -1,0 +1,148 @@
+"""No planner leads through a wall that is sealed only because grown shapes touch, overlap or nearly meet."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skyverse as sky
+from sealed_walls import WALL, sealed_walls, with_ends
+from skyverse.model.shapes import Box, Prism, Sphere, Voxels
+
+EXACT = (sky.Taut(), sky.AStar(), sky.ThetaStar())
+DRAWN = (
+    sky.MVO(),
+    sky.GSO(),
+    sky.BBO(),
+    sky.RandomRestart(),
+    sky.HybridMVO(),
+    sky.HybridMVO(legs="straight"),
+    sky.PSO(),
+    sky.CMAES(),
+)
+STOP = sky.MaxIterations(2)
+
+
+@given(sealed_walls(), st.data())
+def test_no_planner_leads_through_a_sealed_wall(wall, data):
+    seam = data.draw(st.sampled_from(wall.seams))
+    y = wall.scenario.bounds.min[1]
+    starts = [data.draw(st.floats(0.0, 10.0)) + wall.scenario.bounds.min[0], seam]
+    for planner in (*EXACT, data.draw(st.sampled_from(DRAWN))):
+        for x in starts:
+            scenario = with_ends(wall.scenario, (x, y + 0.5, 3), (seam, y + 9, 3))
+            result = planner.plan(sky.Problem(scenario), stop=STOP, rng=1)
+            assert not result.status.reached, (planner, x, result.path)
+
+
+@given(sealed_walls(kinds=("box", "prism", "cylinder", "voxels")), st.data())  # a corner may be touched from one side
+def test_no_planner_starts_or_ends_in_a_seam(wall, data):
+    seam = data.draw(st.sampled_from(wall.seams))
+    y = wall.scenario.bounds.min[1]
+    within, beside = (seam, y + WALL, 3), (seam, y + 9, 3)
+    for ends in ((within, beside), (beside, within)):
+        scenario = with_ends(wall.scenario, *ends)
+        assert not sky.World(scenario).free([within])[0]
+        assert sky.World(scenario).why_unsafe(within) is not None
+        for planner in EXACT:
+            assert not planner.plan(sky.Problem(scenario)).status.reached
+
+
+def hall(*obstacles, start, end, clearance=0.0):
+    return sky.Scenario(
+        name="hall",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 5)),
+        obstacles=obstacles,
+        clearance=clearance,
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5)),
+        objective=sky.Objective(unit="metres"),
+        uavs=(sky.UAV(start=start),),
+        targets=(sky.Target(position=end),),
+    )
+
+
+def prism(x0, x1, y0, y1, **span):
+    return Prism(vertices=((x0, y0), (x1, y0), (x1, y1), (x0, y1)), **span)
+
+
+HOUSES = {
+    "boxes": lambda gap: (Box(min=(-1, 4, -1), max=(5, 5, 6)), Box(min=(5 + gap, 4, -1), max=(11, 5, 6))),
+    "prisms": lambda gap: (prism(-1, 5, 4, 5, low=-1, high=6), prism(5 + gap, 11, 4, 5, low=-1, high=6)),
+    "voxels": lambda gap: (Voxels(origin=(0, 4, 0), step=(1, 1, 1), occupied=np.ones((10, 1, 5))),),
+}
+
+
+@pytest.mark.parametrize("planner", EXACT, ids=repr)
+@pytest.mark.parametrize("shape", HOUSES)
+@pytest.mark.parametrize("gap", [0.0, -1e-9, -5e-7, -1.5e-6, 1e-9])
+def test_two_terraced_houses_from_bound_to_bound_leave_no_way(shape, gap, planner):
+    scenario = hall(*HOUSES[shape](gap), start=(5, 1, 2), end=(5, 9, 2))
+    mission = sky.plan_mission(scenario, planner, rng=1)
+    assert mission.results[0].status is sky.Status.NO_PATH
+    assert mission.certificates[0] is None
+
+
+def test_a_slot_that_fits_exactly_is_no_way_and_one_that_is_a_millimetre_wider_is():
+    for wide, way in ((0.5, False), (0.5 + 9e-7, False), (0.501, True)):
+        a, b = 5 - wide / 2, 5 + wide / 2
+        two = prism(-1, a, 4, 5, low=-1, high=6), prism(b, 11, 4, 5, low=-1, high=6)
+        one = Prism(
+            vertices=((-1, 3.5), (a, 3.5), (a, 4.5), (b, 4.5), (b, 3.5), (11, 3.5), (11, 5.5), (-1, 5.5)),
+            low=-1,
+            high=6,
+        )
+        for shapes, end in ((two, (5, 9, 2)), ((one,), (5, 4, 2))):
+            scenario = hall(*shapes, start=(5, 1, 2), end=end, clearance=0.25)
+            mission = sky.plan_mission(scenario, sky.Taut(), rng=1)
+            assert mission.results[0].status.reached == way
+            assert mission.violations == ()
+
+
+FLUSH = {
+    "a facade of two houses": (
+        (Box(min=(4, 2, 0), max=(4.9, 5, 5)), Box(min=(4, 5, 0), max=(4.9, 8, 5))),
+        (4.9, 1, 2),
+        (4.9, 9, 2),
+    ),
+    "a facade of two prisms": (
+        (prism(4, 4.9, 2, 5, low=0, high=5), prism(4, 4.9, 5, 8, low=0, high=5)),
+        (4.9, 1, 2),
+        (4.9, 9, 2),
+    ),
+    "touching roofs": (
+        (prism(0, 5, 2, 5, low=0, high=2), prism(5, 10, 2, 5, low=0, high=2)),
+        (5, 1, 2),
+        (5, 9, 2),
+    ),
+    "an inner corner": (
+        (Box(min=(3, 0, 0), max=(4.9, 10, 5)), Box(min=(3, 3, 0), max=(10, 3.9, 1.9))),
+        (4.9, 3.9, 1),
+        (4.9, 9, 2),
+    ),
+    "a gap of a millimetre": (
+        (Box(min=(-1, 4, -1), max=(5, 5, 6)), Box(min=(5.001, 4, -1), max=(11, 5, 6))),
+        (5, 1, 2),
+        (5.001, 9, 2),
+    ),
+    "from wall to wall": (
+        (Box(min=(4, 0, 0), max=(6, 1, 5)), Box(min=(4, 9, 0), max=(6, 10, 5))),
+        (5, 1, 2),
+        (5, 9, 2),
+    ),
+    "under a wall along the floor": ((Box(min=(-1, 4, 1e-3), max=(11, 5, 6)),), (5, 1, 0), (5, 9, 0)),
+    "on a cylinder": ((sky.Cylinder(centre=(5, 5), radius=2, low=0, high=5),), (5, 3, 2), (5, 7, 2)),
+    "on a sphere": ((Sphere(centre=(5, 5, 2), radius=2),), (5, 3, 2), (5, 7, 2)),
+}
+
+
+@pytest.mark.parametrize("planner", [sky.Taut(), sky.ThetaStar(), sky.HybridMVO(legs="straight")], ids=repr)
+@pytest.mark.parametrize("case", FLUSH)
+def test_what_touches_outer_faces_only_is_flown_and_proven(case, planner):
+    shapes, start, end = FLUSH[case]
+    mission = sky.plan_mission(hall(*shapes, start=start, end=end), planner, rng=1, stop=sky.MaxIterations(5))
+    if case == "a gap of a millimetre" and planner == sky.ThetaStar():
+        assert mission.results[0].status is sky.Status.NO_PATH  # the lattice does not go through it
+        return
+    assert mission.results[0].status.reached
+    assert mission.violations == ()
+    assert mission.certificates[0].verdict is sky.Verdict.PROVEN
