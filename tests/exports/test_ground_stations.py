@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.exports.qgc_plan import geofence
+from skyverse.model.scenario import Origin
 
 pytest.importorskip("pyproj", reason="an independent geodesy")
 
@@ -275,3 +277,11 @@ def test_plans_have_every_field_that_qgroundcontrol_wants_and_no_other(tmp_path)
             assert all(i["Altitude"] == i["params"][6] for i in items if i["frame"] != 2)
             modes = {0: 2, 3: 1, 10: 4}
             assert all(i["AltitudeMode"] == modes[i["frame"]] for i in items if i["frame"] != 2)
+
+
+def test_a_geofence_holds_what_nothing_may_fly_over():
+    flight = handmade.along([(0, 0, 10), (50, 0, 10)], 10)
+    scenario = handmade.mission([flight], boxes=[((20, 20, -50), (30, 30, 0))], origin=Origin(latitude=47.0, longitude=8.5)).scenario
+    (low,) = scenario.obstacles
+    closed = scenario.model_copy(update={"obstacles": (low.model_copy(update={"closed_above": True}),)})
+    assert [len(geofence(one)["polygons"]) for one in (scenario, closed)] == [1, 2]

@@ -2,12 +2,15 @@
 
 import json
 import zipfile
+from dataclasses import replace
 
 import handmade_exports as handmade
 import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.exports.return_home import certified
+from skyverse.exports.way_home import ReturnLines, return_worlds
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
@@ -213,6 +216,7 @@ def test_a_way_home_across_another_path_is_told(tmp_path):
     _, notes = exported(handmade.mission([east, beside], origin=ORIGIN), tmp_path)
     assert sum("keeps its separation from the paths of all others" in note for note in notes) == 2
     _, notes = exported(handmade.mission([east, across], origin=ORIGIN), tmp_path, allow_close=True)
+    assert any("uav-1: it returns" in note and "it may cross the paths of uav-2" in note for note in notes)
     assert any("uav-2: it returns" in note and "may cross" not in note for note in notes)
 
 
@@ -231,3 +235,19 @@ def test_a_return_keeps_below_a_ceiling_above_ground_or_is_told_to_be_lost(tmp_p
         assert back.proven
         assert len(back.lost) == lost
         assert back.altitude <= ceiling + 0.5
+
+
+def test_half_the_ground_clearance_is_kept_where_that_is_smaller_than_the_clearance(tmp_path):
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=0.5)
+    mission = handmade.mission(
+        [handmade.along([(-100, 0, 20), (100, 0, 20)], 20)], terrain=ground, clearance=12.0, origin=ORIGIN
+    )
+    certificate, notes = exported(mission, tmp_path)
+    (back,) = certificate.returns
+    assert back.proven
+    assert "are clear by 6 m, above ground by 0.25 m" in " ".join(notes)
+    for height, proven in ((1.0, False), (3.0, True)):  # of a line that stands for all within 2 m of it
+        level = np.array([[-100.0, 0.0, height], [100.0, 0.0, height]])
+        low = ReturnLines(level[:1], level[1:], np.array([2.0]), np.array([True]))
+        (judged,) = certified(mission.scenario, return_worlds(mission.scenario), [replace(back, lines=low)])
+        assert judged.proven == proven

@@ -78,7 +78,8 @@ def _item(number: int, item: MissionItem, mode: int) -> dict[str, object]:
 def geofence(scenario: Scenario) -> dict[str, object]:
     """Return the geofence: the bounds as the area to stay in, and obstacles as areas to stay out of.
 
-    A geofence has no floor and no ceiling, so it contains only obstacles without free space above or below.
+    A geofence has no floor and no ceiling, so it contains only obstacles without free space above or below; nothing may
+    fly above those that are closed above.
     """
     (x0, y0, z0), (x1, y1, z1) = scenario.bounds.min, scenario.bounds.max
     ring = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
@@ -88,7 +89,7 @@ def geofence(scenario: Scenario) -> dict[str, object]:
         if not isinstance(shape, Box | Cylinder | Prism) or (isinstance(shape, Prism) and shape.holes):
             continue
         low, high = (shape.min[2], shape.max[2]) if isinstance(shape, Box) else (shape.low, shape.high)
-        if low - room > z0 or high + room < z1:
+        if low - room > z0 or (high + room < z1 and not shape.closed_above):
             continue
         if isinstance(shape, Cylinder):
             ((latitude, longitude),) = _corners(scenario, np.array([shape.centre]))

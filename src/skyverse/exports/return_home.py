@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.landing import ground_level, surface_below
+from skyverse.exports.separation import kept_distance
 from skyverse.exports.way_home import (
     CLEARANCE_SHARE,
     Destination,
@@ -21,11 +22,12 @@ from skyverse.exports.way_home import (
     joined,
     return_level,
     some_lines,
+    with_ground_for_returns,
 )
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.referee.clearance import judge_segments
-from skyverse.referee.timed_paths import KeptDistance, paths_apart
+from skyverse.referee.timed_paths import paths_apart
 from skyverse.referee.world import referee_world
 
 MIN_RETURN_ALTITUDE = 5.0
@@ -76,7 +78,9 @@ class Return:
 
     def sentence(self, scenario: Scenario, met: Sequence[str]) -> str:
         """Return what is proven; `met` are the names of UAVs whose paths it may cross on its way home."""
-        name, kept = scenario.uavs[self.plan.route.uav].name, CLEARANCE_SHARE * scenario.clearance
+        name, kept = scenario.uavs[self.plan.route.uav].name, f"{CLEARANCE_SHARE * scenario.clearance:.4g} m"
+        if scenario.terrain is not None and scenario.ground_clearance < scenario.clearance:
+            kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
         if not self.proven:
             return f"{name}: whether it comes home by itself could not be proven."
         said = f"{name}: it returns at {self.altitude:.4g} m above home"
@@ -88,7 +92,7 @@ class Return:
             said += f", but NOT {spans}{more}: then there is no way home; otherwise"
         else:
             said += "; at every instant"
-        said += f" the climb, the straight way home and the descent are clear by {kept:.4g} m"
+        said += f" the climb, the straight way home and the descent are clear by {kept}"
         if met:
             said += f"; it may cross the paths of {', '.join(met)}"
         elif len(scenario.uavs) > 1:
@@ -183,10 +187,7 @@ def _best_altitude(scenario: Scenario, worlds: Worlds, plan: FlightPlan, base: D
 
 def crossed(scenario: Scenario, one: Return, other: FlightPlan, path: TimedPath) -> bool:
     """Tell whether it is not proven that a returning UAV keeps its separation from another one's whole path."""
-    pair = scenario.uavs[one.plan.route.uav], scenario.uavs[other.route.uav]
-    across, above = (max(axes) for axes in zip(*(vehicle.ellipsoid for vehicle in pair), strict=True))
-    errors = [vehicle.tracking_error for vehicle in pair]
-    keep = KeptDistance(across, above, sum(e.horizontal for e in errors), sum(e.vertical for e in errors))
+    keep = kept_distance(scenario, one.plan.route.uav, other.route.uav)
     count = len(one.lines.growth)
     times, off = np.zeros((count, 2)), np.repeat(one.lines.growth[:, None], 2, axis=1)
     return not paths_apart(TimedPath(one.lines.starts, one.lines.ends, times, times, off), path, keep, timed=False)
@@ -239,7 +240,7 @@ def _proven(scenario: Scenario, worlds: Worlds, each: Sequence[ReturnLines]) -> 
     """Tell whether the referee proves that all lines keep the smaller clearance and their growth."""
     if not each:
         return True
-    lines = joined(each)
+    lines, scenario = joined(each), with_ground_for_returns(scenario)
     for some, margin, ground in grouped(lines, scenario, worlds.slope):
         terrain, most = scenario.terrain, scenario.max_height
         if terrain is not None:

@@ -175,8 +175,22 @@ class Worlds(NamedTuple):
 
 def return_worlds(scenario: Scenario) -> Worlds:
     """Compile a scenario's space for returns."""
+    scenario = with_ground_for_returns(scenario)
     slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain)
     return Worlds(World(scenario), World(scenario.model_copy(update={"terrain": None})), slope)
+
+
+def with_ground_for_returns(scenario: Scenario) -> Scenario:
+    """Return a scenario whose clearance from the ground may be lessened as that from obstacles is.
+
+    Ways home keep a share of the clearance from obstacles. Less than the same share must not be left above ground where
+    the clearance from the ground is the smaller one; it is raised by the difference beforehand.
+    """
+    less = (1 - CLEARANCE_SHARE) * (scenario.clearance - scenario.ground_clearance)
+    if scenario.terrain is None or less <= 0:
+        return scenario
+    terrain = scenario.terrain.model_copy(update={"clearance": scenario.ground_clearance + less})
+    return scenario.model_copy(update={"terrain": terrain})
 
 
 class WayHome:
