@@ -281,7 +281,8 @@ def test_plans_have_every_field_that_qgroundcontrol_wants_and_no_other(tmp_path)
 
 def test_a_geofence_holds_what_nothing_may_fly_over():
     flight = handmade.along([(0, 0, 10), (50, 0, 10)], 10)
-    scenario = handmade.mission([flight], boxes=[((20, 20, -50), (30, 30, 0))], origin=Origin(latitude=47.0, longitude=8.5)).scenario
+    somewhere = Origin(latitude=47.0, longitude=8.5, altitude=400.0)
+    scenario = handmade.mission([flight], boxes=[((20, 20, -50), (30, 30, 0))], origin=somewhere).scenario
     (low,) = scenario.obstacles
     closed = scenario.model_copy(update={"obstacles": (low.model_copy(update={"closed_above": True}),)})
     assert [len(geofence(one)["polygons"]) for one in (scenario, closed)] == [1, 2]
