@@ -54,6 +54,10 @@ class RefereeLattice:
             return None
         return int(np.ravel_multi_index(tuple(index.astype(np.intp)), tuple(self.shape)))
 
+    def is_free(self, move: int, node: int) -> bool:
+        """Tell whether a move from a node, which may be a number that no node has, is free."""
+        return 0 <= node < self.free.shape[1] and bool(self.free[move, node])
+
     @property
     def offsets(self) -> list[int]:
         """The difference in number that each move makes."""
@@ -70,8 +74,8 @@ def lattice_shape(world: RefereeWorld) -> Indices:
     return np.floor((world.high - world.low) / world.step + LATTICE_ROUNDING).astype(np.intp) + 1
 
 
-def judged_lattice(world: RefereeWorld) -> RefereeLattice:
-    """Judge every move of a world's lattice."""
+def judged_lattice(world: RefereeWorld, *, strict: bool) -> RefereeLattice:
+    """Judge every move of a world's lattice; what cannot be decided is free, or blocked if `strict`."""
     shape, connectivity = lattice_shape(world), world.scenario.lattice.connectivity
     steps = np.array([move for move in product((-1, 0, 1), repeat=3) if move > (0, 0, 0)], dtype=np.intp)
     if connectivity == 6:
@@ -83,7 +87,7 @@ def judged_lattice(world: RefereeWorld) -> RefereeLattice:
         inside = np.flatnonzero(((index + move >= 0) & (index + move < shape)).all(axis=1))
         for first in range(0, len(inside), MOVES_AT_ONCE):
             some = inside[first : first + MOVES_AT_ONCE]
-            row[some] = free_moves(world, places[some], world.low + (index[some] + move) * world.step)
+            row[some] = free_moves(world, places[some], world.low + (index[some] + move) * world.step, strict)
     return RefereeLattice(world.low, world.step, shape, steps, free)
 
 
@@ -92,8 +96,8 @@ def can_be_judged(world: RefereeWorld) -> bool:
     return world.scenario.lattice.connectivity == 6 or all(isinstance(kind, _ROUND) for kind in world.others)
 
 
-def free_moves(world: RefereeWorld, starts: Floats, ends: Floats) -> NDArray[np.bool_]:
-    """Tell which moves between starts and ends, (n, 3) metres, are free.
+def free_moves(world: RefereeWorld, starts: Floats, ends: Floats, strict: bool) -> NDArray[np.bool_]:
+    """Tell which moves between starts and ends, (n, 3) metres, are free; see `judged_lattice`.
 
     A move is free if the whole block is clear of all grown shapes of which the two nodes are opposite corners, as no
     corner may be cut. The block of a straight move is the move itself.
@@ -103,7 +107,7 @@ def free_moves(world: RefereeWorld, starts: Floats, ends: Floats) -> NDArray[np.
     for kind in (world.boxes, *world.others):
         if not isinstance(kind, (GrownBoxes, *_ROUND)):
             some = np.flatnonzero(free)
-            free[some] = _clear_of(kind, np.stack([starts[some], ends[some]], axis=1))
+            free[some] = _clear_of(kind, np.stack([starts[some], ends[some]], axis=1), strict)
             continue
         for pairs in kind.tree.overlapping(low, high):
             block, shape = pairs.T
@@ -119,8 +123,8 @@ def free_moves(world: RefereeWorld, starts: Floats, ends: Floats) -> NDArray[np.
 _ROUND = (GrownSpheres, GrownCylinders)
 
 
-def _clear_of(kind: GrownSolids, b: Floats) -> NDArray[np.bool_]:
-    """Tell which segments (n, 2, 3) are proven clear of the grown shapes of one kind."""
+def _clear_of(kind: GrownSolids, b: Floats, strict: bool) -> NDArray[np.bool_]:
+    """Tell which segments (n, 2, 3) may be clear of the grown shapes of one kind, or if `strict` which surely are."""
     wrong = kind.error(b, np.zeros(len(b)))
     low, high = b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None]
     clear = np.ones(len(b), dtype=bool)
@@ -133,7 +137,7 @@ def _clear_of(kind: GrownSolids, b: Floats) -> NDArray[np.bool_]:
                 return kind.depth(part, shape[pair])
 
             peaks = find_peaks(b[segment], wrong[segment], depth, question, len(of))
-            clear[of[~peaks.proven]] = False
+            clear[of[~peaks.proven if strict else peaks.refuted]] = False
     return clear
 
 
@@ -173,7 +177,7 @@ def cheapest_path(
         done.add((node, entered))
         for move, offset in enumerate(offsets):
             for other, at in ((node + offset, node), (node - offset, node - offset)):
-                if at < 0 or not lattice.free[move, at]:
+                if not lattice.is_free(move, at):
                     continue
                 turned = price_of_turn if entered not in (-1, move) and kinds > 1 else 0.0
                 step = price(node, other) if callable(price) else float(price[move])
@@ -194,7 +198,7 @@ def reachable_nodes(lattice: RefereeLattice, starts: Iterable[int]) -> set[int]:
         node = queue.pop()
         for move, offset in enumerate(offsets):
             for other, at in ((node + offset, node), (node - offset, node - offset)):
-                if at >= 0 and lattice.free[move, at] and other not in reached:
+                if lattice.is_free(move, at) and other not in reached:
                     reached.add(other)
                     queue.append(other)
     return reached

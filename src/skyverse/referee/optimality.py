@@ -18,8 +18,9 @@ from skyverse.referee.lattice import (
     reachable_nodes,
 )
 from skyverse.referee.path import costs_agree
+from skyverse.referee.result import judge_result
 from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
-from skyverse.referee.tolerances import LET_PASS
+from skyverse.referee.tolerances import LATTICE_MARGIN
 from skyverse.referee.untrusted import entry, finite_point, number, target_index
 from skyverse.referee.world import RefereeWorld, referee_world
 
@@ -73,7 +74,7 @@ class _Judge:
     def __init__(self, scenario: Scenario, max_states: int) -> None:
         self.scenario, self.digest = scenario, scenario.digest
         self._lattices: dict[bool, tuple[RefereeWorld, RefereeLattice]] = {}
-        world = referee_world(scenario)
+        self.world = world = referee_world(scenario)
         states = int(np.prod(lattice_shape(world), dtype=float))
         if scenario.objective.divergence > 0:
             states *= scenario.lattice.connectivity // 2
@@ -84,10 +85,10 @@ class _Judge:
             self.beyond = "the diagonal moves of its lattice are judged only among boxes, cylinders and spheres"
 
     def lattice(self, strict: bool) -> tuple[RefereeWorld, RefereeLattice]:
-        """Return the world and its lattice; a strict one holds no move that is nearer to anything than is let pass."""
+        """Return the world and its lattice; a strict one holds only moves that every planner has to use."""
         if strict not in self._lattices:
-            world = referee_world(_farther(self.scenario) if strict else self.scenario)
-            self._lattices[strict] = world, judged_lattice(world)
+            world = referee_world(_farther(self.scenario)) if strict else self.world
+            self._lattices[strict] = world, judged_lattice(world, strict=strict)
         return self._lattices[strict]
 
     def judge(self, uav: int, target: int, result: Result) -> Certificate | None:
@@ -109,14 +110,13 @@ class _Judge:
         optimum, _ = self._search(start, goal, strict=False)
         if bound <= optimum or costs_agree(bound, optimum):
             gap = "" if costs_agree(bound, optimum) else f"; the optimum is {optimum:.9g}"
-            return self._certificate(
-                Verdict.PROVEN, f"{claim}: no path on the lattice costs less than {bound:.9g}{gap}."
-            )
+            why = f"{claim}: no path on the lattice costs less than {bound:.9g}{gap}."
+            return self._proven(claim, why, uav, target, result)
         cheaper, _ = self._search(start, goal, strict=True)
         if cheaper < bound and not costs_agree(bound, cheaper):
             sentence = f"{name} claims that no path costs less than {bound:.9g}, but one costs {cheaper:.9g}."
             return self._certificate(Verdict.REFUTED, sentence)
-        why = f"a path of {optimum:.9g} keeps clear only with what is let pass, {LET_PASS:g} m"
+        why = f"a path of {optimum:.9g} keeps clear by less than {LATTICE_MARGIN:g} m more than it must"
         return self._undecided(f"{claim}, {AS_CLAIMED}: {why}.")
 
     def _judge_any_angle(self, claim: str, uav: int, target: int, result: Result, bound: float) -> Certificate:
@@ -124,7 +124,7 @@ class _Judge:
         way = np.subtract(self.scenario.targets[target].position, self.scenario.uavs[uav].start)
         line = self.scenario.objective.fuel * float(np.linalg.norm(way))
         if bound <= line or costs_agree(bound, line):
-            return self._certificate(Verdict.PROVEN, f"{claim}: the straight line alone costs {line:.9g}.")
+            return self._proven(claim, f"{claim}: the straight line alone costs {line:.9g}.", uav, target, result)
         return self._undecided(f"{claim}, {AS_CLAIMED}: its result carries no witness of its bound, {bound:.9g}.")
 
     def _judge_absence(self, name: str, uav: int, target: int) -> Certificate:
@@ -137,7 +137,7 @@ class _Judge:
         corners = [[lattice.node(node) for node in self._cell_corners(np.array(place))] for place in ends]
         starts, goals = ({node for node in nodes if node is not None} for nodes in corners)
         if not reachable_nodes(lattice, starts) & goals:
-            sentence = f"{claim}: the lattice joins no nodes next to its start and its target."
+            sentence = f"{claim} on the lattice, which joins no nodes next to its start and its target."
             return self._certificate(Verdict.PROVEN, sentence)
         sentence = f"{claim}, {AS_CLAIMED}: a path on the lattice joins nodes next to its start and its target."
         return self._undecided(sentence)
@@ -168,6 +168,13 @@ class _Judge:
         cost, nodes = cheapest_path(lattice, first, last, price if soft else fuel, objective.divergence)
         return cost + head, nodes
 
+    def _proven(self, claim: str, sentence: str, uav: int, target: int, result: Result) -> Certificate:
+        """Return that a claim is proven, if the result that makes it is right in everything else."""
+        wrong = next(judge_result(self.world, uav, target, result, None), None)
+        if wrong is not None:
+            return self._undecided(f"{claim}, {AS_CLAIMED}: its result is wrong elsewhere. {wrong.message}")
+        return self._certificate(Verdict.PROVEN, sentence)
+
     def _undecided(self, sentence: str) -> Certificate:
         return self._certificate(Verdict.UNDECIDED, sentence)
 
@@ -190,11 +197,11 @@ def _soft_price(world: RefereeWorld, leg: Floats, by_nodes: bool, strict: bool) 
 
 
 def _farther(scenario: Scenario) -> Scenario:
-    """Return a scenario in which everything must be kept farther away by twice what is let pass."""
-    changes: dict[str, object] = {"clearance": scenario.clearance + 2 * LET_PASS}
+    """Return a scenario in which everything must be kept farther away by `LATTICE_MARGIN`."""
+    changes: dict[str, object] = {"clearance": scenario.clearance + LATTICE_MARGIN}
     if scenario.terrain is not None and scenario.terrain.clearance is not None:
-        clearance = scenario.terrain.clearance + 2 * LET_PASS
+        clearance = scenario.terrain.clearance + LATTICE_MARGIN
         changes["terrain"] = scenario.terrain.model_copy(update={"clearance": clearance})
     if scenario.max_height is not None:
-        changes["max_height"] = scenario.max_height - 2 * LET_PASS
+        changes["max_height"] = scenario.max_height - LATTICE_MARGIN
     return scenario.model_copy(update=changes)

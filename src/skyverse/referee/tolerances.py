@@ -50,6 +50,9 @@ LIMIT_LET_PASS = 1e-6
 COST_LET_PASS = 1e-6
 """In the objective's unit, and relative above 1: a claimed cost may differ by this, as sums in another order do."""
 
+LATTICE_MARGIN = 4e-6
+"""Metres: planners need not use nodes that keep clear by less; they block those within 3e-6 m of an obstacle."""
+
 SEAM_REACH = 1e-5
 """Metres: no step that leads a curve away from what it touches is longer than half of this."""
 
