@@ -142,7 +142,7 @@ def test_documents_of_too_many_values_or_bytes_are_refused(tmp_path, monkeypatch
         ("a.kml", "<kml>" + "<name/>" * 1001 + "</kml>", read_features),
     ):
         assert "expected at most 1,000 values" in refusal(written(tmp_path, name, text), read)
-    monkeypatch.setattr(limits, "MAX_CHARACTERS", 1000)
+    monkeypatch.setattr(limits, "MAX_BYTES", 1000)
     for name, text, read in (
         ("a.yaml", "#" * 1001, sky.read),
         ("a.json", " " * 1001, sky.read),

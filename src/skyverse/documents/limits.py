@@ -13,7 +13,7 @@ MAX_REPEATED = 100_000
 """Values that the aliases of a YAML document may repeat in all; a few lines of aliases could repeat billions."""
 MAX_VALUES = 2**25
 """Values in a document at most, 33 million: as Python objects they take about 2 GB."""
-MAX_CHARACTERS = 2**29
+MAX_BYTES = 2**29
 """Bytes of a document's file at most, half a gigabyte."""
 
 
@@ -24,8 +24,8 @@ class LimitError(ValueError):
 def require_length(path: Path) -> None:
     """Raise `LimitError` for a file that is too long to be read as a document."""
     size = path.stat().st_size
-    if size > MAX_CHARACTERS:
-        raise LimitError(f"expected at most {MAX_CHARACTERS:,} bytes, found {size:,}")
+    if size > MAX_BYTES:
+        raise LimitError(f"expected at most {MAX_BYTES:,} bytes, found {size:,}")
 
 
 def require_values(values: int) -> None:
