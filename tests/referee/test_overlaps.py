@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyverse.referee import overlaps
-from skyverse.referee.overlaps import BoxTree, overlapping_pairs
+from skyverse.referee.overlaps import BoxTree
 
 
 def brute(low, high, shape_low, shape_high):
@@ -12,8 +12,8 @@ def brute(low, high, shape_low, shape_high):
     return np.argwhere(~apart)
 
 
-def found(*corners):
-    pairs = np.concatenate([np.zeros((0, 2), dtype=np.intp), *overlapping_pairs(*corners)])
+def found(low, high, shape_low, shape_high):
+    pairs = np.concatenate([np.zeros((0, 2), dtype=np.intp), *BoxTree(shape_low, shape_high).overlapping(low, high)])
     return pairs[np.lexsort(pairs.T[::-1])]
 
 
@@ -58,4 +58,4 @@ def test_many_pairs_come_in_portions(monkeypatch):
     low, shape_low = rng.uniform(0, 5, (40, 3)), rng.uniform(0, 5, (90, 3))
     corners = low, low + 3, shape_low, shape_low + 3
     assert np.array_equal(found(*corners), brute(*corners))
-    assert max(map(len, overlapping_pairs(*corners))) <= 10
+    assert max(map(len, BoxTree(*corners[2:]).overlapping(*corners[:2]))) <= 10

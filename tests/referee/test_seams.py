@@ -160,6 +160,16 @@ def test_a_forged_flight_through_a_sealed_wall_is_refuted(wall, data):
     assert WALL - 1 < certificate.position[1] - y < WALL + 1 if hasattr(certificate, "position") else True
 
 
+def test_a_flight_along_the_bounds_is_refuted_where_rounding_leaves_its_clearance_undecided():
+    walls = Box(min=(0, 4, -2), max=(5, 5, 12)), Box(min=(5, 4, -2), max=(10.000001000000001, 5, 12))
+    begin, end = (10, 1, 3), (10, 8, 3)
+    uav, target = sky.UAV(name="uav-1", start=begin, **EASY), sky.Target(name="target-1", position=end)
+    scenario = world(*walls, clearance=0.0).model_copy(update={"uavs": (uav,), "targets": (target,)})
+    mission = replace(handmade.mission(handmade.straight(begin, end, 3.0)), scenario=scenario)
+    (certificate,) = sky.certify(scenario, mission).trajectories
+    assert certificate.verdict is Verdict.REFUTED, certificate.sentence
+
+
 def test_curves_are_judged_as_paths_are():
     scenario = world(*walls("prism", 0.0), clearance=0.0)
     flown = handmade.straight((5, 1, 5), (5, 9, 5), 3.0)

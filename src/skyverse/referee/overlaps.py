@@ -66,11 +66,6 @@ class BoxTree:
                 yield from self._below(level - 1, low, high, parent[real], child[real])
 
 
-def overlapping_pairs(low: Floats, high: Floats, shape_low: Floats, shape_high: Floats) -> Iterator[Indices]:
-    """Yield (pairs, 2) indices of boxes (n, 3) and of shapes' boxes (m, 3) that overlap; see `BoxTree`."""
-    return BoxTree(shape_low, shape_high).overlapping(low, high)
-
-
 def _tiled(middles: Floats) -> Indices:
     """Return an order of places (m, 3) in which neighbours are near: slabs along x, in them rows along y, then by z."""
     count = len(middles)

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER, obstacle_text
-from skyverse.referee.overlaps import overlapping_pairs
 from skyverse.referee.polynomial import halve
 from skyverse.referee.positions import position_text
 from skyverse.referee.solids import GrownSolids
@@ -204,8 +203,8 @@ def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
     world
         What to keep clear of.
     b, error
-        (n, degree + 1, 3) coefficients of consecutive pieces that keep the bounds and the clearance, metres, and (n,)
-        bounds on their errors.
+        (n, degree + 1, 3) coefficients of consecutive pieces that are not known to leave the bounds or to come too
+        close, metres, and (n,) bounds on their errors.
     """
     near = tuple(_near(kind, b, error) for kind in (world.boxes, *world.others))
     parts = _Parts(b, np.arange(len(b)), np.zeros(len(b)), np.ones(len(b)), near)
@@ -229,7 +228,7 @@ def _near(kind: GrownSolids, b: Floats, error: Floats) -> _Near:
     """Return which shapes of one kind are so near to pieces that a step may meet them."""
     wrong = kind.error(b, error)
     reach = (wrong + WIDENED + SEAM_REACH)[:, None]
-    pairs = overlapping_pairs(b.min(axis=1) - reach, b.max(axis=1) + reach, *kind.hulls())
+    pairs = kind.tree.overlapping(b.min(axis=1) - reach, b.max(axis=1) + reach)
     part, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
     return _Near(kind, part, shape, wrong[part])
 

@@ -52,8 +52,9 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
         violations.append(_undecided(name, uav, curve, undecided[0]))
-    if all(answer.peaks.proven[0] for answer in answers[:2]):  # bounds and clearance: else the worst is said already
-        violations += _judge_seams(world, uav, curve, position)
+    if all(answer.violation is None for answer in answers[:2]):  # bounds and clearance: else the worst is said already
+        seams = _judge_seams(world, uav, curve, position)
+        violations += [seam for seam in seams if not undecided or seam.fault is not Fault.UNDECIDED]
     return JudgedTrajectory(violations, sum(int(answer.peaks.halvings[0]) for answer in answers), curve)
 
 
