@@ -65,6 +65,7 @@ def test_limits_of_a_fleet_replace_those_of_each_uav():
     assert slower == uav.model_copy(update={"max_speed": 4, "max_climb": 2, "max_descent": 1})
     assert FleetLimits(separation=5).limit(uav).ellipsoid == (5, 10)
     astray = FleetLimits(tracking_error=(1.5, 2)).limit(uav)
+    assert FleetLimits(vehicle="thesis").limit(astray).tracking_error == astray.tracking_error
     assert astray == uav.model_copy(update={"tracking_error": sky.TrackingError(horizontal=1.5, vertical=2)})
     camera = FleetLimits(vehicle="camera", max_speed=4).limit(uav)
     assert camera == sky.UAV(name="a", start=(1, 2, 3), home=0, priority=2, vehicle="camera", max_speed=4)

@@ -85,8 +85,11 @@ def plan_mission(
     Raises
     ------
     InputError
-        If assignment, criterion, shape or seed is invalid, or the stop rule does not fit the planner.
+        If assignment, criterion, shape or seed is invalid, the stop rule does not fit the planner, or paths are to be
+        apart in space while conflicts are left.
     """
+    if apart_in_space and not keep_apart:
+        raise InputError("conflicts are to be left, so that paths cannot be led apart in space", field="apart_in_space")
     airspace = Airspace(scenario)
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))

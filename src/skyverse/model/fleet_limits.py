@@ -10,6 +10,10 @@ if TYPE_CHECKING:
     from skyverse.model.uav import UAV
 
 
+_NOT_OF_A_VEHICLE = ("name", "start", "home", "priority", "tracking_error")
+"""The fields of a UAV that do not depend on its vehicle."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class FleetLimits:
     """Limits of all UAVs; what is left out stays as it is.
@@ -17,7 +21,8 @@ class FleetLimits:
     Attributes
     ----------
     vehicle
-        The profile of all UAVs, which sets all their limits: indoor, thesis, camera, heavy or mapping.
+        The profile of all UAVs, which sets all their limits but the tracking error: indoor, thesis, camera, heavy or
+        mapping.
     max_speed
         The fastest that UAVs fly, m/s.
     max_climb
@@ -57,7 +62,7 @@ class FleetLimits:
             raise InputError(
                 f"expected one of {', '.join(VEHICLE_PROFILES)}, found {self.vehicle!r:.40}", field="vehicle"
             )
-        kept = ("name", "start", "home", "priority") if self.vehicle is not None else tuple(UAV.model_fields)
+        kept = tuple(UAV.model_fields) if self.vehicle is None else _NOT_OF_A_VEHICLE
         own = {name: getattr(uav, name) for name in kept}
         if self.separation is not None and self.vehicle is None:
             own["vertical_separation"] = None  # twice the new one
