@@ -60,9 +60,11 @@ class Seam:
         there = f"{where}, position {position_text(self.position)}"
         names = [_named(scenario, number) for number in self.obstacles]
         if not self.decided:
-            return f"Whether {subject} leads between {' and '.join(names)} could not be decided {there}."
-        if len(names) == 1:
-            return f"{subject} passes through a gap in {names[0]} that leaves less than a micrometre {there}."
+            way = f"between {' and '.join(names)}" if names else "through a seam"
+            return f"Whether {subject} leads {way} could not be decided {there}."
+        if len(names) < 2:
+            gap = f"a gap in {names[0]}" if names else "a gap"
+            return f"{subject} passes through {gap} that leaves less than a micrometre {there}."
         together = f"{', '.join(names[:-1])} and {names[-1]}"
         return f"{subject} passes between {together}, which leave less than a micrometre {there}."
 
@@ -359,8 +361,11 @@ def _seam_at(world: RefereeWorld, points: _Parts, k: int, *, decided: bool) -> S
     """Return the seam at place k, with all obstacles that are near enough to touch it or leave too little space."""
     here = points.of(np.array([k]))
     numbers: set[int] = set()
-    for near in here.near:
-        numbers.update(near.kind.obstacle[near.shape[near.depth(here.b) > -2 * HALF_SEAM]].tolist())
+    for reach in (2 * HALF_SEAM, np.inf):  # the seam may be a little beside the place, at its knife-edged end
+        for near in here.near:
+            numbers.update(near.kind.obstacle[near.shape[near.depth(here.b) > -reach]].tolist())
+        if numbers:
+            break
     if not _in_bounds(world, here.b)[0]:
         numbers.add(BOUNDS_NUMBER)
     return Seam(decided, tuple(sorted(numbers)), int(here.piece[0]), float(here.begin[0]), here.b[0, 0])
