@@ -115,15 +115,15 @@ def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
     return deepest
 
 
-def squeezed(scenario: sky.Scenario, places: np.ndarray) -> np.ndarray:
+def squeezed(scenario: sky.Scenario, places: np.ndarray, reach: int = 4) -> np.ndarray:
     """Tell which places (n, 3) are in a seam: 1 where no step leads to free space, 2 where some lead to either side.
 
-    Free are places half a micrometre from everything, among those up to 4 micrometres away on each axis.
+    Free are places half a micrometre from everything, among those up to so many micrometres away on each axis.
     """
-    grid = np.stack(np.meshgrid(*[np.arange(-4, 5) * 1e-6] * 3, indexing="ij"), axis=-1)
+    grid = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1) * 1e-6] * 3, indexing="ij"), axis=-1)
     around = (places[:, None, None, None] + grid).reshape(-1, 3)
     inside = np.minimum(around - scenario.bounds.min, scenario.bounds.max - around).min(axis=1)
-    free = ((depth(scenario, around) < -5.05e-7) & (inside > 5.05e-7)).reshape(len(places), 9, 9, 9)
+    free = ((depth(scenario, around) < -5.05e-7) & (inside > 5.05e-7)).reshape(len(places), *grid.shape[:3])
     sides = np.array([label(one, np.ones((3, 3, 3)))[1] for one in free], dtype=int)
     return np.where(sides == 0, 1, np.where(sides > 1, 2, 0))
 

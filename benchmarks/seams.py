@@ -80,7 +80,7 @@ def random_wall(rng: np.random.Generator, scale: float, clearance: float, corner
     shapes: list[Obstacle] = []
     for k in range(count):
         a, b = places[k] + gaps[k] / 2 + clearance + corner[0], places[k + 1] - gaps[k + 1] / 2 - clearance + corner[0]
-        if b > a:
+        if b - a > 1e-6:
             shapes += pieces(str(rng.choice(KINDS)), (a, b), y, (low, 6 * scale), scale, clearance)
     seams = [float(np.clip(place + corner[0], corner[0], corner[0] + 10 * scale)) for place in places]
     slots = [
@@ -116,8 +116,9 @@ def pieces(
     half = 0.3 * scale
     if kind == "diamond":
         corners = [(a, y), (middle, y - half), (b, y), (middle, y + half)]
-    elif kind == "slot" and b - a > 8 * clearance:  # a corridor within one prism that fits exactly
-        left, right = middle - clearance, middle + clearance + (0.0 if clearance else 5e-7)
+    elif kind == "slot" and b - a > 8 * max(clearance, 1e-6):  # a corridor within one prism that fits exactly
+        half_slot = max(clearance, 2.5e-7)
+        left, right = middle - half_slot, middle + half_slot
         corners = [(a, y - half), (left, y - half), (left, y + half / 2), (right, y + half / 2), (right, y - half)]
         corners += [(b, y - half), (b, y + half), (a, y + half)]
     else:

@@ -28,6 +28,8 @@ BOUNDS_NUMBER = -3
 """The number that stands for the bounds among the numbers of obstacles."""
 WIDENED = LET_PASS + HALF_SEAM
 """Metres by which shapes are widened here: what was let pass is taken back, since seams need no such grace."""
+MORE_HALVINGS = 6
+"""How often parts are still cut when rounding leaves a place undecided: another place may be certain."""
 EVALUATIONS_AT_ONCE = 2**18
 """Depths computed in one call of NumPy, which bounds the memory."""
 
@@ -211,6 +213,7 @@ def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
     near = tuple(_near(kind, b, error) for kind in (world.boxes, *world.others))
     parts = _Parts(b, np.arange(len(b)), np.zeros(len(b)), np.ones(len(b)), near)
     found = _Movable(parts.of(np.arange(0)), np.zeros((0, len(STEPS)), dtype=np.bool_))
+    doubt, more = None, MORE_HALVINGS
     for _ in range(MAX_DEPTH + 1):
         parts, movable = _without_movable(world, parts)
         found = found.with_others(movable)
@@ -218,12 +221,14 @@ def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
             return _seam_along(world, found)
         for end in (0, -1):
             seam = _sealed_place(world, parts.points(end))
-            if seam is not None:
+            if seam is not None and seam.decided:
                 return seam
-        if len(parts.b) > MAX_UNDECIDED_PARTS or parts.extent.min() < SEAM_PART:
+            doubt = doubt or seam
+        more -= doubt is not None
+        if more < 0 or len(parts.b) > MAX_UNDECIDED_PARTS or parts.extent.min() < SEAM_PART:
             break
         parts = parts.halved()
-    return _seam_at(world, parts.points(0), int(np.argmin(parts.extent)), decided=False)
+    return doubt or _seam_at(world, parts.points(0), int(np.argmin(parts.extent)), decided=False)
 
 
 def _near(kind: GrownSolids, b: Floats, error: Floats) -> _Near:
@@ -292,15 +297,19 @@ def _allowed(world: RefereeWorld, parts: _Parts, sure: float = 1.0) -> NDArray[n
 
 
 def _sealed_place(world: RefereeWorld, points: _Parts) -> Seam | None:
-    """Return the first of some places from which no step leads away, or ``None``."""
+    """Return a place from which no step leads away, or ``None``; where only rounding is left, it is not decided.
+
+    No part that holds such a place can be moved, so that nothing is gained by cutting it.
+    """
     deepest = np.full(len(points.b), -np.inf)
     for near in points.near:
         deepest = np.maximum(deepest, near.deepest(points.b))
     doubtful = np.flatnonzero(~((deepest <= 0) & _in_bounds(world, points.b)))
-    for k in doubtful[~_allowed(world, points.of(doubtful)).any(axis=1)]:
-        if not _allowed(world, points.of(np.array([k])), sure=-1.0).any():
-            return _seam_at(world, points, int(k), decided=True)
-    return None
+    sealed = doubtful[~_allowed(world, points.of(doubtful)).any(axis=1)]
+    if not len(sealed):
+        return None
+    surely = sealed[~_allowed(world, points.of(sealed), sure=-1.0).any(axis=1)]
+    return _seam_at(world, points, int(surely[0] if len(surely) else sealed[0]), decided=bool(len(surely)))
 
 
 def _seam_along(world: RefereeWorld, movable: _Movable) -> Seam | None:
@@ -358,14 +367,13 @@ def _repeated(near: _Near, times: int) -> _Near:
 
 
 def _seam_at(world: RefereeWorld, points: _Parts, k: int, *, decided: bool) -> Seam:
-    """Return the seam at place k, with all obstacles that are near enough to touch it or leave too little space."""
+    """Return the seam at place k, with all obstacles that are near enough to leave too little space.
+
+    Where the curve is only held up by a change of step, they may be as far away as a step is long.
+    """
     here = points.of(np.array([k]))
-    numbers: set[int] = set()
-    for reach in (2 * HALF_SEAM, np.inf):  # the seam may be a little beside the place, at its knife-edged end
-        for near in here.near:
+    numbers: set[int] = set() if _in_bounds(world, here.b)[0] else {BOUNDS_NUMBER}
+    for reach in (2 * HALF_SEAM, SEAM_REACH):
+        for near in here.near if len(numbers) < 2 else ():
             numbers.update(near.kind.obstacle[near.shape[near.depth(here.b) > -reach]].tolist())
-        if numbers:
-            break
-    if not _in_bounds(world, here.b)[0]:
-        numbers.add(BOUNDS_NUMBER)
     return Seam(decided, tuple(sorted(numbers)), int(here.piece[0]), float(here.begin[0]), here.b[0, 0])
