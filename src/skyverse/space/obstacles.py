@@ -53,7 +53,7 @@ def in_bounds(space: Space, p: Floats) -> bool:
     return inside
 
 
-@inner_query
+@query
 def above_ceiling(space: Space, growth: float, p: Floats) -> bool:
     """Tell whether a point is above the ceiling, lowered by what `growth` exceeds the clearance."""
     return -p[2] < ground.height(space.ceiling, p[0], p[1]) + growth + space.ceiling.extra
