@@ -9,11 +9,14 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.search.lattice_astar import LatticePath, shortest_route
 from skyverse.space.cells import Cells, make_cells
+from skyverse.space.column import column_top
 from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, make_grid, positions, snap
+from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World, point_free
 
 
@@ -23,7 +26,7 @@ class Airspace:
     Parameters
     ----------
     scenario
-        The scenario that is compiled.
+        The scenario that is compiled, without the tracking errors of its UAVs; see `of`.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -31,6 +34,27 @@ class Airspace:
             raise TypeError(f"expected a Scenario, got {scenario!r:.60}; read(...) makes one of a name or a file")
         self.scenario = scenario
         self.world = World(scenario)
+        self.nominal = self
+        self._straying: dict[TrackingError, Airspace] = {}
+
+    def of(self, uav: int) -> "Airspace":
+        """Return the airspace for the nominal position of a UAV: this one, where the UAV does not stray from it.
+
+        There is one for each distinct tracking error of the fleet. Its `nominal` is the airspace without it.
+        """
+        error = self.scenario.uavs[uav].tracking_error
+        if error == NO_ERROR:
+            return self.nominal
+        known = self.nominal._straying
+        if error not in known:
+            known[error] = straying = Airspace.__new__(Airspace)
+            straying.scenario, straying.nominal, straying._straying = self.scenario, self.nominal, known
+            straying.world = World(self.scenario, error)
+        return known[error]
+
+    def column_top(self, point: ArrayLike) -> Floats:
+        """Return the lowest place straight above a start or target, (3,) metres, from which the UAV may stray."""
+        return column_top(self.nominal.world, self.world, point)
 
     @cached_property
     def grid(self) -> Grid:
@@ -45,12 +69,12 @@ class Airspace:
     @cached_property
     def cells(self) -> Cells:
         """Free space, cut into cells, which are boxes."""
-        return make_cells(self.world.space, self.scenario.clearance + 3 * SEAM_MARGIN)
+        return make_cells(self.world.space, self.world.space.clearance + 3 * SEAM_MARGIN)
 
     @cached_property
     def edges(self) -> Edges:
         """The edges of obstacles at which a shortest path can bend."""
-        return make_edges(self.world.space, self.scenario.clearance + 2 * SEAM_MARGIN)
+        return make_edges(self.world.space, self.world.space.clearance + 2 * SEAM_MARGIN)
 
     @cached_property
     def pricing(self) -> Pricing:
@@ -70,7 +94,12 @@ class Problem:
 
     Attributes
     ----------
+    airspace
+        Of this UAV, with its tracking error.
     start, end
+        (3,) metres: where the path is planned from and to. That is where the UAV and its target are, or the tops of the
+        columns above them, in which a UAV takes off and lands that strays too far from its nominal position there.
+    uav_place, target_place
         (3,) metres: where the UAV and its target are.
 
     Raises
@@ -80,8 +109,8 @@ class Problem:
     """
 
     def __init__(self, scenario: Scenario | Airspace, uav: int = 0, target: int = 0) -> None:
-        self.airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
-        self.scenario = self.airspace.scenario
+        airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
+        self.scenario = airspace.scenario
         for kind, index, things in (
             ("uav", uav, self.scenario.uavs),
             ("target", target, self.scenario.targets),
@@ -92,8 +121,28 @@ class Problem:
                 )
         self.uav = uav
         self.target = target
-        self.start = np.array(self.scenario.uavs[uav].start)
-        self.end = np.array(self.scenario.targets[target].position)
+        self.airspace = airspace.of(uav)
+        self.uav_place = np.array(self.scenario.uavs[uav].start)
+        self.target_place = np.array(self.scenario.targets[target].position)
+        hovers = self.scenario.uavs[uav].fixed_wing is None  # an aeroplane climbs no column
+        self.start = self.airspace.column_top(self.uav_place) if hovers else self.uav_place
+        self.end = self.airspace.column_top(self.target_place) if hovers else self.target_place
+
+    @property
+    def columns(self) -> tuple[Floats, Floats]:
+        """The UAV's start and its target, (1, 3) metres each, where a column is above them; (0, 3) where none is."""
+        up, down = (
+            place[None][: int(not np.array_equal(place, top))]
+            for place, top in ((self.uav_place, self.start), (self.target_place, self.end))
+        )
+        return up, down
+
+    def without_columns(self, path: Floats) -> Floats:
+        """Return the path (n, 3) of a result of any angle without the columns at its ends: what is planned."""
+        up, down = self.columns
+        if len(up):
+            path = path[1:]
+        return path[:-1] if len(down) and np.array_equal(path[-1], self.target_place) else path
 
     @cached_property
     def _endpoints(self) -> tuple[tuple[int, Status | None], tuple[int, Status | None]]:
@@ -118,14 +167,14 @@ class Problem:
     @property
     def any_angle_refusal(self) -> Status | None:
         """The status that says why there is nothing to plan for a path that leaves the lattice, or ``None``."""
-        space = self.airspace.world.space
+        world = self.airspace.world
         for point, outside, unsafe in (
             (self.start, Status.START_OUT_OF_BOUNDS, Status.START_UNSAFE),
             (self.end, Status.TARGET_OUT_OF_BOUNDS, Status.TARGET_UNSAFE),
         ):
-            if np.any(point < space.low) or np.any(point > space.high):
+            if np.any(point < world.low) or np.any(point > world.high):
                 return outside
-            if not point_free(space, point):
+            if not point_free(world.space, point):
                 return unsafe
         return None
 
@@ -142,10 +191,13 @@ class Problem:
 
 
 def snap_endpoint(airspace: Airspace, point: ArrayLike, start: bool) -> tuple[int, Status | None]:
-    """Find the lattice node that stands for a UAV's start or a target, -1 for none, and the status that refuses it."""
+    """Find the lattice node that stands for a point from which or to which is planned, and the status that refuses it.
+
+    The node is -1 where there is none.
+    """
     p = np.array(point, dtype=np.float64)
-    space, grid = airspace.world.space, airspace.grid
-    if np.any(p < space.low) or np.any(p > space.high):
+    world, space, grid = airspace.world, airspace.world.space, airspace.grid
+    if np.any(p < world.low) or np.any(p > world.high):
         return -1, Status.START_OUT_OF_BOUNDS if start else Status.TARGET_OUT_OF_BOUNDS
     node, shut_in = snap(grid, space, p)
     if node < 0:

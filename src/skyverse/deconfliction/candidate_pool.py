@@ -46,8 +46,7 @@ class CandidatePool:
         self.airspace, self.scenario = airspace, airspace.scenario
         self.make_trajectory, self._stop = make_trajectory, stop
         self._store = CurveStore()
-        xy, z = semi_axes(self.scenario)
-        self.semi_axis_xy, self.semi_axis_z = np.maximum.outer(xy, xy), np.maximum.outer(z, z)
+        self.semi_axis_xy, self.semi_axis_z = semi_axes(self.scenario)
         self._gates: dict[tuple[int, int], RankedGates] = {}
         self._detours: dict[tuple[int, Gate], Candidate | None] = {}
         self._problems: dict[tuple[int, int], Problem] = {}

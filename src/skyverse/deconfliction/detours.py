@@ -64,6 +64,7 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
 
     Those beside a path on the lattice are centred on a line of nodes, so that a path on the lattice leads through them.
     """
+    airspace = airspace.of(candidate.uav)
     uav, trajectory = airspace.scenario.uavs[candidate.uav], candidate.trajectory
     since, seconds = trajectory.start, candidate.seconds
     passed = trajectory.at(since + share * seconds).position[0]
@@ -71,7 +72,7 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     before, after = trajectory.at(since + shares * seconds).position
     ahead = after - before
     right, up = np.array([ahead[1], -ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
-    semi_axis_xy, semi_axis_z = uav.ellipsoid
+    semi_axis_xy, semi_axis_z = _spacing(uav)
     steep = np.linalg.norm(right) <= STEEP * np.linalg.norm(ahead)
     if steep:
         right, up, semi_axis_z = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0]), semi_axis_xy
@@ -115,15 +116,23 @@ def _in_words(right: float, up: float, *, steep: bool) -> str:
     return " and ".join(words)
 
 
+def _spacing(uav: UAV) -> tuple[float, float]:
+    """Return how far a UAV keeps from one like itself, to the side and upwards, metres."""
+    (across, above), error = uav.ellipsoid, uav.tracking_error
+    return across + 2 * error.horizontal, above + 2 * error.vertical
+
+
 def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
     """Return a gate's wall: four boxes around the hole, which block the path where it was."""
     passed, centre, axis = np.array(gate.passed), np.array(gate.centre), gate.axis
-    semi_axis_xy, semi_axis_z = uav.ellipsoid
+    semi_axis_xy, semi_axis_z = _spacing(uav)
     semi_axes = np.array([semi_axis_xy, semi_axis_xy, semi_axis_z])
-    reach = 1.5 * np.abs(centre - passed) + 2.0 * semi_axes + 2.0 * clearance
+    error = uav.tracking_error
+    kept = clearance + np.array([error.horizontal, error.horizontal, error.vertical])
+    reach = 1.5 * np.abs(centre - passed) + 2.0 * semi_axes + 2.0 * kept
     low, high = np.minimum(passed, centre) - reach, np.maximum(passed, centre) + reach
     low[axis], high[axis] = centre[axis] - WALL_HALF_THICKNESS, centre[axis] + WALL_HALF_THICKNESS
-    hole = HOLE_HALF_WIDTH * semi_axes + clearance
+    hole = HOLE_HALF_WIDTH * semi_axes + kept
     boxes = []
     for k in (k for k in range(3) if k != axis):
         before, after = high.copy(), low.copy()
@@ -176,11 +185,12 @@ def plan_among(
 def _shortest_path(problem: Problem, walled: Problem) -> Result | None:
     """Return a shortest path among the walls as a result of the problem without them, if there is a path."""
     planned = Taut(proof=0).plan(walled)
-    if not planned.status.reached:
+    same = np.array_equal(walled.start, problem.start) and np.array_equal(walled.end, problem.end)
+    if not planned.status.reached or not same:  # a wall may leave no place for the top of a column
         return None
     origin = replace(planned.provenance, planner="Taut, led around others")
     record = SearchRecord(origin, planned.effort, planned.seconds, planned.history, planned.stopped_by)
-    return any_angle_result(problem, planned.path, None, record)
+    return any_angle_result(problem, problem.without_columns(planned.path), None, record)
 
 
 def _cheapest_on_lattice(problem: Problem, walled: Problem) -> Result | None:

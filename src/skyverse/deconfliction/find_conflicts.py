@@ -67,8 +67,12 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     semi_axis_xy, semi_axis_z = semi_axes(scenario)
     found = []
     end = last_arrival(curves, schedule, absent)
-    for a, b in close_pairs(curves, schedule, semi_axis_xy, semi_axis_z, end):
-        xy, z = max(semi_axis_xy[a], semi_axis_xy[b]), max(semi_axis_z[a], semi_axis_z[b])
+    reach = (
+        np.where(own > 0, own + error + error.max(initial=0.0), 0.0)
+        for own, error in zip(*_axes(scenario), strict=True)
+    )
+    for a, b in close_pairs(curves, schedule, *reach, end):
+        xy, z = float(semi_axis_xy[a, b]), float(semi_axis_z[a, b])
         one, other = TimedCurve(a, departure[a], 1.0), TimedCurve(b, departure[b], 1.0)
         spans = conflict_spans(curves, one, other, xy, z, max(end, MIN_HORIZON), False)
         begins, ends = nearness_at_ends(curves, a, b, xy, z)
@@ -87,10 +91,27 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
 
 
 def semi_axes(scenario: Scenario) -> tuple[Floats, Floats]:
-    """Return the horizontal and vertical semi-axis of each UAV's ellipsoid, (n,) metres, less what is tolerated."""
+    """Return the horizontal and vertical semi-axes of the ellipsoids that each two UAVs must keep out of.
+
+    Of their separations the larger one counts, less what is tolerated, and both tracking errors are added to it. Two
+    UAVs without a separation keep none.
+
+    Returns
+    -------
+    tuple
+        (n, n) metres each; of a pair, both are 0 where none is kept.
+    """
+    own, errors = _axes(scenario)
+    larger = [np.maximum.outer(axis, axis) for axis in own]
+    xy, z = (axis + np.where(axis > 0, np.add.outer(e, e), 0.0) for axis, e in zip(larger, errors, strict=True))
+    return xy, z
+
+
+def _axes(scenario: Scenario) -> tuple[Floats, Floats]:
+    """Return each UAV's own semi-axes, across and above, less what is tolerated, and its errors; (2, n) metres."""
     axes = np.array([uav.ellipsoid for uav in scenario.uavs]).reshape(-1, 2)
-    semi_axis_xy, semi_axis_z = np.maximum(axes - SEPARATION_FORGIVEN, axes / 2).T
-    return np.ascontiguousarray(semi_axis_xy), np.ascontiguousarray(semi_axis_z)
+    errors = np.array([(uav.tracking_error.horizontal, uav.tracking_error.vertical) for uav in scenario.uavs])
+    return np.maximum(axes - SEPARATION_FORGIVEN, axes / 2).T.copy(), errors.reshape(-1, 2).T.copy()
 
 
 def last_arrival(curves: Curves, schedule: Schedule, absent: NDArray[np.bool_]) -> float:

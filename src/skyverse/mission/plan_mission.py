@@ -6,7 +6,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from skyverse._typing import Floats
+from skyverse._typing import Floats, Ints
 from skyverse.deconfliction.find_conflicts import find_conflicts
 from skyverse.deconfliction.paths_apart import PathsApart, keep_paths_apart
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
@@ -152,13 +152,17 @@ def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
     if assignment == "identity":
         np.fill_diagonal(matrix, 1.0)
         return matrix
-    sources = [snap_endpoint(airspace, u.start, start=True) for u in scenario.uavs]
-    goals = [snap_endpoint(airspace, t.position, start=False) for t in scenario.targets]
-    open_goals = [j for j, (_, refusal) in enumerate(goals) if refusal is None]
-    nodes = np.array([goals[j][0] for j in open_goals], dtype=np.int64)
-    for i, (source, refusal) in enumerate(sources):
-        if refusal is None and open_goals:
-            matrix[i, open_goals] = prices_to(airspace.grid, airspace.pricing, source, nodes)
+    open_goals: dict[Airspace, tuple[list[int], Ints]] = {}  # those of UAVs with one tracking error are the same
+    for i, uav in enumerate(scenario.uavs):
+        own = airspace.of(i)
+        if own not in open_goals:
+            ends = [snap_endpoint(own, own.column_top(t.position), start=False) for t in scenario.targets]
+            free = [j for j, (_, refusal) in enumerate(ends) if refusal is None]
+            open_goals[own] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
+        free, nodes = open_goals[own]
+        source, refusal = snap_endpoint(own, own.column_top(uav.start), start=True)
+        if refusal is None and free:
+            matrix[i, free] = prices_to(own.grid, own.pricing, source, nodes)
     return matrix
 
 

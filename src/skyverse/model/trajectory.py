@@ -1,5 +1,6 @@
 """A motion along a path: position, velocity and acceleration as functions of time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
@@ -86,3 +87,17 @@ class Trajectory(ArrayRecord):
         motion[1][holding] = 0.0
         motion[2][holding] = 0.0
         return Motion(*motion)
+
+
+def joined(parts: Sequence[Trajectory]) -> Trajectory:
+    """Return trajectories one after another as one, which begins when the first of them does.
+
+    Each must begin where the one before ends, with the same velocity and acceleration. Form and note are those of the
+    first.
+    """
+    degree = max(part.coefficients.shape[1] for part in parts)
+    rows = [np.pad(part.coefficients, ((0, 0), (0, degree - part.coefficients.shape[1]), (0, 0))) for part in parts]
+    knots = [parts[0].knots]
+    for part in parts[1:]:
+        knots.append(knots[-1][-1] + (part.knots[1:] - part.knots[0]))
+    return replace(parts[0], knots=np.concatenate(knots), coefficients=np.concatenate(rows))

@@ -216,6 +216,9 @@ STRAIGHT_ENOUGH = 1e-3
 MIN_HORIZON = 1e-3
 """Seconds for which conflicts are looked for at least, also where nobody flies."""
 
+COLUMN_LIFT = 1e-3
+"""Metres: a column over a start or target ends this much above what it leads out of, clear of all rounding."""
+
 MIN_OVERLAP = 2e-3
 """Metres that consecutive boxes of a corridor overlap at least: a spline could not pass through less."""
 

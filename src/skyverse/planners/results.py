@@ -1,7 +1,7 @@
 """Results made of paths: priced, compared with a lower bound, and given a status."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class SearchRecord:
 def refused_result(problem: Problem, status: Status, origin: Provenance) -> Result:
     """Return the result of a problem that has no path, for the reason that the status gives."""
     record = SearchRecord(origin, stopped_by="refused")
-    return Result(status, np.empty((0, 3)), math.inf, {}, None, problem.start, problem.end, **vars(record))
+    ends = problem.uav_place, problem.target_place
+    return Result(status, np.empty((0, 3)), math.inf, {}, None, *ends, **vars(record))
 
 
 def lattice_result(problem: Problem, nodes: Ints, record: SearchRecord) -> Result:
@@ -39,10 +40,24 @@ def lattice_result(problem: Problem, nodes: Ints, record: SearchRecord) -> Resul
 
 
 def any_angle_result(problem: Problem, path: Floats, bound: float | None, record: SearchRecord) -> Result:
-    """Return the result of a path (n, 3) of straight legs from the UAV's start; the bound must be proven, if given."""
+    """Return the result of a path (n, 3) of straight legs from the problem's start; the bound must be proven, if given.
+
+    The columns above the UAV's start and its target, where there are any, are added to the path, its price and bound.
+    """
     terms = cost.terms_of_legs(problem.scenario, problem.airspace.rates, path, problem.end)
     reached = np.array_equal(path[-1], problem.end)
-    return _priced(path, (problem.start, problem.end), terms, bound, reached, record, any_angle=True)
+    up, down = problem.columns
+    if len(up) or (len(down) and reached):
+        price = sum(terms.values())
+        path = np.vstack([up, path, down[: int(reached)]])
+        terms = cost.terms_of_legs(problem.scenario, problem.airspace.rates, path, problem.target_place)
+        if bound is not None:
+            height = problem.start[2] - problem.uav_place[2] + problem.end[2] - problem.target_place[2]
+            bound += problem.airspace.rates.metre * float(height)
+        history = replace(record.history, cost=record.history.cost + (sum(terms.values()) - price))
+        record = replace(record, history=history)
+    ends = problem.uav_place, problem.target_place
+    return _priced(path, ends, terms, bound, reached, record, any_angle=True)
 
 
 def _priced(

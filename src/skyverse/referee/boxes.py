@@ -7,10 +7,12 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
+from skyverse.model.uav import TrackingError
 from skyverse.referee.closed_above import numbered_shapes
 from skyverse.referee.incursion import Incursion
 from skyverse.referee.solids import GrownSolids, grown
 from skyverse.referee.tolerances import LET_PASS, TWO_ROUNDINGS
+from skyverse.referee.tube import EXACT, taller
 from skyverse.referee.voxel_boxes import disjoint_boxes, overlapping_boxes
 
 
@@ -53,8 +55,9 @@ class GrownBoxes(GrownSolids):
         return np.maximum(self.low[which] - positions, positions - self.high[which]).max(axis=1)
 
 
-def grown_boxes(scenario: Scenario) -> GrownBoxes:
-    """Return the scenario's boxes, and its voxels as boxes."""
+def grown_boxes(scenario: Scenario, error: TrackingError = EXACT) -> GrownBoxes:
+    """Return the scenario's boxes, and its voxels as boxes, for a UAV with a tracking error."""
+    least = scenario.clearance + min(error.horizontal, error.vertical)
     lows, highs, obstacles = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, dtype=np.intp)]
     for number, shape in ((one.number, one.shape) for one in numbered_shapes(scenario)):
         if type(shape) is Box:
@@ -62,7 +65,7 @@ def grown_boxes(scenario: Scenario) -> GrownBoxes:
             highs.append(np.array([shape.max]))
         elif type(shape) is Voxels:
             # boxes that are grown overlap by themselves, so that no gap is left between neighbours
-            boxes_of = disjoint_boxes if scenario.clearance > LET_PASS else overlapping_boxes
+            boxes_of = disjoint_boxes if least > LET_PASS else overlapping_boxes
             first, beyond = boxes_of(shape.occupied)
             lows.append(np.array(shape.origin) + first * np.array(shape.step))
             highs.append(np.array(shape.origin) + beyond * np.array(shape.step))
@@ -70,7 +73,9 @@ def grown_boxes(scenario: Scenario) -> GrownBoxes:
             continue
         obstacles.append(np.full(len(lows[-1]), number))
     low, high = np.concatenate(lows), np.concatenate(highs)
-    clearance = scenario.clearance
+    if error != EXACT:
+        low[:, 2], high[:, 2] = taller(low[:, 2], high[:, 2], error)
+    clearance = scenario.clearance + error.horizontal
     return GrownBoxes(clearance, np.concatenate(obstacles), low, high, *grown(low, high, clearance))
 
 

@@ -1,5 +1,6 @@
 """Judges clearance: of curves at every instant, and of straight paths."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ def judge_curve(world: RefereeWorld, curve: PolynomialCurve, position: list[Poly
     """Judge the clearance of a curve at every instant; `position` holds its x, y, z as polynomials."""
     b = np.stack([part.b for part in position], axis=2)
     error = np.max([part.error for part in position], axis=0)
-    return _combined([_judge_kind(kind, b, error, curve) for kind in (world.boxes, *world.others)])
+    return _combined(world, [_judge_kind(kind, b, error, curve) for kind in (world.boxes, *world.others)])
 
 
 def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> JudgedClearance:
@@ -33,7 +34,7 @@ def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> JudgedC
     b, exact = np.stack([starts, ends], axis=1), np.zeros(len(starts))
     curve = PolynomialCurve(np.arange(len(starts) + 1.0), np.stack([starts, ends - starts], axis=1))
     in_boxes = JudgedClearance(_combined_peaks([]), deepest_in_boxes(world.boxes, starts, ends))
-    return _combined([in_boxes, *(_judge_kind(kind, b, exact, curve) for kind in world.others)])
+    return _combined(world, [in_boxes, *(_judge_kind(kind, b, exact, curve) for kind in world.others)])
 
 
 def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve) -> JudgedClearance:
@@ -60,10 +61,16 @@ def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCu
     return JudgedClearance(peaks._replace(piece=where, stuck=stuck), incursion)
 
 
-def _combined(judged: list[JudgedClearance]) -> JudgedClearance:
-    """Return the judgements of all kinds of shapes as one, with the deepest place of them all."""
+def _combined(world: RefereeWorld, judged: list[JudgedClearance]) -> JudgedClearance:
+    """Return the judgements of all kinds of shapes as one, with the deepest place of them all.
+
+    What is said of that place counts the tracking error as a part of the gap, and not of the clearance.
+    """
     incursions = [one.incursion for one in judged if one.incursion is not None]
     deepest = max(incursions, key=lambda incursion: incursion.depth, default=None)
+    if deepest is not None and deepest.obstacle >= 0 and world.error.horizontal:
+        aside = world.error.horizontal
+        deepest = replace(deepest, gap=deepest.gap - aside, required=deepest.required - aside)
     return JudgedClearance(_combined_peaks([one.peaks for one in judged]), deepest)
 
 

@@ -7,11 +7,13 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
 from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_REACH
+from skyverse.referee.tube import EXACT, raised_heights
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,12 +151,14 @@ class GrownGround(GrownSolids):
         return highest
 
 
-def grown_ground(scenario: Scenario) -> GrownGround | None:
-    """Return the scenario's ground, or ``None`` if it has no terrain."""
+def grown_ground(scenario: Scenario, error: TrackingError = EXACT) -> GrownGround | None:
+    """Return the scenario's ground for a UAV with a tracking error, or ``None`` if it has no terrain."""
     terrain = scenario.terrain
     if terrain is None:
         return None
     heights, step = terrain.heights, np.array(terrain.step)
+    if error != EXACT:
+        heights = raised_heights(terrain, error)
     highest = [_maximum(heights[:-1, :-1], heights[1:, :-1], heights[:-1, 1:], heights[1:, 1:])]
     while max(highest[-1].shape) > 1:
         squares = np.pad(highest[-1], [(0, n % 2) for n in highest[-1].shape], mode="edge")
@@ -202,13 +206,13 @@ class Ceiling(GrownSolids):
         return self.upside_down.gap(position * MIRROR, which)
 
 
-def ceiling_above_ground(scenario: Scenario) -> Ceiling | None:
-    """Return the ceiling above the scenario's terrain, or ``None`` if there is none."""
+def ceiling_above_ground(scenario: Scenario, error: TrackingError = EXACT) -> Ceiling | None:
+    """Return the ceiling above the scenario's terrain for a UAV with an error, or ``None`` if there is none."""
     terrain, most = scenario.terrain, scenario.max_height
     if terrain is None or most is None:
         return None
     below = terrain.model_copy(update={"heights": -(terrain.heights + most), "clearance": 0.0})
-    upside_down = grown_ground(scenario.model_copy(update={"terrain": below}))
+    upside_down = grown_ground(scenario.model_copy(update={"terrain": below}), error)
     assert upside_down is not None
     return Ceiling(0.0, np.array([CEILING_NUMBER]), upside_down)
 

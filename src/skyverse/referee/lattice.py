@@ -17,6 +17,7 @@ from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import find_peaks
 from skyverse.referee.tolerances import LATTICE_ROUNDING, LET_PASS
+from skyverse.referee.tube import EXACT
 from skyverse.referee.world import RefereeWorld
 
 MOVES_AT_ONCE = 200_000
@@ -71,7 +72,8 @@ class RefereeLattice:
 
 def lattice_shape(world: RefereeWorld) -> Indices:
     """Return the number of nodes along each axis, (3,)."""
-    return np.floor((world.high - world.low) / world.step + LATTICE_ROUNDING).astype(np.intp) + 1
+    extent = np.array(world.scenario.bounds.max) - world.first_node
+    return np.floor(extent / world.step + LATTICE_ROUNDING).astype(np.intp) + 1
 
 
 def judged_lattice(world: RefereeWorld, *, strict: bool) -> RefereeLattice:
@@ -81,14 +83,20 @@ def judged_lattice(world: RefereeWorld, *, strict: bool) -> RefereeLattice:
     if connectivity == 6:
         steps = steps[np.count_nonzero(steps, axis=1) == 1]
     index = np.stack(np.meshgrid(*(np.arange(n) for n in shape), indexing="ij"), axis=-1).reshape(-1, 3)
-    places = world.low + index * world.step
+    places = world.first_node + index * world.step
+    usable = np.ones(shape, dtype=bool)
+    if world.error != EXACT:  # then the bounds do not end where the lattice does
+        inset = LET_PASS if strict else -LET_PASS
+        within = (places >= world.low + inset) & (places <= world.high - inset)
+        usable = within.all(axis=1).reshape(shape)
     free = np.zeros((len(steps), len(index)), dtype=bool)
     for row, move in zip(free, steps, strict=True):
         inside = np.flatnonzero(((index + move >= 0) & (index + move < shape)).all(axis=1))
         for first in range(0, len(inside), MOVES_AT_ONCE):
             some = inside[first : first + MOVES_AT_ONCE]
-            row[some] = free_moves(world, places[some], world.low + (index[some] + move) * world.step, strict)
-    return RefereeLattice(world.low, world.step, shape, steps, free)
+            row[some] = free_moves(world, places[some], world.first_node + (index[some] + move) * world.step, strict)
+            row[some] &= usable[tuple(index[some].T)] & usable[tuple((index[some] + move).T)]
+    return RefereeLattice(world.first_node, world.step, shape, steps, free)
 
 
 def can_be_judged(world: RefereeWorld) -> bool:

@@ -9,17 +9,19 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, TrackingError
+from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.claims import judge_claims, judge_deconfliction
+from skyverse.referee.column import Columns, columns_of
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.flight_summary import judge_flight_summary, priced_path
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
 from skyverse.referee.trajectory import judge_trajectory
+from skyverse.referee.tube import EXACT
 from skyverse.referee.untrusted import entry, target_index
-from skyverse.referee.world import RefereeWorld, referee_world
+from skyverse.referee.world import RefereeWorlds, referee_world
 
 
 class Certificates(NamedTuple):
@@ -68,12 +70,12 @@ def certify(scenario: Scenario, mission: Mission) -> Certificates:
         A certificate that is refuted names the worst instant of the first thing that is wrong.
     """
     with np.errstate(all="ignore"):
-        return judge_fleet(referee_world(scenario), mission).certificates
+        return judge_fleet(RefereeWorlds(scenario), mission).certificates
 
 
-def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
+def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     """Judge all trajectories of a mission, and the fleet's separation."""
-    scenario = world.scenario
+    scenario = worlds.scenario
     count, digest = len(scenario.uavs), scenario.digest
     targets = [target_index(scenario, entry(mission.assignment, uav)) for uav in range(count)]
     curves: list[PolynomialCurve | None] = [None] * count
@@ -84,16 +86,17 @@ def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
         trajectory = entry(mission.trajectories, uav)
         if not isinstance(trajectory, Trajectory):
             continue
-        violations[uav], halvings, curve = judge_trajectory(world, uav, targets[uav], trajectory)
+        violations[uav], halvings, curve = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
         curves[uav] = curve
         if curve is None:
             unknown.add(uav)
-        certificates[uav] = _certificate(
-            digest, violations[uav], _proven_sentence(scenario, digest, uav, curve), halvings
-        )
+        sentence = _proven_sentence(scenario, digest, uav, curve, columns_of(worlds.of(uav), uav, targets[uav]))
+        certificates[uav] = _certificate(digest, violations[uav], sentence, halvings)
     separation = judge_separation(scenario, targets, curves, unknown)
     sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"
-    sentence += f"{_not_counted(*scenario.uavs)}."
+    if any(uav.tracking_error != EXACT for uav in scenario.uavs):
+        sentence += ", in every flight of theirs within their tracking errors"
+    sentence += "."
     apart = _certificate(digest, separation.violations, sentence, separation.halvings)
     if unknown and apart.verdict is Verdict.PROVEN:
         names = ", ".join(scenario.uavs[uav].name for uav in sorted(unknown))
@@ -103,7 +106,7 @@ def judge_fleet(world: RefereeWorld, mission: Mission) -> JudgedFleet:
     )
 
 
-def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: PolynomialCurve | None) -> str:
+def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: PolynomialCurve | None, columns: Columns) -> str:
     vehicle, knots = scenario.uavs[uav], np.zeros(2) if curve is None else curve.knots
     limits = ["speed", "acceleration"]
     limits += ["jerk", "thrust", "tilt"] if vehicle.fixed_wing is None else ["airspeed", "turn", "climb"]
@@ -116,19 +119,16 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
     return (
         f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, {ground}inside the bounds "
         f"and within its limits of {kept}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
-        f"{_where(scenario, digest)}{_not_counted(vehicle)}."
+        f"{_where(scenario, digest)}{_for_every_flight(vehicle.tracking_error, columns)}."
     )
 
 
-def _not_counted(*vehicles: UAV) -> str:
-    """Say that UAVs' tracking errors are not in what is proven, which holds for their nominal flights alone."""
-    if all(vehicle.tracking_error == TrackingError() for vehicle in vehicles):
+def _for_every_flight(error: TrackingError, columns: Columns) -> str:
+    """Say that what is proven holds for all flights within a tracking error, and in which columns it does not count."""
+    if error == EXACT:
         return ""
-    if len(vehicles) > 1:
-        return "; this holds for their nominal flights, without their tracking errors"
-    error = vehicles[0].tracking_error
     stray = f"{error.horizontal:.6g} m horizontally and {error.vertical:.6g} m vertically"
-    return f"; this holds for its nominal flight, without its tracking error of {stray}"
+    return f", for every flight within {stray} of it{columns.sentence}"
 
 
 def _where(scenario: Scenario, digest: str) -> str:
@@ -187,9 +187,9 @@ def check(scenario: Scenario, mission: Mission) -> list[Violation]:
 def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certificates]:
     """Return what `check` and `certify` return, at the price of one of them."""
     with np.errstate(all="ignore"):
-        world = referee_world(scenario)
+        worlds = RefereeWorlds(scenario)
         violations = judge_assignment(scenario, mission)
-        fleet = judge_fleet(world, mission)
+        fleet = judge_fleet(worlds, mission)
         flights = mission.flights if isinstance(mission.flights, tuple | list) else ()
         for uav in range(len(scenario.uavs)):
             target = target_index(scenario, entry(mission.assignment, uav))
@@ -198,7 +198,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
                 if result.status is Status.NOT_PLANNED and not mission.interrupted:
                     message = f"{scenario.uavs[uav].name} was not planned, but the mission was not interrupted."
                     violations.append(Violation(Fault.STATUS, (uav,), message))
-                violations += judge_result(world, uav, target, result, isinstance(trajectory, Trajectory))
+                violations += judge_result(worlds.of(uav), uav, target, result, isinstance(trajectory, Trajectory))
             violations += fleet.trajectories[uav]
             summary = entry(flights, uav)
             violations += judge_flight_summary(scenario, uav, summary, priced_path(result), fleet.curves[uav])
@@ -236,4 +236,4 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
         if not 0 <= index < len(things):
             raise ValueError(f"scenario {scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}")
     with np.errstate(all="ignore"):
-        return list(judge_result(referee_world(scenario), uav, target, result, None))
+        return list(judge_result(referee_world(scenario, scenario.uavs[uav].tracking_error), uav, target, result, None))

@@ -8,7 +8,9 @@ from skyverse._typing import Floats
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Verdict
+from skyverse.referee.column import columns_of
 from skyverse.referee.lattice import (
     RefereeLattice,
     can_be_judged,
@@ -22,7 +24,7 @@ from skyverse.referee.result import judge_result
 from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
 from skyverse.referee.tolerances import LATTICE_MARGIN
 from skyverse.referee.untrusted import entry, finite_point, number, target_index
-from skyverse.referee.world import RefereeWorld, referee_world
+from skyverse.referee.world import RefereeWorld, RefereeWorlds, referee_world
 
 MAX_LATTICE_STATES = 400_000
 """States of a lattice that are searched; the thesis's maps have 330,000."""
@@ -73,8 +75,9 @@ class _Judge:
 
     def __init__(self, scenario: Scenario, max_states: int) -> None:
         self.scenario, self.digest = scenario, scenario.digest
-        self._lattices: dict[bool, tuple[RefereeWorld, RefereeLattice]] = {}
-        self.world = world = referee_world(scenario)
+        self._lattices: dict[tuple[TrackingError, bool], tuple[RefereeWorld, RefereeLattice]] = {}
+        self.worlds = RefereeWorlds(scenario)
+        world = self.worlds.nominal
         states = int(np.prod(lattice_shape(world), dtype=float))
         if scenario.objective.divergence > 0:
             states *= scenario.lattice.connectivity // 2
@@ -84,12 +87,13 @@ class _Judge:
         if not can_be_judged(world):
             self.beyond = "the diagonal moves of its lattice are judged only among boxes, cylinders and spheres"
 
-    def lattice(self, strict: bool) -> tuple[RefereeWorld, RefereeLattice]:
-        """Return the world and its lattice; a strict one holds only moves that every planner has to use."""
-        if strict not in self._lattices:
-            world = referee_world(_farther(self.scenario)) if strict else self.world
-            self._lattices[strict] = world, judged_lattice(world, strict=strict)
-        return self._lattices[strict]
+    def lattice(self, uav: int, strict: bool) -> tuple[RefereeWorld, RefereeLattice]:
+        """Return a UAV's world and its lattice; a strict one holds only moves that every planner has to use."""
+        key = self.scenario.uavs[uav].tracking_error, strict
+        if key not in self._lattices:
+            world = referee_world(_farther(self.scenario), key[0]) if strict else self.worlds.of(uav)
+            self._lattices[key] = world, judged_lattice(world, strict=strict)
+        return self._lattices[key]
 
     def judge(self, uav: int, target: int, result: Result) -> Certificate | None:
         """Judge what one result claims, or return ``None`` if it claims nothing."""
@@ -107,12 +111,12 @@ class _Judge:
         start, goal = finite_point(result.start), finite_point(result.goal)
         if start is None or goal is None:
             return self._undecided(f"{claim}, {AS_CLAIMED}: it has no start or goal node.")
-        optimum, _ = self._search(start, goal, strict=False)
+        optimum, _ = self._search(uav, start, goal, strict=False)
         if bound <= optimum or costs_agree(bound, optimum):
             gap = "" if costs_agree(bound, optimum) else f"; the optimum is {optimum:.9g}"
             why = f"{claim}: no path on the lattice costs less than {bound:.9g}{gap}."
             return self._proven(claim, why, uav, target, result)
-        cheaper, _ = self._search(start, goal, strict=True)
+        cheaper, _ = self._search(uav, start, goal, strict=True)
         if cheaper < bound and not costs_agree(bound, cheaper):
             sentence = f"{name} claims that no path costs less than {bound:.9g}, but one costs {cheaper:.9g}."
             return self._certificate(Verdict.REFUTED, sentence)
@@ -132,9 +136,11 @@ class _Judge:
         claim = f"{name} has no path"
         if self.beyond:
             return self._undecided(f"{claim}, {AS_CLAIMED}: {self.beyond}.")
-        ends = self.scenario.uavs[uav].start, self.scenario.targets[target].position
-        _, lattice = self.lattice(strict=False)
-        corners = [[lattice.node(node) for node in self._cell_corners(np.array(place))] for place in ends]
+        world, lattice = self.lattice(uav, strict=False)
+        ends = [np.array(self.scenario.uavs[uav].start), np.array(self.scenario.targets[target].position)]
+        for place, column in zip(ends, columns_of(world, uav, target), strict=True):
+            place[2] = place[2] if column is None else column.top
+        corners = [[lattice.node(node) for node in self._cell_corners(uav, place)] for place in ends]
         starts, goals = ({node for node in nodes if node is not None} for nodes in corners)
         if not reachable_nodes(lattice, starts) & goals:
             sentence = f"{claim} on the lattice, which joins no nodes next to its start and its target."
@@ -142,17 +148,17 @@ class _Judge:
         sentence = f"{claim}, {AS_CLAIMED}: a path on the lattice joins nodes next to its start and its target."
         return self._undecided(sentence)
 
-    def _cell_corners(self, place: Floats) -> list[Floats]:
+    def _cell_corners(self, uav: int, place: Floats) -> list[Floats]:
         """Return the lattice nodes at the corners of the cell that holds a place (3,), metres."""
-        world, lattice = self.lattice(False)
-        share = (place - world.low) / world.step
+        world, lattice = self.lattice(uav, strict=False)
+        share = (place - world.first_node) / world.step
         corners = np.unique(list(product(*zip(np.floor(share), np.ceil(share), strict=True))), axis=0)
-        return [world.low + corner * world.step for corner in corners if (corner < lattice.shape).all()]
+        return [world.first_node + corner * world.step for corner in corners if (corner < lattice.shape).all()]
 
-    def _search(self, start: Floats, goal: Floats, strict: bool) -> tuple[float, list[int]]:
+    def _search(self, uav: int, start: Floats, goal: Floats, strict: bool) -> tuple[float, list[int]]:
         """Return the price of the cheapest path between two nodes, in the objective's unit, and its nodes."""
         objective = self.scenario.objective
-        world, lattice = self.lattice(strict)
+        world, lattice = self.lattice(uav, strict)
         first, last = lattice.node(start), lattice.node(goal)
         if first is None or last is None:
             return np.inf, []
@@ -170,7 +176,7 @@ class _Judge:
 
     def _proven(self, claim: str, sentence: str, uav: int, target: int, result: Result) -> Certificate:
         """Return that a claim is proven, if the result that makes it is right in everything else."""
-        wrong = next(judge_result(self.world, uav, target, result, None), None)
+        wrong = next(judge_result(self.worlds.of(uav), uav, target, result, None), None)
         if wrong is not None:
             return self._undecided(f"{claim}, {AS_CLAIMED}: its result is wrong elsewhere. {wrong.message}")
         return self._certificate(Verdict.PROVEN, sentence)

@@ -113,9 +113,12 @@ class FleetSeparation(NamedTuple):
 
 
 def fleet_separation(scenario: Scenario, targets: Sequence[int | None], motion: FleetMotion) -> FleetSeparation:
-    """Return the separation of each two UAVs whose motion is known."""
+    """Return the separation of each two UAVs whose motion is known: the larger one, and both tracking errors."""
     ellipsoids = np.array([scenario.uavs[uav].ellipsoid for uav in motion.uavs])
     keep = np.maximum(ellipsoids[:, None], ellipsoids[None])
+    strays = [scenario.uavs[uav].tracking_error for uav in motion.uavs]
+    errors = np.array([(stray.horizontal, stray.vertical) for stray in strays]).reshape(-1, 2)
+    keep = np.where(keep > 0, keep + errors[:, None] + errors[None], 0.0)  # without a separation none is kept
     keep[(keep <= LET_PASS).any(axis=2)] = 0.0
     return FleetSeparation(scenario, targets, motion, time_slices(motion), keep[..., 0], keep[..., 1])
 

@@ -8,38 +8,51 @@ from skyverse._typing import Floats
 from skyverse.model.result import Result, Status
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_segments
+from skyverse.referee.column import columns_of, parts_of_flight
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.seams import find_seam
 from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
-from skyverse.referee.tolerances import BOUND_ROUNDING, COST_LET_PASS, LET_PASS, STRAIGHT, UNDERFLOW
+from skyverse.referee.tolerances import BOUND_ROUNDING, COLUMN_SLACK, COST_LET_PASS, LET_PASS, STRAIGHT, UNDERFLOW
+from skyverse.referee.tube import named
 from skyverse.referee.untrusted import finite_point, float_array, number
 from skyverse.referee.world import RefereeWorld
 
 
-def judge_safety(world: RefereeWorld, uav: int, path: Floats) -> Iterator[Violation]:
-    """Yield where a path (n, 3) is out of bounds or too close to an obstacle, at its worst."""
-    name = world.scenario.uavs[uav].name
+def judge_safety(world: RefereeWorld, uav: int, target: int | None, path: Floats) -> Iterator[Violation]:
+    """Yield where a path (n, 3) is out of bounds or too close to an obstacle, at its worst.
+
+    In the columns over the UAV's start and target its tracking error does not count.
+    """
+    if len(path) < 2:  # a path of one node is judged as a segment of length zero
+        path = np.concatenate([path, path])
+    legs = np.stack([path[:-1], path[1:]], axis=1)
+    for judged_in, part in parts_of_flight(world, uav, target, legs, np.zeros(len(legs))):
+        yield from _judge_part(judged_in, uav, path[part.start : part.stop + 1], part.start)
+
+
+def _judge_part(world: RefereeWorld, uav: int, path: Floats, first: int) -> Iterator[Violation]:
+    """Yield what is wrong with a part (n, 3) of a path that begins with node number `first`."""
+    name = named(f"{world.scenario.uavs[uav].name}'s path", world.error)
     excess = world.beyond_bounds(path)
     worst = int(np.argmax(excess))
     if not excess[worst] <= LET_PASS:
         position = position_text(path[worst])
-        message = f"{name}'s path is {excess[worst]:.6g} m out of bounds at node {worst}, {position}."
+        message = f"{name} is {excess[worst]:.6g} m out of bounds at node {first + worst}, {position}."
         yield Violation(Fault.PATH_BOUNDS, (uav,), message, position=position_tuple(path[worst]))
-    # a path of one node is judged as a segment of length zero
-    starts, ends = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
+    starts, ends = path[:-1], path[1:]
     peaks, incursion = judge_segments(world, starts, ends)
     if incursion is not None:
-        message = incursion.sentence(world.scenario, f"{name}'s path", f"after node {incursion.segment}")
+        message = incursion.sentence(world.scenario, name, f"after node {first + incursion.segment}")
         yield Violation(Fault.PATH_CLEARANCE, (uav,), message, position=position_tuple(incursion.position))
     elif not peaks.proven[0]:
         segment = max(int(peaks.stuck[0]), 0)
         position = position_text(starts[segment])
-        message = f"Whether {name}'s path keeps clearance could not be decided after node {segment}, {position}."
+        message = f"Whether {name} keeps clearance could not be decided after node {first + segment}, {position}."
         yield Violation(Fault.UNDECIDED, (uav,), message, position=position_tuple(starts[segment]))
     elif excess[worst] <= LET_PASS:
         seam = find_seam(world, np.stack([starts, ends], axis=1), np.zeros(len(starts)))
         if seam is not None:
-            message = seam.sentence(world.scenario, f"{name}'s path", f"after node {seam.piece}")
+            message = seam.sentence(world.scenario, name, f"after node {first + seam.piece}")
             fault = Fault.PATH_CLEARANCE if seam.decided else Fault.UNDECIDED
             yield Violation(fault, (uav,), message, position=position_tuple(seam.position))
 
@@ -54,7 +67,7 @@ def judge_moves(world: RefereeWorld, uav: int, path: Floats) -> Iterator[Violati
         message = f"{name}'s path is {off[worst]:.6g} m off the lattice at node {worst}, {position_text(path[worst])}."
         yield Violation(Fault.PATH_STEP, (uav,), message, position=position_tuple(path[worst]))
         return
-    moves = np.diff(np.rint((path - world.low) / world.step), axis=0)
+    moves = np.diff(np.rint((path - world.first_node) / world.step), axis=0)
     axes = np.count_nonzero(moves, axis=1)
     wrong = (axes == 0) | (np.abs(moves) > 1).any(axis=1) | ((axes > 1) & (connectivity == 6))
     if wrong.any():
@@ -71,11 +84,15 @@ def judge_ends(world: RefereeWorld, uav: int, target: int | None, path: Floats, 
     """Yield what is wrong with a result's start and goal nodes, and with a status that says the goal is reached."""
     scenario = world.scenario
     name, status = scenario.uavs[uav].name, result.status
-    ends = [("start", result.start, scenario.uavs[uav].start)]
+    columns = columns_of(world, uav, target)
+    ends = [("start", result.start, scenario.uavs[uav].start, columns.start)]
     if target is not None:
-        ends.append(("goal", result.goal, scenario.targets[target].position))
-    for noun, given, due in ends:
-        complaint = _end_complaint(world, noun, given, np.array(due), path, result.any_angle)
+        ends.append(("goal", result.goal, scenario.targets[target].position, columns.target))
+    for noun, given, place, column in ends:
+        due, slack = np.array(place), LET_PASS
+        if column is not None and not result.any_angle:  # on the lattice, a node stands for the top of the column
+            due[2], slack = column.top, COLUMN_SLACK
+        complaint = _end_complaint(world, noun, given, due, path, result.any_angle, slack)
         if complaint is not None:
             message = f"{name}'s {noun} node {complaint}."
             at = position_tuple(path[0 if noun == "start" else -1])
@@ -90,9 +107,12 @@ def judge_ends(world: RefereeWorld, uav: int, target: int | None, path: Floats, 
 
 
 def _end_complaint(
-    world: RefereeWorld, noun: str, given: object, due: Floats, path: Floats, any_angle: bool
+    world: RefereeWorld, noun: str, given: object, due: Floats, path: Floats, any_angle: bool, slack: float
 ) -> str | None:
-    """Return what is wrong with a start or goal node that stands for the position `due`, or ``None``."""
+    """Return what is wrong with a start or goal node that stands for the position `due`, or ``None``.
+
+    `slack` is let pass in metres where the node must be within a step of that position.
+    """
     node = finite_point(given)
     if node is None:
         return f"must be x, y, z, but is {given!r}"
@@ -100,9 +120,9 @@ def _end_complaint(
         return f"{position_text(node)} is not {position_text(due)}, where an any-angle path has it"
     if not any_angle and not world.off_lattice(node[None])[0] <= LET_PASS:
         return f"{position_text(node)} is no lattice node"
-    if not world.beyond_bounds(node[None])[0] <= LET_PASS:
+    if not (world.nominal if any_angle else world).beyond_bounds(node[None])[0] <= LET_PASS:
         return f"{position_text(node)} is out of bounds"
-    if not (np.abs(node - due) <= world.step + LET_PASS).all():
+    if not (np.abs(node - due) <= world.step + slack).all():
         return f"{position_text(node)} is no corner of the lattice cell of {position_text(due)}"
     if noun == "start" and not _same(path[0], node):
         return f"is {position_text(node)}, but the path begins at {position_text(path[0])}"

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Prism
+from skyverse.model.uav import TrackingError
 from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_REACH
+from skyverse.referee.tube import EXACT, taller
 
 EDGES_AT_ONCE = 2**19
 """Pairs of chords and edges looked at together, which bounds the memory."""
@@ -117,8 +119,8 @@ def _ray_crosses(a: Floats, p: Floats, q: Floats) -> Indices:
     return (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
 
 
-def grown_prisms(scenario: Scenario) -> GrownPrisms:
-    """Return the scenario's prisms."""
+def grown_prisms(scenario: Scenario, error: TrackingError = EXACT) -> GrownPrisms:
+    """Return the scenario's prisms, for a UAV with a tracking error."""
     prisms, number = shapes_of(scenario, Prism)
     rings = [ring for prism in prisms for ring in (prism.vertices, *prism.holes)]
     p = np.array([corner for ring in rings for corner in ring]).reshape(-1, 2)
@@ -129,7 +131,8 @@ def grown_prisms(scenario: Scenario) -> GrownPrisms:
     low = np.array([prism.low for prism in prisms], dtype=np.float64)
     high = np.array([prism.high for prism in prisms], dtype=np.float64)
     thickness = _mean_thickness(p, p[following], begins, np.array([1 + len(prism.holes) for prism in prisms], np.intp))
-    clearance = scenario.clearance
+    clearance = scenario.clearance + error.horizontal
+    low, high = taller(low, high, error)
     # a wall thinner than what is let pass is still a wall, as in `grown`
     thickness = thickness + 2 * clearance
     grown_by = clearance - np.minimum(LET_PASS, thickness / 4)

@@ -49,7 +49,7 @@ def judge_result(
         message = f"{name}'s path ({status.value}) must be one or more rows of x, y, z, but it has {found}."
         yield Violation(Fault.PATH_SHAPE, (uav,), message)
         return
-    yield from judge_safety(world, uav, path)
+    yield from judge_safety(world, uav, target, path)
     if not isinstance(result.any_angle, bool):
         message = f"{name}'s any_angle must be true or false, but is {result.any_angle!r}."
         yield Violation(Fault.PATH_SHAPE, (uav,), message)
@@ -76,7 +76,7 @@ def _judge_absence(
         claimed[Status.TARGET_OUT_OF_BOUNDS] = scenario.targets[target].position
     if status in claimed:
         position = np.array(claimed[status])
-        if world.beyond_bounds(position[None])[0] <= 0:
+        if world.nominal.beyond_bounds(position[None])[0] <= 0:
             message = f"{name}'s status is {status.value}, but {position_text(position)} lies within the bounds."
             yield Violation(Fault.STATUS, (uav,), message)
     if number(result.cost) != np.inf:

@@ -7,8 +7,10 @@ import numpy as np
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Cylinder, Sphere
+from skyverse.model.uav import TrackingError
 from skyverse.referee.solids import GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
 from skyverse.referee.tolerances import LET_PASS
+from skyverse.referee.tube import EXACT, taller, wider
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,19 +83,22 @@ class GrownCylinders(GrownSolids):
         return float(max(level, self.low[which] - position[2], position[2] - self.high[which]))
 
 
-def grown_spheres(scenario: Scenario) -> GrownSpheres:
-    """Return the scenario's spheres."""
+def grown_spheres(scenario: Scenario, error: TrackingError = EXACT) -> GrownSpheres:
+    """Return the scenario's spheres, for a UAV with a tracking error."""
     spheres, number = shapes_of(scenario, Sphere)
-    radius = np.array([sphere.radius for sphere in spheres])
+    radius = wider(np.array([sphere.radius for sphere in spheres]), error)
     centre = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
-    return GrownSpheres(scenario.clearance, number, centre, radius, _grown_radius(radius, scenario.clearance))
+    clearance = scenario.clearance + error.horizontal
+    return GrownSpheres(clearance, number, centre, radius, _grown_radius(radius, clearance))
 
 
-def grown_cylinders(scenario: Scenario) -> GrownCylinders:
-    """Return the scenario's cylinders."""
+def grown_cylinders(scenario: Scenario, error: TrackingError = EXACT) -> GrownCylinders:
+    """Return the scenario's cylinders, for a UAV with a tracking error."""
     cylinders, number = shapes_of(scenario, Cylinder)
     rows = np.array([(*one.centre, one.radius, one.low, one.high) for one in cylinders]).reshape(-1, 5)
-    centre, (radius, low, high), clearance = rows[:, :2], rows[:, 2:].T, scenario.clearance
+    centre, (radius, low, high) = rows[:, :2], rows[:, 2:].T
+    clearance = scenario.clearance + error.horizontal
+    low, high = taller(low, high, error)
     grown_radius, ends = _grown_radius(radius, clearance), grown(low, high, clearance)
     return GrownCylinders(clearance, number, centre, radius, low, high, grown_radius, *ends)
 

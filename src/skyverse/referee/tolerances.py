@@ -65,5 +65,8 @@ PART_OF_LENGTH = 1e-4
 EDGE_OVERHANG = 1e-3
 """Share of an edge: a leg is also cut where it passes this close to an edge's ends; a cut too many changes nothing."""
 
+COLUMN_SLACK = 2e-3
+"""Metres that a leg in a column over a start or target may end above the lowest place from which the UAV may stray."""
+
 AIRSPEED_BAND = 0.01
 """Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""

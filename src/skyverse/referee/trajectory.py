@@ -9,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.clearance import judge_curve
+from skyverse.referee.column import parts_of_flight
 from skyverse.referee.continuity import judge_continuity
 from skyverse.referee.curve import PolynomialCurve, curve_of
 from skyverse.referee.limits import FlightLimit, flight_limits
@@ -17,6 +18,7 @@ from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.seams import find_seam
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
+from skyverse.referee.tube import EXACT, named
 from skyverse.referee.world import RefereeWorld
 
 
@@ -29,11 +31,12 @@ class JudgedTrajectory(NamedTuple):
 
 
 class _Answer(NamedTuple):
-    """One condition at all instants: what it is about, the bounds on its excess, and the violation if it is broken."""
+    """One condition at all instants of a curve: its noun, bounds on the excess, and the violation if it is broken."""
 
     noun: str
     peaks: Peaks
     violation: Violation | None
+    curve: PolynomialCurve
 
 
 def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajectory: Trajectory) -> JudgedTrajectory:
@@ -45,22 +48,50 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
         malformed = Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s trajectory {curve}.")
         return JudgedTrajectory([malformed], 0, None)
     violations = [*_judge_ends(world, uav, target, curve), *judge_continuity(vehicle, uav, curve)]
-    position = bernstein(curve.pieces, curve.durations)
-    answers = [_judge_limit(name, uav, curve, _bounds(world, position)), _judge_clearance(world, uav, curve, position)]
-    answers += [_judge_limit(name, uav, curve, limit) for limit in flight_limits(vehicle, curve)]
-    violations += [answer.violation for answer in answers if answer.violation is not None]
+    parts = _parts(world, uav, target, curve)
+    positions = [bernstein(part.pieces, part.durations) for _, part in parts]
+    safe: list[_Answer] = []
+    for (judged_in, part), position in zip(parts, positions, strict=True):
+        safe.append(_judge_limit(named(name, judged_in.error), uav, part, _bounds(judged_in, position)))
+        safe.append(_judge_clearance(judged_in, uav, part, position))
+    answers = safe + [_judge_limit(name, uav, curve, limit) for limit in flight_limits(vehicle, curve)]
+    wrong = [answer.violation for answer in answers if answer.violation is not None]
+    violations += wrong if len(parts) == 1 else _one_of_each(wrong)
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
-        violations.append(_undecided(name, uav, curve, undecided[0]))
-    if all(answer.violation is None for answer in answers[:2]):  # bounds and clearance: else the worst is said already
-        seams = _judge_seams(world, uav, curve, position)
-        violations += [seam for seam in seams if not undecided or seam.fault is not Fault.UNDECIDED]
+        violations.append(_undecided(name, uav, undecided[0]))
+    if all(answer.violation is None for answer in safe):  # else the worst is said already
+        seams = [
+            seam
+            for (where, part), at in zip(parts, positions, strict=True)
+            for seam in _judge_seams(where, uav, part, at)
+        ]
+        violations += [seam for seam in seams[:1] if not undecided or seam.fault is not Fault.UNDECIDED]
     return JudgedTrajectory(violations, sum(int(answer.peaks.halvings[0]) for answer in answers), curve)
+
+
+def _parts(
+    world: RefereeWorld, uav: int, target: int | None, curve: PolynomialCurve
+) -> list[tuple[RefereeWorld, PolynomialCurve]]:
+    """Return the parts of a curve with the worlds in which they are judged: in a column, the one without an error."""
+    if world.error == EXACT:
+        return [(world, curve)]
+    position = bernstein(curve.pieces, curve.durations)
+    b, error = np.stack([part.b for part in position], axis=2), np.max([part.error for part in position], axis=0)
+    return [
+        (judged_in, PolynomialCurve(curve.knots[part.start : part.stop + 1], curve.pieces[part]))
+        for judged_in, part in parts_of_flight(world, uav, target, b, error)
+    ]
+
+
+def _one_of_each(violations: list[Violation]) -> list[Violation]:
+    """Return the first violation of each kind: several parts of a trajectory may be wrong in the same way."""
+    return list({violation.fault: violation for violation in reversed(violations)}.values())[::-1]
 
 
 def _bounds(world: RefereeWorld, position: list[Polynomials]) -> FlightLimit:
     """Return the bounds as a limit on a position, measured in metres out of bounds."""
-    low, high = world.scenario.bounds.min, world.scenario.bounds.max
+    low, high = world.low, world.high
     beyond = [part * -1.0 + (low[axis] - LET_PASS) for axis, part in enumerate(position)]
     beyond += [part + -(high[axis] + LET_PASS) for axis, part in enumerate(position)]
 
@@ -76,10 +107,12 @@ def _judge_clearance(world: RefereeWorld, uav: int, curve: PolynomialCurve, posi
     violation = None
     if incursion is not None:
         time = float(curve.knots[incursion.segment] + incursion.fraction * curve.durations[incursion.segment])
-        message = incursion.sentence(world.scenario, world.scenario.uavs[uav].name, f"at t = {time:.6g} s")
+        message = incursion.sentence(
+            world.scenario, named(world.scenario.uavs[uav].name, world.error), f"at t = {time:.6g} s"
+        )
         where = position_tuple(incursion.position)
         violation = Violation(Fault.TRAJECTORY_CLEARANCE, (uav,), message, time, where)
-    return _Answer("clearance", peaks, violation)
+    return _Answer("clearance", peaks, violation, curve)
 
 
 def _judge_seams(
@@ -104,7 +137,7 @@ def _judge_limit(name: str, uav: int, curve: PolynomialCurve, limit: FlightLimit
         if measured > limit.most:
             message = f"{name} {deed} at t = {time:.6g} s, position {position_text(motion[0])}."
             violation = Violation(limit.fault, (uav,), message, time, position_tuple(motion[0]))
-    return _Answer(limit.noun, peaks, violation)
+    return _Answer(limit.noun, peaks, violation, curve)
 
 
 def _instant(curve: PolynomialCurve, row: int, share: float) -> tuple[float, Floats]:
@@ -117,8 +150,8 @@ def _instant(curve: PolynomialCurve, row: int, share: float) -> tuple[float, Flo
     return float(curve.knots[piece] + local), curve.motion(piece, local)
 
 
-def _undecided(name: str, uav: int, curve: PolynomialCurve, answer: _Answer) -> Violation:
-    peaks = answer.peaks
+def _undecided(name: str, uav: int, answer: _Answer) -> Violation:
+    peaks, curve = answer.peaks, answer.curve
     stuck = peaks.stuck[0] >= 0  # otherwise the peak is above 0, but the motion evaluated there breaks nothing
     row, share = (peaks.stuck[0], peaks.stuck_share[0]) if stuck else (peaks.piece[0], peaks.share[0])
     time, motion = _instant(curve, int(row), float(share))

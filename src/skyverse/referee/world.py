@@ -6,11 +6,13 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
 from skyverse.referee.ground import GrownGround, ceiling_above_ground, grown_ground
 from skyverse.referee.prisms import grown_prisms
 from skyverse.referee.round_solids import grown_cylinders, grown_spheres
 from skyverse.referee.solids import GrownSolids
+from skyverse.referee.tube import EXACT
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +24,9 @@ class RefereeWorld:
     scenario
         What was given.
     low, high
-        (3,) corners of the bounds, metres.
+        (3,) corners of the bounds, less the tracking error, metres.
+    first_node
+        (3,) metres: the node where the lattice begins, at the corner of the scenario's bounds.
     step
         (3,) metres between neighbouring lattice nodes.
     boxes
@@ -30,7 +34,11 @@ class RefereeWorld:
     others
         All other grown shapes, one entry for each kind that the scenario has, with the ground and the ceiling last.
     ground
-        The ground, ``None`` where the scenario has no terrain.
+        The ground as it is, without an error; ``None`` where the scenario has no terrain.
+    error
+        How far the flown position may be from the one that is judged.
+    without_error
+        The world without the error, ``None`` where there is no error.
     """
 
     scenario: Scenario
@@ -40,6 +48,14 @@ class RefereeWorld:
     boxes: GrownBoxes
     others: tuple[GrownSolids, ...]
     ground: GrownGround | None
+    first_node: Floats
+    error: TrackingError
+    without_error: "RefereeWorld | None" = None
+
+    @property
+    def nominal(self) -> "RefereeWorld":
+        """The world without the error."""
+        return self if self.without_error is None else self.without_error
 
     def beyond_bounds(self, positions: Floats) -> Floats:
         """Return how far (n, 3) positions are out of bounds along the worst axis of each, (n,) metres; 0 inside."""
@@ -47,16 +63,49 @@ class RefereeWorld:
 
     def off_lattice(self, positions: Floats) -> Floats:
         """Return how far (n, 3) positions are from a lattice node along the worst axis of each, (n,) metres."""
-        nodes = self.low + np.rint((positions - self.low) / self.step) * self.step
+        nodes = self.first_node + np.rint((positions - self.first_node) / self.step) * self.step
         return np.abs(positions - nodes).max(axis=1)
 
 
-def referee_world(scenario: Scenario) -> RefereeWorld:
-    """Turn a scenario into the referee's arrays."""
-    ground = grown_ground(scenario)
-    kinds: list[GrownSolids] = [grown_cylinders(scenario), grown_spheres(scenario), grown_prisms(scenario)]
-    others = [kind for kind in kinds if len(kind.obstacle)]
-    others += [] if ground is None else [ground]
-    others += [] if (ceiling := ceiling_above_ground(scenario)) is None else [ceiling]
-    low, high, step = (np.array(row) for row in (scenario.bounds.min, scenario.bounds.max, scenario.lattice.step))
-    return RefereeWorld(scenario, low, high, step, grown_boxes(scenario), tuple(others), ground)
+def referee_world(
+    scenario: Scenario, error: TrackingError = EXACT, nominal: RefereeWorld | None = None
+) -> RefereeWorld:
+    """Turn a scenario into the referee's arrays, for the nominal position of a UAV with a tracking error.
+
+    Where the nominal position is clear and in bounds, every position within the error of it is. `nominal` is the world
+    without the error, if that is made already.
+    """
+    without_error = None if error == EXACT else nominal or referee_world(scenario)
+    ground = grown_ground(scenario) if without_error is None else without_error.ground
+    floor = ground if without_error is None else grown_ground(scenario, error)
+    kinds = (grown_cylinders(scenario, error), grown_spheres(scenario, error), grown_prisms(scenario, error))
+    others: list[GrownSolids] = [kind for kind in kinds if len(kind.obstacle)]
+    others += [] if floor is None else [floor]
+    others += [] if (ceiling := ceiling_above_ground(scenario, error)) is None else [ceiling]
+    corner, high, step = (np.array(row) for row in (scenario.bounds.min, scenario.bounds.max, scenario.lattice.step))
+    reach = np.array([error.horizontal, error.horizontal, error.vertical])
+    boxes = grown_boxes(scenario, error)
+    low, high = corner + reach, high - reach
+    return RefereeWorld(scenario, low, high, step, boxes, tuple(others), ground, corner, error, without_error)
+
+
+class RefereeWorlds:
+    """The worlds of a scenario: one for each distinct tracking error of its UAVs, and the nominal one without any.
+
+    Parameters
+    ----------
+    scenario
+        What is given.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.nominal = referee_world(scenario)
+        self._known = {EXACT: self.nominal}
+
+    def of(self, uav: int) -> RefereeWorld:
+        """Return the world for the nominal position of a UAV."""
+        error = self.scenario.uavs[uav].tracking_error
+        if error not in self._known:
+            self._known[error] = referee_world(self.scenario, error, self.nominal)
+        return self._known[error]

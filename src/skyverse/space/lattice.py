@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats, Ints
 from skyverse.model.scenario import Lattice
 from skyverse.numerics.kernel import by_reference, inner_query, kernel
-from skyverse.numerics.tolerances import GRID_INDEX, SEAM_REACH
+from skyverse.numerics.tolerances import GRID_INDEX, SEAM_REACH, SURFACE_DEPTH
 from skyverse.space import blocks
 from skyverse.space.obstacles import Space
+from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World, segment_free
 
 
@@ -58,17 +59,34 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     """Compile a lattice over a world: which nodes are blocked, and which moves from the others are safe."""
     space = world.space
     step = np.array(lattice.step)
-    shape = np.floor((space.high - space.low) / step + GRID_INDEX).astype(np.int64) + 1
+    origin = world.low
+    shape = np.floor((world.high - origin) / step + GRID_INDEX).astype(np.int64) + 1
     touched = np.zeros(tuple(shape), np.uint8)
     growth = space.clearance + SEAM_REACH  # so that no move leads through a seam, nor one along the bounds
-    blocks.mark_boxes(space.boxes, growth, space.low, step, shape, touched)
-    blocks.mark_solids(space.solids, growth, space.low, step, shape, touched)
-    blocks.mark_ground(space.ground, growth, space.low, step, shape, touched)
-    blocks.mark_ceiling(space.ceiling, growth, space.low, step, shape, touched)
+    blocks.mark_boxes(space.boxes, growth, origin, step, shape, touched)
+    blocks.mark_solids(space.solids, growth, origin, step, shape, touched)
+    blocks.mark_ground(space.ground, growth, origin, step, shape, touched)
+    blocks.mark_ceiling(space.ceiling, growth, origin, step, shape, touched)
+    if world.error != NO_ERROR:
+        _mark_outside(space, origin, step, touched)
     moves = lattice_moves(lattice.connectivity)
     offsets = moves @ np.array([shape[1] * shape[2], shape[2], 1])
     exits = _safe_moves(touched, moves)
-    return Grid(space.low, step, shape, exits, moves, offsets, _toward(moves))
+    return Grid(origin, step, shape, exits, moves, offsets, _toward(moves))
+
+
+def _mark_outside(space: Space, origin: Floats, step: Floats, touched: NDArray[np.uint8]) -> None:
+    """Mark the blocks that are not within the bounds, which do not end where the lattice does for a UAV that strays."""
+    for axis in range(3):
+        places = origin[axis] + np.arange(touched.shape[axis]) * step[axis]
+        out = (places < space.low[axis] - SURFACE_DEPTH) | (places > space.high[axis] + SURFACE_DEPTH)
+        if not out.any():
+            continue
+        either = out | np.append(out[1:], False)
+        marks = np.zeros(len(out), np.uint8)
+        for block in range(8):
+            marks |= (either if block >> axis & 1 else out).astype(np.uint8) << block
+        touched |= marks.reshape([-1 if other == axis else 1 for other in range(3)])
 
 
 def _toward(moves: Ints) -> Ints:

@@ -211,6 +211,15 @@ def gap(solids: Solids, i: int, x: float, y: float, z: float) -> float:
     return math.sqrt(across * across + upright * upright)
 
 
+def top_above(solids: Solids, i: int, growth: float, x: float, y: float) -> float:
+    """Return the z at which solid i, grown by `growth`, ends above a place that it covers, metres."""
+    if solids.kind[i, 0] != SPHERE:
+        return float(solids.bounds[i, 5] + growth)
+    aside = math.hypot(x - solids.round[i, 0], y - solids.round[i, 1])
+    reach = solids.round[i, 3] + growth
+    return float(solids.round[i, 2] + math.sqrt(max(reach * reach - aside * aside, 0.0)))
+
+
 @query
 def containing(solids: Solids, growth: float, x: float, y: float, z: float) -> int:
     """Return a solid whose interior, grown by `growth`, holds the point, or -1."""

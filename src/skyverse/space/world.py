@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
+from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import inner_query, kernel, query, writable
 from skyverse.numerics.tolerances import SEAM_MARGIN, SEAM_REACH, SURFACE_DEPTH
 from skyverse.space import box, ground, solids, tree
@@ -20,6 +21,7 @@ from skyverse.space.obstacles import (
     with_margin,
 )
 from skyverse.space.seams import avoids_seams, bounds_are_wide, within_bounds
+from skyverse.space.tube import NO_ERROR, inner_bounds, raised, stretch_boxes, stretched
 from skyverse.space.voxels import merged
 
 
@@ -135,9 +137,21 @@ class World:
     ----------
     scenario
         The scenario whose space is compiled.
+    error
+        How far a UAV may stray from its nominal position. A nominal position is safe if all that are within this error
+        of it are safe.
+
+    Attributes
+    ----------
+    space
+        What kernels know of it.
+    error
+        As given.
+    low, high
+        (3,) metres: the scenario's bounds, in which the lattice lies. Those of the space are narrower by the error.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, error: TrackingError = NO_ERROR) -> None:
         blocks, boxes, others, shapes = [np.zeros((0, 6))], [0], [], []
         top = scenario.bounds.max[2] + ABOVE_BOUNDS
         for number, obstacle in numbered_shapes(scenario.obstacles, top):
@@ -146,23 +160,29 @@ class World:
                 blocks.append(rows)
                 boxes += [number] * len(rows)
             else:
-                shapes.append(obstacle)
+                shapes.append(stretched(obstacle, error))
                 others.append(number)
         table = np.concatenate(blocks, dtype=np.float64)
+        if error != NO_ERROR:
+            stretch_boxes(table, error)
         index, order = tree.build(table)
         round_, rank = solids.make_solids(shapes)
         self._boxes = np.array(boxes[1:], dtype=np.int64)[order]
         self._solids = np.array(others, dtype=np.int64)[rank]
-        self._obstacles, self._max_height = scenario.obstacles, scenario.max_height
+        self._scenario, self.error = scenario, error
+        growth = float(scenario.clearance + error.horizontal)
+        self.low, self.high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
+        low, high = inner_bounds(self.low, self.high, error)
+        floor, ceiling = raised(scenario.terrain, error), raised(_upside_down_ceiling(scenario), error)
         self.space = Space(
-            low=np.array(scenario.bounds.min),
-            high=np.array(scenario.bounds.max),
+            low=low,
+            high=high,
             boxes=table[order],
-            clearance=float(scenario.clearance),
+            clearance=growth,
             tree=index,
             solids=round_,
-            ground=ground.make_ground(scenario.terrain, float(scenario.ground_clearance - scenario.clearance)),
-            ceiling=ground.make_ground(_upside_down_ceiling(scenario), -float(scenario.clearance)),
+            ground=ground.make_ground(floor, float(scenario.ground_clearance - growth)),
+            ceiling=ground.make_ground(ceiling, -growth),
         )
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
@@ -198,18 +218,27 @@ class World:
     def why_unsafe(self, point: ArrayLike) -> str | None:
         """Return a sentence's end that says why a point is unsafe, or ``None`` if it is safe."""
         p = _rows(point)[0]
+        straying = ""
+        if self.error != NO_ERROR:
+            aside, up = self.error.horizontal, self.error.vertical
+            straying = f" and the tracking error of {aside:g} m horizontally and {up:g} m vertically"
         if not in_bounds(self.space, p):
-            low, high = (", ".join(f"{v:g}" for v in side) for side in (self.space.low, self.space.high))
+            low, high = (", ".join(f"{v:g}" for v in side) for side in (self.low, self.high))
+            if np.all(p >= self.low) and np.all(p <= self.high):
+                return f"lies too near the bounds, ({low}) to ({high}), for the{straying.removeprefix(' and the')}"
             return f"lies outside the bounds ({low}) to ({high})"
         found = self.blocker(p)
         if found is not None:
-            return f"lies inside {self.named(found)} grown by the clearance of {self.space.clearance:g} m"
+            clearance = f"the clearance of {self._scenario.clearance:g} m"
+            return f"lies inside {self.named(found)} grown by {clearance}{straying}"
         margin = self.space.clearance + self.space.ground.extra
         above = p[2] - ground.height(self.space.ground, p[0], p[1])
+        counting = ", counting the tracking error" if straying else ""
         if above < margin - SURFACE_DEPTH:
-            return f"lies {above:g} m above ground, but {margin:g} m are required"
+            return f"lies {above:g} m above ground{counting}, but {margin:g} m are required"
         if above_ceiling(self.space, self.space.clearance - SURFACE_DEPTH, p):
-            return f"lies {above:g} m above ground, above the ceiling of {self._max_height:g} m"
+            at = "reaches" if straying else f"lies {above:g} m above ground,"
+            return f"{at} above the ceiling of {self._scenario.max_height:g} m{counting}"
         if not point_free(self.space, p):
             return "lies in a seam: grown obstacles, ground or bounds meet there, or leave less than a micrometre"
         return None
@@ -223,9 +252,25 @@ class World:
         found = solids.containing(self.space.solids, self.space.clearance, x, y, z)
         return int(self._solids[found]) if found >= 0 else None
 
+    def way_out_above(self, point: ArrayLike) -> float | None:
+        """Return the z at which what makes a point unsafe ends above it, or ``None`` if that does not end.
+
+        Something else may make the place there unsafe.
+        """
+        x, y, z = p = _rows(point)[0]
+        space = self.space
+        box_ = tree.containing(space.tree, space.boxes, space.clearance, x, y, z)
+        if box_ >= 0:
+            return float(space.boxes[box_, 5] + space.clearance)
+        solid = solids.containing(space.solids, space.clearance, x, y, z)
+        if solid >= 0:
+            return solids.top_above(space.solids, solid, space.clearance, x, y)
+        floor = max(float(space.low[2]), ground.height(space.ground, x, y) + space.clearance + space.ground.extra)
+        return floor if p[2] < floor else None
+
     def named(self, number: int) -> str:
         """Describe an obstacle: its number in the scenario, and its name and kind where it has them."""
-        obstacle = self._obstacles[number]
+        obstacle = self._scenario.obstacles[number]
         known = [repr(obstacle.name)] * bool(obstacle.name) + [str(obstacle.kind)] * bool(obstacle.kind)
         return f"obstacles[{number}]" + (f" ({', '.join(known)})" if known else "")
 

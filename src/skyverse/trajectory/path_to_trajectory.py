@@ -10,7 +10,7 @@ from skyverse._typing import Floats
 from skyverse.cost import soft_terms
 from skyverse.errors import InputError
 from skyverse.model.result import Result
-from skyverse.model.trajectory import Trajectory
+from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import MIN_PATH, SEAM_MARGIN
@@ -34,7 +34,8 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -
     Nodes on a straight line are dropped, and line-of-sight shortcuts leave out further ones. Where the objective prices
     altitude, risk or climb, which shortcuts would ignore, there are none, and the trajectory keeps close to the path. A
     multirotor flies through a corridor around the path; where this is not proven, it flies more slowly, then closer to
-    the path, and at last from waypoint to waypoint. An aeroplane flies Dubins paths.
+    the path, and at last from waypoint to waypoint. An aeroplane flies Dubins paths. In the columns above its start and
+    target, which a UAV with a tracking error may have, it flies straight up and down and stops at their tops.
 
     Parameters
     ----------
@@ -60,14 +61,34 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -
         return None
     scenario, world = problem.scenario, problem.airspace.world
     uav = scenario.uavs[problem.uav]
-    waypoints = drop_collinear(np.vstack([uav.start, result.path, scenario.targets[problem.target].position]))
+    path = problem.without_columns(result.path) if result.any_angle else result.path
+    waypoints = drop_collinear(np.vstack([problem.start, path, problem.end]))
     priced = bool(soft_terms(scenario))
     if not priced:
         waypoints = shortcut(with_margin(world.space, SEAM_MARGIN), waypoints)
     for trajectory in _attempts(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
-            return trajectory
+            return _with_columns(problem, trajectory)
     return None
+
+
+def _with_columns(problem: Problem, trajectory: Trajectory) -> Trajectory | None:
+    """Return a trajectory with the legs in the columns above start and target, at rest at both ends of each leg.
+
+    There the UAV's nominal position alone keeps the clearance, which is proven here; ``None`` where it is not.
+    """
+    uav, nominal = problem.scenario.uavs[problem.uav], problem.airspace.nominal.world
+    up, down = problem.columns
+    parts = [trajectory]
+    if len(up):
+        parts.insert(0, rest_to_rest(np.vstack([up, problem.start]), uav))
+    if len(down):
+        parts.append(rest_to_rest(np.vstack([problem.end, down]), uav))
+    if len(parts) == 1:
+        return trajectory
+    if any(prove(nominal, uav, part).verdict is not Verdict.PROVEN for part in parts if part is not trajectory):
+        return None
+    return replace(joined(parts), form=trajectory.form, note=trajectory.note)
 
 
 def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bool) -> Iterator[Trajectory]:

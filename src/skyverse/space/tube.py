@@ -1,0 +1,81 @@
+"""A scenario as it is for the nominal position of a UAV that may stray from it.
+
+The flown position stays within an upright cylinder about the nominal one: a radius and half a height. The nominal
+position is safe if that whole cylinder is, which is the case outside of obstacles that are grown by it. Obstacles are
+grown by one number on all sides, the clearance, to which the radius is added. What the half height is more than the
+radius, or less, is added to the altitudes at which the shapes begin and end.
+"""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.shapes import AnyShape, Box, Sphere, Terrain, Voxels
+from skyverse.model.uav import TrackingError
+
+NO_ERROR = TrackingError()
+
+
+def stretched(shape: AnyShape, error: TrackingError) -> AnyShape:
+    """Return a shape, no box and no voxels, that fills with the clearance and the radius what the error leaves unsafe.
+
+    A sphere that is grown by a cylinder lies within one whose radius is larger by the diagonal of the cylinder's half.
+    A shape that is lower than the radius exceeds the half height may end below where it begins: grown by the radius it
+    is as high as it must be.
+    """
+    if error == NO_ERROR:
+        return shape
+    more = error.vertical - error.horizontal
+    if isinstance(shape, Sphere):
+        radius = shape.radius + math.hypot(error.horizontal, error.vertical) - error.horizontal
+        return shape.model_copy(update={"radius": radius})
+    assert not isinstance(shape, Box | Voxels)
+    return shape.model_copy(update={"low": shape.low - more, "high": shape.high + more})
+
+
+def stretch_boxes(boxes: Floats, error: TrackingError) -> None:
+    """Do the same as `stretched` to boxes (n, 6), metres, in place."""
+    more = error.vertical - error.horizontal
+    boxes[:, 2] -= more
+    boxes[:, 5] += more
+
+
+def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:
+    """Return a terrain that is at each place at least as high as the highest one within the radius, and half a height.
+
+    Each node is raised by the radius times the steepest slope of the cells that are within the radius of any cell
+    around the node. At every place between nodes the raised ground then exceeds the ground by what it may rise there.
+    """
+    if terrain is None or error == NO_ERROR:
+        return terrain
+    (dx, dy), h = terrain.step, terrain.heights
+    along_x, along_y = np.abs(np.diff(h, axis=0)) / dx, np.abs(np.diff(h, axis=1)) / dy
+    slope = np.hypot(
+        np.maximum(along_x[:, :-1], along_x[:, 1:]),
+        np.maximum(along_y[:-1], along_y[1:]),
+    )
+    for axis, step in enumerate(terrain.step):
+        slope = _steepest_near(slope, axis, math.ceil(error.horizontal / step))
+    return terrain.model_copy(update={"heights": h + (error.horizontal * slope + error.vertical)})
+
+
+def _steepest_near(slope: Floats, axis: int, reach: int) -> Floats:
+    """Return along an axis, for each node, the largest value of the cells beside it and `reach` more on each side."""
+    cells = slope.shape[axis]
+    widths = [(0, 0), (0, 0)]
+    widths[axis] = (1, 1)
+    padded = np.pad(slope, widths, mode="edge")  # cell 0 stands at 1
+    nodes = np.arange(cells + 1)
+    found = np.take(padded, nodes, axis=axis)
+    for shift in range(-min(reach, cells), min(reach, cells) + 2):
+        found = np.maximum(found, np.take(padded, np.clip(nodes + shift, 0, cells + 1), axis=axis))
+    return np.asarray(found)
+
+
+def inner_bounds(low: Floats, high: Floats, error: TrackingError) -> tuple[Floats, Floats]:
+    """Return the corners of the bounds, (3,) metres, from which the whole cylinder stays within them."""
+    if error == NO_ERROR:
+        return low, high
+    reach = np.array([error.horizontal, error.horizontal, error.vertical])
+    return low + reach, high - reach
