@@ -141,14 +141,15 @@ def test_a_flight_may_climb_as_fast_as_it_likes_where_only_its_descent_is_limite
     assert certified(down).trajectories[0].verdict is PROVEN
 
 
-def test_a_certificate_says_that_it_holds_for_the_nominal_flight_where_a_tracking_error_is_stated():
+def test_a_certificate_says_that_it_holds_for_every_flight_within_the_tracking_error():
     astray = AGILE | {"tracking_error": {"horizontal": 1.5, "vertical": 2}}
     flights = (astray, stops((0, 0, 0), (3, 0, 0))), (AGILE, stops((0, 20, 0), (3, 20, 0)))
     judged = certified(mission(*flights))
-    end = "; this holds for its nominal flight, without its tracking error of 1.5 m horizontally and 2 m vertically."
-    assert judged.trajectories[0].sentence.endswith(end)
-    assert "nominal" not in judged.trajectories[1].sentence
-    assert judged.apart.sentence.endswith("; this holds for their nominal flights, without their tracking errors.")
+    assert judged.trajectories[0].sentence.endswith(
+        ", for every flight within 1.5 m horizontally and 2 m vertically of it."
+    )
+    assert "every flight" not in judged.trajectories[1].sentence
+    assert judged.apart.sentence.endswith(", in every flight of theirs within their tracking errors.")
 
 
 @pytest.mark.parametrize("direction", [(3, 0, 0), (0, 0, -3), (1, 1, 2)])

@@ -1,0 +1,113 @@
+"""Missions of UAVs that stray from their nominal flights: planned, proven, and clear wherever they stray to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.model.verdict import Fault, Verdict
+
+ERROR = sky.TrackingError(horizontal=1.0, vertical=1.5)
+WALL = sky.Box(min=(9, 0, 0), max=(10, 8, 9))
+
+
+def scenario(error=ERROR, **changes):
+    given = {
+        "name": "tube",
+        "bounds": {"min": (0, 0, 0), "max": (20, 12, 12)},
+        "clearance": 0.5,
+        "lattice": {"step": (1, 1, 1), "connectivity": 26},
+        "objective": {"unit": "metres"},
+        "obstacles": (WALL, sky.Cylinder(centre=(14, 4), radius=1, low=0, high=4)),
+        "uavs": ({"start": (3, 4, 0.5), "tracking_error": error},),
+        "targets": ({"position": (14, 4, 4.6)},),
+    }
+    return sky.Scenario.model_validate(given | changes)
+
+
+PLANNERS = {
+    "astar": (sky.AStar(), None),
+    "theta-star": (sky.ThetaStar(), None),
+    "taut": (sky.Taut(), None),
+    "mvo": (sky.MVO(universes=4), sky.MaxIterations(3)),
+}
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_every_planner_plans_for_the_tube_and_every_flight_within_it_is_clear(name):
+    given = scenario()
+    planner, stop = PLANNERS[name]
+    mission = sky.plan_mission(given, planner, stop=stop, rng=1)
+    assert mission.violations == ()
+    certificate, flight = mission.certificates[0], mission.trajectories[0]
+    assert certificate.verdict is Verdict.PROVEN
+    assert certificate.sentence.endswith(
+        ", for every flight within 1 m horizontally and 1.5 m vertically of it, but without that in the column over "
+        "its start up to z = 1.5 m and in that over its target up to z = 6 m."
+    )
+    nominal = flight.at(np.linspace(flight.start, flight.end, 300)).position
+    np.testing.assert_allclose(nominal[[0, -1]], [(3, 4, 0.5), (14, 4, 4.6)], atol=1e-9)
+    (start, top), (end, down) = ((3, 4), 1.5), ((14, 4), 6.0)
+    column = ((nominal[:, :2] == start).all(axis=1) & (nominal[:, 2] < top + 2e-3)) | (
+        (np.abs(nominal[:, :2] - end) < 1e-6).all(axis=1) & (nominal[:, 2] < down + 2e-3)
+    )
+    assert column.any()
+    free, turn = nominal[~column], np.linspace(0, 2 * np.pi, 12)
+    world = sky.World(given.model_copy(update={"clearance": 0.499}))
+    for up in (-1.4999, 0.0, 1.4999):
+        for aside, across in zip(0.9999 * np.cos(turn), 0.9999 * np.sin(turn), strict=True):
+            assert world.free(free + [aside, across, up]).all()
+
+
+def test_a_mission_that_was_planned_without_the_error_is_refuted_with_it():
+    exact = sky.plan_mission(scenario(sky.TrackingError()), sky.Taut())
+    assert exact.violations == ()
+    strays = scenario()
+    found = sky.check(strays, replace(exact, scenario=strays, certificates=()))
+    assert Fault.TRAJECTORY_CLEARANCE in {violation.fault for violation in found}
+    said = next(violation.message for violation in found if violation.fault is Fault.TRAJECTORY_CLEARANCE)
+    assert "uav-1, with its tracking error, " in said
+    assert said.endswith("0.5 m are required.")
+
+
+def test_a_column_is_no_licence_to_fly_elsewhere_below_it_or_over_the_start_of_another():
+    given = scenario()
+    mission = sky.plan_mission(given, sky.Taut())
+    flight = mission.trajectories[0]
+    aside = replace(flight, coefficients=flight.coefficients.copy())
+    middle = len(aside.coefficients) // 2
+    aside.coefficients[0, 5, 0] += 1e-3 / (flight.knots[1] - flight.knots[0]) ** 5  # leaves the column by a millimetre
+    faults = {violation.fault for violation in sky.check(given, replace(mission, trajectories=(aside,)))}
+    assert Fault.TRAJECTORY_BOUNDS in faults
+    assert middle > 0
+
+
+def test_without_an_error_the_mission_is_the_same_to_the_last_bit():
+    plain = scenario(sky.TrackingError())
+    one, other = (sky.plan_mission(s, sky.Taut()) for s in (plain, plain.model_copy()))
+    assert (one.results[0].path == other.results[0].path).all()
+    assert sky.Problem(plain).airspace is sky.Problem(plain).airspace.nominal
+
+
+def test_a_start_from_which_no_column_leads_out_is_unsafe():
+    roof = sky.Box(min=(1, 2, 3), max=(5, 6, 12))
+    shut = scenario(obstacles=(roof,))
+    mission = sky.plan_mission(shut, sky.Taut())
+    assert mission.results[0].status is sky.Status.START_UNSAFE
+    aeroplane = {"fixed_wing": {"speed": 3, "turn_radius": 3, "climb": 30}}
+    wing = scenario(uavs=({"start": (3, 4, 0.5), "tracking_error": ERROR} | aeroplane,))
+    assert sky.Taut().plan(sky.Problem(wing)).status is sky.Status.START_UNSAFE
+
+
+@pytest.mark.parametrize(("errors", "apart"), [((0.0, 0.0), True), ((0.7, 0.7), False), ((1.5, 0.0), False)])
+def test_uavs_keep_their_separation_and_both_errors(errors, apart):
+    uavs = tuple(
+        {"start": (2, y, 6), "separation": 1.0, "tracking_error": {"horizontal": error, "vertical": 0.0}}
+        for y, error in zip((4, 6), errors, strict=True)
+    )
+    targets = tuple({"position": (18, y, 6)} for y in (4, 6))
+    given = scenario(obstacles=(), uavs=uavs, targets=targets)
+    mission = sky.plan_mission(given, sky.Taut(), assignment="identity", keep_apart=False)
+    assert (not sky.find_conflicts(given, mission.trajectories)) == apart
+    assert (mission.apart.verdict is Verdict.PROVEN) == apart

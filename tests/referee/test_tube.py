@@ -1,0 +1,94 @@
+"""The referee's certificate holds for all flights within a UAV's tracking error."""
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
+from skyverse.referee.clearance import judge_segments
+from skyverse.referee.column import column_over
+from skyverse.referee.tube import raised_heights
+from skyverse.referee.world import referee_world
+
+ERRORS = [sky.TrackingError(horizontal=h, vertical=v) for h, v in ((0.5, 2.0), (1.7, 0.3), (0.0, 1.0), (1.0, 0.0))]
+SHAPES = (
+    Box(min=(3, 3, 0), max=(5, 6, 4)),
+    Cylinder(centre=(12, 4), radius=1.5, low=1, high=6),
+    Sphere(centre=(12, 13, 5), radius=2),
+    Prism(vertices=[(15, 8), (18, 8), (16.5, 11)], low=0, high=3),
+    Voxels(origin=(5, 8, 0), step=(1, 1, 1), occupied=np.ones((1, 2, 2), bool)),
+)
+
+
+def scenario(**changes):
+    heights = np.random.default_rng(5).uniform(-1.5, 0.5, (6, 6))
+    given = {
+        "name": "tube",
+        "bounds": {"min": (0, 0, 0), "max": (20, 20, 12)},
+        "clearance": 0.4,
+        "lattice": {"step": (1, 1, 1)},
+        "obstacles": SHAPES,
+        "terrain": Terrain(origin=(0, 0), step=(4, 4), heights=heights, clearance=0.2),
+        "max_height": 11,
+    }
+    return sky.Scenario.model_validate(given | changes)
+
+
+def clear(world, points):
+    """Return which points (n, 3) the referee finds clear and in bounds."""
+    found = [judge_segments(world, point[None], point[None]) for point in points]
+    return np.array([f.incursion is None and bool(f.peaks.proven[0]) for f in found]) & (
+        world.beyond_bounds(points) == 0
+    )
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=str)
+def test_all_positions_within_the_error_of_a_clear_one_are_clear(error):
+    rng = np.random.default_rng(3)
+    world = referee_world(scenario(), error)
+    points = rng.uniform((0, 0, 0), (20, 20, 12), (150, 3))
+    points = points[clear(world, points)]
+    assert len(points) > 20
+    turn, far = rng.uniform(0, 2 * np.pi, (2, len(points), 12))[0], np.sqrt(rng.uniform(0.5, 1, (len(points), 12)))
+    up = rng.choice([-1.0, -0.3, 1.0], (len(points), 12)) * error.vertical
+    aside = error.horizontal * far
+    around = points[:, None] + np.stack([aside * np.cos(turn), aside * np.sin(turn), up], axis=2)
+    assert clear(world.nominal, around.reshape(-1, 3)).all()
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=str)
+def test_the_players_and_the_referee_agree_on_what_is_safe(error):
+    points = np.random.default_rng(4).uniform((0, 0, 0), (20, 20, 12), (200, 3))
+    judged = clear(referee_world(scenario(), error), points)
+    assert (sky.World(scenario(), error).free(points) == judged).all()
+    assert 0 < judged.sum() < len(points)
+
+
+@pytest.mark.parametrize("step", [(4.0, 4.0), (0.5, 3.0)])
+@pytest.mark.parametrize("error", ERRORS, ids=str)
+def test_the_ground_is_raised_as_the_players_raise_it(error, step):
+    from skyverse.space.tube import raised
+
+    terrain = Terrain(origin=(0, 0), step=step, heights=np.random.default_rng(2).uniform(0, 5, (7, 9)))
+    np.testing.assert_allclose(raised_heights(terrain, error), raised(terrain, error).heights, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("start", "top"),
+    [
+        ((1, 1, 0.5), 2.0),  # above the bounds' floor
+        ((4, 4.5, 4.5), 6.4),  # above a roof
+        ((5.6, 4.5, 1), 6.4),  # beside a wall
+        ((12, 13, 7.5), 7.4 + np.hypot(0.5, 2.0)),  # above a sphere
+        ((1, 1, 3), None),  # it may stray from there
+        ((0.1, 1, 3), None),  # it may stray from nowhere above
+    ],
+)
+def test_a_column_ends_at_the_lowest_place_from_which_the_uav_may_stray(start, top):
+    uav = sky.UAV(start=start, tracking_error=ERRORS[0])
+    given = scenario(uavs=(uav,), terrain=None, max_height=None)
+    column = column_over(referee_world(given, ERRORS[0]), 0, np.array(start, dtype=float))
+    assert (None if column is None else column.top) == (None if top is None else pytest.approx(top, abs=1e-5))
+    if top is not None:
+        planned = sky.Airspace(given).of(0).column_top(start)[2]
+        assert planned == pytest.approx(top + 1e-3, abs=1e-5)
