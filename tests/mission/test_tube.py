@@ -57,7 +57,7 @@ def test_every_planner_plans_for_the_tube_and_every_flight_within_it_is_clear(na
     world = sky.World(given.model_copy(update={"clearance": 0.499}))
     for up in (-1.4999, 0.0, 1.4999):
         for aside, across in zip(0.9999 * np.cos(turn), 0.9999 * np.sin(turn), strict=True):
-            assert world.free(free + [aside, across, up]).all()
+            assert world.free(free + np.array([aside, across, up])).all()
 
 
 def test_a_mission_that_was_planned_without_the_error_is_refuted_with_it():
@@ -71,23 +71,21 @@ def test_a_mission_that_was_planned_without_the_error_is_refuted_with_it():
     assert said.endswith("0.5 m are required.")
 
 
-def test_a_column_is_no_licence_to_fly_elsewhere_below_it_or_over_the_start_of_another():
+def test_beside_its_column_a_uav_keeps_its_error_from_everything():
     given = scenario()
     mission = sky.plan_mission(given, sky.Taut())
     flight = mission.trajectories[0]
-    aside = replace(flight, coefficients=flight.coefficients.copy())
-    middle = len(aside.coefficients) // 2
-    aside.coefficients[0, 5, 0] += 1e-3 / (flight.knots[1] - flight.knots[0]) ** 5  # leaves the column by a millimetre
-    faults = {violation.fault for violation in sky.check(given, replace(mission, trajectories=(aside,)))}
-    assert Fault.TRAJECTORY_BOUNDS in faults
-    assert middle > 0
+    rows = flight.coefficients.copy()
+    rows[0, 5, 0] += 1e-3 / (flight.knots[1] - flight.knots[0]) ** 5  # leaves the column by a millimetre
+    strayed = replace(mission, trajectories=(replace(flight, coefficients=rows),))
+    assert Fault.TRAJECTORY_BOUNDS in {violation.fault for violation in sky.check(given, strayed)}
 
 
-def test_without_an_error_the_mission_is_the_same_to_the_last_bit():
-    plain = scenario(sky.TrackingError())
-    one, other = (sky.plan_mission(s, sky.Taut()) for s in (plain, plain.model_copy()))
-    assert (one.results[0].path == other.results[0].path).all()
-    assert sky.Problem(plain).airspace is sky.Problem(plain).airspace.nominal
+def test_uavs_with_the_same_error_share_one_airspace_and_those_without_have_that_of_the_scenario():
+    uavs = tuple({"start": (3, 4, 0.5), "tracking_error": error} for error in (ERROR, sky.TrackingError(), ERROR))
+    airspace = sky.Airspace(scenario(uavs=uavs))
+    assert airspace.of(1) is airspace
+    assert airspace.of(0) is airspace.of(2) is not airspace
 
 
 def test_a_start_from_which_no_column_leads_out_is_unsafe():

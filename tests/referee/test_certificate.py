@@ -145,9 +145,8 @@ def test_a_certificate_says_that_it_holds_for_every_flight_within_the_tracking_e
     astray = AGILE | {"tracking_error": {"horizontal": 1.5, "vertical": 2}}
     flights = (astray, stops((0, 0, 0), (3, 0, 0))), (AGILE, stops((0, 20, 0), (3, 20, 0)))
     judged = certified(mission(*flights))
-    assert judged.trajectories[0].sentence.endswith(
-        ", for every flight within 1.5 m horizontally and 2 m vertically of it."
-    )
+    end = ", for every flight within 1.5 m horizontally and 2 m vertically of it."
+    assert judged.trajectories[0].sentence.endswith(end)
     assert "every flight" not in judged.trajectories[1].sentence
     assert judged.apart.sentence.endswith(", in every flight of theirs within their tracking errors.")
 

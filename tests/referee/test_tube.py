@@ -9,6 +9,8 @@ from skyverse.referee.clearance import judge_segments
 from skyverse.referee.column import column_over
 from skyverse.referee.tube import raised_heights
 from skyverse.referee.world import referee_world
+from skyverse.space.tube import raised
+from skyverse.space.world import World
 
 ERRORS = [sky.TrackingError(horizontal=h, vertical=v) for h, v in ((0.5, 2.0), (1.7, 0.3), (0.0, 1.0), (1.0, 0.0))]
 SHAPES = (
@@ -37,9 +39,8 @@ def scenario(**changes):
 def clear(world, points):
     """Return which points (n, 3) the referee finds clear and in bounds."""
     found = [judge_segments(world, point[None], point[None]) for point in points]
-    return np.array([f.incursion is None and bool(f.peaks.proven[0]) for f in found]) & (
-        world.beyond_bounds(points) == 0
-    )
+    kept = np.array([one.incursion is None and bool(one.peaks.proven[0]) for one in found])
+    return kept & (world.beyond_bounds(points) == 0)
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=str)
@@ -60,15 +61,13 @@ def test_all_positions_within_the_error_of_a_clear_one_are_clear(error):
 def test_the_players_and_the_referee_agree_on_what_is_safe(error):
     points = np.random.default_rng(4).uniform((0, 0, 0), (20, 20, 12), (200, 3))
     judged = clear(referee_world(scenario(), error), points)
-    assert (sky.World(scenario(), error).free(points) == judged).all()
+    assert (World(scenario(), error).free(points) == judged).all()
     assert 0 < judged.sum() < len(points)
 
 
 @pytest.mark.parametrize("step", [(4.0, 4.0), (0.5, 3.0)])
 @pytest.mark.parametrize("error", ERRORS, ids=str)
 def test_the_ground_is_raised_as_the_players_raise_it(error, step):
-    from skyverse.space.tube import raised
-
     terrain = Terrain(origin=(0, 0), step=step, heights=np.random.default_rng(2).uniform(0, 5, (7, 9)))
     np.testing.assert_allclose(raised_heights(terrain, error), raised(terrain, error).heights, rtol=0, atol=1e-12)
 

@@ -67,11 +67,11 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     semi_axis_xy, semi_axis_z = semi_axes(scenario)
     found = []
     end = last_arrival(curves, schedule, absent)
-    reach = (
+    wide, tall = (
         np.where(own > 0, own + error + error.max(initial=0.0), 0.0)
         for own, error in zip(*_axes(scenario), strict=True)
     )
-    for a, b in close_pairs(curves, schedule, *reach, end):
+    for a, b in close_pairs(curves, schedule, wide, tall, end):
         xy, z = float(semi_axis_xy[a, b]), float(semi_axis_z[a, b])
         one, other = TimedCurve(a, departure[a], 1.0), TimedCurve(b, departure[b], 1.0)
         spans = conflict_spans(curves, one, other, xy, z, max(end, MIN_HORIZON), False)

@@ -11,14 +11,17 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.shapes import AnyShape, Box, Sphere, Terrain, Voxels
+from skyverse.model.shapes import Cylinder, Prism, Sphere, Terrain
 from skyverse.model.uav import TrackingError
 
 NO_ERROR = TrackingError()
+"""The error of a UAV that keeps to its nominal position."""
+
+Solid = Cylinder | Sphere | Prism
 
 
-def stretched(shape: AnyShape, error: TrackingError) -> AnyShape:
-    """Return a shape, no box and no voxels, that fills with the clearance and the radius what the error leaves unsafe.
+def stretched(shape: Solid, error: TrackingError) -> Solid:
+    """Return a shape that fills with the clearance and the radius what the error leaves unsafe.
 
     A sphere that is grown by a cylinder lies within one whose radius is larger by the diagonal of the cylinder's half.
     A shape that is lower than the radius exceeds the half height may end below where it begins: grown by the radius it
@@ -30,7 +33,6 @@ def stretched(shape: AnyShape, error: TrackingError) -> AnyShape:
     if isinstance(shape, Sphere):
         radius = shape.radius + math.hypot(error.horizontal, error.vertical) - error.horizontal
         return shape.model_copy(update={"radius": radius})
-    assert not isinstance(shape, Box | Voxels)
     return shape.model_copy(update={"low": shape.low - more, "high": shape.high + more})
 
 
