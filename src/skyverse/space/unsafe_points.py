@@ -8,7 +8,10 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import UAV, TrackingError
+from skyverse.space.column import column_top
 from skyverse.space.roof import roof_z
+from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
 
 Place = tuple[float, float, float]
@@ -62,22 +65,41 @@ class UnsafePoint(NamedTuple):
 def unsafe_points(scenario: Scenario, world: World | None = None) -> list[UnsafePoint]:
     """Return all starts and targets of a scenario that are not safe, in its order.
 
+    A start is safe if its UAV may stray from it, or from a place straight above that it can climb to; a target is if
+    that holds for some UAV.
+
     Parameters
     ----------
     scenario
         The scenario.
     world
-        Its space, if that is compiled already.
+        Its space without tracking errors, if that is compiled already.
     """
     world = world or World(scenario)
-    places = [(f"uavs[{i}].start", uav.name, uav.start) for i, uav in enumerate(scenario.uavs)]
-    places += [(f"targets[{i}].position", target.name, target.position) for i, target in enumerate(scenario.targets)]
-    free = world.free([point for _, _, point in places]) if places else ()
-    return [
-        UnsafePoint(field, name, point, _reason(scenario, world, point), nearest_free(world, point))
-        for (field, name, point), safe in zip(places, free, strict=True)
-        if not safe
-    ]
+    places = [(f"uavs[{i}].start", uav.name, uav.start, [uav]) for i, uav in enumerate(scenario.uavs)]
+    everybody = list(scenario.uavs)
+    places += [(f"targets[{i}].position", t.name, t.position, everybody) for i, t in enumerate(scenario.targets)]
+    free = world.free([point for _, _, point, _ in places]) if places else ()
+    worlds = {NO_ERROR: world}
+    found = []
+    for (field, name, point, uavs), safe in zip(places, free, strict=True):
+        if not safe:
+            found.append(UnsafePoint(field, name, point, _reason(scenario, world, point), nearest_free(world, point)))
+        elif uavs and not any(_can_leave(scenario, worlds, uav, point) for uav in uavs):
+            strict = worlds[uavs[0].tracking_error]
+            found.append(UnsafePoint(field, name, point, _reason(scenario, strict, point), nearest_free(strict, point)))
+    return found
+
+
+def _can_leave(scenario: Scenario, worlds: dict[TrackingError, World], uav: UAV, point: Place) -> bool:
+    """Tell whether a UAV may stray from a place that is safe, or from the top of the column above it."""
+    error = uav.tracking_error
+    if error == NO_ERROR:
+        return True
+    if error not in worlds:
+        worlds[error] = World(scenario, error)
+    top = point if uav.fixed_wing is not None else column_top(worlds[NO_ERROR], worlds[error], point)
+    return bool(worlds[error].free(top)[0])
 
 
 def _reason(scenario: Scenario, world: World, point: Place) -> str:
