@@ -7,7 +7,6 @@ the ground, and MAVLink rounds to 1e-7 degrees. The difference is bounded for ea
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,9 @@ from skyverse.exports.global_positions import AltitudeReference, origin_of
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SEAM_MARGIN
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SEAM_MARGIN
+from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
 
 LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
@@ -42,11 +43,14 @@ class Segments(NamedTuple):
         (n, 3) metres.
     growth
         Metres beside the clearance less `LEG_ALLOWANCE`.
+    strays
+        Whether the tracking error counts, as everywhere but in a column over the UAV's own start or target.
     """
 
     starts: Floats
     ends: Floats
     growth: float
+    strays: bool = True
 
 
 class Checked(NamedTuple):
@@ -70,17 +74,34 @@ class LegChecker:
 
     It searches with the planners' `World`, which is fast. Whatever is exported is then proven by the referee, in
     `leg_certificate`.
+
+    Attributes
+    ----------
+    scenario, reference
+        As given.
+    error
+        How far the flown position may be from the legs.
+    columns
+        (foot, top) of the vertical lines over the UAV's own start and target in which the error does not count, (3,)
+        metres each.
+    worlds
+        What is compiled for each error; checkers of the same scenario and reference may share it.
     """
 
     scenario: Scenario
     reference: AltitudeReference
+    error: TrackingError = NO_ERROR
+    columns: tuple[tuple[Floats, Floats], ...] = ()
+    worlds: dict[TrackingError, World] = field(default_factory=dict)
     _known: dict[bytes, Checked] = field(default_factory=dict)
     _apart: dict[bytes, float] = field(default_factory=dict)
 
-    @cached_property
-    def world(self) -> World:
-        """The planners' world of `grown`."""
-        return World(self.grown(0.0))
+    def world(self, strays: bool) -> World:
+        """Return the planners' world of `grown`, with the tracking error or without it."""
+        error = self.error if strays else NO_ERROR
+        if error not in self.worlds:
+            self.worlds[error] = World(self.grown(0.0), error)
+        return self.worlds[error]
 
     def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str | Segments] | None:
         """Return the first fault of a polyline, (n, 3), whose corners are cut within a radius, or ``None``.
@@ -120,18 +141,43 @@ class LegChecker:
 
     def leg(self, a: Floats, b: Floats) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each."""
+        found = [self._straight(p, q, strays) for p, q, strays in self._cut_at_columns(a, b)]
+        fault = next((one.fault for one in found if one.fault is not None), None)
+        return Checked(fault, () if fault is not None else tuple(part for one in found for part in one.clear))
+
+    def _cut_at_columns(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool]]:
+        """Yield the parts of a leg, and whether the error counts for each: not for what is in a column."""
+        for foot, top in self.columns:
+            low, high = (a, b) if a[2] <= b[2] else (b, a)
+            if np.abs(np.stack([a, b])[:, :2] - foot[:2]).max() > SAME_PLACE or low[2] < foot[2] - SAME_PLACE:
+                continue
+            if high[2] <= top[2]:
+                yield a, b, False
+            elif low[2] >= top[2]:
+                yield a, b, True
+            else:
+                yield low, top, False
+                yield top, high, True
+            return
+        yield a, b, True
+
+    def _straight(self, a: Floats, b: Floats, strays: bool) -> Checked:
+        """Return what is found of a leg from a to b, (3,) metres each, with or without the tracking error."""
         if self.reference == "agl":  # heights above ground between the ends lie between those of the ends
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
             above = ends[:, 2] - self.scenario.terrain.height(ends[:, :2])
             low, high = float(above.min()), float(above.max())
             needed = self.scenario.ground_clearance - LEG_ALLOWANCE / 2
+            if strays and self.error != NO_ERROR:
+                rise = self.error.vertical + self.error.horizontal * steepest(self.scenario.terrain)
+                low, high = low - rise, high + rise
             if low < needed:
                 return Checked(f"it is {low:.4g} m above ground, and {needed:.4g} m are required")
             if self.scenario.max_height is not None and high > self.scenario.max_height + LEG_ALLOWANCE / 2:
                 most = self.scenario.max_height
                 return Checked(f"it is {high:.4g} m above ground, above the ceiling of {most:.4g} m")
-        return self._checked(a[None], b[None], self.apart(a, b))
+        return self._checked(a[None], b[None], self.apart(a, b), strays)
 
     def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> Checked:
         """Return what is found of all ways that an autopilot may fly around a corner to the next vertex.
@@ -190,17 +236,18 @@ class LegChecker:
             bent += _swell(self.scenario.terrain, a, b)
         return MAVLINK_ROUNDING + 1.1 * bent
 
-    def _checked(self, starts: Floats, ends: Floats, extra: float) -> Checked:
+    def _checked(self, starts: Floats, ends: Floats, extra: float, strays: bool = True) -> Checked:
         """Return what is found of segments from `starts` to `ends`, (n, 3) each, grown by `extra` metres."""
+        world = self.world(strays)
         growth = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
         both = np.concatenate([starts, ends])
-        room = float(np.minimum(both - self.scenario.bounds.min, self.scenario.bounds.max - both).min())
+        room = float(np.minimum(both - world.space.low, world.space.high - both).min())
         if room < extra - LEG_ALLOWANCE:
             return Checked(f"it may be {extra - room:.3g} m out of bounds")
-        met = self.world.first_crossing(starts, ends, growth + SEAM_MARGIN)
+        met = world.first_crossing(starts, ends, growth + SEAM_MARGIN)
         if met is not None:
-            return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth))
-        return Checked(None, (Segments(starts, ends, growth),))
+            return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth, strays))
+        return Checked(None, (Segments(starts, ends, growth, strays),))
 
     def grown(self, extra: float) -> Scenario:
         """Return the scenario with clearances, also below the ceiling, less `LEG_ALLOWANCE` plus `extra` metres."""

@@ -13,8 +13,11 @@ from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker, Segments
 from skyverse.exports.global_positions import home
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
 from skyverse.referee.clearance import judge_segments
+from skyverse.referee.tube import named
 from skyverse.referee.world import RefereeWorld, referee_world
+from skyverse.space.tube import NO_ERROR
 
 SEGMENTS_AT_ONCE = 20_000
 """Segments that the referee judges together, which bounds the memory."""
@@ -30,37 +33,37 @@ class Polyline(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LegCertificate:
-    """Lets the referee judge what a `LegChecker` found clear; it keeps the referee's arrays of each growth."""
+    """Lets the referee judge what a `LegChecker` found clear; it keeps the arrays of each growth and error."""
 
     legs: LegChecker
-    _worlds: dict[float, RefereeWorld] = field(default_factory=dict)
+    worlds: dict[tuple[float, TrackingError], RefereeWorld] = field(default_factory=dict)
 
     def refused(self, polylines: Sequence[Polyline]) -> set[int]:
         """Return the numbers of polylines that are not proven; the checker then knows which of their parts are not."""
-        wanted: dict[float, list[tuple[int, bytes, Segments]]] = defaultdict(list)
+        wanted: dict[tuple[float, bool], list[tuple[int, bytes, Segments]]] = defaultdict(list)
         for number, polyline in enumerate(polylines):
             for _, checked, key in self.legs.parts(*polyline):
                 for segments in checked.clear:
-                    wanted[segments.growth].append((number, key, segments))
+                    wanted[segments.growth, segments.strays].append((number, key, segments))
         found = set()
-        for growth, parts in wanted.items():
+        for (growth, strays), parts in wanted.items():
             for batch in _batches(parts):
-                found |= self._refused(growth, batch)
+                found |= self._refused(growth, strays, batch)
         return found
 
-    def _refused(self, growth: float, parts: list[tuple[int, bytes, Segments]]) -> set[int]:
+    def _refused(self, growth: float, strays: bool, parts: list[tuple[int, bytes, Segments]]) -> set[int]:
         """Judge parts of the same growth, without those that are refused, until the others are proven."""
         found = set()
         while parts:
             of = np.repeat(np.arange(len(parts)), [len(segments.starts) for _, _, segments in parts])
             starts = np.concatenate([segments.starts for _, _, segments in parts])
             ends = np.concatenate([segments.ends for _, _, segments in parts])
-            peaks, incursion = judge_segments(self._world(growth), starts, ends)
+            peaks, incursion = judge_segments(self._world(growth, strays), starts, ends)
             if incursion is None and peaks.proven[0]:
                 break
             piece = incursion.segment if incursion is not None else int(max(peaks.stuck[0], 0))
             number, key, _ = parts.pop(int(of[piece]))
-            self.legs.refuse(key, Segments(starts[piece : piece + 1], ends[piece : piece + 1], growth))
+            self.legs.refuse(key, Segments(starts[piece : piece + 1], ends[piece : piece + 1], growth, strays))
             found.add(number)
         return found
 
@@ -68,16 +71,17 @@ class LegCertificate:
         """Return a fault in words."""
         if isinstance(fault, str):
             return fault
-        world = self._world(fault.growth)
+        world = self._world(fault.growth, fault.strays)
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:
             return "whether it keeps the clearance could not be decided"
-        return incursion.sentence(world.scenario, "it", "there")
+        return incursion.sentence(world.scenario, named("it", world.error), "there")
 
-    def _world(self, growth: float) -> RefereeWorld:
-        if growth not in self._worlds:
-            self._worlds[growth] = referee_world(self.legs.grown(growth))
-        return self._worlds[growth]
+    def _world(self, growth: float, strays: bool) -> RefereeWorld:
+        key = growth, self.legs.error if strays else NO_ERROR
+        if key not in self.worlds:
+            self.worlds[key] = referee_world(self.legs.grown(growth), key[1])
+        return self.worlds[key]
 
 
 def _batches(parts: list[tuple[int, bytes, Segments]]) -> list[list[tuple[int, bytes, Segments]]]:

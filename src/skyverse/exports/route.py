@@ -84,10 +84,12 @@ class Route:
         ground = "" if scenario.terrain is None else f", {low:.4g}{high} m above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
+        error = scenario.uavs[self.uav].tracking_error
+        beside = " and its tracking error" if error.horizontal or error.vertical else ""
         cut += f" but at {held}, where it stops" if held else ""
         return (
             f"{name}: {len(self.points)} waypoints, {cut}: straight legs proven within bounds and clear of every "
-            f"obstacle by {clearance:.4g} m{ground}, at most {self.off:.3g} m off the trajectory."
+            f"obstacle by {clearance:.4g} m{ground}{beside}, at most {self.off:.3g} m off the trajectory."
         )
 
 

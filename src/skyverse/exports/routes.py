@@ -4,6 +4,8 @@ import math
 from functools import partial
 from typing import get_args
 
+import numpy as np
+
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName
@@ -16,6 +18,8 @@ from skyverse.exports.separation import fleet_apart
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario
 from skyverse.model.verdict import Certificate
+from skyverse.problem import Airspace
+from skyverse.space.tube import NO_ERROR
 
 MAX_CERTIFICATES = 8
 """Attempts to have routes proven; each but the first follows a search for those that were refused."""
@@ -53,9 +57,9 @@ def routes(
         if not (math.isfinite(value) and least <= value <= most):
             until = f"to {most:g}" if most < math.inf else "on"
             raise InputError(f"expected metres from {least:g} {until}, found {value!r}", field=noun)
-    certificate = LegCertificate(LegChecker(scenario, altitude))
+    certificates = leg_certificates(mission, scenario, altitude)
     search = [
-        partial(route, certificate, k, trajectory, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
+        partial(route, certificates[k], k, trajectory, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
         for k, trajectory in enumerate(mission.trajectories)
         if trajectory is not None
     ]
@@ -63,12 +67,41 @@ def routes(
         raise InputError("expected a mission with a trajectory to export, found none")
     found = [search_one() for search_one in search]
     for _ in range(MAX_CERTIFICATES):
-        refused = certificate.refused([one.polyline for one in found])
+        refused = _refused(certificates, found)
         if not refused:
             return found
         found = [search[k]() if k in refused else one for k, one in enumerate(found)]
     names = ", ".join(scenario.uavs[found[k].uav].name for k in sorted(refused))
     raise InputError(f"{names}: straight legs between waypoints could not be proven; fly them as trajectories")
+
+
+def leg_certificates(mission: Mission, scenario: Scenario, altitude: AltitudeReference) -> list[LegCertificate]:
+    """Return what proves the legs of each UAV; UAVs that do not stray from their routes share one certificate."""
+    airspace: Airspace | None = None
+    exact = LegCertificate(LegChecker(scenario, altitude))
+    found = []
+    for uav, vehicle in enumerate(scenario.uavs):
+        error, target = vehicle.tracking_error, mission.assignment[uav]
+        if error == NO_ERROR:
+            found.append(exact)
+            continue
+        airspace = airspace or Airspace(scenario)
+        places = [vehicle.start] + ([] if target is None else [scenario.targets[target].position])
+        feet = [np.array(place) for place in places if vehicle.fixed_wing is None]
+        tops = [airspace.of(uav).column_top(foot) for foot in feet]
+        columns = tuple((foot, top) for foot, top in zip(feet, tops, strict=True) if top[2] > foot[2])
+        checker = LegChecker(scenario, altitude, error, columns, exact.legs.worlds)
+        found.append(LegCertificate(checker, exact.worlds))
+    return found
+
+
+def _refused(certificates: list[LegCertificate], found: list[Route]) -> set[int]:
+    """Return which of some routes are not proven."""
+    refused = set()
+    for certificate in {id(one): one for one in certificates}.values():
+        own = [k for k, one in enumerate(found) if certificates[one.uav] is certificate]
+        refused |= {own[k] for k in certificate.refused([found[k].polyline for k in own])}
+    return refused
 
 
 def _climb(scenario: Scenario, uav: int, takeoff: float) -> float:

@@ -1,0 +1,58 @@
+"""Exported legs keep the tracking error from obstacles, but for the columns over the UAV's own start and target."""
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.exports.routes import leg_certificates, routes
+from skyverse.space.world import World
+
+ERROR = sky.TrackingError(horizontal=1.5, vertical=2.0)
+
+
+def mission(error=ERROR):
+    given = {
+        "name": "tube",
+        "bounds": {"min": (0, 0, 0), "max": (60, 36, 36)},
+        "clearance": 0.5,
+        "lattice": {"step": (3, 3, 3), "connectivity": 26},
+        "objective": {"unit": "metres"},
+        "obstacles": (sky.Box(min=(27, 0, 0), max=(30, 24, 27)),),
+        "uavs": ({"start": (9, 12, 0.5), "tracking_error": error},),
+        "targets": ({"position": (45, 12, 3)},),
+        "frame": {"origin": {"latitude": 47, "longitude": 8, "altitude": 400}},
+    }
+    return sky.plan_mission(sky.Scenario.model_validate(given), sky.Taut())
+
+
+def test_waypoints_keep_the_tracking_error_from_obstacles():
+    planned = mission()
+    (route,) = routes(planned)
+    assert "clear of every obstacle by 0.48 m and its tracking error, at most" in route.sentence(planned.scenario)
+    assert route.points[0] == pytest.approx((9, 12, 0.5))
+    world = World(planned.scenario.model_copy(update={"clearance": 0.48}), ERROR)
+    climb, *others = zip(route.points[:-1], route.points[1:], strict=True)
+    assert climb[0][:2] == pytest.approx(climb[1][:2], abs=1e-9)
+    for a, b in others:
+        assert world.first_crossing(a[None], b[None]) is None
+
+
+def test_only_in_a_column_over_the_own_start_the_error_does_not_count():
+    (certificate,) = leg_certificates(mission(), mission().scenario, "amsl")
+    foot, top = certificate.legs.columns[0]
+    assert (foot[2], top[2]) == pytest.approx((0.5, 2.001))
+    up, beside = np.array([0.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0])
+    found = certificate.legs.leg(foot, foot + up)
+    assert found.fault is None
+    assert [part.strays for part in found.clear] == [False, True]
+    assert certificate.legs.leg(foot + beside, foot + beside + up).fault is not None
+    assert LegChecker(mission().scenario, "amsl").leg(foot + beside, foot + beside + up).fault is None
+
+
+def test_uavs_without_an_error_share_one_certificate():
+    exact = mission(sky.TrackingError())
+    two = exact.scenario.model_copy(update={"uavs": exact.scenario.uavs * 2})
+    both = sky.Mission(two, (0, None), exact.results * 2, exact.trajectories * 2, (), exact.provenance)
+    one, other = leg_certificates(both, two, "amsl")
+    assert one is other
