@@ -52,11 +52,13 @@ from skyverse.model.uav import UAV
 NO_UNIT = Sentence("heights without a unit taken as metres", give=[Remedy("Raster.unit", "ft", "to take them as feet")])
 
 
-OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0)
+OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=5.0, tracking_error=(1.6, 3.0))
 """Limits of outdoor flight, where none are given.
 
 The speeds are those at which PX4 flies missions unless it is told otherwise (MPC_XY_CRUISE, MPC_Z_V_AUTO_UP and
-MPC_Z_V_AUTO_DN). The separation is ten times the default for rooms.
+MPC_Z_V_AUTO_DN). The separation is ten times the default for rooms. The tracking error is twice the standard deviations
+of a usual GPS receiver's position that PX4's documentation gives ("Using PX4's Navigation Filter (EKF2)": eph 0.8 m,
+epv 1.5 m); wind is not in it.
 """
 
 
@@ -172,9 +174,13 @@ def _limits(options: BuildOptions) -> FleetLimits:
     if options.vehicle is not None or not options.uavs:
         return FleetLimits(**given)
     limits = replace(OUTDOOR, **{name: value for name, value in given.items() if value is not None})
+    assert limits.tracking_error is not None
+    aside, up = limits.tracking_error
     told = (
         f"UAVs fly {limits.max_speed:g} m/s at most, climb at {limits.max_climb:g} m/s, descend at "
-        f"{limits.max_descent:g} m/s and keep {limits.separation:g} m apart, by default as PX4 flies missions outdoors"
+        f"{limits.max_descent:g} m/s and keep {limits.separation:g} m apart, by default as PX4 flies missions "
+        f"outdoors, and may stray {aside:g} m horizontally and {up:g} m vertically, by default twice a GPS receiver's "
+        "standard error"
     )
     options.on_note(Note("", Sentence(told, give=[Remedy("vehicle", "camera", "for the limits of a vehicle")])))
     return limits
