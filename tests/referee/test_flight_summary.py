@@ -11,7 +11,7 @@ from skyverse.model.uav import FixedWing
 from skyverse.model.verdict import Fault
 from skyverse.referee import check
 from skyverse.referee.curve import PolynomialCurve
-from skyverse.referee.flight_summary import curve_length, flight_energy
+from skyverse.referee.flight_summary import curve_length, flight_energy, judge_flight_summary
 from skyverse.trajectory.summary import largest_distance
 
 HOVERING_WATTS = 115.4136
@@ -73,6 +73,18 @@ def test_a_false_summary_is_refused(field, value, words):
     (found,) = judged(**{field: value})
     assert (found.fault, found.uavs) == (Fault.FLIGHT, (0,))
     assert words in found.message
+
+
+@pytest.mark.parametrize(("more", "faults"), [(1e-9, []), (-1e-5, [Fault.FLIGHT])])
+def test_a_distance_from_the_path_is_decided_millions_of_metres_from_the_zero_of_the_frame(more, faults):
+    far = np.array([5e5, -3e6, 100.0])
+    trajectory, path = VALID.trajectories[0], VALID.results[0].path + far
+    moved = trajectory.coefficients.copy()
+    moved[:, 0] += far
+    curve = PolynomialCurve(trajectory.knots, moved)
+    claimed = replace(ALPHAS, deviation=FARTHEST + more)
+    found = list(judge_flight_summary(SCENARIO, 0, claimed, path, curve))
+    assert [one.fault for one in found] == faults
 
 
 @pytest.mark.parametrize("junk", [3, "fast", VALID.trajectories[0]])

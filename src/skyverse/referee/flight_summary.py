@@ -15,7 +15,7 @@ from skyverse.referee.polynomial import bernstein, halve
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.solids import distance_error
 from skyverse.referee.subdivision import MAX_DEPTH, find_peaks
-from skyverse.referee.tolerances import LET_PASS, PART_OF_LENGTH, SUMMARY_LET_PASS
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, PART_OF_LENGTH, SUMMARY_LET_PASS
 from skyverse.referee.untrusted import float_array, number
 
 INTERVALS = 64
@@ -104,20 +104,25 @@ def _judge_deviation(name: str, uav: int, claimed: float, path: Floats, curve: P
     """Yield where a curve is farther from a path than claimed, or where that could not be decided.
 
     The distance from one leg is convex, so that on a part of the curve it is nowhere larger than at the farthest
-    coefficient; the leg for which that is least bounds the distance from the path.
+    coefficient; the leg for which that is least bounds the distance from the path. Distances do not depend on where
+    the zero of the frame is: both are moved so that the path begins at zero, and their coordinates, which may be
+    millions of metres, add no rounding but that of the move.
     """
     if not math.isfinite(claimed) or claimed < 0:
         message = f"The mission says that {name} flies within {claimed} m of its path, which is no distance."
         yield Violation(Fault.FLIGHT, (uav,), message)
         return
-    starts, ends = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
-    position = bernstein(curve.pieces, curve.durations)
-    b, error = np.stack([part.b for part in position], axis=2), np.max([part.error for part in position], axis=0)
+    moved, pieces = path - path[0], curve.pieces.copy()
+    pieces[:, 0] -= path[0]
+    starts, ends = (moved[:-1], moved[1:]) if len(path) > 1 else (moved, moved)
+    position = bernstein(pieces, curve.durations)
+    b = np.stack([part.b for part in position], axis=2)
+    error = np.max([part.error for part in position], axis=0) + MACHINE_EPSILON * np.abs(pieces[:, 0]).max(axis=1)
 
     def beyond(part: Floats, _: Indices) -> Floats:
         return _farthest(part, starts, ends) - claimed - LET_PASS
 
-    peaks = find_peaks(b, distance_error(b, error, float(np.abs(path).max())), beyond)
+    peaks = find_peaks(b, distance_error(b, error, float(np.abs(moved).max())), beyond)
     if peaks.proven[0]:
         return
     row, share = (peaks.piece[0], peaks.share[0]) if peaks.refuted[0] else (peaks.stuck[0], peaks.stuck_share[0])
@@ -128,7 +133,7 @@ def _judge_deviation(name: str, uav: int, claimed: float, path: Floats, curve: P
         message = f"Whether {name} flies within {claimed:.6g} m of its path could not be decided {there}."
         yield Violation(Fault.UNDECIDED, (uav,), message, time, position_tuple(position_then))
         return
-    distance = float(_farthest(position_then[None, None], starts, ends)[0])
+    distance = float(_farthest((position_then - path[0])[None, None], starts, ends)[0])
     message = (
         f"{name} is {distance:.6g} m from the path that was priced {there}; the mission says within {claimed:.6g} m."
     )
