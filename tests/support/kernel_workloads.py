@@ -128,6 +128,10 @@ def fleets():
     sky.plan_mission(swap, sky.Taut(), rng=1, assignment="identity")
     early, late = (sky.Trajectory(np.array([at, at + 4.0]), line) for at, line in zip((0, 3), MEETING, strict=True))
     sky.find_conflicts(swap, (early, late))
+    ends = [sky.UAV(start=(-4, side, 5), separation=1.0) for side in (-0.3, 0.3)]
+    beside = [sky.Target(position=(4, side, 5)) for side in (0.3, -0.3)]
+    close = swap.model_copy(update={"uavs": tuple(ends), "targets": tuple(beside)})
+    sky.plan_mission(close, sky.Taut(), rng=1, assignment="identity")
 
 
 MEETING = (np.array([[[-4.0, 0, 5], [1, 0, 0]]]), np.array([[[4.0, 0, 5], [-1, 0, 0]]]))
@@ -150,6 +154,7 @@ def questions_about_space():
             space = sky.World(scenario.model_copy(update={"clearance": clearance}))
             space.free(points)
             space.segments_free(points[:20], points[20:])
+            space.first_crossing(points[:20], points[20:])
             space.distance(points)
     rubble = sky.Voxels(origin=(0, 0, 0), step=(1, 1, 1), occupied=rng.random((12, 12, 8)) < 0.5)
     sky.World(world(16, ()).model_copy(update={"obstacles": (rubble,)}))
