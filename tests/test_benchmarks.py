@@ -50,5 +50,5 @@ def test_certificates_agree_with_an_oracle_that_samples():
     assert "12 worlds from seed 0" in done.stdout
     row = next(line for line in done.stdout.splitlines() if line.startswith("| trajectory"))
     proven, refuted, _ = (int(cell) for cell in row.split("|")[2:5])
-    assert proven > 10
-    assert refuted > 10
+    assert proven >= 8
+    assert refuted >= 8

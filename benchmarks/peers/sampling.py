@@ -36,6 +36,7 @@ def tests_of(space: Space, scale: float) -> Tests:
     bounds, nodes = space.tree
     solids, round_, kind, edges, (round_bounds, round_nodes) = space.solids
     heights, origin, step, extra, slope, extremes, levels = space.ground
+    tops, corner, cell, below, steep, most, coarser = space.ceiling
 
     @inner
     def here() -> Space:
@@ -47,6 +48,7 @@ def tests_of(space: Space, scale: float) -> Tests:
             Tree(bounds, nodes),
             Solids(solids, round_, kind, edges, Tree(round_bounds, round_nodes)),
             Ground(heights, origin, step, extra, slope, extremes, levels),
+            Ground(tops, corner, cell, below, steep, most, coarser),
         )
 
     @inner

@@ -5,6 +5,7 @@ import multiprocessing
 import signal
 from collections.abc import Callable, Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import suppress
 
 from skyverse.interrupt import on_interrupt
 from skyverse.numerics.compiling.kept_code import can_keep, is_kept
@@ -89,6 +90,9 @@ def _in_order(listing: Listing, missing: list[int], pool: ProcessPoolExecutor, w
 
 
 def _compile(i: int) -> None:
-    """Compile a kernel of the list, which keeps its machine code."""
+    """Compile a kernel of the list, which keeps its machine code; one that was changed since is left to its callers."""
+    from numba.core.errors import NumbaError
+
     kernel, types = read_listing().kernels[i].load()
-    kernel.compile(types)
+    with suppress(NumbaError):
+        kernel.compile(types)
