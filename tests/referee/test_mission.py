@@ -35,7 +35,7 @@ from skyverse.model.result import Status, no_history
 from skyverse.model.scenario import Lattice, Target
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Deconfliction, Fault, Violation
+from skyverse.model.verdict import Action, Conflict, Deconfliction, Fault, Violation
 from skyverse.referee import check
 
 
@@ -212,6 +212,26 @@ def test_a_planted_fault_is_found_alone_and_named(name):
     assert all(SCENARIO.uavs[uav].name in message for uav in uavs)
     assert message.endswith(".")
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        {"found": None},
+        {"left": 7},
+        {"actions": (None,)},
+        {"found": (None,)},
+        {"left": (Conflict(None, 0.0, 1.0, 0.5, 0.9, (1, 1, 1)),)},
+        {"found": (Conflict((0, None), 0.0, 1.0, 0.5, 0.9, (1, 1, 1)),)},
+        {"actions": (Action("alpha", "delay", "Alpha departs later."),)},
+        {"total_after": None},
+    ],
+)
+def test_a_malformed_record_of_deconfliction_is_a_fault_and_never_raises(part):
+    record = Deconfliction((), (), (), 12.0, 12.0, 6.0, 6.0)
+    assert check(SCENARIO, replace(VALID, deconfliction=record)) == []
+    (found,) = check(SCENARIO, replace(VALID, deconfliction=replace(record, **part)))
+    assert (found.fault, found.uavs) == (Fault.DECONFLICTION, ())
 
 
 def test_every_kind_of_fault_is_planted():

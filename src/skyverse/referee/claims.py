@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from skyverse.model.digest import short
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
@@ -40,11 +42,9 @@ def judge_deconfliction(
     record = mission.deconfliction
     if not isinstance(record, Deconfliction):
         return
-    named = [uav for conflict in (*record.found, *record.left) for uav in conflict.uavs]
-    named += [action.uav for action in record.actions]
-    strangers = sorted({uav for uav in named if not 0 <= uav < len(scenario.uavs)})
+    strangers = [uav for uav in _named_uavs(record) if not _is_index(uav, len(scenario.uavs))]
     if strangers:
-        message = f"The deconfliction names UAV {strangers[0]}, but UAVs are numbered 0 to {len(scenario.uavs) - 1}."
+        message = f"The deconfliction names UAV {strangers[0]!r}, but UAVs are numbered 0 to {len(scenario.uavs) - 1}."
         yield Violation(Fault.DECONFLICTION, (), message)
     ends = [float(curve.knots[-1]) for curve in curves if curve is not None]
     times = (
@@ -55,3 +55,20 @@ def judge_deconfliction(
         if not costs_agree(number(claimed), true):
             message = f"The deconfliction says that the {noun} is {number(claimed):.9g} s, but it is {true:.9g} s."
             yield Violation(Fault.DECONFLICTION, (), message)
+
+
+def _named_uavs(record: Deconfliction) -> Iterator[object]:
+    """Yield the UAVs that a record names; ``None`` for each entry that names none because it is malformed."""
+    for conflict in (*_entries(record.found), *_entries(record.left)):
+        yield from _entries(getattr(conflict, "uavs", None))
+    for action in _entries(record.actions):
+        yield getattr(action, "uav", None)
+
+
+def _is_index(value: object, count: int) -> bool:
+    return isinstance(value, int | np.integer) and 0 <= value < count
+
+
+def _entries(values: object) -> Sequence[object]:
+    """Return the entries of a tuple or list, and one ``None`` in place of anything else."""
+    return values if isinstance(values, tuple | list) else (None,)

@@ -6,20 +6,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.flight_summary import AIR_DENSITY, DISC_LOADING, EFFICIENCY, FlightSummary
+from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
-from skyverse.referee.curve import PolynomialCurve, derivative
-from skyverse.referee.limits import GRAVITY
-from skyverse.referee.polynomial import bernstein, halve
+from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.integrals import Enclosure, curve_length, flight_energy
+from skyverse.referee.polynomial import bernstein
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.solids import distance_error
-from skyverse.referee.subdivision import MAX_DEPTH, find_peaks
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, PART_OF_LENGTH, SUMMARY_LET_PASS
+from skyverse.referee.subdivision import find_peaks
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 from skyverse.referee.untrusted import float_array, number
 
-INTERVALS = 64
-"""Intervals of each piece over which the power is integrated, an even number."""
 DISTANCES_AT_ONCE = 2**19
 """Distances between coefficients and legs of a path looked at together, which bounds the memory."""
 
@@ -47,57 +45,19 @@ def judge_flight_summary(
         message = f"The mission summarises a flight of {vehicle.name}, but there is none along a path."
         yield Violation(Fault.FLIGHT, (uav,), message)
         return
-    true: dict[str, float | None] = {
+    time = float(curve.knots[-1] - curve.knots[0])
+    true = {
         "length": curve_length(curve),
-        "time": float(curve.knots[-1] - curve.knots[0]),
+        "time": Enclosure(time, time, time),
         "energy": None if vehicle.fixed_wing is not None else flight_energy(curve),
     }
     for noun, unit in (("length", "m"), ("time", "s"), ("energy", "J/kg")):
         said, is_so = getattr(claimed, noun), true[noun]
-        agree = said is None if is_so is None else abs(number(said) - is_so) <= SUMMARY_LET_PASS * (1 + abs(is_so))
-        if not agree:
-            told = "not known" if is_so is None else f"{is_so:.9g} {unit}"
+        if not (said is None if is_so is None else is_so.agrees(number(said))):
+            told = "not known" if is_so is None else f"{is_so.estimate:.9g} {unit}"
             message = f"The mission says that the {noun} of {vehicle.name}'s flight is {said} {unit}, but it is {told}."
             yield Violation(Fault.FLIGHT, (uav,), message)
     yield from _judge_deviation(vehicle.name, uav, number(claimed.deviation), path, curve)
-
-
-def curve_length(curve: PolynomialCurve) -> float:
-    """Return the length of a curve, metres.
-
-    A part is at least as long as its chord and at most as long as its control polygon. Parts for which the two differ
-    much are cut in two; of the others the mean (2 chord + (d - 1) polygon) / (d + 1), with the degree d, is taken
-    (J. Gravesen, "Adaptive subdivision and the length and energy of Bezier curves", Computational Geometry 8, 1997).
-    """
-    parts = np.stack([part.b for part in bernstein(curve.pieces, curve.durations)], axis=2)
-    degree = parts.shape[1] - 1
-    if degree == 0:
-        return 0.0
-    total, allowed = 0.0, 0.0
-    for _ in range(MAX_DEPTH):
-        polygon = np.linalg.norm(np.diff(parts, axis=1), axis=2).sum(axis=1)
-        chord = np.linalg.norm(parts[:, -1] - parts[:, 0], axis=1)
-        allowed = allowed or PART_OF_LENGTH * float(polygon.sum()) / len(parts)
-        fine = ~(polygon - chord > allowed)
-        total += float(((2 * chord + (degree - 1) * polygon) / (degree + 1))[fine].sum())
-        if fine.all():
-            break
-        parts, allowed = np.concatenate(halve(parts[~fine])), allowed / 2
-    return total
-
-
-def flight_energy(curve: PolynomialCurve) -> float:
-    """Return the energy of a multirotor's flight, J/kg, as `FlightSummary.energy` tells, by Simpson's rule."""
-    shares = np.linspace(0.0, 1.0, INTERVALS + 1)
-    weights = np.r_[1.0, np.tile([4.0, 2.0], INTERVALS // 2 - 1), 4.0, 1.0] / (3 * INTERVALS)
-    rows = derivative(derivative(curve.pieces))
-    local = curve.durations[:, None] * shares
-    acceleration = np.zeros((*local.shape, 3))
-    for power in range(rows.shape[1] - 1, -1, -1):
-        acceleration = acceleration * local[:, :, None] + rows[:, None, power]
-    thrust = np.linalg.norm(acceleration + np.array([0.0, 0.0, GRAVITY]), axis=2)
-    power_per_mass = thrust * np.sqrt(thrust * DISC_LOADING / (2 * AIR_DENSITY)) / EFFICIENCY
-    return float(np.sum(power_per_mass @ weights * curve.durations))
 
 
 def _judge_deviation(name: str, uav: int, claimed: float, path: Floats, curve: PolynomialCurve) -> Iterator[Violation]:

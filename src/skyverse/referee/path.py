@@ -49,9 +49,9 @@ def _judge_part(world: RefereeWorld, uav: int, path: Floats, first: int) -> Iter
         position = position_text(starts[segment])
         message = f"Whether {name} keeps clearance could not be decided after node {first + segment}, {position}."
         yield Violation(Fault.UNDECIDED, (uav,), message, position=position_tuple(starts[segment]))
-    elif excess[worst] <= LET_PASS:
+    if incursion is None and excess[worst] <= LET_PASS:  # else the worst is said already
         seam = find_seam(world, np.stack([starts, ends], axis=1), np.zeros(len(starts)))
-        if seam is not None:
+        if seam is not None and (seam.decided or peaks.proven[0]):
             message = seam.sentence(world.scenario, name, f"after node {first + seam.piece}")
             fault = Fault.PATH_CLEARANCE if seam.decided else Fault.UNDECIDED
             yield Violation(fault, (uav,), message, position=position_tuple(seam.position))

@@ -57,10 +57,10 @@ SEAM_REACH = 1e-5
 """Metres: no step that leads a curve away from what it touches is longer than half of this."""
 
 SUMMARY_LET_PASS = 1e-5
-"""Relative: a claimed length or energy of a flight may differ by this, as both sides integrate numerically."""
+"""Relative: a claimed length or energy of a flight may differ by this, as whoever states it integrates numerically.
 
-PART_OF_LENGTH = 1e-4
-"""Share of a curve's length: parts whose control polygons are longer than their chords by more are cut in two."""
+The referee's own bounds on the true value are apart by no more than this, and what lies between them is let pass too.
+"""
 
 EDGE_OVERHANG = 1e-3
 """Share of an edge: a leg is also cut where it passes this close to an edge's ends; a cut too many changes nothing."""
