@@ -66,7 +66,7 @@ def _named_uavs(record: Deconfliction) -> Iterator[object]:
 
 
 def _is_index(value: object, count: int) -> bool:
-    return isinstance(value, int | np.integer) and 0 <= value < count
+    return isinstance(value, int | np.integer) and 0 <= int(value) < count
 
 
 def _entries(values: object) -> Sequence[object]:
