@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.deconfliction.candidate import Candidate
+from skyverse.deconfliction.candidate import Candidate, Gate
 from skyverse.deconfliction.detours import _wall, gates_beside, plan_detour
 from skyverse.problem import Airspace, Problem
 from skyverse.trajectory import fly_along
@@ -84,3 +84,19 @@ def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_
     positions = trajectory.at(np.linspace(trajectory.start, trajectory.end, 5000)).position
     assert not inside(wall, positions).any()
     assert airspace.world.free(positions).all()
+
+
+def test_the_planner_sees_the_wall_of_a_uav_that_strays_as_that_of_one_that_keeps_both_errors_more():
+    gate = Gate((5.0, 5.0, 30.0), (5.0, 9.0, 30.0), 0, "4 m to the left")
+    error = sky.TrackingError(horizontal=1.5, vertical=2.0)
+    strays = sky.UAV(start=(0, 0, 0), separation=2, vertical_separation=4, tracking_error=error)
+    wider = sky.UAV(start=(0, 0, 0), separation=5, vertical_separation=8)
+    grown = np.array([0.0, error.horizontal, error.vertical])  # along the first axis the wall is thin
+    points = np.random.default_rng(1).uniform((5, -30, 0), (5, 45, 60), (20000, 3))
+    seen = [
+        sky.Box(min=tuple(np.array(box.min) - grown), max=tuple(np.array(box.max) + grown))
+        for box in _wall(strays, 0.5, gate)
+    ]
+    within = inside(seen, points)
+    np.testing.assert_array_equal(within, inside(_wall(wider, 0.5, gate), points))
+    assert 0 < within.sum() < len(points)

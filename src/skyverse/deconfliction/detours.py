@@ -123,16 +123,19 @@ def _spacing(uav: UAV) -> tuple[float, float]:
 
 
 def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
-    """Return a gate's wall: four boxes around the hole, which block the path where it was."""
+    """Return a gate's wall: four boxes around the hole, which block the path where it was.
+
+    For the planner they grow by the clearance and by the UAV's tracking error, like obstacles. The error, which is
+    contained in the spacing already, is taken off beforehand.
+    """
     passed, centre, axis = np.array(gate.passed), np.array(gate.centre), gate.axis
     semi_axis_xy, semi_axis_z = _spacing(uav)
     semi_axes = np.array([semi_axis_xy, semi_axis_xy, semi_axis_z])
-    error = uav.tracking_error
-    kept = clearance + np.array([error.horizontal, error.horizontal, error.vertical])
-    reach = 1.5 * np.abs(centre - passed) + 2.0 * semi_axes + 2.0 * kept
+    error = np.array([uav.tracking_error.horizontal, uav.tracking_error.horizontal, uav.tracking_error.vertical])
+    reach = 1.5 * np.abs(centre - passed) + 2.0 * semi_axes + 2.0 * clearance - error
     low, high = np.minimum(passed, centre) - reach, np.maximum(passed, centre) + reach
     low[axis], high[axis] = centre[axis] - WALL_HALF_THICKNESS, centre[axis] + WALL_HALF_THICKNESS
-    hole = HOLE_HALF_WIDTH * semi_axes + kept
+    hole = HOLE_HALF_WIDTH * semi_axes + clearance + error
     boxes = []
     for k in (k for k in range(3) if k != axis):
         before, after = high.copy(), low.copy()

@@ -2,10 +2,11 @@
 
 One UAV after another, those of higher priority first, keeps its trajectory if it is clear of the paths before it and of
 the places of all others, or else is led around them, over them or under them. For its planner they are obstacles:
-prisms about the chords of each trajectory, and columns about starts and targets.
+prisms about the chords of each trajectory, and columns about starts and targets. They hold the separation and the other
+UAV's tracking error; the UAV's own error is kept from them as from all obstacles.
 """
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.deconfliction.detours import MakeTrajectory, plan_among
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Scenario
+from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Prism
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Verdict
@@ -61,11 +62,10 @@ def keep_paths_apart(airspace: Airspace, mission: Mission, make_trajectory: Make
         own, result, target = flown[uav], results[uav], mission.assignment[uav]
         if own is None or result is None or target is None:
             continue
-        walls = [*_columns(mission, uav)]
+        walls = _columns(mission, uav)
         for other in placed:
             walls += _around(scenario, uav, other, flown[other])
-        walled = scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)})
-        if walls and prove(World(walled), scenario.uavs[uav], own).verdict is not Verdict.PROVEN:
+        if not _clear(scenario, uav, own, walls):
             found = plan_among(Problem(airspace, uav, target), walls, make_trajectory, any_angle=result.any_angle)
             if found is not None:
                 results[uav], flown[uav] = found
@@ -74,19 +74,53 @@ def keep_paths_apart(airspace: Airspace, mission: Mission, make_trajectory: Make
     return PathsApart(replace(mission, results=tuple(results), trajectories=tuple(flown)), actions)
 
 
-def _columns(mission: Mission, uav: int) -> Iterator[Prism]:
-    """Yield what a UAV must keep clear of about the starts, from the ground on, and the targets of all others."""
-    scenario = mission.scenario
-    for other, vehicle in enumerate(scenario.uavs):
-        if other == uav:
+def apart_by_timing_only(mission: Mission) -> list[tuple[int, int]]:
+    """Return the pairs of UAVs, (m, 2) indices, whose paths are not proven to be apart in space."""
+    scenario, flown = mission.scenario, mission.trajectories
+    pairs = []
+    for uav, own in enumerate(flown):
+        if own is None:
             continue
-        start, target = np.array(vehicle.start), mission.assignment[other]
-        below = start.copy()
-        below[2] = _ground(scenario, other)
-        yield _prism(scenario, uav, other, below, start, 0.0)
-        if target is not None:
-            place = np.array(scenario.targets[target].position)
-            yield _prism(scenario, uav, other, place, place, 0.0)
+        walls = [
+            _columns_of(mission, uav, other) + (_around(scenario, uav, other, flown[other]) if other < uav else [])
+            for other in range(len(flown))
+        ]
+        if not _clear(scenario, uav, own, [wall for those in walls for wall in those]):
+            pairs += [(uav, other) for other, those in enumerate(walls) if not _clear(scenario, uav, own, those)]
+    return sorted({(min(pair), max(pair)) for pair in pairs})
+
+
+def _clear(scenario: Scenario, uav: int, flight: Trajectory, walls: Sequence[Prism]) -> bool:
+    """Tell whether it is proven that a flight, which is clear of all obstacles, keeps out of these walls as well."""
+    if not walls:
+        return True
+    vehicle = scenario.uavs[uav]
+    error = np.array([vehicle.tracking_error.horizontal] * 2 + [vehicle.tracking_error.vertical])
+    low, high = np.array(scenario.bounds.min) - error, np.array(scenario.bounds.max) + error
+    bounds = Bounds(min=tuple(low.tolist()), max=tuple(high.tolist()))  # as wide as the columns at the ends need
+    alone = {"obstacles": tuple(walls), "terrain": None, "max_height": None, "bounds": bounds}
+    world = World(scenario.model_copy(update=alone), vehicle.tracking_error)
+    return prove(world, vehicle, flight).verdict is Verdict.PROVEN
+
+
+def _columns(mission: Mission, uav: int) -> list[Prism]:
+    """Return what a UAV must keep clear of about the starts and the targets of all others."""
+    return [wall for other in range(len(mission.scenario.uavs)) for wall in _columns_of(mission, uav, other)]
+
+
+def _columns_of(mission: Mission, uav: int, other: int) -> list[Prism]:
+    """Return what a UAV must keep clear of about another's start, from the ground on, and its target."""
+    if other == uav:
+        return []
+    scenario, target = mission.scenario, mission.assignment[other]
+    start = np.array(scenario.uavs[other].start)
+    below = start.copy()
+    below[2] = _ground(scenario, other)
+    columns = [_prism(scenario, uav, other, below, start, 0.0)]
+    if target is not None:
+        place = np.array(scenario.targets[target].position)
+        columns.append(_prism(scenario, uav, other, place, place, 0.0))
+    return columns
 
 
 def _ground(scenario: Scenario, uav: int) -> float:
@@ -102,17 +136,19 @@ def _lift(scenario: Scenario, uav: int) -> float:
     return max(TAKEOFF_HEIGHT - (scenario.uavs[uav].start[2] - _ground(scenario, uav)), 0.0)
 
 
-def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None) -> Iterator[Prism]:
-    """Yield prisms about another UAV's flight that a UAV must not enter."""
+def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None) -> list[Prism]:
+    """Return prisms about another UAV's flight that a UAV must not enter."""
     if flight is None:
-        return
+        return []
     shares = np.arange(SAMPLES_PER_PIECE) / SAMPLES_PER_PIECE
     instants = np.r_[(flight.knots[:-1, None] + np.diff(flight.knots)[:, None] * shares).ravel(), flight.end]
     curve = flight.at(instants).position
     tall = max(scenario.uavs[uav].ellipsoid[1], scenario.uavs[other].ellipsoid[1])
     ends = _chord_ends(curve, 0, len(curve) - 1, MAX_CLIMB_SHARE * max(tall, PATH_MARGIN))
-    for a, b in pairwise(ends):
-        yield _prism(scenario, uav, other, curve[a], curve[b], float(_off_chord(curve[a : b + 1]).max()))
+    return [
+        _prism(scenario, uav, other, curve[a], curve[b], float(_off_chord(curve[a : b + 1]).max()))
+        for a, b in pairwise(ends)
+    ]
 
 
 def _chord_ends(curve: Floats, first: int, last: int, climb: float) -> list[int]:
@@ -135,11 +171,11 @@ def _off_chord(points: Floats) -> Floats:
 
 
 def _prism(scenario: Scenario, uav: int, other: int, a: Floats, b: Floats, off: float) -> Prism:
-    """Return a prism about a chord: grown by the clearance, it holds all places that are too close to the chord."""
+    """Return a prism: grown by the clearance and the UAV's own error, it holds all that is too close to a chord."""
     pair = scenario.uavs[uav], scenario.uavs[other]
-    errors = [vehicle.tracking_error for vehicle in pair]
-    beside = max(vehicle.ellipsoid[0] for vehicle in pair) + sum(error.horizontal for error in errors)
-    above = max(vehicle.ellipsoid[1] for vehicle in pair) + sum(error.vertical for error in errors)
+    error = scenario.uavs[other].tracking_error
+    beside = max(vehicle.ellipsoid[0] for vehicle in pair) + error.horizontal
+    above = max(vehicle.ellipsoid[1] for vehicle in pair) + error.vertical
     wide = max(beside + PATH_MARGIN + off - scenario.clearance, PATH_MARGIN / 4)
     tall = max(above + PATH_MARGIN + off - scenario.clearance, PATH_MARGIN / 4)
     way = (b - a)[:2]
