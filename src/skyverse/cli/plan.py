@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
+from skyverse.cli.apart_by_timing import tell_apart_by_timing
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import below, limited, refuse_unsafe, tell_unknown, tell_unsought, with_more
 from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
@@ -160,6 +161,8 @@ def plan(
             sky.write_html(mission, written[-1])
     report(mission, written, as_json)
     tell_overflights(mission)
+    if apart_in_space:
+        tell_apart_by_timing(mission)
     if mission.interrupted:
         return INTERRUPTED
     return 0 if mission.complete and not mission.violations else FOUND_WRONG

@@ -1,5 +1,6 @@
 """Plan the mission of a fleet: assign targets, plan paths, make trajectories, resolve conflicts, and check it all."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Literal, Protocol
@@ -7,8 +8,9 @@ from typing import Literal, Protocol
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.find_conflicts import find_conflicts
-from skyverse.deconfliction.paths_apart import PathsApart, keep_paths_apart
+from skyverse.deconfliction.paths_apart import apart_by_timing_only, keep_paths_apart
 from skyverse.deconfliction.resolve_conflicts import resolve_conflicts
 from skyverse.errors import InputError
 from skyverse.mission.assignment import Criterion, assign, straight_line
@@ -17,7 +19,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Action
+from skyverse.model.verdict import Action, Deconfliction
 from skyverse.planners.base import Planner, Seed, provenance, seeded
 from skyverse.planners.results import refused_result
 from skyverse.problem import Airspace, Problem, snap_endpoint
@@ -73,7 +75,8 @@ def plan_mission(
         more slowly, take a detour, or exchange targets (unless the assignment is ``"identity"``).
     apart_in_space
         Whether UAVs are first led around the paths of others, so that they keep their separation whatever the timing,
-        as far as that can be; needs `keep_apart`.
+        as far as that can be; needs `keep_apart`. Conflicts that are left are resolved, and paths that are then near
+        each other are led around once more.
     on_progress
         Called after every iteration, and when a UAV is done.
 
@@ -119,25 +122,54 @@ def plan_mission(
     if keep_apart and not interrupted:
         make_trajectory = partial(fly_along, shape=shape)
         replan = None if assignment == "identity" else partial(planner.plan, stop=stop, rng=generator.spawn(1)[0])
-        asked = mission
-        paths = keep_paths_apart(airspace, asked, make_trajectory) if apart_in_space else PathsApart(asked, [])
-        mission = resolve_conflicts(airspace, paths.mission, make_trajectory=make_trajectory, replan=replan, stop=stop)
-        mission = _with_detours(mission, asked, paths.actions)
+        resolve = partial(resolve_conflicts, airspace, make_trajectory=make_trajectory, replan=replan, stop=stop)
+        if apart_in_space:
+            mission = _apart_in_space(airspace, mission, make_trajectory, resolve)
+        else:
+            mission = resolve(mission)
     mission = with_flight_summaries(mission)
     violations, (certificates, apart) = judge(scenario, mission)
     return replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
 
 
-def _with_detours(mission: Mission, asked: Mission, detours: list[Action]) -> Mission:
-    """Return a mission whose record of deconfliction begins with detours, and compares with the mission before them."""
-    if not detours or mission.deconfliction is None:
+def _apart_in_space(
+    airspace: Airspace, asked: Mission, make_trajectory: MakeTrajectory, resolve: Callable[[Mission], Mission]
+) -> Mission:
+    """Return a mission whose paths are led around each other, and whose remaining conflicts are resolved by `resolve`.
+
+    What resolves a conflict, a detour or an exchange of targets, may lead a path near another one from which it was
+    apart. So paths are then led around each other once more, and that is kept if it leaves fewer conflicts, or fewer
+    pairs that are apart by timing only.
+    """
+    around = keep_paths_apart(airspace, asked, make_trajectory)
+    mission = _since(asked, resolve(around.mission), around.actions)
+    paths_changed = any(now is not then for now, then in zip(mission.results, around.mission.results, strict=True))
+    if mission.interrupted or not paths_changed:
         return mission
-    record = replace(
-        mission.deconfliction,
+    again = keep_paths_apart(airspace, mission, make_trajectory)
+    anew = {action.uav for action in again.actions}
+    done = () if mission.deconfliction is None else mission.deconfliction.actions
+    holds = [action for action in done if action.uav not in anew or action.kind == "exchange"]
+    second = _since(asked, resolve(replace(again.mission, deconfliction=None)), [*holds, *again.actions])
+    return min(mission, second, key=_left_undone)
+
+
+def _left_undone(mission: Mission) -> tuple[int, int]:
+    """Return how many conflicts that are not given are left in a mission, and how many pairs are apart by timing."""
+    conflicts = find_conflicts(mission.scenario, mission.trajectories)
+    return sum(not conflict.given for conflict in conflicts), len(apart_by_timing_only(mission))
+
+
+def _since(asked: Mission, mission: Mission, actions: Sequence[Action]) -> Mission:
+    """Return a mission whose record of deconfliction compares with the one asked for, and begins with some actions."""
+    record = Deconfliction(
         found=find_conflicts(asked.scenario, asked.trajectories),
-        actions=(*detours, *mission.deconfliction.actions),
+        left=find_conflicts(mission.scenario, mission.trajectories),
+        actions=(*actions, *(() if mission.deconfliction is None else mission.deconfliction.actions)),
         total_before=asked.total_time,
+        total_after=mission.total_time,
         makespan_before=asked.makespan,
+        makespan_after=mission.makespan,
     )
     return replace(mission, deconfliction=record)
 
