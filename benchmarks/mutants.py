@@ -1,12 +1,17 @@
 """The judge's tests are judged: ``python benchmarks/mutants.py 300`` edits the referee at random and runs its tests.
 
 Each mutant is one edit of a file of ``src/skyverse/referee``: a comparison turned, a sign changed, a minimum in place
-of a maximum, `and` in place of `or`, another constant. It is noticed if a test of ``tests/referee`` fails, or if the
-tests take longer than the time limit. Every mutant runs in a process of its own, forked from one that has imported
-everything but the referee; no file is changed. Those that are not noticed are printed with the line before and after.
+of a maximum, `and` in place of `or`, another constant. It is noticed if a test of ``tests/referee`` fails, or takes too
+long. Every mutant runs in a process of its own, forked from one that has imported everything but the referee; no file
+is changed. Those that are not noticed are printed with the line before and after.
 
-The answers are kept in a file, line by line, so that a run that was stopped goes on where it ended; an answer counts as
-long as neither the edited file nor the tests have changed.
+At first the tests run without any edit, and must pass. How long each of them takes is measured then: the mutants are
+given the tests of the edited file first, then the others, the quickest first; tests of more than a few seconds are left
+out.
+
+The answers are kept in a file, line by line, so that a run that was stopped goes on where it ended. An edit that a test
+has noticed counts as noticed as long as neither the edited file nor that test changes; one that was not noticed is
+tried again as soon as any test has changed.
 """
 
 import argparse
@@ -16,7 +21,6 @@ import importlib.abc
 import importlib.util
 import json
 import os
-import random
 import resource
 import signal
 import sys
@@ -24,10 +28,16 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parent.parent
 REFEREE, TESTS = ROOT / "src" / "skyverse" / "referee", ROOT / "tests" / "referee"
-TIME_LIMIT = 300
-"""Seconds of computing time: tests that take longer count as failed, since a mutant may loop for ever."""
+MAX_SECONDS_OF_TEST = 2.0
+"""Tests that take longer without any edit are left out."""
+TIME_LIMIT = 30
+"""Seconds of computing time: a test that takes longer counts as failed, since a mutant may loop for ever."""
+MEMORY_LIMIT = 3 * 2**30
+"""Bytes that a process may allocate, for the same reason."""
 WITHOUT_EFFECT = ("_AT_ONCE", "INTERVALS", "SAMPLES", "MAX_", "CHILDREN", "SHORT_")
 """Parts of the names of constants that bound memory and effort, or say how finely is searched: no verdict depends on
 them."""
@@ -98,35 +108,79 @@ class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.tree, str(self.file), "exec"), module.__dict__)
 
 
-def run_tests(file: Path | None, tree: ast.Module | None) -> str:
-    """Run the tests with one file of the referee replaced; return ``passed``, ``failed`` or ``time limit``."""
+class _Watch:
+    """Has pytest run the quickest tests first, without the slow ones, and notes what they say."""
+
+    def __init__(self, own: str, seconds: dict[str, float]) -> None:
+        self.own, self.known, self.seconds = own, seconds, {}
+        self.noticed_by = ""
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items):
+        quick = [item for item in items if self.known.get(item.nodeid, 0.0) <= MAX_SECONDS_OF_TEST]
+        items[:] = sorted(quick, key=lambda item: (item.path.stem != self.own, self.known.get(item.nodeid, 0.0)))
+
+    def pytest_runtest_setup(self):
+        signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT)
+
+    def pytest_runtest_logreport(self, report):
+        self.seconds[report.nodeid] = round(self.seconds.get(report.nodeid, 0.0) + report.duration, 3)
+        if report.failed:
+            self.noticed_by = self.noticed_by or report.nodeid
+
+    def pytest_collectreport(self, report):
+        if report.failed:
+            self.noticed_by = self.noticed_by or report.nodeid
+
+
+def _too_long(number, frame):
+    raise TimeoutError("the time limit of a test")
+
+
+def run_tests(file: Path | None, tree: ast.Module | None, seconds: dict[str, float]) -> dict[str, object]:
+    """Run the tests with one file of the referee replaced.
+
+    Parameters
+    ----------
+    file, tree
+        What is replaced by what; ``None`` for no edit.
+    seconds
+        How long each test takes, as far as that is known.
+
+    Returns
+    -------
+    dict
+        Whether all tests ``passed``; ``noticed_by``, the first test that failed; and how many ``seconds`` each took.
+    """
+    reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        resource.setrlimit(resource.RLIMIT_CPU, (TIME_LIMIT, TIME_LIMIT + 10))
+        resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_LIMIT, MEMORY_LIMIT))
+        signal.signal(signal.SIGPROF, _too_long)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        tests = sorted(TESTS.glob("test_*.py"))
         if file is not None and tree is not None:
             sys.meta_path.insert(0, _Mutated(f"skyverse.referee.{file.stem}", file, tree))
-            tests.sort(key=lambda test: test.stem != f"test_{file.stem}")  # its own tests find most
-        import pytest
-
+        watch = _Watch("" if file is None else f"test_{file.stem}", seconds)
+        said: dict[str, object] = {"passed": False}
         try:
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n0", *map(str, tests)]))
-        except BaseException:
-            code = 1
-        os._exit(min(code, 1))
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
-        return "time limit" if os.WTERMSIG(status) == signal.SIGXCPU else "failed"
-    return "failed" if os.WEXITSTATUS(status) else "passed"
+            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n0", str(TESTS)], plugins=[watch]))
+            said = {"passed": code == 0, "noticed_by": watch.noticed_by, "seconds": watch.seconds}
+        finally:
+            with os.fdopen(writing, "w") as pipe:
+                pipe.write(json.dumps(said))
+            os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        text = pipe.read()
+    os.waitpid(child, 0)
+    return {"passed": False, "noticed_by": "", "seconds": {}} | (json.loads(text) if text else {})
 
 
 def _preload() -> None:
-    """Import what the tests need, except the referee, so that forked processes need not."""
-    import numpy  # noqa: F401
-    import pytest  # noqa: F401
+    """Import what the tests need, except the referee and pytest's plugins, so that forked processes need not."""
+    import scipy.integrate
     import scipy.optimize  # noqa: F401
 
     import skyverse.model.mission
@@ -149,37 +203,56 @@ def main() -> None:
     sys.path.insert(0, str(ROOT / "src"))
     _preload()
     texts = {file: file.read_text(encoding="utf-8") for file in sorted(REFEREE.glob("*.py"))}
-    suite = hashlib.sha256("".join(test.read_text(encoding="utf-8") for test in sorted(TESTS.glob("*.py"))).encode())
     sites = [(file, k) for file, text in texts.items() for k, _ in enumerate(edits(ast.parse(text)))]
-    chosen = random.Random(given.seed).sample(sites, min(given.count, len(sites)))
-    given.log.parent.mkdir(parents=True, exist_ok=True)
-    known = {}
-    if given.log.exists():
-        for line in given.log.read_text(encoding="utf-8").splitlines():
-            answer = json.loads(line)
-            known[answer["key"]] = answer
+    # an edit is chosen or not whatever other files hold, so that answers can be used again when one file has changed
+    chosen = sorted(sites, key=lambda site: _digest(f"{given.seed} {site[0].stem} {site[1]}"))[: given.count]
     print(f"{len(chosen)} of {len(sites)} single edits of {len(texts)} files", flush=True)
-    if not all(_key(texts[file], k, suite) in known for file, k in chosen):
-        assert run_tests(None, None) == "passed", "the tests fail without any edit"
+    began = time.perf_counter()
+    plain = run_tests(None, None, {})
+    assert plain["passed"], f"without any edit a test fails: {plain['noticed_by']}"
+    seconds = plain["seconds"]
+    slow = sum(taken > MAX_SECONDS_OF_TEST for taken in seconds.values())
+    print(
+        f"{len(seconds)} tests pass without any edit, in {time.perf_counter() - began:.0f} s; {slow} are slow",
+        flush=True,
+    )
+    given.log.parent.mkdir(parents=True, exist_ok=True)
+    known = _known(given.log)
     answers = []
     for number, (file, k) in enumerate(chosen, 1):
-        key = _key(texts[file], k, suite)
+        key = _digest(f"{file.stem}{k}{texts[file]}")
         if key not in known:
-            known[key] = _judged(file, texts[file], k) | {"key": key}
+            known[key] = _judged(file, texts[file], k, seconds) | {"key": key}
             with given.log.open("a", encoding="utf-8") as log:
                 log.write(json.dumps(known[key]) + "\n")
         answers.append(known[key])
-        if known[key]["answer"] == "passed":
+        if known[key]["passed"]:
             print(f"not noticed ({number}): {known[key]['diff']}", flush=True)
-    noticed = sum(answer["answer"] != "passed" for answer in answers)
+    noticed = sum(not answer["passed"] for answer in answers)
     print(f"{noticed} of {len(answers)} noticed, {noticed / len(answers):.1%}")
 
 
-def _key(text: str, k: int, suite: "hashlib._Hash") -> str:
-    return hashlib.sha256(f"{text}{k}{suite.hexdigest()}".encode()).hexdigest()[:24]
+def _known(log: Path) -> dict[str, dict[str, object]]:
+    """Return the answers in a file that still count."""
+    lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+    answers = [json.loads(line) for line in lines]
+    return {answer["key"]: answer for answer in answers if answer["tests"] == _tests(answer["noticed_by"])}
 
 
-def _judged(file: Path, text: str, k: int) -> dict[str, object]:
+def _tests(noticed_by: str) -> str:
+    """Return a digest of one test, or of all tests if none is named or it is no more there."""
+    name = noticed_by.partition("::")[2].partition("[")[0]
+    file = ROOT / noticed_by.partition("::")[0]
+    text = file.read_text(encoding="utf-8") if name and file.is_file() else ""
+    source = [ast.unparse(node) for node in ast.parse(text).body if getattr(node, "name", "") == name]
+    return _digest("".join(source or [one.read_text(encoding="utf-8") for one in sorted(TESTS.glob("*.py"))]))
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+def _judged(file: Path, text: str, k: int, seconds: dict[str, float]) -> dict[str, object]:
     """Return what the tests say of one edit."""
     tree = ast.parse(text)
     node, field, value = next(edit for j, edit in enumerate(edits(tree)) if j == k)
@@ -188,8 +261,11 @@ def _judged(file: Path, text: str, k: int) -> dict[str, object]:
     ast.fix_missing_locations(tree)
     diff = f"{file.relative_to(ROOT)}:{node.lineno}: {before}  ->  {ast.unparse(node)}"
     began = time.perf_counter()
-    answer = run_tests(file, tree)
-    return {"diff": diff, "answer": answer, "seconds": round(time.perf_counter() - began, 1)}
+    said = run_tests(file, tree, seconds)
+    taken = round(time.perf_counter() - began, 1)
+    return {"diff": diff, "seconds": taken, "tests": _tests(said["noticed_by"])} | {
+        name: said[name] for name in ("passed", "noticed_by")
+    }
 
 
 if __name__ == "__main__":
