@@ -22,9 +22,46 @@ def test_a_profile_gives_the_limits_that_are_left_out(name):
 
 
 def test_what_a_uav_gives_itself_stands():
-    uav = sky.UAV(start=(0, 0, 9), vehicle="camera", max_speed=4, max_climb=None)
+    uav = sky.UAV(start=(0, 0, 9), vehicle="camera", max_speed=4)
     assert uav.max_speed == 4
     assert uav.max_climb == sky.VEHICLE_PROFILES["camera"].limits["max_climb"]
+    assert sky.UAV(start=(0, 0, 9), vehicle="camera", tracking_error={}).tracking_error == sky.TrackingError()
+
+
+@pytest.mark.parametrize("suffix", ["yaml", "json"])
+def test_a_limit_that_is_null_is_none_also_when_it_is_written_and_read(suffix, tmp_path):
+    given = {"vehicle": "camera", "max_climb": None, "separation": 3, "vertical_separation": None}
+    uav = sky.UAV(name="a", start=(0, -4, 1), **given)
+    assert uav.max_climb is None
+    assert uav.ellipsoid == (3, 6)
+    assert FleetLimits(max_speed=4).limit(uav).max_climb is None
+    scenario = sky.read("map1").model_copy(update={"uavs": (uav,)})
+    sky.write(scenario, tmp_path / f"a.{suffix}")
+    read = sky.read_scenario(tmp_path / f"a.{suffix}")
+    assert read.uavs == (uav,)
+    assert read.digest == scenario.digest
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"vehicle": "camera", "max_speed": None}, r"max_speed: input should be a valid number, found None"),
+        ({"vehicle": "camera", "tracking_error": None}, r"tracking_error: input should be .*, found None"),
+        (
+            {"vehicle": "mapping", "fixed_wing": None},
+            r"fixed_wing: must not be null, since the vehicle 'mapping'",
+        ),
+    ],
+)
+def test_what_every_uav_has_is_refused_where_it_is_null(given, says, tmp_path):
+    import json
+
+    sky.write(sky.read("map1"), tmp_path / "a.json")
+    data = json.loads((tmp_path / "a.json").read_text()) | {"uavs": [{"start": [0, -4, 1]} | given]}
+    (tmp_path / "a.json").write_text(json.dumps(data))
+    with pytest.raises(sky.InputError, match=says) as error:
+        sky.read_scenario(tmp_path / "a.json")
+    assert "\n" not in str(error.value)
 
 
 def test_the_thesis_quadrotor_has_the_defaults_of_a_uav():
@@ -65,7 +102,10 @@ def test_limits_of_a_fleet_replace_those_of_each_uav():
     assert slower == uav.model_copy(update={"max_speed": 4, "max_climb": 2, "max_descent": 1})
     assert FleetLimits(separation=5).limit(uav).ellipsoid == (5, 10)
     astray = FleetLimits(tracking_error=(1.5, 2)).limit(uav)
-    assert FleetLimits(vehicle="thesis").limit(astray).tracking_error == astray.tracking_error
+    assert FleetLimits(vehicle="thesis").limit(astray).tracking_error == sky.TrackingError()
+    gnss = sky.TrackingError(horizontal=1.6, vertical=3)
+    assert FleetLimits(vehicle="camera").limit(astray).tracking_error == gnss
+    assert FleetLimits(vehicle="camera", tracking_error=(1, 2)).limit(uav).tracking_error.vertical == 2
     assert astray == uav.model_copy(update={"tracking_error": sky.TrackingError(horizontal=1.5, vertical=2)})
     camera = FleetLimits(vehicle="camera", max_speed=4).limit(uav)
     assert camera == sky.UAV(name="a", start=(1, 2, 3), home=0, priority=2, vehicle="camera", max_speed=4)
@@ -104,6 +144,8 @@ def test_the_documentation_states_the_profiles():
                     and f"{wing['speed']:g} m/s, {wing['turn_radius']:g} m of turn radius, {wing['climb']:g}° of climb"
                 )
                 assert cell == (due or "")
+            elif fields == ["tracking_error"]:
+                assert cell == f"{limits['tracking_error']['horizontal']:g}, {limits['tracking_error']['vertical']:g}"
             else:
                 numbers = [f"{limits[field]:g}" for field in fields if field in limits]
                 assert cell == (", ".join(numbers) or ("none" if fields[0] == "max_climb" else "")), (name, fields)

@@ -15,6 +15,7 @@ from skyverse.files.document import explained
 from skyverse.files.grid_archive import arrays_beside
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
+from skyverse.model.vehicle_profiles import limits_without_value
 
 
 def scenario_from_data(source: str | Path, data: Any) -> Scenario:
@@ -36,6 +37,8 @@ MAX_PRINTED_NUMBERS = 100_000
 def scenario_text(scenario: Scenario, suffix: str, archive: Callable[[NDArray[Any]], object] | None = None) -> str:
     """Return a scenario as the text of a YAML or JSON file; its large arrays go to the archive if there is one."""
     data = scenario.model_dump(mode="json", exclude_none=True, context={"side": archive})
+    for uav in data["uavs"]:
+        uav |= limits_without_value(uav["vehicle"], uav)  # or else the profile's would be read
     return yaml_text(data) if suffix in (".yaml", ".yml") else json.dumps(data, indent=2) + "\n"
 
 

