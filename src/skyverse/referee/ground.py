@@ -12,7 +12,7 @@ from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER
 from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_REACH
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_SEARCH
 from skyverse.referee.tube import EXACT, raised_heights
 
 
@@ -65,7 +65,7 @@ class GrownGround(GrownSolids):
         """
         first, last = self._cell(part[:, :, :2].min(axis=1)), self._cell(part[:, :, :2].max(axis=1))
         depth: Floats = self._highest_around(first, last) + self.raised_by - part[:, :, 2].min(axis=1)
-        close = np.flatnonzero(~(depth <= -2 * SEAM_REACH) & (last - first <= 1).all(axis=1))
+        close = np.flatnonzero(~(depth <= -2 * SEAM_SEARCH) & (last - first <= 1).all(axis=1))
         below = np.full(len(close), -np.inf)
         for east, north in ((0, 0), (1, 0), (0, 1), (1, 1)):
             cell = first[close] + np.array([east, north])

@@ -10,7 +10,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Prism
 from skyverse.model.uav import TrackingError
 from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
-from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_REACH
+from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_SEARCH
 from skyverse.referee.tube import EXACT, taller
 
 EDGES_AT_ONCE = 2**19
@@ -50,7 +50,7 @@ class GrownPrisms(GrownSolids):
 
     def thin(self) -> NDArray[np.bool_]:
         """Tell which of the grown prisms are thin, also those on slanted slivers, (m,)."""
-        return super().thin() | (self.thickness < SEAM_REACH)
+        return super().thin() | (self.thickness < SEAM_SEARCH)
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about the grown prisms."""
@@ -63,7 +63,7 @@ class GrownPrisms(GrownSolids):
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: a part outside is beside the polygon, below or above."""
         depth = vertical_depth(part, self.grown_low[which], self.grown_high[which])
-        some = np.flatnonzero(~(depth <= -2 * SEAM_REACH))
+        some = np.flatnonzero(~(depth <= -2 * SEAM_SEARCH))
         ends = np.cumsum(self.edges[which[some]])
         for these in np.split(some, np.flatnonzero(np.diff(ends // EDGES_AT_ONCE)) + 1):
             chord = chords(part[these, :, :2])

@@ -1,7 +1,7 @@
 """Judges whether a curve leads through a seam: between grown shapes that touch or leave less than a micrometre.
 
 Grown shapes may be touched from outside. So a curve is judged by a second curve beside it: one that is nowhere farther
-from it than `SEAM_REACH`, and that keeps half a micrometre, `HALF_SEAM`, from all grown shapes and from the bounds.
+from it than `SEAM_SEARCH`, and that keeps half a micrometre, `HALF_SEAM`, from all grown shapes and from the bounds.
 Where there is such a curve, nothing is squeezed through a seam; in a seam there is no space for it.
 
 The curve beside is made of parts of the curve itself, each moved by one small step. Wherever the step changes from one
@@ -21,7 +21,7 @@ from skyverse.referee.polynomial import halve
 from skyverse.referee.positions import position_text
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH, MAX_UNDECIDED_PARTS
-from skyverse.referee.tolerances import HALF_SEAM, LET_PASS, SEAM_PART, SEAM_REACH
+from skyverse.referee.tolerances import HALF_SEAM, LET_PASS, SEAM_PART, SEAM_SEARCH
 from skyverse.referee.world import RefereeWorld
 
 BOUNDS_NUMBER = -3
@@ -234,7 +234,7 @@ def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
 def _near(kind: GrownSolids, b: Floats, error: Floats) -> _Near:
     """Return which shapes of one kind are so near to pieces that a step may meet them."""
     wrong = kind.error(b, error)
-    reach = (wrong + WIDENED + SEAM_REACH)[:, None]
+    reach = (wrong + WIDENED + SEAM_SEARCH)[:, None]
     pairs = kind.tree.overlapping(b.min(axis=1) - reach, b.max(axis=1) + reach)
     part, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
     return _Near(kind, part, shape, wrong[part])
@@ -249,17 +249,17 @@ def _without_movable(world: RefereeWorld, parts: _Parts) -> tuple[_Parts, _Movab
     for one in parts.near:
         depth = one.depth(parts.b)
         np.maximum.at(deepest, one.part, depth)
-        near.append(one.kept(~(depth <= -SEAM_REACH * one.kind.steepness)))
+        near.append(one.kept(~(depth <= -SEAM_SEARCH * one.kind.steepness)))
     parts = _Parts(parts.b, parts.piece, parts.begin, parts.width, tuple(near))
     alone = np.ones(len(parts.b), dtype=np.bool_)
     for one in near:
         alone[one.part] = False
-    if (world.high - world.low).min() > 2 * SEAM_REACH:
+    if (world.high - world.low).min() > 2 * SEAM_SEARCH:
         parts, deepest = parts.of(np.flatnonzero(~alone)), deepest[~alone]
     allowed = np.zeros((len(parts.b), len(STEPS)), dtype=np.bool_)
     allowed[:, 0] = (deepest <= 0) & _in_bounds(world, parts.b)
     steepest = max((one.kind.steepness for one in near if len(one.part)), default=1.0)
-    doubtful = np.flatnonzero(~allowed[:, 0] & (deepest <= SEAM_REACH * steepest))  # no step leads out from deeper
+    doubtful = np.flatnonzero(~allowed[:, 0] & (deepest <= SEAM_SEARCH * steepest))  # no step leads out from deeper
     allowed[doubtful] = _allowed(world, parts.of(doubtful))
     movable = allowed.any(axis=1)
     return parts.of(np.flatnonzero(~movable)), _Movable(parts.of(np.flatnonzero(movable)), allowed[movable])
@@ -373,7 +373,7 @@ def _seam_at(world: RefereeWorld, points: _Parts, k: int, *, decided: bool) -> S
     """
     here = points.of(np.array([k]))
     numbers: set[int] = set() if _in_bounds(world, here.b)[0] else {BOUNDS_NUMBER}
-    for reach in (2 * HALF_SEAM, SEAM_REACH):
+    for reach in (2 * HALF_SEAM, SEAM_SEARCH):
         for near in here.near if len(numbers) < 2 else ():
             numbers.update(near.kind.obstacle[near.shape[near.depth(here.b) > -reach]].tolist())
     return Seam(decided, tuple(sorted(numbers)), int(here.piece[0]), float(here.begin[0]), here.b[0, 0])

@@ -18,7 +18,7 @@ from skyverse.model.shapes import Shape
 from skyverse.referee.closed_above import numbered_shapes
 from skyverse.referee.overlaps import BoxTree
 from skyverse.referee.subdivision import MAX_DEPTH
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_REACH
+from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_SEARCH
 
 ShapeKind = TypeVar("ShapeKind", bound=Shape)
 
@@ -65,7 +65,7 @@ class GrownSolids(ABC):
     def thin(self) -> NDArray[np.bool_]:
         """Tell which of the grown shapes are so thin that a small step may lead through them, (m,)."""
         low, high = self.hulls()
-        return (high - low).min(axis=1, initial=np.inf) < SEAM_REACH
+        return (high - low).min(axis=1, initial=np.inf) < SEAM_SEARCH
 
     @property
     def steepness(self) -> float:

@@ -53,7 +53,7 @@ COST_LET_PASS = 1e-6
 LATTICE_MARGIN = 4e-6
 """Metres: planners need not use nodes that keep clear by less; they block those within 3e-6 m of an obstacle."""
 
-SEAM_REACH = 1e-5
+SEAM_SEARCH = 1e-5
 """Metres: no step that leads a curve away from what it touches is longer than half of this."""
 
 SUMMARY_LET_PASS = 1e-5

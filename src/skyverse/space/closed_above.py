@@ -34,8 +34,7 @@ def _closed(shape: AnyShape, top: float) -> Iterator[AnyShape]:
     elif isinstance(shape, Sphere):
         (x, y, z), r = shape.centre, shape.radius
         yield shape
-        if z < top:
-            yield Cylinder(centre=(x, y), radius=r, low=z, high=max(z + r, top))
+        yield Cylinder(centre=(x, y), radius=r, low=z, high=max(z + r, top))  # grown, it may reach below the top
     elif isinstance(shape, Voxels):
         filled = np.logical_or.accumulate(shape.occupied, axis=2)
         layers = math.ceil((top - shape.origin[2]) / shape.step[2]) - filled.shape[2]
