@@ -7,11 +7,12 @@ from hypothesis import strategies as st
 from judged_missions import SCENARIO
 from skyverse.model.shapes import Box
 from skyverse.referee.boxes import deepest_in_boxes, grown_boxes
+from skyverse.referee.closed_above import solid_shapes
 
 
 def test_a_path_may_end_just_before_the_thinnest_wall():
     wall = Box(min=(5, 0, 0), max=(5 + 1e-7, 6, 4))
-    boxes = grown_boxes(SCENARIO.model_copy(update={"obstacles": (wall,), "clearance": 0.0}))
+    boxes = grown_boxes(solid_shapes(SCENARIO.model_copy(update={"obstacles": (wall,), "clearance": 0.0})))
     start = np.array([[4.0, 3, 2]])
     assert deepest_in_boxes(boxes, start, np.array([[5 - 2e-7, 3, 2.5]])) is None
     assert deepest_in_boxes(boxes, start, np.array([[5 + 2e-7, 3, 2.5]])) is not None
@@ -34,7 +35,7 @@ def test_the_segment_test_agrees_with_dense_sampling(start, end, corner, sides, 
     box = Box(min=corner, max=tuple(np.add(corner, sides)))
     scenario = SCENARIO.model_copy(update={"obstacles": (box,), "clearance": clearance})
     start, end = np.array([start]), np.array([end])
-    met = deepest_in_boxes(grown_boxes(scenario), start, end)
+    met = deepest_in_boxes(grown_boxes(solid_shapes(scenario)), start, end)
     low, high = np.array(box.min) - clearance, np.array(box.max) + clearance
     points = start + np.linspace(0, 1, 4001)[:, None] * (end - start)
     depth = np.minimum(points - low, high - points).min(axis=1).max()

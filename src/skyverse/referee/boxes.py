@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
 from skyverse.model.uav import TrackingError
-from skyverse.referee.closed_above import numbered_shapes
+from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.incursion import Incursion
 from skyverse.referee.solids import GrownSolids, grown
 from skyverse.referee.tolerances import LET_PASS, TWO_ROUNDINGS
@@ -55,28 +54,24 @@ class GrownBoxes(GrownSolids):
         return np.maximum(self.low[which] - positions, positions - self.high[which]).max(axis=1)
 
 
-def grown_boxes(scenario: Scenario, error: TrackingError = EXACT) -> GrownBoxes:
-    """Return the scenario's boxes, and its voxels as boxes, for a UAV with a tracking error."""
-    least = scenario.clearance + min(error.horizontal, error.vertical)
-    lows, highs, obstacles = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0, dtype=np.intp)]
-    for number, shape in ((one.number, one.shape) for one in numbered_shapes(scenario)):
-        if type(shape) is Box:
-            lows.append(np.array([shape.min]))
-            highs.append(np.array([shape.max]))
-        elif type(shape) is Voxels:
-            # boxes that are grown overlap by themselves, so that no gap is left between neighbours
-            boxes_of = disjoint_boxes if least > LET_PASS else overlapping_boxes
-            first, beyond = boxes_of(shape.occupied)
-            lows.append(np.array(shape.origin) + first * np.array(shape.step))
-            highs.append(np.array(shape.origin) + beyond * np.array(shape.step))
-        else:
-            continue
-        obstacles.append(np.full(len(lows[-1]), number))
+def grown_boxes(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownBoxes:
+    """Return all boxes, and voxels as boxes, for a UAV with a tracking error."""
+    # boxes that are grown overlap by themselves, so that no gap is left between neighbours
+    least = shapes.clearance + min(error.horizontal, error.vertical)
+    boxes_of = disjoint_boxes if least > LET_PASS else overlapping_boxes
+    boxes, obstacles = shapes.of(Box)
+    corners = np.array([(*box.min, *box.max) for box in boxes]).reshape(-1, 6)
+    lows, highs, numbers = [corners[:, :3]], [corners[:, 3:]], [obstacles]
+    for voxels, number in zip(*shapes.of(Voxels), strict=True):
+        first, beyond = boxes_of(voxels.occupied)
+        lows.append(np.array(voxels.origin) + first * np.array(voxels.step))
+        highs.append(np.array(voxels.origin) + beyond * np.array(voxels.step))
+        numbers.append(np.full(len(first), number))
     low, high = np.concatenate(lows), np.concatenate(highs)
     if error != EXACT:
         low[:, 2], high[:, 2] = taller(low[:, 2], high[:, 2], error)
-    clearance = scenario.clearance + error.horizontal
-    return GrownBoxes(clearance, np.concatenate(obstacles), low, high, *grown(low, high, clearance))
+    clearance = shapes.clearance + error.horizontal
+    return GrownBoxes(clearance, np.concatenate(numbers), low, high, *grown(low, high, clearance))
 
 
 SAMPLES = 101

@@ -1,33 +1,57 @@
 """Obstacles as the referee judges them: those that are closed above reach up to above the bounds."""
 
+from collections import defaultdict
 from dataclasses import dataclass
+from typing import TypeVar, cast
 
 import numpy as np
 
+from skyverse._typing import Indices
 from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Shape, Sphere, Voxels
+
+ShapeKind = TypeVar("ShapeKind", bound=Shape)
 
 BEYOND = 10.0
 """Metres above the highest of bounds and obstacle where what is closed above ends; no UAV may be there."""
 
 
-@dataclass(frozen=True)
-class NumberedShape:
-    """A shape that must not be entered, and the number of the scenario's obstacle that it belongs to."""
+@dataclass(frozen=True, eq=False)
+class SolidShapes:
+    """All shapes that must not be entered, by their kinds, and the clearance by which they are grown.
 
-    number: int
-    shape: AnyShape
+    Attributes
+    ----------
+    clearance
+        Metres.
+    by_kind
+        The shapes of each kind, in the order of the scenario's obstacles, with the numbers of their obstacles.
+    """
+
+    clearance: float
+    by_kind: dict[type[Shape], tuple[list[Shape], list[int]]]
+
+    def of(self, kind: type[ShapeKind]) -> tuple[list[ShapeKind], Indices]:
+        """Return all shapes of one kind, and the numbers (m,) of the obstacles that they belong to."""
+        shapes, numbers = self.by_kind.get(kind, ([], []))
+        return cast("list[ShapeKind]", shapes), np.array(numbers, dtype=np.intp)
 
 
-def numbered_shapes(scenario: Scenario) -> list[NumberedShape]:
-    """Return all shapes that must not be entered, in the order of the scenario's obstacles."""
-    shapes = []
-    for number, shape in enumerate(scenario.obstacles):
-        shapes.append(NumberedShape(number, _raised(shape, scenario.bounds.max[2]) if shape.closed_above else shape))
-        if shape.closed_above and isinstance(shape, Sphere):
-            column = _column(shape, scenario.bounds.max[2])
-            shapes.append(NumberedShape(number, column))
-    return shapes
+def solid_shapes(scenario: Scenario) -> SolidShapes:
+    """Return all shapes of a scenario that must not be entered."""
+    top = scenario.bounds.max[2]
+    by_kind: dict[type[Shape], tuple[list[Shape], list[int]]] = defaultdict(lambda: ([], []))
+    for number, obstacle in enumerate(scenario.obstacles):
+        for shape in _closed(obstacle, top) if obstacle.closed_above else (obstacle,):
+            shapes, numbers = by_kind[type(shape)]
+            shapes.append(shape)
+            numbers.append(number)
+    return SolidShapes(scenario.clearance, dict(by_kind))
+
+
+def _closed(shape: AnyShape, top: float) -> tuple[AnyShape, ...]:
+    """Return what an obstacle that is closed above consists of."""
+    return (shape, _column(shape, top)) if isinstance(shape, Sphere) else (_raised(shape, top),)
 
 
 def _column(sphere: Sphere, bound: float) -> Cylinder:

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Prism
 from skyverse.model.uav import TrackingError
-from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
+from skyverse.referee.closed_above import SolidShapes
+from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_SEARCH
 from skyverse.referee.tube import EXACT, taller
 
@@ -48,9 +48,9 @@ class GrownPrisms(GrownSolids):
     grown_high: Floats
     thickness: Floats
 
-    def thin(self) -> NDArray[np.bool_]:
-        """Tell which of the grown prisms are thin, also those on slanted slivers, (m,)."""
-        return super().thin() | (self.thickness < SEAM_SEARCH)
+    def thicknesses(self) -> Floats:
+        """Return how thin the grown prisms are, also those on slanted slivers, (m,) metres."""
+        return np.minimum(super().thicknesses(), self.thickness)
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about the grown prisms."""
@@ -119,9 +119,9 @@ def _ray_crosses(a: Floats, p: Floats, q: Floats) -> Indices:
     return (spans & (p[:, 0] + (a[:, 1] - p[:, 1]) / rise * (q[:, 0] - p[:, 0]) > a[:, 0])).astype(np.intp)
 
 
-def grown_prisms(scenario: Scenario, error: TrackingError = EXACT) -> GrownPrisms:
-    """Return the scenario's prisms, for a UAV with a tracking error."""
-    prisms, number = shapes_of(scenario, Prism)
+def grown_prisms(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownPrisms:
+    """Return all prisms, for a UAV with a tracking error."""
+    prisms, number = shapes.of(Prism)
     rings = [ring for prism in prisms for ring in (prism.vertices, *prism.holes)]
     p = np.array([corner for ring in rings for corner in ring]).reshape(-1, 2)
     size = np.array([len(ring) for ring in rings], dtype=np.intp)
@@ -131,7 +131,7 @@ def grown_prisms(scenario: Scenario, error: TrackingError = EXACT) -> GrownPrism
     low = np.array([prism.low for prism in prisms], dtype=np.float64)
     high = np.array([prism.high for prism in prisms], dtype=np.float64)
     thickness = _mean_thickness(p, p[following], begins, np.array([1 + len(prism.holes) for prism in prisms], np.intp))
-    clearance = scenario.clearance + error.horizontal
+    clearance = shapes.clearance + error.horizontal
     low, high = taller(low, high, error)
     # a wall thinner than what is let pass is still a wall, as in `grown`
     thickness = thickness + 2 * clearance

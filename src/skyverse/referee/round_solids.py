@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Cylinder, Sphere
 from skyverse.model.uav import TrackingError
-from skyverse.referee.solids import GrownSolids, chords, distance_to_segment, grown, shapes_of, vertical_depth
+from skyverse.referee.closed_above import SolidShapes
+from skyverse.referee.solids import GrownSolids, chords, distance_to_segment, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, taller, wider
 
@@ -83,21 +83,21 @@ class GrownCylinders(GrownSolids):
         return float(max(level, self.low[which] - position[2], position[2] - self.high[which]))
 
 
-def grown_spheres(scenario: Scenario, error: TrackingError = EXACT) -> GrownSpheres:
-    """Return the scenario's spheres, for a UAV with a tracking error."""
-    spheres, number = shapes_of(scenario, Sphere)
+def grown_spheres(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownSpheres:
+    """Return all spheres, for a UAV with a tracking error."""
+    spheres, number = shapes.of(Sphere)
     radius = wider(np.array([sphere.radius for sphere in spheres]), error)
     centre = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
-    clearance = scenario.clearance + error.horizontal
+    clearance = shapes.clearance + error.horizontal
     return GrownSpheres(clearance, number, centre, radius, _grown_radius(radius, clearance))
 
 
-def grown_cylinders(scenario: Scenario, error: TrackingError = EXACT) -> GrownCylinders:
-    """Return the scenario's cylinders, for a UAV with a tracking error."""
-    cylinders, number = shapes_of(scenario, Cylinder)
+def grown_cylinders(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownCylinders:
+    """Return all cylinders, for a UAV with a tracking error."""
+    cylinders, number = shapes.of(Cylinder)
     rows = np.array([(*one.centre, one.radius, one.low, one.high) for one in cylinders]).reshape(-1, 5)
     centre, (radius, low, high) = rows[:, :2], rows[:, 2:].T
-    clearance = scenario.clearance + error.horizontal
+    clearance = shapes.clearance + error.horizontal
     low, high = taller(low, high, error)
     grown_radius, ends = _grown_radius(radius, clearance), grown(low, high, clearance)
     return GrownCylinders(clearance, number, centre, radius, low, high, grown_radius, *ends)

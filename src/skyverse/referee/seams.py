@@ -288,7 +288,7 @@ def _allowed(world: RefereeWorld, parts: _Parts, sure: float = 1.0) -> NDArray[n
             part = (near.part[:, None] * k + np.arange(k)).ravel()
             repeated = _Near(near.kind, part, np.repeat(near.shape, k), sure * np.repeat(near.error, k))
             clear &= repeated.deepest(moved) <= 0
-            thin = repeated.kept(near.kind.thin()[repeated.shape])
+            thin = repeated.kept(near.kind.thin[repeated.shape])
             if len(thin.part):  # no step leads through a thin shape, as it is let pass, to its far side
                 swept = np.concatenate([np.repeat(parts.b, k, axis=0), moved], axis=1)
                 clear &= thin.deepest(swept) <= WIDENED + 2 * thin.error.max()

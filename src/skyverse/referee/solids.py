@@ -4,23 +4,17 @@ Several of them judge parts of curves as thick straight lines, by their chords.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.scenario import Scenario
-from skyverse.model.shapes import Shape
-from skyverse.referee.closed_above import numbered_shapes
 from skyverse.referee.overlaps import BoxTree
 from skyverse.referee.subdivision import MAX_DEPTH
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_SEARCH
-
-ShapeKind = TypeVar("ShapeKind", bound=Shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +56,16 @@ class GrownSolids(ABC):
         """
         return distance_error(b, error, self.farthest)
 
+    @cached_property
     def thin(self) -> NDArray[np.bool_]:
-        """Tell which of the grown shapes are so thin that a small step may lead through them, (m,)."""
+        """Which of the grown shapes are so thin that a small step may lead through them, (m,)."""
+        return self.thicknesses() < SEAM_SEARCH
+
+    def thicknesses(self) -> Floats:
+        """Return lengths (m,), metres: a way straight through a grown shape may be as short as that."""
         low, high = self.hulls()
-        return (high - low).min(axis=1, initial=np.inf) < SEAM_SEARCH
+        thickness: Floats = (high - low).min(axis=1, initial=np.inf)
+        return thickness
 
     @property
     def steepness(self) -> float:
@@ -105,12 +105,6 @@ def grown(low: Floats, high: Floats, clearance: float) -> tuple[Floats, Floats]:
     low, high = low - clearance, high + clearance
     let_pass = np.minimum(LET_PASS, (high - low) / 4)
     return low + let_pass, high - let_pass
-
-
-def shapes_of(scenario: Scenario, kind: type[ShapeKind]) -> tuple[Sequence[ShapeKind], Indices]:
-    """Return the scenario's obstacles of one kind, and their numbers among all obstacles."""
-    some = [(one.number, one.shape) for one in numbered_shapes(scenario) if type(one.shape) is kind]
-    return [shape for _, shape in some], np.array([number for number, _ in some], dtype=np.intp)
 
 
 class Chords(NamedTuple):

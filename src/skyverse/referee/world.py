@@ -8,6 +8,7 @@ from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
+from skyverse.referee.closed_above import SolidShapes, solid_shapes
 from skyverse.referee.ground import GrownGround, ceiling_above_ground, grown_ground
 from skyverse.referee.prisms import grown_prisms
 from skyverse.referee.round_solids import grown_cylinders, grown_spheres
@@ -23,6 +24,8 @@ class RefereeWorld:
     ----------
     scenario
         What was given.
+    shapes
+        All shapes that must not be entered.
     low, high
         (3,) corners of the bounds, less the tracking error, metres.
     first_node
@@ -42,6 +45,7 @@ class RefereeWorld:
     """
 
     scenario: Scenario
+    shapes: SolidShapes
     low: Floats
     high: Floats
     step: Floats
@@ -78,15 +82,16 @@ def referee_world(
     without_error = None if error == EXACT else nominal or referee_world(scenario)
     ground = grown_ground(scenario) if without_error is None else without_error.ground
     floor = ground if without_error is None else grown_ground(scenario, error)
-    kinds = (grown_cylinders(scenario, error), grown_spheres(scenario, error), grown_prisms(scenario, error))
+    shapes = solid_shapes(scenario) if without_error is None else without_error.shapes
+    kinds = (grown_cylinders(shapes, error), grown_spheres(shapes, error), grown_prisms(shapes, error))
     others: list[GrownSolids] = [kind for kind in kinds if len(kind.obstacle)]
     others += [] if floor is None else [floor]
     others += [] if (ceiling := ceiling_above_ground(scenario, error)) is None else [ceiling]
     corner, high, step = (np.array(row) for row in (scenario.bounds.min, scenario.bounds.max, scenario.lattice.step))
     reach = np.array([error.horizontal, error.horizontal, error.vertical])
-    boxes = grown_boxes(scenario, error)
+    boxes = grown_boxes(shapes, error)
     low, high = corner + reach, high - reach
-    return RefereeWorld(scenario, low, high, step, boxes, tuple(others), ground, corner, error, without_error)
+    return RefereeWorld(scenario, shapes, low, high, step, boxes, tuple(others), ground, corner, error, without_error)
 
 
 class RefereeWorlds:
