@@ -3,6 +3,7 @@ import pytest
 
 import skyverse as sky
 from handmade import mission, straight
+from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.flight.easier_mission import farther, slowed
 
 pytest.importorskip("rotorpy", reason='rotorpy is not installed; pip install "skyverse[flight]"')
@@ -68,6 +69,25 @@ def test_planning_anew_keeps_the_assignment_and_answers_the_same_scenario():
     assert anew.trajectories[0].at(99.0).position[0] == pytest.approx([2, 3, 2])
     assert anew.scenario == crossed.scenario
     assert not [v for v in anew.violations if v.fault is not sky.Fault.SEPARATION]
+
+
+def test_planning_anew_keeps_paths_apart_in_space():
+    ends = [((20, 0.6, 0.2), (20, 7.4, 0.2)), ((1, 4, 0.2), (39, 4, 0.2))]
+    scenario = sky.Scenario(
+        name="a crossing",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(40, 8, 8)),
+        clearance=0.1,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[sky.UAV(start=start, separation=1.0, home=-5.0) for start, _ in ends],
+        targets=[sky.Target(position=end) for _, end in ends],
+    )
+    for in_space in (True, False):
+        planned = sky.plan_mission(scenario, sky.Taut(), apart_in_space=in_space, rng=1, assignment="identity")
+        assert (not apart_by_timing_only(planned)) == in_space
+        anew = farther(planned, 0.05, "minimum-snap", 0.1)
+        assert anew.violations == ()
+        assert (not apart_by_timing_only(anew)) == in_space
 
 
 def test_uavs_that_are_planned_too_close_are_not_slowed_in_vain():

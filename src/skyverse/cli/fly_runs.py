@@ -27,7 +27,9 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
     cells = []
     for name, errors in rows:
         both = (errors.horizontal, errors.vertical)
-        cells.append([name, *(f"{metres:.3f} m" for part in both for metres in (part.median, part.most, part.largest))])
+        cells.append(
+            [name, *(f"{metres:.3f} m" for part in both for metres in (part.median, part.percentile_99, part.largest))]
+        )
     table(head, cells)
     for sentence in (*flown.checks, flown.tube_sentence):
         print(sentence)
@@ -54,7 +56,7 @@ def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written
     def errors_of(errors: "TrackingErrors") -> dict[str, Any]:
         parts = {"horizontal": errors.horizontal, "vertical": errors.vertical}
         return {
-            name: {"median": part.median, "percentile_99": part.most, "largest": part.largest}
+            name: {"median": part.median, "percentile_99": part.percentile_99, "largest": part.largest}
             for name, part in parts.items()
         }
 

@@ -33,7 +33,7 @@ def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets
     return scenario_from_data(source, data)
 
 
-def below(source: str, scenario: "Scenario", max_height: str | None) -> "Scenario":
+def with_ceiling(source: str, scenario: "Scenario", max_height: str | None) -> "Scenario":
     """Return a scenario with a ceiling above its ground, written as in ``120 m agl``, if there is one."""
     if max_height is None:
         return scenario

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from skyverse.model.scenario import Scenario
     from skyverse.model.trajectory import Trajectory
 
-KIND = "no-fly zone"
-"""The kind of obstacles that are zones."""
 METRES = 1.0
 """About how far apart the places are that are looked at along a flight."""
 MAX_PLACES = 20_000
@@ -33,8 +31,11 @@ def tell_overflights(mission: "Mission") -> None:
 def _overflown(scenario: "Scenario", trajectory: "Trajectory") -> Iterator[tuple[str, float]]:
     """Yield the zones that a flight passes over, and how many metres above them it does so at least."""
     from skyverse.draw.shape_geometry import span
+    from skyverse.model.shapes import NO_FLY_ZONE
 
-    zones = [(k, shape) for k, shape in enumerate(scenario.obstacles) if shape.kind == KIND and not shape.closed_above]
+    zones = [
+        (k, shape) for k, shape in enumerate(scenario.obstacles) if shape.kind == NO_FLY_ZONE and not shape.closed_above
+    ]
     if not zones:
         return
     import numpy as np
@@ -47,4 +48,4 @@ def _overflown(scenario: "Scenario", trajectory: "Trajectory") -> Iterator[tuple
         above = places[:, 2] - span(shape, places[:, :2])[:, 1]
         if (above > 0).any():
             name = f"obstacles[{number}]" + (f" ({shape.name})" if shape.name else "")
-            yield f"the {KIND} {name}", float(above[above > 0].min())
+            yield f"the {NO_FLY_ZONE} {name}", float(above[above > 0].min())

@@ -7,7 +7,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.apart_by_timing import tell_apart_by_timing
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
-from skyverse.cli.given_scenario import below, limited, refuse_unsafe, tell_unknown, tell_unsought, with_more
+from skyverse.cli.given_scenario import limited, refuse_unsafe, tell_unknown, tell_unsought, with_ceiling, with_more
 from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import file_name, refuse_output
 from skyverse.cli.overflights import tell_overflights
@@ -127,7 +127,7 @@ def plan(
         separation=separation,
         tracking_error=tracking_error_of(tracking_error),
     )
-    asked = below(scenario, sky.read_scenario(scenario, unknown=unknown), max_height)
+    asked = with_ceiling(scenario, sky.read_scenario(scenario, unknown=unknown), max_height)
     asked = limited(with_more(scenario, asked, uav, target), limits)
     tell_unknown(asked, unknown)
     refuse_unsafe(scenario, asked)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, extent, skin
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import NO_FLY_ZONE, Box, Cylinder, Prism, Sphere, Voxels
 
 MAX_TRIANGLES = 250_000
 """The largest number of triangles in a picture in space."""
@@ -23,7 +23,7 @@ _KIND_COLOURS = {
     "tree": "#6f8f57",
     "vegetation": "#6f8f57",
     "power line": "#6b5b95",
-    "no-fly zone": "#c8323c",
+    NO_FLY_ZONE: "#c8323c",
     "restricted": "#c8323c",
     "prohibited": "#a3123a",
     "school": "#b8860b",

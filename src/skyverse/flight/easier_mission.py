@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import partial
 
+from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError
 from skyverse.mission.flight_summaries import with_flight_summaries
 from skyverse.mission.plan_mission import plan_mission
@@ -47,8 +48,9 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
 def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> Mission:
     """Return a mission with the same starts and targets, planned by Taut with `more` metres of additional clearance.
 
-    UAVs are planned with `apart` metres of additional separation. The mission remains an answer to its own scenario,
-    and is judged with that clearance and separation.
+    UAVs are planned with `apart` metres of additional separation. Where the paths of a fleet are apart in space, those
+    planned anew are led around each other too. The mission remains an answer to its own scenario, and is judged with
+    that clearance and separation.
     """
     scenario = mission.scenario
     wider = scenario.model_copy(update={"clearance": scenario.clearance + more})
@@ -57,8 +59,11 @@ def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> 
         wider = wider.model_copy(update={"terrain": ground})
     if apart:
         wider = wider.model_copy(update={"uavs": tuple(_separated(uav, apart) for uav in scenario.uavs)})
-    resolve = mission.deconfliction is not None or apart > 0
-    plan = partial(plan_mission, planner=Taut(), rng=mission.provenance.seed, shape=shape, keep_apart=resolve)
+    flying = sum(trajectory is not None for trajectory in mission.trajectories)
+    in_space = flying > 1 and not apart_by_timing_only(mission)
+    resolve = in_space or mission.deconfliction is not None or apart > 0
+    seed = mission.provenance.seed
+    plan = partial(plan_mission, planner=Taut(), rng=seed, shape=shape, keep_apart=resolve, apart_in_space=in_space)
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # keep the assignment
         wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})

@@ -15,14 +15,14 @@ class Distribution:
 
     Attributes
     ----------
-    median, most
+    median, percentile_99
         What half of all samples, and 99 % of them, do not exceed; rounded up to millimetres.
     largest
         The largest of all.
     """
 
     median: float
-    most: float
+    percentile_99: float
     largest: float
 
 

@@ -14,6 +14,9 @@ from skyverse.model.grids import GridModel, Heights, Occupied
 from skyverse.model.polygon import edges_that_meet, is_inside
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Place, Point, Positive, Steps, listed
 
+NO_FLY_ZONE = "no-fly zone"
+"""The kind of zones that must not be flown through, where a map says nothing more of them."""
+
 
 class Shape(Model):
     """The fields that all shapes have.

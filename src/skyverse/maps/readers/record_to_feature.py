@@ -19,8 +19,8 @@ from skyverse.maps.readers.circle_radius import circle_radius
 from skyverse.maps.readers.coordinate_systems import to_globe
 from skyverse.maps.readers.polygons import MAX_EDGE_DEGREES, polygons
 from skyverse.model.altitude import AboveGround, AboveSea, Altitude
+from skyverse.model.shapes import NO_FLY_ZONE
 
-DEFAULT_KIND = "no-fly zone"
 NO_RESTRICTION = "norestriction"
 """The plain name of what ED-269's field ``restriction`` and ED-318's ``type`` say of a zone that restricts nothing.
 
@@ -106,7 +106,7 @@ def _kind(fields: Fields) -> str:
     for _, said in fields.of("building", "buildingpart"):
         if said not in ("no", "0", 0, False):
             return "building"
-    return fields.text("kind", "restriction", "zonetype", "category", "type") or DEFAULT_KIND
+    return fields.text("kind", "restriction", "zonetype", "category", "type") or NO_FLY_ZONE
 
 
 def _name(fields: Fields) -> str | None:
