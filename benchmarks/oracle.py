@@ -70,6 +70,10 @@ def excess(scenario: sky.Scenario, uav: sky.UAV, motion: Motion) -> dict[sky.Fau
         sky.Fault.SPEED: norm(v) / uav.max_speed - 1 - 1e-6,
         sky.Fault.ACCELERATION: norm(a) / uav.max_acceleration - 1 - 1e-6,
     }
+    if uav.max_climb is not None:
+        found[sky.Fault.CLIMB_RATE] = v[:, 2] / uav.max_climb - 1 - 1e-6
+    if uav.max_descent is not None:
+        found[sky.Fault.DESCENT_RATE] = -v[:, 2] / uav.max_descent - 1 - 1e-6
     wing = uav.fixed_wing
     if wing is None:
         f = a + WEIGHT
@@ -88,12 +92,13 @@ def excess(scenario: sky.Scenario, uav: sky.UAV, motion: Motion) -> dict[sky.Fau
 
 
 def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
-    """Return how deep positions are inside the deepest grown obstacle or too near to the ground, metres."""
+    """Return how deep positions are inside the deepest grown obstacle, too near to the ground or too high, metres."""
     deepest = np.full(len(p), -np.inf)
     lowest, highest = p.min(axis=0), p.max(axis=0)
     for shape in scenario.obstacles:
         if isinstance(shape, sky.Box):
             low, high = np.array(shape.min) - scenario.clearance, np.array(shape.max) + scenario.clearance
+            high[2] = np.inf if shape.closed_above else high[2]
             if np.all(low < highest) and np.all(high > lowest):
                 deepest = np.maximum(deepest, np.minimum(p - low, high - p).min(axis=1))
         elif isinstance(shape, Voxels):
@@ -101,17 +106,22 @@ def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
             for cell in np.argwhere(shape.occupied):
                 low = np.array(shape.origin) + cell * step - scenario.clearance
                 high = low + step + 2 * scenario.clearance
+                high[2] = np.inf if shape.closed_above else high[2]
                 deepest = np.maximum(deepest, np.minimum(p - low, high - p).min(axis=1))
         elif isinstance(shape, Sphere):
             deepest = np.maximum(deepest, shape.radius + scenario.clearance - norm(p - np.array(shape.centre)))
         else:
             away = beside(shape, p[:, :2]) if isinstance(shape, sky.Prism) else about(shape, p[:, :2])
-            away = np.maximum(away, np.maximum(shape.low - p[:, 2], p[:, 2] - shape.high))
+            high = np.inf if shape.closed_above else shape.high
+            away = np.maximum(away, np.maximum(shape.low - p[:, 2], p[:, 2] - high))
             deepest = np.maximum(deepest, scenario.clearance - away)
     if scenario.terrain is not None:
         own = scenario.terrain.clearance
         keep = scenario.clearance if own is None else own
-        deepest = np.maximum(deepest, ground(scenario.terrain, p[:, :2]) + keep - p[:, 2])
+        heights = ground(scenario.terrain, p[:, :2])
+        deepest = np.maximum(deepest, heights + keep - p[:, 2])
+        if scenario.max_height is not None:
+            deepest = np.maximum(deepest, p[:, 2] - heights - scenario.max_height)
     return deepest
 
 

@@ -91,3 +91,31 @@ def test_a_column_ends_at_the_lowest_place_from_which_the_uav_may_stray(start, t
     if top is not None:
         planned = sky.Airspace(given).of(0).column_top(start)[2]
         assert planned == pytest.approx(top + 1e-3, abs=1e-5)
+
+
+@pytest.mark.parametrize("turn", [0, 20, 45, 70, 90])
+@pytest.mark.parametrize("outside", [0.999, 1.001])
+def test_uavs_keep_their_separation_wherever_they_are_within_their_errors(turn, outside):
+    """Two UAVs fly side by side, one obliquely above the other."""
+    across, above, error = 5.0, 10.0, sky.TrackingError(horizontal=1.6, vertical=3.0)
+    aside, up = 2 * error.horizontal, 2 * error.vertical
+    factor = 1 + np.hypot(aside / across, up / above)
+    way = np.array([across * np.cos(np.radians(turn)), 0, above * np.sin(np.radians(turn))])
+    places = np.array([30.0, 30, 20]), [30.0, 30, 20] + outside * factor * way
+    flights = [sky.Trajectory(np.array([0.0, 2.0]), np.array([[place, [1, 0, 0]]])) for place in places]
+    uavs = [sky.UAV(start=flight.coefficients[0, 0], separation=across, tracking_error=error) for flight in flights]
+    bounds = sky.Bounds(min=(0, 0, 0), max=(100, 100, 100))
+    given = sky.Scenario(name="beside", bounds=bounds, uavs=uavs, clearance=0, lattice=sky.Lattice(step=(1, 1, 1)))
+    mission = sky.Mission(given, (None, None), (None, None), tuple(flights), (), sky.Provenance("", "", "", None, ""))
+    proven = sky.certify(given, mission).apart.verdict is sky.Verdict.PROVEN
+    assert proven == (outside > 1) == (not sky.find_conflicts(given, flights))
+    x, _, z = outside * factor * way
+    nearest = np.hypot(max(x - aside, 0) / across, max(z - up, 0) / above)
+    assert nearest >= 1 or not proven
+
+
+def test_separation_and_errors_added_up_are_too_little_obliquely_above():
+    across, above, aside, up = 5.0, 10.0, 3.2, 6.0
+    turn = np.radians(45)
+    x, z = (across + aside) * np.cos(turn), (above + up) * np.sin(turn)
+    assert np.hypot((x - aside) / across, (z - up) / above) < 0.8

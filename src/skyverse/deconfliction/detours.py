@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Gate
+from skyverse.deconfliction.find_conflicts import strayed_share
 from skyverse.model.result import Effort, Result
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
@@ -118,8 +119,10 @@ def _in_words(right: float, up: float, *, steep: bool) -> str:
 
 def _spacing(uav: UAV) -> tuple[float, float]:
     """Return how far a UAV keeps from one like itself, to the side and upwards, metres."""
-    (across, above), error = uav.ellipsoid, uav.tracking_error
-    return across + 2 * error.horizontal, above + 2 * error.vertical
+    axes, error = np.array(uav.ellipsoid), uav.tracking_error
+    factor = 1.0 + float(strayed_share(*axes, 2 * error.horizontal, 2 * error.vertical))
+    across, above = (axes * factor).tolist()
+    return across, above
 
 
 def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:

@@ -67,10 +67,7 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     semi_axis_xy, semi_axis_z = semi_axes(scenario)
     found = []
     end = last_arrival(curves, schedule, absent)
-    wide, tall = (
-        np.where(own > 0, own + error + error.max(initial=0.0), 0.0)
-        for own, error in zip(*_axes(scenario), strict=True)
-    )
+    wide, tall = (axes.max(axis=1, initial=0.0) for axes in (semi_axis_xy, semi_axis_z))
     for a, b in close_pairs(curves, schedule, wide, tall, end):
         xy, z = float(semi_axis_xy[a, b]), float(semi_axis_z[a, b])
         one, other = TimedCurve(a, departure[a], 1.0), TimedCurve(b, departure[b], 1.0)
@@ -93,25 +90,38 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
 def semi_axes(scenario: Scenario) -> tuple[Floats, Floats]:
     """Return the horizontal and vertical semi-axes of the ellipsoids that each two UAVs must keep out of.
 
-    Of their separations the larger one counts, less what is tolerated, and both tracking errors are added to it. Two
-    UAVs without a separation keep none.
+    Of their separations the larger one counts, less what is tolerated. With tracking errors the ellipsoid is enlarged,
+    so that UAVs keep the separation wherever they are within their errors. Two UAVs without a separation keep none.
 
     Returns
     -------
     tuple
         (n, n) metres each; of a pair, both are 0 where none is kept.
     """
-    own, errors = _axes(scenario)
-    larger = [np.maximum.outer(axis, axis) for axis in own]
-    xy, z = (axis + np.where(axis > 0, np.add.outer(e, e), 0.0) for axis, e in zip(larger, errors, strict=True))
+    axes = np.array([uav.ellipsoid for uav in scenario.uavs]).reshape(-1, 2).T
+    errors = np.array([(uav.tracking_error.horizontal, uav.tracking_error.vertical) for uav in scenario.uavs])
+    xy, z = (np.maximum.outer(axis, axis) for axis in axes)
+    aside, up = (np.add.outer(error, error) for error in errors.reshape(-1, 2).T)
+    factor = 1.0 + strayed_share(xy, z, aside, up)
+    xy, z = (np.maximum(axis * factor - SEPARATION_FORGIVEN, axis / 2) for axis in (xy, z))
     return xy, z
 
 
-def _axes(scenario: Scenario) -> tuple[Floats, Floats]:
-    """Return each UAV's own semi-axes, across and above, less what is tolerated, and its errors; (2, n) metres."""
-    axes = np.array([uav.ellipsoid for uav in scenario.uavs]).reshape(-1, 2)
-    errors = np.array([(uav.tracking_error.horizontal, uav.tracking_error.vertical) for uav in scenario.uavs])
-    return np.maximum(axes - SEPARATION_FORGIVEN, axes / 2).T.copy(), errors.reshape(-1, 2).T.copy()
+def strayed_share(xy: Floats, z: Floats, aside: Floats, up: Floats) -> Floats:
+    """Return by what share of itself an ellipsoid has to grow to hold what comes within an error of it.
+
+    The error is an upright cylinder, which lies in an ellipsoid of the same shape through its rim. Two ellipsoids of
+    one shape add up to a third of that shape.
+
+    Parameters
+    ----------
+    xy, z
+        Semi-axes of the ellipsoids, metres.
+    aside, up
+        The radius and half the height of the cylinder, metres.
+    """
+    rim = (np.divide(reach, axis, np.zeros_like(axis), where=axis > 0) for reach, axis in ((aside, xy), (up, z)))
+    return np.hypot(*rim)
 
 
 def last_arrival(curves: Curves, schedule: Schedule, absent: NDArray[np.bool_]) -> float:

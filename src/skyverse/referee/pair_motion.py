@@ -113,13 +113,20 @@ class FleetSeparation(NamedTuple):
 
 
 def fleet_separation(scenario: Scenario, targets: Sequence[int | None], motion: FleetMotion) -> FleetSeparation:
-    """Return the separation of each two UAVs whose motion is known: the larger one, and both tracking errors."""
+    """Return the separation of each two UAVs whose motion is known: the larger one, grown by both tracking errors.
+
+    The difference of the flown positions is within an upright cylinder about the difference of the nominal ones. Its
+    radius h and half its height v are the sums of both errors. An ellipsoid through its rim that has the shape of the
+    separation, with semi-axes a and b, is s = hypot(h / a, v / b) times as large as the separation. What is outside of
+    1 + s times the separation is outside of the separation wherever both UAVs are within their errors.
+    """
     ellipsoids = np.array([scenario.uavs[uav].ellipsoid for uav in motion.uavs])
     keep = np.maximum(ellipsoids[:, None], ellipsoids[None])
     strays = [scenario.uavs[uav].tracking_error for uav in motion.uavs]
     errors = np.array([(stray.horizontal, stray.vertical) for stray in strays]).reshape(-1, 2)
-    keep = np.where(keep > 0, keep + errors[:, None] + errors[None], 0.0)  # without a separation none is kept
-    keep[(keep <= LET_PASS).any(axis=2)] = 0.0
+    keep[(keep <= LET_PASS).any(axis=2)] = 0.0  # without a separation none is kept
+    rim = np.divide(errors[:, None] + errors[None], keep, np.zeros_like(keep), where=keep > 0)
+    keep *= 1.0 + np.hypot(rim[..., :1], rim[..., 1:])
     return FleetSeparation(scenario, targets, motion, time_slices(motion), keep[..., 0], keep[..., 1])
 
 
