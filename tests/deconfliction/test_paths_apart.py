@@ -41,8 +41,9 @@ def planned(scenario):
 
 @pytest.mark.parametrize("error", [(0.0, 0.0), (0.5, 1.0)])
 def test_a_uav_is_led_over_another_where_separation_and_both_errors_fit(error):
-    # the other one's level, the separation and both errors over it, a margin, and below the top the UAV's own error
-    top = error[1] + 0.2 + 2.0 + 2 * error[1] + 2.2 * PATH_MARGIN + error[1]
+    # the other one's level, what both keep over it, a margin, and below the top the UAV's own error
+    kept = 2.0 * (1 + np.hypot(2 * error[0] / 1.0, 2 * error[1] / 2.0))
+    top = error[1] + 0.2 + kept + 2.2 * PATH_MARGIN + error[1]
     scenario = crossing(top, error)
     mission = planned(scenario)
     assert [action.uav for action in mission.deconfliction.actions] == [1]
@@ -52,7 +53,7 @@ def test_a_uav_is_led_over_another_where_separation_and_both_errors_fit(error):
 
 def test_a_detour_with_errors_is_that_of_a_separation_that_is_larger_by_both():
     error = (0.5, 1.0)
-    astray, wider = crossing(20, error), crossing(20, (0.0, 0.0), separation=2.0)
+    astray, wider = crossing(20, error), crossing(20, (0.0, 0.0), separation=1 + np.hypot(1, 1))
     start = [(uav.start[0], uav.start[1], 3.0) for uav in astray.uavs]
     targets = [sky.Target(position=(*target.position[:2], 3.0)) for target in astray.targets]
     heights = []

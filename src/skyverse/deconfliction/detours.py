@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Gate
-from skyverse.deconfliction.find_conflicts import strayed_share
+from skyverse.deconfliction.find_conflicts import kept_ellipsoid
 from skyverse.model.result import Effort, Result
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
@@ -73,7 +73,7 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     before, after = trajectory.at(since + shares * seconds).position
     ahead = after - before
     right, up = np.array([ahead[1], -ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
-    semi_axis_xy, semi_axis_z = _spacing(uav)
+    semi_axis_xy, semi_axis_z = kept_ellipsoid(uav, uav)
     steep = np.linalg.norm(right) <= STEEP * np.linalg.norm(ahead)
     if steep:
         right, up, semi_axis_z = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0]), semi_axis_xy
@@ -117,14 +117,6 @@ def _in_words(right: float, up: float, *, steep: bool) -> str:
     return " and ".join(words)
 
 
-def _spacing(uav: UAV) -> tuple[float, float]:
-    """Return how far a UAV keeps from one like itself, to the side and upwards, metres."""
-    axes, error = np.array(uav.ellipsoid), uav.tracking_error
-    factor = 1.0 + float(strayed_share(*axes, 2 * error.horizontal, 2 * error.vertical))
-    across, above = (axes * factor).tolist()
-    return across, above
-
-
 def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
     """Return a gate's wall: four boxes around the hole, which block the path where it was.
 
@@ -132,7 +124,7 @@ def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
     contained in the spacing already, is taken off beforehand.
     """
     passed, centre, axis = np.array(gate.passed), np.array(gate.centre), gate.axis
-    semi_axis_xy, semi_axis_z = _spacing(uav)
+    semi_axis_xy, semi_axis_z = kept_ellipsoid(uav, uav)
     semi_axes = np.array([semi_axis_xy, semi_axis_xy, semi_axis_z])
     error = np.array([uav.tracking_error.horizontal, uav.tracking_error.horizontal, uav.tracking_error.vertical])
     reach = 1.5 * np.abs(centre - passed) + 2.0 * semi_axes + 2.0 * clearance - error

@@ -15,6 +15,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.detours import MakeTrajectory, plan_among
+from skyverse.deconfliction.find_conflicts import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Prism
@@ -172,10 +173,9 @@ def _off_chord(points: Floats) -> Floats:
 
 def _prism(scenario: Scenario, uav: int, other: int, a: Floats, b: Floats, off: float) -> Prism:
     """Return a prism: grown by the clearance and the UAV's own error, it holds all that is too close to a chord."""
-    pair = scenario.uavs[uav], scenario.uavs[other]
-    error = scenario.uavs[other].tracking_error
-    beside = max(vehicle.ellipsoid[0] for vehicle in pair) + error.horizontal
-    above = max(vehicle.ellipsoid[1] for vehicle in pair) + error.vertical
+    own = scenario.uavs[uav].tracking_error
+    beside, above = kept_ellipsoid(scenario.uavs[uav], scenario.uavs[other])
+    beside, above = beside - own.horizontal, above - own.vertical
     wide = max(beside + PATH_MARGIN + off - scenario.clearance, PATH_MARGIN / 4)
     tall = max(above + PATH_MARGIN + off - scenario.clearance, PATH_MARGIN / 4)
     way = (b - a)[:2]
