@@ -86,11 +86,12 @@ def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_
     assert airspace.world.free(positions).all()
 
 
-def test_the_planner_sees_the_wall_of_a_uav_that_strays_as_that_of_one_that_keeps_both_errors_more():
+def test_the_planner_sees_the_wall_of_a_uav_that_strays_as_that_of_one_that_keeps_as_much():
     gate = Gate((5.0, 5.0, 30.0), (5.0, 9.0, 30.0), 0, "4 m to the left")
     error = sky.TrackingError(horizontal=1.5, vertical=2.0)
     strays = sky.UAV(start=(0, 0, 0), separation=2, vertical_separation=4, tracking_error=error)
-    wider = sky.UAV(start=(0, 0, 0), separation=5, vertical_separation=8)
+    kept = 1 + np.hypot(2 * 1.5 / 2, 2 * 2.0 / 4)
+    wider = sky.UAV(start=(0, 0, 0), separation=2 * kept, vertical_separation=4 * kept)
     grown = np.array([0.0, error.horizontal, error.vertical])  # along the first axis the wall is thin
     points = np.random.default_rng(1).uniform((5, -30, 0), (5, 45, 60), (20000, 3))
     seen = [
