@@ -56,3 +56,51 @@ def test_uavs_without_an_error_share_one_certificate():
     both = sky.Mission(two, (0, None), exact.results * 2, exact.trajectories * 2, (), exact.provenance)
     one, other = leg_certificates(both, two, "amsl")
     assert one is other
+
+
+def hillside(error, above, clearance=1.0):
+    """A mission from a hillside to another place on it; start and target are some metres above ground."""
+    x = np.arange(31) * 4.0
+    heights = 10 + 0.3 * x[:, None] + 4 * np.sin(x[:, None] / 20) * np.cos(x / 25)
+    ground = sky.Terrain(origin=(0, 0), step=(4, 4), heights=heights)
+    start, target = (
+        (*place, float(ground.height(np.array(place))) + above) for place in ((10.3, 12.3), (105.7, 100.4))
+    )
+    scenario = sky.Scenario(
+        name="hillside",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(120, 120, 90)),
+        terrain=ground,
+        clearance=clearance,
+        lattice=sky.Lattice(step=(4, 4, 4), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[{"start": start, "tracking_error": error}],
+        targets=[{"position": target}],
+        frame=sky.Frame(origin=sky.Origin(latitude=47, longitude=8, altitude=400)),
+    )
+    return sky.plan_mission(scenario, sky.Taut())
+
+
+GNSS = sky.TrackingError(horizontal=1.6, vertical=3.0)
+
+
+@pytest.mark.parametrize("altitude", ["amsl", "agl"])
+@pytest.mark.parametrize("error", [sky.TrackingError(), GNSS], ids=["exact", "strays"])
+def test_a_uav_on_a_hillside_can_be_as_near_to_the_ground_as_its_clearance(error, altitude):
+    planned = hillside(error, above=1.0)
+    assert planned.violations == ()
+    (route,) = routes(planned, altitude=altitude)
+    allowance = 0.02 + 0.016 * np.hypot(0.5, 0.2)
+    assert (planned.scenario.terrain.height(route.points[:, :2]) + 1 - allowance <= route.points[:, 2]).all()
+
+
+@pytest.mark.parametrize("above", [1.0, 3.0])
+def test_the_first_climb_leads_out_of_the_column(above):
+    planned = hillside(GNSS, above)
+    (route,) = routes(planned, takeoff=0.0)
+    top = sky.Problem(planned.scenario).start
+    assert route.takeoff > top[2] - route.points[0, 2]
+    np.testing.assert_allclose(route.points[:2, :2], [top[:2], top[:2]], atol=1e-9)
+    assert route.waypoint_times[0] == pytest.approx(route.times[0])
+    first = planned.trajectories[0].at(route.times[0]).position[0]
+    np.testing.assert_allclose(first, top, atol=1e-3)
+    assert (np.diff(route.points[:, 2])[0] > 0) & (route.waypoints[:-1, 2] >= top[2]).all()

@@ -7,6 +7,7 @@ the ground, and MAVLink rounds to 1e-7 degrees. The difference is bounded for ea
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SEAM_MARGIN
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tube import NO_ERROR, raised
 from skyverse.space.world import World
 
 LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
@@ -170,7 +171,7 @@ class LegChecker:
             low, high = float(above.min()), float(above.max())
             needed = self.scenario.ground_clearance - LEG_ALLOWANCE / 2
             if strays and self.error != NO_ERROR:
-                rise = self.error.vertical + self.error.horizontal * steepest(self.scenario.terrain)
+                rise = self._rise(ends)
                 low, high = low - rise, high + rise
             if low < needed:
                 return Checked(f"it is {low:.4g} m above ground, and {needed:.4g} m are required")
@@ -178,6 +179,21 @@ class LegChecker:
                 most = self.scenario.max_height
                 return Checked(f"it is {high:.4g} m above ground, above the ceiling of {most:.4g} m")
         return self._checked(a[None], b[None], self.apart(a, b), strays)
+
+    def _rise(self, ends: Floats) -> float:
+        """Return how many metres the error takes, at most, of the heights above ground of a leg between two ends."""
+        terrain, higher = self.scenario.terrain, self._higher
+        assert terrain is not None
+        places = ends[0, :2] + _breaks(terrain, *ends)[:, None] * (ends[1] - ends[0])[:2]
+        taken = higher.height(places) - terrain.height(places)
+        return float(taken.max() + _bends(taken).max() / 8)
+
+    @cached_property
+    def _higher(self) -> Terrain:
+        """The terrain, raised by what it may rise, and the UAV sink, within the error."""
+        higher = raised(self.scenario.terrain, self.error)
+        assert higher is not None
+        return higher
 
     def corner(self, entered: Floats, before: Floats, at: Floats, after: Floats, radius: float) -> Checked:
         """Return what is found of all ways that an autopilot may fly around a corner to the next vertex.
@@ -250,15 +266,25 @@ class LegChecker:
         return Checked(None, (Segments(starts, ends, growth, strays),))
 
     def grown(self, extra: float) -> Scenario:
-        """Return the scenario with clearances, also below the ceiling, less `LEG_ALLOWANCE` plus `extra` metres."""
+        """Return the scenario with clearances, also below the ceiling, less the allowance plus `extra` metres."""
         clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
         terrain, most = self.scenario.terrain, self.scenario.max_height
         if terrain is not None:
             steep = extra + MAVLINK_ROUNDING * steepest(terrain)
-            above = max(self.scenario.ground_clearance - LEG_ALLOWANCE, 0.0) + steep
+            above = max(self.scenario.ground_clearance - ground_allowance(self.scenario), 0.0) + steep
             terrain = None if self.reference == "agl" else terrain.model_copy(update={"clearance": above})
-            most = None if most is None or self.reference == "agl" else most + LEG_ALLOWANCE - steep
+            most = None if most is None or self.reference == "agl" else most + ground_allowance(self.scenario) - steep
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain, "max_height": most})
+
+
+def ground_allowance(scenario: Scenario) -> float:
+    """Return by how many metres an exported leg may come nearer to the ground, or the ceiling, than its clearance.
+
+    That is what rounding takes of the altitude, and sideways where the ground is steepest: starts and targets may lie
+    on their limits.
+    """
+    slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain)
+    return LEG_ALLOWANCE + MAVLINK_ROUNDING * slope
 
 
 def towards(way: Floats, radius: float) -> Floats:
@@ -282,6 +308,15 @@ def steepest(terrain: Terrain) -> float:
 
 def _swell(terrain: Terrain, a: Floats, b: Floats) -> float:
     """Return how many metres the ground under a leg deviates from the straight line between its heights at the ends."""
+    at = _breaks(terrain, a, b)
+    level = terrain.height(a[:2] + at[:, None] * (b - a)[:2])
+    off = level - (level[0] + at * (level[-1] - level[0]))
+    size = np.abs(off)
+    return float(np.max(np.maximum(np.maximum(size[:-2:2], size[1:-1:2]), size[2::2]) + _bends(off) / 2))
+
+
+def _breaks(terrain: Terrain, a: Floats, b: Floats) -> Floats:
+    """Return where a leg crosses the lines of a terrain's grid, and the middles between them, as shares, (2n + 1,)."""
     shares = [0.0, 1.0]
     for axis in range(2):
         if a[axis] != b[axis]:
@@ -289,10 +324,9 @@ def _swell(terrain: Terrain, a: Floats, b: Floats) -> float:
             whole = np.arange(math.ceil(lines.min()), math.floor(lines.max()) + 1)
             shares += list((whole - lines[0]) / (lines[1] - lines[0]))
     at = np.unique(np.clip(shares, 0.0, 1.0))
-    at = np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
-    level = terrain.height(a[:2] + at[:, None] * (b - a)[:2])
-    off = level - (level[0] + at * (level[-1] - level[0]))
-    first, middle, last = off[:-2:2], off[1:-1:2], off[2::2]
-    # along the leg the ground is quadratic in each cell and exceeds its three samples by at most 1/8 of this
-    bend = np.abs(first - 2 * middle + last)
-    return float(np.max(np.maximum(np.maximum(np.abs(first), np.abs(middle)), np.abs(last)) + bend / 2))
+    return np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
+
+
+def _bends(values: Floats) -> Floats:
+    """Return the second differences, (n,), of what is quadratic between `_breaks`: it exceeds them by 1/8 at most."""
+    return np.abs(values[:-2:2] - 2 * values[1:-1:2] + values[2::2])

@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.exports.autopilot_leg_clearance import LegChecker, ground_allowance
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
@@ -79,8 +80,9 @@ class Route:
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
         name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LEG_ALLOWANCE, 0)
-        low = max(scenario.ground_clearance - LEG_ALLOWANCE, 0)
-        high = "" if scenario.max_height is None else f" to {scenario.max_height + LEG_ALLOWANCE:.5g}"
+        allowance = ground_allowance(scenario)
+        low = max(scenario.ground_clearance - allowance, 0)
+        high = "" if scenario.max_height is None else f" to {scenario.max_height + allowance:.5g}"
         ground = "" if scenario.terrain is None else f", {low:.4g}{high} m above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
@@ -107,7 +109,8 @@ def route(
     radius
         The largest acceptance radius, metres. It is halved until every leg and every cut corner is clear.
     takeoff
-        The height of the first climb, metres; halved twice, then left out, where an obstacle is above the start.
+        The height of the first climb, metres, and at least `radius` above the top of a column over the start; what is
+        above that top is halved twice, then left out, where an obstacle is above the start.
     stops
         Whether the UAV stops at every waypoint and cuts no corner.
 
@@ -118,14 +121,18 @@ def route(
     """
     legs = certificate.legs
     scenario = legs.scenario
-    instants, curve = _samples(trajectory)
     said: str | Obstruction = ""
-    for climb in [takeoff, takeoff / 2, takeoff / 4, 0.0] if takeoff > 0 else [0.0]:
-        lifted = curve[0] + np.array([0.0, 0.0, climb])
-        if climb and legs.leg(curve[0], lifted).fault is not None:
+    instants, curve = _samples(trajectory)
+    foot, risen = curve[0], 0 if stops else _samples_in_column(legs, curve)
+    instants, curve = instants[risen:], curve[risen:]
+    height = float(curve[0, 2] - foot[2]) if risen else 0.0
+    more = max(takeoff - height, radius if risen else 0.0)  # the corner above a column may be cut
+    for climb in [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]:
+        lifted = foot + np.array([0.0, 0.0, climb])
+        if climb > height and legs.leg(foot, lifted).fault is not None:
             continue
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
-            search = WaypointPlacement(legs, curve, climb, 0.0 if stops else size, size, may_stop)
+            search = WaypointPlacement(legs, foot, curve, climb, 0.0 if stops else size, size, may_stop)
             found = search.run()
             if isinstance(found, Obstruction):
                 said = found
@@ -171,9 +178,18 @@ def _made(
     times = times + np.cumsum(np.r_[0.0, holds[:-1]])
     if climb:
         holds = np.r_[0.0, holds]
-        points = np.concatenate([curve[:1], points])
+        points = np.concatenate([search.begin, points])
         times = np.concatenate([times[:1], times])
     return Route(uav, points, times, radius, climb, off, holds, bends)
+
+
+def _samples_in_column(legs: LegChecker, curve: Floats) -> int:
+    """Return how many samples of a curve are in the column over its start, below the column's top."""
+    for foot, top in legs.columns:
+        if np.abs(foot - curve[0]).max() <= SAME_PLACE:
+            below = (np.abs(curve[:, :2] - foot[:2]).max(axis=1) <= SAME_PLACE) & (curve[:, 2] < top[2] - SAME_PLACE)
+            return int(np.argmin(below))
+    return 0
 
 
 def _samples(trajectory: Trajectory) -> tuple[Floats, Floats]:

@@ -29,12 +29,12 @@ class WaypointPlacement:
     """A search that places waypoints on a curve, and moves them outwards where legs come too near to obstacles."""
 
     def __init__(
-        self, legs: LegChecker, curve: Floats, climb: float, radius: float, reach: float, may_stop: bool
+        self, legs: LegChecker, foot: Floats, curve: Floats, climb: float, radius: float, reach: float, may_stop: bool
     ) -> None:
         self.legs, self.curve, self.radius, self.reach, self.may_stop = legs, curve, radius, reach, may_stop
         self.stopped: set[int] = set()
-        lifted = curve[0] + np.array([0.0, 0.0, climb])
-        self.begin = curve[:1] if climb else curve[:0]
+        lifted = foot + np.array([0.0, 0.0, climb])
+        self.begin = foot[None] if climb else curve[:0]
         self.nodes: list[tuple[int, Floats]] = [(0, lifted), (len(curve) - 1, curve[-1])]
         self.pushed: dict[int, float] = {}
 
