@@ -22,11 +22,12 @@ from skyverse.draw.page import scene_data
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
 from skyverse.draw.scene import scene
-from skyverse.draw.shape_geometry import coarser, extent, faces, footprint, span, surface
+from skyverse.draw.shape_geometry import coarser, faces, footprint, span, surface
 from skyverse.draw.triangulation import triangles, turned
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Bounds
+from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from towns import buildings, hills, rectangle, town, with_terrain
 

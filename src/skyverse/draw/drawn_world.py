@@ -7,11 +7,11 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.relief import Relief, along, cleared, relief
-from skyverse.draw.shape_geometry import extent
 from skyverse.draw.shape_kinds import ShapeKind, shapes_by_kind
 from skyverse.draw.track import Track
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box
 
 MAX_MAP_HEIGHTS = 700

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.draw.triangulation import joined, triangles, turned
+from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
 DrawnShape = Box | Cylinder | Sphere | Prism | Voxels
@@ -19,22 +20,6 @@ _TRIANGLES = "013 032 467 475 045 051 237 276 026 064 157 173"  # two for each s
 _FACES = np.array([[int(corner) for corner in triangle] for triangle in _TRIANGLES.split()])
 _SIDES = np.array(((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)))
 _STROKE = [int(corner) for corner in "0462015457673231"]  # one line along all twelve edges, three of them twice
-
-
-def extent(shape: DrawnShape) -> tuple[Floats, Floats]:
-    """Return the least and the greatest corner of the box around a shape, (3,) metres each."""
-    if isinstance(shape, Box):
-        return np.array(shape.min), np.array(shape.max)
-    if isinstance(shape, Sphere):
-        return np.array(shape.centre) - shape.radius, np.array(shape.centre) + shape.radius
-    if isinstance(shape, Voxels):
-        low = np.array(shape.origin)
-        return low, low + np.array(shape.step) * shape.occupied.shape
-    if isinstance(shape, Cylinder):
-        low, high = np.array(shape.centre) - shape.radius, np.array(shape.centre) + shape.radius
-    else:
-        low, high = np.min(shape.vertices, axis=0), np.max(shape.vertices, axis=0)
-    return np.append(low, shape.low), np.append(high, shape.high)
 
 
 def footprint(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:

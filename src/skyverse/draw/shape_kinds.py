@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, extent, skin
+from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, skin
+from skyverse.model.airspace_kinds import is_airspace
+from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import NO_FLY_ZONE, Box, Cylinder, Prism, Sphere, Voxels
 
 MAX_TRIANGLES = 250_000
@@ -34,7 +36,6 @@ _KIND_COLOURS = {
     "furniture": "#5c6f82",
 }
 _OTHER_COLOURS = ("#7b61a8", "#3b8ea5", "#a0522d", "#5f7f3f", "#96487a", "#5a6ea8", "#8a7a2a", "#4d7f74")
-_AIRSPACE_WORDS = ("zone", "space", "restricted", "prohibited", "danger", "fly", "corridor", "geofence")
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +106,7 @@ def shapes_by_kind(
             count=len(numbers),
             shapes=tuple(everything[k] for k in numbers if drawn[k]),
             colour=_colour(name, others),
-            solid=not soft and name != "obstacle" and not any(word in name.lower() for word in _AIRSPACE_WORDS),
+            solid=not soft and name != "obstacle" and not is_airspace(name),
             sides=sides,
         )
         for (soft, name), numbers in sorted_

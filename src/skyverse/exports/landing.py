@@ -7,14 +7,15 @@ from functools import lru_cache
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.shape_geometry import extent
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
+from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.polygon import is_inside
 from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere, Voxels
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
@@ -24,6 +25,8 @@ TOUCHDOWN = 1.0
 
 def surface_below(scenario: Scenario, place: Floats, floor: float | None = None) -> float:
     """Return z of what is below a place (3,): the highest roof that is not above it, or the ground; metres.
+
+    No-fly zones and other airspace carry nobody.
 
     Parameters
     ----------
@@ -40,7 +43,8 @@ def surface_below(scenario: Scenario, place: Floats, floor: float | None = None)
         floor = scenario.bounds.min[2] if scenario.terrain is None else float(scenario.terrain.height(place[:2]))
     low, high = _outlines(_SameObstacles(scenario.obstacles))
     around = np.flatnonzero(((low <= place[:2]) & (place[:2] <= high)).all(axis=1)).tolist()
-    tops = [top for k in around for top in _tops(scenario.obstacles[k], x, y) if top <= z + LEG_ALLOWANCE]
+    roofs = [scenario.obstacles[k] for k in around if not is_airspace(scenario.obstacles[k].kind)]
+    tops = [top for roof in roofs for top in _tops(roof, x, y) if top <= z + LEG_ALLOWANCE]
     return min(max([floor, *tops]), z)
 
 

@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.shape_geometry import extent, footprint
+from skyverse.draw.shape_geometry import footprint
 from skyverse.exports.global_positions import origin_of
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 
 CIRCLE_CORNERS = 32

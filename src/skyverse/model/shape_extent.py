@@ -1,0 +1,22 @@
+"""The box around a shape."""
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
+
+
+def extent(shape: Box | Cylinder | Sphere | Prism | Voxels) -> tuple[Floats, Floats]:
+    """Return the least and the greatest corner of the box around a shape, (3,) metres each."""
+    if isinstance(shape, Box):
+        return np.array(shape.min), np.array(shape.max)
+    if isinstance(shape, Sphere):
+        return np.array(shape.centre) - shape.radius, np.array(shape.centre) + shape.radius
+    if isinstance(shape, Voxels):
+        low = np.array(shape.origin)
+        return low, low + np.array(shape.step) * shape.occupied.shape
+    if isinstance(shape, Cylinder):
+        low, high = np.array(shape.centre) - shape.radius, np.array(shape.centre) + shape.radius
+    else:
+        low, high = np.min(shape.vertices, axis=0), np.max(shape.vertices, axis=0)
+    return np.append(low, shape.low), np.append(high, shape.high)
