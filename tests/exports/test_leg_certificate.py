@@ -124,3 +124,49 @@ def test_a_route_below_a_ceiling_says_how_high_above_ground_it_was_proven_to_sta
     low = replace(mission, scenario=mission.scenario.model_copy(update={"max_height": most - 25.0}))
     with pytest.raises(sky.InputError):
         sky.routes(low)
+
+
+TOUCHING = {
+    "boxes": (sky.Box(min=(-10, -20, 0), max=(10, -2, 40)), sky.Box(min=(-10, 2, 0), max=(10, 20, 40))),
+    "prisms": tuple(
+        sky.Prism(vertices=((-10, low), (10, low), (10, low + 18), (-10, low + 18)), low=0, high=40) for low in (-20, 2)
+    ),
+    "cylinders": tuple(sky.Cylinder(centre=(0, y), radius=8, low=0, high=40) for y in (-10, 10)),
+    "spheres": tuple(sky.Sphere(centre=(0, y, 15), radius=8) for y in (-10, 10)),
+}
+
+
+@pytest.mark.parametrize("shapes", TOUCHING.values(), ids=TOUCHING)
+@pytest.mark.parametrize("wider", [0.0, 1e-4])
+def test_no_leg_is_proven_that_leads_between_shapes_that_touch_when_they_are_grown(monkeypatch, shapes, wider):
+    mission = handmade.mission([handmade.along([(-90, 0, 50), (90, 0, 50)], 10)], clearance=2.0, origin=ORIGIN)
+    given = mission.scenario.model_copy(update={"obstacles": shapes, "clearance": 2.0 - wider})
+    proof = certificate(replace(mission, scenario=given))
+    line = np.array([(-40, 0, 15), (40, 0, 15)], dtype=float), 0.0, np.zeros(2)
+    searched = proof.legs.trouble(*line)
+    assert (searched is None) == (wider > 0)
+    monkeypatch.setattr(World, "first_crossing", lambda *args: None)
+    blind = certificate(replace(mission, scenario=given))
+    assert blind.legs.trouble(*line) is None
+    assert blind.refused([line]) == (set() if wider else {0})
+    assert "between" in proof.sentence(searched[1]) if searched else wider
+
+
+def test_a_start_that_touches_a_grown_obstacle_is_exported():
+    mission = handmade.mission(
+        [handmade.along([(0, 0, 30), (0, 50, 30)], 10)], boxes=[((1, -5, 0), (10, 5, 60))], clearance=1.0, origin=ORIGIN
+    )
+    (route,) = sky.routes(mission)
+    assert len(route.points) == 2
+    nearer = mission.scenario.model_copy(update={"clearance": 1.001})
+    with pytest.raises(sky.InputError, match=r"comes within 1 m of obstacle 0"):
+        sky.routes(replace(mission, scenario=nearer))
+
+
+def test_no_leg_is_proven_that_leads_between_a_grown_shape_and_the_bounds_that_it_touches():
+    shape = (sky.Box(min=(-10, -20, handmade.LOW[2] + 2), max=(10, 20, 140)),)
+    mission = handmade.mission([handmade.along([(-90, 0, 50), (90, 0, 50)], 10)], clearance=2.0, origin=ORIGIN)
+    proof = certificate(replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": shape})))
+    for z, x in ((handmade.LOW[2], 40), (handmade.LOW[2] - 0.002, 40)):
+        line = np.array([(-x, 0, z), (x, 0, z)]), 0.0, np.zeros(2)
+        assert proof.legs.trouble(*line) is not None

@@ -18,7 +18,14 @@ from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SAME_PLACE, SEAM_MARGIN
+from skyverse.numerics.tolerances import (
+    LEG_ALLOWANCE,
+    MAVLINK_ROUNDING,
+    MIN_GROWTH,
+    SAME_PLACE,
+    SEAM_MARGIN,
+    SURFACE_DEPTH,
+)
 from skyverse.space.tube import NO_ERROR, raised
 from skyverse.space.world import World
 
@@ -36,7 +43,7 @@ MIN_EARTH_RADIUS = 6_335_439.0
 
 
 class Segments(NamedTuple):
-    """Straight segments that keep clear of all obstacles by more than the clearance.
+    """Straight segments that keep clear of all obstacles by the clearance.
 
     Attributes
     ----------
@@ -46,12 +53,15 @@ class Segments(NamedTuple):
         Metres beside the clearance less `LEG_ALLOWANCE`.
     strays
         Whether the tracking error counts, as everywhere but in a column over the UAV's own start or target.
+    touches
+        Whether some of them are so near to a grown shape that they may lead through a seam, between shapes that touch.
     """
 
     starts: Floats
     ends: Floats
     growth: float
     strays: bool = True
+    touches: bool = False
 
 
 class Checked(NamedTuple):
@@ -258,12 +268,17 @@ class LegChecker:
         growth = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
         both = np.concatenate([starts, ends])
         room = float(np.minimum(both - world.space.low, world.space.high - both).min())
-        if room < extra - LEG_ALLOWANCE:
+        if room < max(extra - LEG_ALLOWANCE, -SURFACE_DEPTH):
             return Checked(f"it may be {extra - room:.3g} m out of bounds")
-        met = world.first_crossing(starts, ends, growth + SEAM_MARGIN)
+        met = world.first_crossing(starts, ends, growth)
         if met is not None:
             return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth, strays))
-        return Checked(None, (Segments(starts, ends, growth, strays),))
+        touches = world.first_crossing(starts, ends, growth + 2 * SEAM_MARGIN) is not None
+        if touches:
+            sealed = np.flatnonzero(~world.segments_free(starts, ends, margin=growth))
+            if len(sealed):
+                return Checked(Segments(starts[sealed[:1]], ends[sealed[:1]], growth, strays, True))
+        return Checked(None, (Segments(starts, ends, growth, strays, touches),))
 
     def grown(self, extra: float) -> Scenario:
         """Return the scenario with clearances, also below the ceiling, less the allowance plus `extra` metres."""

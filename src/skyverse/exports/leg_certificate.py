@@ -15,10 +15,14 @@ from skyverse.exports.global_positions import home
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.clearance import judge_segments
+from skyverse.referee.seams import Seam, find_seam
+from skyverse.referee.tolerances import HALF_SEAM, LET_PASS
 from skyverse.referee.tube import named
 from skyverse.referee.world import RefereeWorld, referee_world
 from skyverse.space.tube import NO_ERROR
 
+SEAM_WIDTH = LET_PASS + 2 * HALF_SEAM
+"""Metres: what keeps as much from all grown shapes leads through no seam. The referee lets pass the first of it."""
 SEGMENTS_AT_ONCE = 20_000
 """Segments that the referee judges together, which bounds the memory."""
 
@@ -40,30 +44,39 @@ class LegCertificate:
 
     def refused(self, polylines: Sequence[Polyline]) -> set[int]:
         """Return the numbers of polylines that are not proven; the checker then knows which of their parts are not."""
-        wanted: dict[tuple[float, bool], list[tuple[int, bytes, Segments]]] = defaultdict(list)
+        wanted: dict[tuple[float, bool, bool], list[tuple[int, bytes, Segments]]] = defaultdict(list)
         for number, polyline in enumerate(polylines):
             for _, checked, key in self.legs.parts(*polyline):
                 for segments in checked.clear:
-                    wanted[segments.growth, segments.strays].append((number, key, segments))
+                    wanted[segments[2:]].append((number, key, segments))
         found = set()
-        for (growth, strays), parts in wanted.items():
+        for (growth, strays, touches), parts in wanted.items():
+            world = self._world(growth if touches else growth + SEAM_WIDTH, strays)
             for batch in _batches(parts):
-                found |= self._refused(growth, strays, batch)
+                found |= self._refused(world, touches, batch)
         return found
 
-    def _refused(self, growth: float, strays: bool, parts: list[tuple[int, bytes, Segments]]) -> set[int]:
-        """Judge parts of the same growth, without those that are refused, until the others are proven."""
+    def _refused(self, world: RefereeWorld, touches: bool, parts: list[tuple[int, bytes, Segments]]) -> set[int]:
+        """Judge parts in one world, without those that are refused, until the others are proven.
+
+        Only what `touches` grown shapes may lead through a seam: the world of all else is grown by the width of seams.
+        """
         found = set()
         while parts:
             of = np.repeat(np.arange(len(parts)), [len(segments.starts) for _, _, segments in parts])
             starts = np.concatenate([segments.starts for _, _, segments in parts])
             ends = np.concatenate([segments.ends for _, _, segments in parts])
-            peaks, incursion = judge_segments(self._world(growth, strays), starts, ends)
-            if incursion is None and peaks.proven[0]:
+            peaks, incursion = judge_segments(world, starts, ends)
+            if incursion is not None:
+                piece: int | None = incursion.segment
+            elif not peaks.proven[0]:
+                piece = int(max(peaks.stuck[0], 0))
+            else:
+                piece = _first_seam(world, starts, ends) if touches else None
+            if piece is None:
                 break
-            piece = incursion.segment if incursion is not None else int(max(peaks.stuck[0], 0))
-            number, key, _ = parts.pop(int(of[piece]))
-            self.legs.refuse(key, Segments(starts[piece : piece + 1], ends[piece : piece + 1], growth, strays))
+            number, key, segments = parts.pop(int(of[piece]))
+            self.legs.refuse(key, segments._replace(starts=starts[piece : piece + 1], ends=ends[piece : piece + 1]))
             found.add(number)
         return found
 
@@ -74,6 +87,9 @@ class LegCertificate:
         world = self._world(fault.growth, fault.strays)
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:
+            seam = _seam(world, fault.starts[0], fault.ends[0])
+            if seam is not None:
+                return seam.sentence(world.scenario, "it", "there").rstrip(".")
             return "whether it keeps the clearance could not be decided"
         return incursion.sentence(world.scenario, named("it", world.error), "there")
 
@@ -82,6 +98,16 @@ class LegCertificate:
         if key not in self.worlds:
             self.worlds[key] = referee_world(self.legs.grown(growth), key[1])
         return self.worlds[key]
+
+
+def _seam(world: RefereeWorld, start: Floats, end: Floats) -> Seam | None:
+    """Return a seam that a segment between two places, (3,) metres each, leads through, or may lead through."""
+    return find_seam(world, np.stack([start, end])[None], np.zeros(1))
+
+
+def _first_seam(world: RefereeWorld, starts: Floats, ends: Floats) -> int | None:
+    """Return the first of some segments that is not proven to lead through no seam."""
+    return next((k for k, ends_at in enumerate(zip(starts, ends, strict=True)) if _seam(world, *ends_at)), None)
 
 
 def _batches(parts: list[tuple[int, bytes, Segments]]) -> list[list[tuple[int, bytes, Segments]]]:

@@ -228,10 +228,10 @@ MIN_GROWTH = 0.01
 MAVLINK_ROUNDING = 0.016
 """Metres: the largest error of degrees that QGroundControl truncates to 1e-7 and of single-precision altitudes."""
 
-LEG_ALLOWANCE = 0.02001
+LEG_ALLOWANCE = 0.02
 """Metres: an exported leg may violate clearance or bounds by this, since starts and targets may lie on their limits.
 
-It is the least growth that covers `MAVLINK_ROUNDING`, and a little more, so that what touches a limit is decided.
+It is the least growth that covers `MAVLINK_ROUNDING`, so that what touches a limit still touches it with that growth.
 """
 
 THIN_OVERLAP = 0.2
