@@ -1,6 +1,7 @@
 """Random missions on the globe, made without planning, and local metres by somebody else's geodesy."""
 
 import itertools
+import zipfile
 
 import numpy as np
 
@@ -127,3 +128,9 @@ def under(scenario, points):
     terrain = scenario.terrain
     axes = [terrain.origin[k] + terrain.step[k] * np.arange(terrain.heights.shape[k]) for k in (0, 1)]
     return RegularGridInterpolator(axes, terrain.heights)(points[:, :2])
+
+
+def waylines(path):
+    """The text of the waylines in an archive."""
+    with zipfile.ZipFile(path) as archive:
+        return archive.read("wpmz/waylines.wpml").decode()

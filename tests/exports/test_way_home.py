@@ -10,7 +10,7 @@ import pytest
 
 import skyverse as sky
 from skyverse.exports.return_home import certified
-from skyverse.exports.way_home import ReturnLines, return_worlds
+from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
@@ -212,7 +212,7 @@ def test_a_landing_beside_a_ledge_is_refused(tmp_path):
 def test_a_way_home_across_another_path_is_told(tmp_path):
     east = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
     beside = handmade.along([(-100, 100, 50), (100, 100, 50)], 40)
-    across = handmade.along([(0, -100, 80), (0, 60, 80)], 40)
+    across = handmade.along([(0, -100, 55), (0, 60, 55)], 40)
     _, notes = exported(handmade.mission([east, beside], origin=ORIGIN), tmp_path)
     assert sum("keeps its separation from the paths of all others" in note for note in notes) == 2
     _, notes = exported(handmade.mission([east, across], origin=ORIGIN), tmp_path, allow_close=True)
@@ -248,6 +248,7 @@ def test_half_the_ground_clearance_is_kept_where_that_is_smaller_than_the_cleara
     assert "are clear by 6 m, above ground by 0.25 m" in " ".join(notes)
     for height, proven in ((1.0, False), (3.0, True)):  # of a line that stands for all within 2 m of it
         level = np.array([[-100.0, 0.0, height], [100.0, 0.0, height]])
-        low = ReturnLines(level[:1], level[1:], np.array([2.0]), np.array([True]))
-        (judged,) = certified(mission.scenario, return_worlds(mission.scenario), [replace(back, lines=low)])
+        two, yes = np.array([2.0]), np.array([True])
+        low = ReturnLines(level[:1], level[1:], two, two, two, level[:1] - 2, level[1:] + 2, yes, yes)
+        (judged,) = certified(mission.scenario, ReturnSpace(mission.scenario), [replace(back, lines=low)])
         assert judged.proven == proven

@@ -48,6 +48,9 @@ class Autopilot(NamedTuple):
         The highest speed that may be commanded, m/s.
     max_waypoints
         The largest number of waypoints that one file may have.
+    rises
+        The least and the greatest height above the place of take-off, metres, to which its file can tell it to rise
+        before it flies to the first waypoint; ``None`` where the mission has a take-off of any height.
     """
 
     name: AutopilotName
@@ -57,6 +60,7 @@ class Autopilot(NamedTuple):
     waits_above: bool
     max_speed: float
     max_waypoints: int
+    rises: tuple[float, float] | None = None
 
 
 AUTOPILOTS: dict[AutopilotName, Autopilot] = {
@@ -64,7 +68,7 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
     "px4": Autopilot("px4", "PX4", Rates(1.5, 3.0, 1.5, 3.0), False, False, math.inf, 700),
     # WPNAV_SPEED_UP for takeoff and climb, WPNAV_SPEED_DN, WPNAV_ACCEL
     "ardupilot": Autopilot("ardupilot", "ArduPilot", Rates(2.5, 2.5, 1.5, 2.5), False, False, math.inf, 700),
-    "dji": Autopilot("dji", "DJI", Rates(3.0, 3.0, 2.0, 2.5), True, True, 15.0, 99),
+    "dji": Autopilot("dji", "DJI", Rates(3.0, 3.0, 2.0, 2.5), True, True, 15.0, 99, (1.2, 1500.0)),
 }
 
 

@@ -174,8 +174,7 @@ def flight_plans(
     for one, rate, home, climb in zip(flown, rates, homes, climbs, strict=True):
         delay = round(max(max(late, 0.0) + float(one.times[0]) - climb, 0.0), 3)
         wait = (0.0, delay) if autopilot.waits_above else (delay, 0.0)
-        limit = scenario.uavs[one.uav].max_speed
-        limit = min(limit, autopilot.max_speed)
+        limit = min(scenario.uavs[one.uav].max_speed, autopilot.max_speed)
         wing = scenario.uavs[one.uav].fixed_wing
         blank = FlightPlan(one, autopilot, rate, home, *wait, np.ones(len(one.waypoints) - 1))
         speeds = _speeds(blank, limit) if wing is None else np.full(len(blank.speeds), wing.speed)

@@ -105,12 +105,17 @@ def require_reference(scenario: Scenario, reference: str, allowed: tuple[Altitud
         )
 
 
-def global_positions(scenario: Scenario, uav: int, points: Floats, reference: AltitudeReference) -> GlobalPositions:
-    """Return the global positions of a UAV's `points`, (n, 3) local metres."""
+def global_positions(
+    scenario: Scenario, uav: int, points: Floats, reference: AltitudeReference, place: Floats | None = None
+) -> GlobalPositions:
+    """Return the global positions of a UAV's `points`, (n, 3) local metres.
+
+    Altitudes above home are counted from `place`, (3,) metres, where that is given.
+    """
     origin = origin_of(scenario)
     latitude, longitude, sea = to_wgs84(origin, points).T
     if reference == "home":
-        altitude = sea - to_wgs84(origin, home(scenario, uav))[0, 2]
+        altitude = sea - to_wgs84(origin, home(scenario, uav) if place is None else place)[0, 2]
     elif reference == "agl":
         assert scenario.terrain is not None
         below = points.copy()

@@ -63,7 +63,7 @@ def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefer
             said = speed
         add(Command.WAYPOINT, frame, round(float(route.waypoint_holds[k]), 3), route.radius, 0.0, None, *where[k])
     if end == "land":
-        (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home").rows
+        (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home", plan.home).rows
         add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, None, *below)
     elif end == "rtl":
         add(Command.RETURN, MISSION_FRAME, *(0.0 for _ in range(7)))

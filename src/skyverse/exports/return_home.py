@@ -1,34 +1,23 @@
 """Chooses the return altitude and rally points of a UAV, and has the referee certify its way home."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.flown_legs import Parts, bends
 from skyverse.exports.landing import ground_level, surface_below
+from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnLines, ReturnSpace, single
 from skyverse.exports.separation import kept_distance
-from skyverse.exports.way_home import (
-    CLEARANCE_SHARE,
-    Destination,
-    Parts,
-    ReturnLines,
-    WayHome,
-    Worlds,
-    flown_legs,
-    grouped,
-    joined,
-    return_level,
-    some_lines,
-    with_ground_for_returns,
-)
+from skyverse.exports.way_home import Destination, Found, WayHome, destination
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
-from skyverse.referee.clearance import judge_segments
-from skyverse.referee.timed_paths import paths_apart
-from skyverse.referee.world import referee_world
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING
+from skyverse.referee.timed_paths import pieces_apart
+from skyverse.space.tube import NO_ERROR
 
 MIN_RETURN_ALTITUDE = 5.0
 """Metres above home: no lower return altitude is chosen where there is room for it."""
@@ -42,7 +31,11 @@ RALLY_PLACES = 5
 """How many places below the flight are tried for each rally point."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
+SMALLEST_CROSSING = 0.25
+"""Metres: half the length of the shortest part of a flight of which it is asked whose paths its returns cross."""
 TAKES_RALLY_POINTS = ("px4", "ardupilot")
+RETURN_ALTITUDES = {"px4": (0.1, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
+"""Metres above home: the least and the greatest return altitude that files can name: `RTL_ALT`, `globalRTHHeight`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,28 +46,38 @@ class Return:
     ----------
     plan
         Its flight.
-    altitude
-        The return altitude, metres above home.
-    rally
-        (k, 3) metres: where it may land as well, if that is nearer than home.
+    way
+        What checks its way home: at which altitude, to which places.
     lost
         (n, 2) seconds into the mission between which there is no way home, if it keeps its schedule.
     proven
         Whether the way home at all other instants is proven.
     lines
         The lines that prove it.
+    kept
+        The parts of the flight that have a way home.
     level
         z at which it returns from its last waypoint, metres, and `landing`, (3,) metres, where it then lands.
     """
 
     plan: FlightPlan
-    altitude: float
-    rally: Floats
+    way: WayHome
     lost: Floats
     proven: bool
     lines: ReturnLines
+    kept: Parts
     level: float
     landing: Floats
+
+    @property
+    def altitude(self) -> float:
+        """The return altitude, metres above home."""
+        return self.way.altitude
+
+    @property
+    def rally(self) -> Floats:
+        """(k, 3) metres: where it may land as well, if that is nearer than home."""
+        return self.way.places[1:]
 
     def sentence(self, scenario: Scenario, met: Sequence[str]) -> str:
         """Return what is proven; `met` are the names of UAVs whose paths it may cross on its way home."""
@@ -93,6 +96,8 @@ class Return:
         else:
             said += "; at every instant"
         said += f" the climb, the straight way home and the descent are clear by {kept}"
+        if scenario.uavs[self.plan.route.uav].tracking_error != NO_ERROR:
+            said += " and its tracking error, but for that in the column over home and wherever it lands"
         if met:
             said += f"; it may cross the paths of {', '.join(met)}"
         elif len(scenario.uavs) > 1:
@@ -100,7 +105,7 @@ class Return:
         return f"{said}."
 
 
-def plan_return(scenario: Scenario, worlds: Worlds, plan: FlightPlan) -> Return | None:
+def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Return | None:
     """Return how a UAV comes home, or ``None`` for an aeroplane, whose circles are not judged.
 
     The lowest return altitude is taken at which there is a way home at every instant; if there is none, that with the
@@ -108,46 +113,58 @@ def plan_return(scenario: Scenario, worlds: Worlds, plan: FlightPlan) -> Return 
     """
     if scenario.uavs[plan.route.uav].fixed_wing is not None:
         return None
-    start = float(plan.waypoints[0][2])
-    base = Destination(plan.home, start)
-    altitude, lost, lines = _best_altitude(scenario, worlds, plan, base)
-    chosen = [base]
+    uav, start = plan.route.uav, plan.route.points[0]
+    base = destination(scenario, space, uav, np.array([*start[:2], plan.home[2]]), float(start[2]))
+    end = destination(scenario, space, uav, *_last_place(scenario, plan))
+    way, found = _best_altitude(scenario, space, plan, base, end)
     takes_more = plan.autopilot.name in TAKES_RALLY_POINTS
-    while takes_more and len(lost.leg) and len(chosen) <= MAX_RALLY_POINTS:
-        if not WayHome(scenario, worlds, plan, chosen, altitude).can_climb(lost):
+    while takes_more and len(found.lost.leg) and len(way.destinations) <= MAX_RALLY_POINTS:
+        if not way.can_climb(found.lost):
             break
-        tried = [
-            (way := WayHome(scenario, worlds, plan, [*chosen, place], altitude), *way.search())
-            for place in _rally_places(scenario, plan, lost)
+        places = [
+            destination(scenario, space, uav, place, low) for place, low in _rally_places(scenario, way, found.lost)
         ]
-        way, other, proof = min(tried, key=lambda found: _length(found[1], plan, scenario))
-        if not _length(other, plan, scenario) < _length(lost, plan, scenario):
+        ways = [WayHome(scenario, space, plan, [*way.destinations, place], end, way.altitude) for place in places]
+        blocked = [one.blocked(found.lost) + one.blocked() for one in ways]
+        better = ways[blocked.index(min(blocked))]
+        tried = better.search()
+        if not way.legs.metres(tried.lost) < way.legs.metres(found.lost):
             break
-        chosen, lost, lines = list(way.destinations), other, proof
-    rally = np.array([one.place for one in chosen[1:]]).reshape(-1, 3)
-    spans = _spans(lost, plan, scenario)
+        way, found = better, tried
     last = plan.waypoints[-1]
-    nearest = min(range(len(chosen)), key=lambda k: float(np.linalg.norm((chosen[k].place - last)[:2])))
-    level = max(float(last[2]), return_level(plan.autopilot, plan.home, chosen[nearest], altitude))
-    return Return(plan, altitude, rally, spans, True, lines, level, chosen[nearest].place)
+    nearest = int(np.argmin(np.linalg.norm((way.places - last)[:, :2], axis=1)))
+    level = max(float(last[2]), float(way.levels[nearest]))
+    spans = _spans(found.lost, plan)
+    return Return(plan, way, spans, True, found.lines, found.kept, level, way.places[nearest])
 
 
-def certified(scenario: Scenario, worlds: Worlds, returns: Sequence[Return]) -> list[Return]:
+def certified(scenario: Scenario, space: ReturnSpace, returns: Sequence[Return]) -> list[Return]:
     """Return the ways home with what the referee proves of them: of all at once, or else of each."""
-    if _proven(scenario, worlds, [one.lines for one in returns]):
+
+    def proven(some: Sequence[Return]) -> bool:
+        return space.proven([(scenario.uavs[one.plan.route.uav].tracking_error, one.lines) for one in some])
+
+    if proven(returns):
         return list(returns)
-    return [replace(one, proven=_proven(scenario, worlds, [one.lines])) for one in returns]
+    return [replace(one, proven=proven([one])) for one in returns]
 
 
-class _Searched(NamedTuple):
-    """A return altitude, the parts of the flight without a way home at it, and the lines that prove the others."""
+def _last_place(scenario: Scenario, plan: FlightPlan) -> tuple[Floats, float]:
+    """Return where a flight ends, (3,) metres, and z down to which it keeps the clearance."""
+    if len(plan.ending) == 1:
+        place = plan.ending[0]
+        return place, min(_above(scenario, float(place[2])), float(plan.waypoints[-1][2]))
+    return plan.waypoints[-1], float(plan.waypoints[-1][2])
 
-    altitude: float
-    lost: Parts
-    lines: ReturnLines
+
+def _above(scenario: Scenario, surface: float) -> float:
+    """Return z at which a UAV keeps both clearances above a surface on which it lands, metres."""
+    return surface + max(scenario.clearance, scenario.ground_clearance)
 
 
-def _best_altitude(scenario: Scenario, worlds: Worlds, plan: FlightPlan, base: Destination) -> _Searched:
+def _best_altitude(
+    scenario: Scenario, space: ReturnSpace, plan: FlightPlan, base: Destination, end: Destination
+) -> tuple[WayHome, Found]:
     """Return the lowest altitude with a way home at every instant, to a share of the steps, or else the best.
 
     Altitudes from which the way home is blocked at some samples of the flight are not searched, but for the best of
@@ -155,73 +172,89 @@ def _best_altitude(scenario: Scenario, worlds: Worlds, plan: FlightPlan, base: D
     """
 
     def way(altitude: float) -> WayHome:
-        return WayHome(scenario, worlds, plan, [base], altitude)
+        return WayHome(scenario, space, plan, [base], end, altitude)
 
-    def search(altitude: float) -> _Searched:
-        return _Searched(altitude, *way(altitude).search())
-
-    altitudes = _altitudes(scenario, plan)
-    blocked = [way(altitude).blocked() for altitude in altitudes]
+    ways = [way(altitude) for altitude in _altitudes(scenario, plan)]
+    blocked = [one.blocked() for one in ways]
     if min(blocked):
-        return search(altitudes[blocked.index(min(blocked))])
-    best: _Searched | None = None
-    for altitude in (one for one, count in zip(altitudes, blocked, strict=True) if not count):
-        found = search(altitude)
-        if best is None or _length(found.lost, plan, scenario) < _length(best.lost, plan, scenario):
-            best = found
+        chosen = ways[blocked.index(min(blocked))]
+        return chosen, chosen.search()
+    best: tuple[WayHome, Found] | None = None
+    for one in (one for one, count in zip(ways, blocked, strict=True) if not count):
+        found = one.search()
+        if best is None or one.legs.metres(found.lost) < one.legs.metres(best[1].lost):
+            best = one, found
         if not len(found.lost.leg):
             break
     assert best is not None
-    below = max([one for one in altitudes if one < best.altitude], default=best.altitude)
+    below = max([one.altitude for one in ways if one.altitude < best[0].altitude], default=best[0].altitude)
     for _ in range(REFINEMENTS):
-        middle = round((below + best.altitude) / 2, 1)
-        if len(best.lost.leg) or not below < middle < best.altitude:
+        middle = way(round((below + best[0].altitude) / 2, 1))
+        if len(best[1].lost.leg) or not below < middle.altitude < best[0].altitude:
             break
-        lower = search(middle) if not way(middle).blocked() else None
+        lower = middle.search() if not middle.blocked() else None
         if lower is None or len(lower.lost.leg):
-            below = middle
+            below = middle.altitude
         else:
-            best = lower
+            best = middle, lower
     return best
 
 
 def crossed(scenario: Scenario, one: Return, other: FlightPlan, path: TimedPath) -> bool:
-    """Tell whether it is not proven that a returning UAV keeps its separation from another one's whole path."""
+    """Tell whether it is not proven that a returning UAV keeps its separation from another one's whole path.
+
+    Parts of the flight whose returns may come too near are halved until they are small; the descents count down to
+    where the UAV lands.
+    """
     keep = kept_distance(scenario, one.plan.route.uav, other.route.uav)
-    count = len(one.lines.growth)
-    times, off = np.zeros((count, 2)), np.repeat(one.lines.growth[:, None], 2, axis=1)
-    return not paths_apart(TimedPath(one.lines.starts, one.lines.ends, times, times, off), path, keep, timed=False)
+    parts: Parts | None = one.kept
+    tops = np.column_stack([one.way.places[:, :2], one.way.column])
+    if not pieces_apart(_timeless(tops, one.way.places, np.full(len(tops), MAVLINK_ROUNDING)), path, keep).all():
+        return True
+    while parts is not None and len(parts.leg):
+        lines, part = one.way.lines(parts)
+        near = ~pieces_apart(_timeless(*lines[:3]), path, keep)
+        if not pieces_apart(_timeless(*single(lines.of(near))[:3]), path, keep).all():
+            return True
+        parts = one.way.halved(parts.of(np.unique(part[near])), SMALLEST_CROSSING)
+    return parts is None
+
+
+def _timeless(starts: Floats, ends: Floats, growth: Floats) -> TimedPath:
+    """Return lines between (m, 3) metres, which are thickened by (m,) metres, as pieces of a path at any time."""
+    times = np.zeros((len(growth), 2))
+    return TimedPath(starts, ends, times, times, np.repeat(growth[:, None], 2, axis=1))
 
 
 def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     """Return the return altitudes to try, metres above home, the lowest first."""
-    home, top = float(plan.home[2]), scenario.bounds.max[2]
+    home, terrain = float(plan.home[2]), scenario.terrain
+    away = np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1)
+    room = scenario.uavs[plan.route.uav].tracking_error.vertical
+    room += max(float(bends(scenario, away).max()) - LEG_ALLOWANCE, 0.0)
+    top = scenario.bounds.max[2] - room
     low = min(max(float(plan.waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
-    levels = np.unique(np.r_[np.linspace(low, top, ALTITUDES), np.clip(plan.waypoints[:, 2].max(), low, top)])
-    return [float(value) for value in np.unique(np.floor(10 * (levels - home)) / 10) if value > 0] or [top - home]
+    levels = [*np.linspace(low, top, ALTITUDES), float(plan.waypoints[:, 2].max())]
+    if terrain is not None and scenario.max_height is not None:
+        grounds = terrain.height(plan.waypoints[:, :2])
+        levels += np.linspace(low, float(grounds.min()) + scenario.max_height - room, ALTITUDES).tolist()
+    least, most = RETURN_ALTITUDES[plan.autopilot.name]
+    altitudes = np.unique(np.floor(10 * (np.clip(levels, low, top) - home)) / 10)
+    return [float(value) for value in altitudes if least <= value <= most] or [least]
 
 
-def _rally_places(scenario: Scenario, plan: FlightPlan, lost: Parts) -> list[Destination]:
-    """Return places to land at, spread over the parts of the flight without a way home, and below its end."""
-    legs = flown_legs(plan, scenario)
+def _rally_places(scenario: Scenario, way: WayHome, lost: Parts) -> Iterator[tuple[Floats, float]]:
+    """Yield places to land at, spread over the parts of the flight without a way home, and below its end.
+
+    With each place comes z down to which a descent to it keeps the clearance.
+    """
     some = np.unique(np.linspace(0, len(lost.leg) - 1, RALLY_PLACES).round().astype(int))
-    shares = (lost.begin[some] + lost.end[some]) / 2
-    leg = lost.leg[some]
-    above = [*(legs.starts[leg] + shares[:, None] * (legs.ends - legs.starts)[leg]), plan.waypoints[-1]]
-    made = []
-    for place in above:
-        surface = surface_below(scenario, place, ground_level(scenario, plan.route.uav))
-        until = min(surface + max(scenario.clearance, scenario.ground_clearance), float(place[2]))
-        made.append(Destination(np.array([*place[:2], surface]), until))
-    return made
+    for place in [*way.legs.middles(lost.of(some)), way.plan.waypoints[-1]]:
+        surface = surface_below(scenario, place, ground_level(scenario, way.plan.route.uav))
+        yield np.array([*place[:2], surface]), min(_above(scenario, surface), float(place[2]))
 
 
-def _length(parts: Parts, plan: FlightPlan, scenario: Scenario) -> float:
-    """Return how many metres of the flight are in some parts of it."""
-    return float(((parts.end - parts.begin) * flown_legs(plan, scenario).lengths[parts.leg]).sum())
-
-
-def _spans(lost: Parts, plan: FlightPlan, scenario: Scenario) -> Floats:
+def _spans(lost: Parts, plan: FlightPlan) -> Floats:
     """Return the times between which parts of a flight are flown, (n, 2) seconds, those that touch as one."""
     arrivals = plan.arrivals
     last = float(arrivals[-1])
@@ -234,23 +267,3 @@ def _spans(lost: Parts, plan: FlightPlan, scenario: Scenario) -> Floats:
         else:
             told.append([begin, end])
     return np.array(told).reshape(-1, 2)
-
-
-def _proven(scenario: Scenario, worlds: Worlds, each: Sequence[ReturnLines]) -> bool:
-    """Tell whether the referee proves that all lines keep the smaller clearance and their growth."""
-    if not each:
-        return True
-    lines, scenario = joined(each), with_ground_for_returns(scenario)
-    for some, margin, ground in grouped(lines, scenario, worlds.slope):
-        terrain, most = scenario.terrain, scenario.max_height
-        if terrain is not None:
-            above = max(scenario.ground_clearance + margin, 0.0)
-            terrain = terrain.model_copy(update={"clearance": above}) if ground else None
-            most = most - margin if most is not None and ground else None
-        clearance = max(scenario.clearance + margin, 0.0)
-        grown = scenario.model_copy(update={"clearance": clearance, "terrain": terrain, "max_height": most})
-        chosen = some_lines(lines, some)
-        judged = judge_segments(referee_world(grown), chosen.starts, chosen.ends)
-        if judged.incursion is not None or not judged.peaks.proven[0]:
-            return False
-    return True

@@ -10,7 +10,7 @@ from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName
 from skyverse.exports.flight_plan import flight_plans
-from skyverse.exports.global_positions import AltitudeReference, home, require_reference, with_origin
+from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.landing import stand
 from skyverse.exports.leg_certificate import LegCertificate, require_homes
 from skyverse.exports.route import Route, route
@@ -107,7 +107,7 @@ def _refused(certificates: list[LegCertificate], found: list[Route]) -> set[int]
 def _climb(scenario: Scenario, uav: int, takeoff: float) -> float:
     """Return how many metres a UAV has to climb from its start; 0 for an aeroplane, which is in flight there."""
     vehicle = scenario.uavs[uav]
-    return 0.0 if vehicle.fixed_wing else max(takeoff - (vehicle.start[2] - float(home(scenario, uav)[2])), 0.0)
+    return 0.0 if vehicle.fixed_wing else max(takeoff - (vehicle.start[2] - float(stand(scenario, uav)[2])), 0.0)
 
 
 def routes_apart(mission: Mission, flown: list[Route], *, autopilot: AutopilotName = "px4") -> Certificate:

@@ -1,32 +1,34 @@
 """The way home: whether a UAV that returns by itself, at any instant of its flight, meets anything on its way.
 
 An autopilot that returns climbs to its return altitude, unless it is higher already, flies straight to its destination
-and descends there. The flight is cut into parts. For the middle of each part the climb and the straight line are
-checked, with a clearance that grows by half the part's length, so that they hold for all instants of the part; parts
-that fail are halved. `space` searches; what is handed out is certified by the referee.
+and descends there. The flight is cut into parts. For the middle of each part the climb, the straight line and the
+descent are checked, with a clearance that grows by half the part's size, so that they hold for all instants of the
+part; parts that fail are halved.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import MIN_EARTH_RADIUS, steepest, towards
 from skyverse.exports.autopilots import Autopilot
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.flown_legs import Parts, bends, flown_legs, joined_parts
+from skyverse.exports.return_lines import ReturnLines, ReturnSpace, joined, single
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.tolerances import MAVLINK_ROUNDING
-from skyverse.space.world import World
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.space.tube import NO_ERROR
 
-CLEARANCE_SHARE = 0.5
-"""The share of the clearance that is kept on the way home: with the rest, parts of a flight may have a length."""
 LARGEST_PART = 16.0
 """Metres: half the length of the longest part of a flight that is checked at once."""
 SMALLEST_PART = 0.05
 """Metres: half the length of the shortest part; what then fails has no way home."""
+SMALLEST_OF_MANY, MANY_PARTS = 0.2, 6000
+"""Metres: the same where more parts than so many fail at once."""
+CUT_SHARE = 2.5
+"""A part is halved across the cut of a corner only above so many times the smallest size: few corners are cut."""
 SMALLEST_LOST = 0.5
 """Metres: the same where the way home is blocked from the middle of the part."""
 SAMPLES = 64
@@ -35,108 +37,39 @@ NEAR_HOME = 50.0
 """Metres from home within which a DJI aircraft returns without a climb, as its manual says; both are checked there."""
 LANDS_AT_ONCE = 5.0
 """Metres from home within which a DJI aircraft lands where it is."""
+COLUMN_STEP, COLUMN_STEPS = 0.25, 120
+"""Metres between the heights above a landing place at which a straying UAV is tried, and how many are."""
 
 
 class Destination(NamedTuple):
-    """A place to land at: (3,) metres, and z down to which the descent is checked."""
+    """A place to land at.
+
+    Attributes
+    ----------
+    place
+        (3,) metres.
+    low
+        z down to which the descent is checked, metres: what is below cannot keep the clearance.
+    column
+        z of the top of the column over it, metres, in which the tracking error does not count.
+    """
 
     place: Floats
-    until: float
+    low: float
+    column: float
 
 
-class Parts(NamedTuple):
-    """Parts of a flight.
-
-    Attributes
-    ----------
-    leg
-        (n,) indices of legs.
-    begin, end
-        (n,) shares of the leg's length.
-    """
-
-    leg: NDArray[np.intp]
-    begin: Floats
-    end: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class FlownLegs:
-    """The legs of one UAV's flight, as far as its return is concerned.
-
-    Attributes
-    ----------
-    starts, ends
-        (n, 3) metres.
-    off
-        (n,) metres: how far the UAV may be off a leg, because the leg is bent seen from above.
-    cut
-        (n,) metres: how far it may be off the start of a leg, because it cuts the corner; at the end it is on the leg.
-    rise
-        (n,) metres: how much higher it may be, because the leg is bent: above ground it follows the ground.
-    """
-
-    starts: Floats
-    ends: Floats
-    off: Floats
-    cut: Floats
-    rise: Floats
-
-    @property
-    def lengths(self) -> Floats:
-        """(n,) metres."""
-        return np.linalg.norm(self.ends - self.starts, axis=1)
-
-
-def flown_legs(plan: FlightPlan, scenario: Scenario) -> FlownLegs:
-    """Return the legs of a flight plan from the first waypoint to the end, a landing included.
-
-    A return during the take-off is one from its end: it uses the same lines.
-    """
-    points, rise = plan.waypoints, plan.route.bends
-    shift, cut = _cut_corners(plan)
-    off = bends(scenario, np.linalg.norm(np.diff(points, axis=0), axis=1))
-    if len(plan.ending) == 1:
-        low = plan.ending[0].copy()
-        low[2] = min(low[2] + max(scenario.clearance, scenario.ground_clearance), points[-1][2])
-        points = np.concatenate([points, low[None]])
-        off, cut, rise = np.r_[off, 0.0], np.r_[cut, 0.0], np.r_[rise, 0.0]
-    starts = points[:-1].copy()
-    starts[: len(shift)] += shift
-    return FlownLegs(starts, points[1:], off, cut, rise)
-
-
-def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:
-    """Return where legs begin when corners are cut: the middle of all such places, and how far they are from it.
-
-    A UAV turns to a leg at its first waypoint, or up to the radius before it, on the leg before or on the way to that
-    from where it turned to it: in a triangle of the waypoint and two places p and q before it. Both are (m, 3) and (m,)
-    metres, the first from the waypoint.
-    """
-    points, stops = plan.waypoints, plan.full_stops
-    shift, off = np.zeros((len(points) - 1, 3)), np.zeros(len(points) - 1)
-    for k in range(1, len(points) - 1):
-        if stops[k]:
-            continue
-        before, at, radius = points[k - 1], points[k], plan.route.radius
-        entered = before
-        if k > 1 and not stops[k - 1]:
-            entered = before + towards(points[k - 2] - before, radius)
-        p, q = towards(before - at, radius), towards(entered - at, radius)
-        shift[k] = (p + q) / 4
-        off[k] = max(float(np.linalg.norm(place - shift[k])) for place in (np.zeros(3), p, q))
-    return shift, off
-
-
-def bends(scenario: Scenario, away: Floats) -> Floats:
-    """Return how far lines of constant altitude on Earth may be off straight lines in local metres, (m,).
-
-    Over a distance d, `away` (m,) metres, the Earth falls away by d^2 / (2 R), and a line in latitude and longitude is
-    off a great circle by less than d^2 tan(latitude) / (8 R).
-    """
-    origin = scenario.frame.origin
-    tilt = 0.0 if origin is None else abs(float(np.tan(np.radians(origin.latitude))))
-    return MAVLINK_ROUNDING + 1.1 * away**2 * (1 + tilt / 4) / (2 * MIN_EARTH_RADIUS)
+def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats, low: float) -> Destination:
+    """Return a place to land at with its column, which ends as low as a UAV may stray that has a tracking error."""
+    error = scenario.uavs[uav].tracking_error
+    if error == NO_ERROR:
+        return Destination(place, low, low)
+    levels = low + COLUMN_STEP * np.arange(COLUMN_STEPS)
+    points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
+    none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
+    round_off = none + MAVLINK_ROUNDING
+    free = space.free(ReturnLines(points, points, round_off, round_off, round_off, points, points, all_, all_), error)
+    return Destination(place, low, float(levels[np.argmax(free)]) if free.any() else low)
 
 
 def return_level(autopilot: Autopilot, home: Floats, destination: Destination, altitude: float) -> float:
@@ -146,51 +79,12 @@ def return_level(autopilot: Autopilot, home: Floats, destination: Destination, a
     return max(float(home[2]) + altitude, float(destination.place[2]))
 
 
-class ReturnLines(NamedTuple):
-    """Straight lines that a returning UAV flies.
+class Found(NamedTuple):
+    """The parts of a flight without a way home, those with one, and the lines that prove the latter."""
 
-    Attributes
-    ----------
-    starts, ends
-        (m, 3) metres.
-    growth
-        (m,) metres by which a line is thickened, so that it stands for a whole part of the flight.
-    ground
-        (m,) whether the ground matters; above a place of the flight it cannot be nearer than there.
-    """
-
-    starts: Floats
-    ends: Floats
-    growth: Floats
-    ground: NDArray[np.bool_]
-
-
-class Worlds(NamedTuple):
-    """The compiled space with the ground and without it, and a bound of the ground's slope."""
-
-    whole: World
-    bare: World
-    slope: float
-
-
-def return_worlds(scenario: Scenario) -> Worlds:
-    """Compile a scenario's space for returns."""
-    scenario = with_ground_for_returns(scenario)
-    slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain)
-    return Worlds(World(scenario), World(scenario.model_copy(update={"terrain": None})), slope)
-
-
-def with_ground_for_returns(scenario: Scenario) -> Scenario:
-    """Return a scenario whose clearance from the ground may be lessened as that from obstacles is.
-
-    Ways home keep a share of the clearance from obstacles. Less than the same share must not be left above ground where
-    the clearance from the ground is the smaller one; it is raised by the difference beforehand.
-    """
-    less = (1 - CLEARANCE_SHARE) * (scenario.clearance - scenario.ground_clearance)
-    if scenario.terrain is None or less <= 0:
-        return scenario
-    terrain = scenario.terrain.model_copy(update={"clearance": scenario.ground_clearance + less})
-    return scenario.model_copy(update={"terrain": terrain})
+    lost: Parts
+    kept: Parts
+    lines: ReturnLines
 
 
 class WayHome:
@@ -198,12 +92,14 @@ class WayHome:
 
     Parameters
     ----------
-    scenario, worlds
-        The scenario, and its compiled space.
+    scenario, space
+        The scenario, and what returning UAVs keep clear of.
     plan
         The flight.
     destinations
         Where it may land, home first.
+    end
+        Where the flight ends, as a place to land at.
     altitude
         The return altitude, metres above home.
     """
@@ -211,139 +107,182 @@ class WayHome:
     def __init__(
         self,
         scenario: Scenario,
-        worlds: Worlds,
+        space: ReturnSpace,
         plan: FlightPlan,
         destinations: Sequence[Destination],
+        end: Destination,
         altitude: float,
     ) -> None:
-        self.scenario, self.worlds, self.plan = scenario, worlds, plan
-        self.destinations, self.altitude = tuple(destinations), altitude
-        self.legs = flown_legs(plan, scenario)
+        self.scenario, self.space, self.plan = scenario, space, plan
+        self.destinations, self.end, self.altitude = tuple(destinations), end, altitude
+        self.legs = flown_legs(plan, scenario, end.low)
         self.levels = np.array([return_level(plan.autopilot, plan.home, one, altitude) for one in destinations])
         self.places = np.array([one.place for one in destinations])
-        self.until = np.array([one.until for one in destinations])
-        error = scenario.uavs[plan.route.uav].tracking_error
-        self.error = float(np.hypot(error.horizontal, error.vertical))
+        self.low = np.array([one.low for one in destinations])
+        self.column = np.array([one.column for one in destinations])
+        self.error = scenario.uavs[plan.route.uav].tracking_error
 
-    def search(self) -> tuple[Parts, ReturnLines]:
-        """Return the parts of the flight without a way home, and the lines that prove the way home of all others."""
-        lengths = self.legs.lengths
-        counts = np.maximum(np.ceil(lengths / (2 * LARGEST_PART)).astype(int), 1)
-        leg = np.repeat(np.arange(len(counts)), counts)
-        begin = np.concatenate([np.arange(count) / count for count in counts])
-        todo = Parts(leg, begin, begin + 1 / counts[leg])
-        lost: list[Parts] = []
-        proof: list[ReturnLines] = []
+    def search(self) -> Found:
+        """Return the parts of the flight without a way home, and those with one."""
+        todo = self.legs.whole(2 * LARGEST_PART)
+        lost, kept, proof = [todo.of(np.zeros(0, dtype=np.intp))], [todo.of(np.zeros(0, dtype=np.intp))], []
         while len(todo.leg):
             lines, part = self.lines(todo)
-            free = np.ones(len(todo.leg), dtype=bool)
-            np.logical_and.at(free, part, self._free(lines))
-            proof.append(some_lines(lines, free[part]))
-            smallest = np.where(self._hopeless(lines, part, free), SMALLEST_LOST, SMALLEST_PART)
-            long = (todo.end - todo.begin) * lengths[todo.leg] > 2 * smallest
-            lost.append(_chosen(todo, ~free & ~long))
-            left = _chosen(todo, ~free & long)
-            middle = (left.begin + left.end) / 2
-            todo = Parts(np.tile(left.leg, 2), np.r_[left.begin, middle], np.r_[middle, left.end])
-        gone = Parts(*(np.concatenate([getattr(part, name) for part in lost]) for name in Parts._fields))
-        return gone, joined(proof)
+            safe = self.space.free(lines, self.error)
+            free = np.ones(len(todo.leg), dtype=np.bool_)
+            np.logical_and.at(free, part, safe)
+            proof.append(lines.of(free[part]))
+            kept.append(todo.of(free))
+            hopeless = self._hopeless(lines.of(~safe), part[~safe], len(free))
+            smallest = SMALLEST_PART if (~free).sum() <= MANY_PARTS else SMALLEST_OF_MANY
+            left, across = self._larger(todo, np.where(hopeless, SMALLEST_LOST, smallest))
+            lost.append(todo.of(~free & ~left))
+            todo = todo.of(~free & left).halved(across[~free & left])
+        return Found(joined_parts(lost), joined_parts(kept), joined(proof))
 
-    def blocked(self) -> int:
-        """Return from how many places of the flight, evenly spread, the way home meets something."""
-        shares = (np.arange(SAMPLES) + 0.5) / SAMPLES * self.legs.lengths.sum()
-        ends = np.cumsum(self.legs.lengths)
-        leg = np.searchsorted(ends, shares)
-        at = 1 - (ends[leg] - shares) / self.legs.lengths[leg]
-        lines, part = self.lines(Parts(leg, at, at))
-        return int(self._hopeless(lines, part, np.zeros(SAMPLES, dtype=bool)).sum())
+    def _larger(self, parts: Parts, smallest: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Tell which parts are larger than half sizes (n,), and whether they are to be cut across."""
+        along, across = self.legs.spread(parts, slice(3))
+        across = np.where(across > CUT_SHARE * smallest, across, 0.0)
+        return np.maximum(along, across) > smallest, across > along
+
+    def halved(self, parts: Parts, smallest: float) -> Parts | None:
+        """Return the halves of some parts; ``None`` if one is smaller than half a size already, metres."""
+        larger, across = self._larger(parts, np.full(len(parts.leg), smallest))
+        return parts.halved(across) if larger.all() else None
+
+    def blocked(self, parts: Parts | None = None) -> int:
+        """Return from how many parts, or places spread evenly over the flight, the way home meets something."""
+        parts = self.legs.samples(SAMPLES) if parts is None else parts
+        lines, part = self.lines(parts)
+        return int(self._hopeless(lines, part, len(parts.leg)).sum())
 
     def can_climb(self, parts: Parts) -> bool:
         """Tell whether the climb is clear from any of some parts, so that another destination may help there."""
         lines, part = self.lines(parts)
         _, first = np.unique(part, return_index=True)  # the climb to the nearest destination stands first
-        return bool(self._free(some_lines(lines, first)).any())
+        return bool(self.space.free(lines.of(first), self.error).any())
 
-    def _hopeless(self, lines: ReturnLines, part: NDArray[np.intp], free: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Tell for each part that is not free whether its lines meet something even without growth."""
-        found = np.zeros(len(free), dtype=bool)
-        asked = ~free[part]
-        margin = -(1 - CLEARANCE_SHARE) * self.scenario.clearance
-        for ground, world in ((True, self.worlds.whole), (False, self.worlds.bare)):
-            some = asked & (lines.ground == ground)
-            met = ~world.segments_free(lines.starts[some], lines.ends[some], margin=margin)
-            found[part[some][met]] = True
+    def _hopeless(self, lines: ReturnLines, part: NDArray[np.intp], count: int) -> NDArray[np.bool_]:
+        """Tell for each of some parts whether its lines meet something even where they stand for themselves only."""
+        found = np.zeros(count, dtype=np.bool_)
+        found[part[~self.space.free(single(lines), self.error)]] = True
         return found
 
     def lines(self, parts: Parts) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines that stand for the returns from parts of the flight, and the part of each line."""
-        along = (self.legs.ends - self.legs.starts)[parts.leg]
-        middle = self.legs.starts[parts.leg] + ((parts.begin + parts.end) / 2)[:, None] * along
-        half = (parts.end - parts.begin) / 2 * self.legs.lengths[parts.leg] + self.legs.off[parts.leg]
-        half += (1 - parts.begin) * self.legs.cut[parts.leg]
+        legs = self.legs
+        middle, box = legs.middles(parts), legs.box(parts)
+        off, rise = legs.off[parts.leg], legs.rise[parts.leg]
+        half, aside, above = (sum(legs.spread(parts, axes)) for axes in (slice(3), slice(2), slice(2, 3)))
+        half, aside = half + off, aside + off
         away = np.linalg.norm(middle[:, None, :2] - self.places[None, :, :2], axis=2)
         part, goal = np.nonzero(away <= (away.min(axis=1) + 2 * half)[:, None])
-        top, over, down = middle[part].copy(), self.places[goal].copy(), self.places[goal].copy()
-        level = np.maximum(middle[part, 2], self.levels[goal])
-        top[:, 2] = over[:, 2] = level
-        down[:, 2] = np.minimum(self.until[goal], level)
-        bend = bends(self.scenario, away[part, goal]) + self.error
-        grown = half[part] + bend
-        rise = self.legs.rise[parts.leg][part]
-        rise[middle[part, 2] + half[part] + rise + self.error <= level] = 0.0  # it climbs to a level that it knows
-        up = ReturnLines(middle[part], top, grown, np.zeros(len(part), dtype=bool))
-        across = ReturnLines(top, over, grown + rise, np.ones(len(part), dtype=bool))
-        below = ReturnLines(over, down, bend, np.ones(len(part), dtype=bool))
-        found, owners = [up, across, below], [part, part, part]
+        at, level, away = middle[part], self.levels[goal], away[part, goal]
+        bend = bends(self.scenario, away + half[part])
+        knows = (box[1][:, 2] + rise)[part] <= level  # it climbs to a level that it knows
+        bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
+        known = _Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
+        free = _Deviation(*(column[part] + bow for column in (half + rise, aside, above + rise, off, rise)))
+        across = _Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
+        lines = _Lines(part, box[0][part], box[1][part])
+        column = self._column(at)
+        lowest, top, over = at.copy(), at.copy(), self.places[goal].copy()
+        top[:, 2] = over[:, 2] = np.maximum(at[:, 2], level)
+        lowest[:, 2] = np.clip(column, at[:, 2], top[:, 2])
+        every = np.ones(len(part), dtype=np.bool_)
+        lines.add(lowest, top, across, every, ground=False)
+        lines.add(at, lowest, across, lowest[:, 2] > at[:, 2], ground=False, strays=False)
+        lines.add(top, over, across, every)
+        highest = np.maximum(over[:, 2], box[1][part, 2])
+        lines.descend(over, highest, self.column[goal], self.low[goal], _Deviation(*[bend] * 5), every)
         if self.plan.autopilot.name == "dji":
-            near = away[part, goal] - half[part] <= NEAR_HOME
-            flat = over[near].copy()
-            flat[:, 2] = middle[part[near], 2]
-            found.append(ReturnLines(middle[part[near]], flat, (grown + rise)[near], np.ones(len(flat), dtype=bool)))
-            owners.append(part[near])
-            close = away[part, goal] - half[part] <= LANDS_AT_ONCE
-            under = middle[part[close]].copy()
-            under[:, 2] = np.minimum(self.until[goal[close]], under[:, 2])
-            found.append(ReturnLines(middle[part[close]], under, grown[close], np.ones(len(under), dtype=bool)))
-            owners.append(part[close])
-        return joined(found), np.concatenate(owners)
+            flat = over.copy()
+            flat[:, 2] = at[:, 2]
+            near = away - half[part] <= NEAR_HOME
+            outside = (away > SAME_PLACE) | (at[:, 2] > column)
+            lines.add(at, flat, free, near & outside)
+            lines.add(at, flat, free, near & ~outside, strays=False)
+            close = away - half[part] <= LANDS_AT_ONCE
+            lines.descend(at, box[1][part, 2], self.column[goal], self.low[goal], free, close, whole=True)
+        return lines.made()
 
-    def _free(self, lines: ReturnLines) -> NDArray[np.bool_]:
-        """Tell for each line whether it keeps the smaller clearance and its growth, (m,)."""
-        free = np.zeros(len(lines.growth), dtype=bool)
-        for some, margin, ground in grouped(lines, self.scenario, self.worlds.slope):
-            world = self.worlds.whole if ground else self.worlds.bare
-            free[some] = world.segments_free(lines.starts[some], lines.ends[some], margin=margin)
-        return free
+    def _column(self, places: Floats) -> Floats:
+        """Return z up to which places (n, 3) are in the column over the own start or the end of the flight, (n,)."""
+        top = np.full(len(places), -np.inf)
+        for one in (self.destinations[0], self.end):
+            beside = np.abs(places[:, :2] - one.place[:2]).max(axis=1)
+            top = np.maximum(top, np.where(beside <= SAME_PLACE, one.column, -np.inf))
+        return top
 
 
-def grouped(lines: ReturnLines, scenario: Scenario, slope: float) -> Iterator[tuple[NDArray[np.bool_], float, bool]]:
-    """Yield which lines share a margin, metres added to the clearance, and whether the ground matters to them."""
-    growth = np.where(lines.ground, 1 + slope, 1.0) * lines.growth
-    margins = rounded_up(growth - (1 - CLEARANCE_SHARE) * scenario.clearance)
-    grounds = lines.ground & (scenario.terrain is not None)
-    for margin in np.unique(margins).tolist():
-        for ground in (False, True):
-            some = (margins == margin) & (grounds == ground)
-            if some.any():
-                yield some, float(margin), ground
+class _Deviation(NamedTuple):
+    """How far a UAV may be off lines, (m,) metres each.
+
+    Attributes
+    ----------
+    growth, aside, above
+        From a line that stands for a part of the flight: in any direction, to the side, and up and down.
+    bent_aside, bent_above
+        The same from the line of the place in the part from which it returns.
+    """
+
+    growth: Floats
+    aside: Floats
+    above: Floats
+    bent_aside: Floats
+    bent_above: Floats
 
 
-def rounded_up(margin: Floats) -> Floats:
-    """Return margins rounded up, above 0 to powers of two and below to halves of them: a world is made for each."""
-    power = 2.0 ** np.ceil(np.log2(np.maximum(np.abs(margin), SMALLEST_PART)))
-    return np.where(margin > 0, power, np.ceil(2 * margin / power) * power / 2)
+class _Lines:
+    """Lines for parts of a flight, (m,) numbers of parts, which lie in boxes (m, 3)."""
 
+    def __init__(self, part: NDArray[np.intp], low: Floats, high: Floats) -> None:
+        self.part, self.low, self.high = part, low, high
+        self.found: list[tuple[ReturnLines, NDArray[np.intp]]] = []
 
-def some_lines(lines: ReturnLines, some: NDArray[np.bool_] | NDArray[np.intp]) -> ReturnLines:
-    """Return some of the lines."""
-    return ReturnLines(lines.starts[some], lines.ends[some], lines.growth[some], lines.ground[some])
+    def add(
+        self,
+        starts: Floats,
+        ends: Floats,
+        off: _Deviation,
+        some: NDArray[np.bool_],
+        *,
+        ground: bool = True,
+        strays: bool = True,
+        whole: bool = True,
+    ) -> None:
+        """Add lines between starts and ends, (m, 3) metres, but only `some` of them.
 
+        Where they lead from the `whole` part of the flight, they lie within the bounds as far as the part does.
+        """
+        low, high = np.minimum(starts, ends), np.maximum(starts, ends)
+        if whole:  # below, the flight itself is proven to be within bounds
+            low[:, :2], high = np.minimum(low, self.low)[:, :2], np.maximum(high, self.high)
+        beside, upright = (np.maximum(one - LEG_ALLOWANCE, 0.0) for one in off[3:])
+        reach = np.column_stack([beside, beside, upright])
+        flags = (np.full(len(some), flag) for flag in (ground, strays))
+        lines = ReturnLines(starts, ends, *off[:3], low - reach, high + reach, *flags)
+        self.found.append((lines.of(some), self.part[some]))
 
-def joined(each: Sequence[ReturnLines]) -> ReturnLines:
-    """Return all lines of several."""
-    starts, ends, growth = (np.concatenate([getattr(one, name) for one in each]) for name in ReturnLines._fields[:3])
-    return ReturnLines(starts, ends, growth, np.concatenate([one.ground for one in each]))
+    def descend(
+        self,
+        above: Floats,
+        top: Floats,
+        column: Floats,
+        low: Floats,
+        off: _Deviation,
+        some: NDArray[np.bool_],
+        *,
+        whole: bool = False,
+    ) -> None:
+        """Add vertical lines below places (m, 3), from z = `top` to `low`; below `column` the error does not count."""
+        levels = [top, np.minimum(column, top), np.minimum(low, top)]
+        first, second, third = (np.column_stack([above[:, :2], level]) for level in levels)
+        self.add(first, second, off, some & (levels[0] > levels[1]), whole=whole)
+        self.add(second, third, off, some & (levels[1] > levels[2]), strays=False, whole=whole)
 
-
-def _chosen(parts: Parts, some: NDArray[np.bool_]) -> Parts:
-    return Parts(parts.leg[some], parts.begin[some], parts.end[some])
+    def made(self) -> tuple[ReturnLines, NDArray[np.intp]]:
+        """Return the lines that were added, and the part of each."""
+        lines, parts = zip(*self.found, strict=True)
+        return joined(lines), np.concatenate(parts)

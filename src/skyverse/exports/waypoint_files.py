@@ -17,15 +17,16 @@ from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
 from skyverse.exports.return_home import Return, certified, crossed, plan_return
+from skyverse.exports.return_lines import ReturnSpace
 from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
 from skyverse.exports.timing import timed_path
-from skyverse.exports.way_home import return_worlds
 from skyverse.exports.wpl import rally_text, waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
+from skyverse.numerics.tolerances import SAME_PLACE
 
 MAX_HALVINGS = 6
 """How often the acceptance radius is halved where paths are to be apart in space."""
@@ -103,9 +104,9 @@ def export_waypoints(
 
 def _returns(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[Return | None]:
     """Return the certified way home of each UAV, ``None`` for aeroplanes."""
-    worlds = return_worlds(scenario)
-    found = [plan_return(scenario, worlds, plan) for plan in plans]
-    proven = iter(certified(scenario, worlds, [one for one in found if one is not None]))
+    space = ReturnSpace(scenario)
+    found = [plan_return(scenario, space, plan) for plan in plans]
+    proven = iter(certified(scenario, space, [one for one in found if one is not None]))
     return [None if one is None else next(proven) for one in found]
 
 
@@ -141,16 +142,30 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
             altitude=options.altitude,
             origin=scenario.frame.origin,
             radius=max(options.radius / 2**halvings, MIN_ACCEPTANCE_RADIUS) if halvings else options.radius,
-            takeoff=0.0 if made.stops else options.takeoff,
+            takeoff=options.takeoff if made.rises is None else made.rises[0],
             stops=made.stops,
         )
         plans = flight_plans(scenario, flown, made, [stand(scenario, one.uav) for one in flown])
+        _require_rises(scenario, plans)
         if options.end == "land":
             plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
             require_landings(scenario, plans)
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
+
+
+def _require_rises(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
+    """Raise `InputError` where a file cannot tell its UAV to rise as high as the flight plan has it."""
+    for plan in plans:
+        if plan.autopilot.rises is None or scenario.uavs[plan.route.uav].fixed_wing is not None:
+            continue
+        rise, (least, most) = float(plan.waypoints[0][2] - plan.home[2]), plan.autopilot.rises
+        if not least - SAME_PLACE <= rise <= most + SAME_PLACE:
+            raise InputError(
+                f"{scenario.uavs[plan.route.uav].name}: {plan.autopilot.title}'s aircraft first rise by {least:g} to "
+                f"{most:g} m, and there is room for {rise:.4g} m above its start"
+            )
 
 
 def _proofs(scenario: Scenario, plans: Sequence[FlightPlan], options: WaypointOptions) -> Iterator[str]:

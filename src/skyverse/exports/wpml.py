@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
-import numpy as np
-
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.flight_plan import FlightPlan
@@ -18,10 +16,6 @@ from skyverse.model.scenario import Scenario
 WPML = "http://www.dji.com/wpmz/1.0.2"
 TEMPLATE_HEIGHTS = {"amsl": "EGM96", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
 EXECUTE_HEIGHTS = {"amsl": "WGS84", "home": "relativeToStartPoint", "agl": "realTimeFollowSurface"}
-SECURITY_HEIGHTS = (1.2, 1500.0)
-"""Metres above the place of take-off: the least and the greatest height to which a wayline can tell a UAV to rise."""
-MIN_RETURN_HEIGHT = 2.0
-"""Metres above the place of take-off: waylines name no lower return height."""
 FINISH_ACTIONS = {"loiter": "noAction", "land": "autoLand", "rtl": "goHome"}
 STOP_AT_WAYPOINT = "toPointAndStopWithDiscontinuityCurvature"
 DJI_DRONE, DJI_PAYLOAD = ("77", "0"), ("66", "0")
@@ -80,10 +74,10 @@ def _config(document: ET.Element, wayline: _Wayline, *, executed: bool) -> None:
     _add(config, flyToWaylineMode="safely", finishAction=FINISH_ACTIONS[wayline.end])
     home = wayline.back is not None and wayline.back.proven and not len(wayline.back.lost)
     _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="goBack" if home else "hover")
-    rise = float(np.clip(wayline.plan.waypoints[0][2] - wayline.plan.home[2], *SECURITY_HEIGHTS))
+    rise = float(wayline.plan.waypoints[0][2] - wayline.plan.home[2])
     _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(wayline.speeds[0]))
     if executed and wayline.back is not None:
-        _add(config, globalRTHHeight=_number(max(wayline.back.altitude, MIN_RETURN_HEIGHT)))
+        _add(config, globalRTHHeight=_number(wayline.back.altitude))
     drone = ET.SubElement(config, "wpml:droneInfo")
     _add(drone, droneEnumValue=DJI_DRONE[0], droneSubEnumValue=DJI_DRONE[1])
     payload = ET.SubElement(config, "wpml:payloadInfo")

@@ -57,11 +57,7 @@ def paths_apart(first: TimedPath, second: TimedPath, keep: KeptDistance, *, time
     """
     if keep.across <= LET_PASS or keep.above <= LET_PASS:
         return True
-    stretch = np.array([1.0, 1.0, keep.across / keep.above])
-    tall = max(1.0, float(stretch[2]))
-    error = float(np.hypot(keep.error_across, keep.error_above * stretch[2]))
-    size = max(float(np.abs(path * stretch).max()) for path in (first.starts, first.ends, second.starts, second.ends))
-    needed = keep.across + error - LET_PASS + 64 * MACHINE_EPSILON * size
+    stretch, tall, needed = _needed(first, second, keep)
     i, j = (grid.ravel() for grid in np.meshgrid(*(np.arange(len(p.starts)) for p in (first, second)), indexing="ij"))
     a, b = (_Parts(k, np.zeros(len(k)), np.ones(len(k))) for k in (i, j))
     compared = 0
@@ -82,6 +78,37 @@ def paths_apart(first: TimedPath, second: TimedPath, keep: KeptDistance, *, time
             return False
         a, b = _halved(a, b, near, np.linalg.norm(q - p, axis=1) >= np.linalg.norm(s - r, axis=1))
     return True
+
+
+def pieces_apart(first: TimedPath, second: TimedPath, keep: KeptDistance) -> NDArray[np.bool_]:
+    """Tell for each piece of one path whether all of it is apart from the whole of another, whatever the timing, (n,).
+
+    What the UAVs may deviate counts in full along each piece. Parameters are those of `paths_apart`.
+    """
+    apart = np.ones(len(first.starts), dtype=np.bool_)
+    if keep.across <= LET_PASS or keep.above <= LET_PASS or not len(apart):
+        return apart
+    stretch, tall, needed = _needed(first, second, keep)
+    own, others = tall * first.deviation.max(axis=1), tall * second.deviation.max(axis=1)
+    ends = [path * stretch for path in (first.starts, first.ends, second.starts, second.ends)]
+    low, high = np.minimum(ends[0], ends[1]), np.maximum(ends[0], ends[1])
+    for k in range(len(second.starts)):
+        reach = (own + others[k] + needed)[:, None]
+        r, s = ends[2][k], ends[3][k]
+        within = (low - reach <= np.maximum(r, s)) & (high + reach >= np.minimum(r, s))
+        near = np.flatnonzero(apart & within.all(axis=1))
+        p, q = ends[0][near], ends[1][near]
+        _, _, distance = nearest_points(p, q, np.broadcast_to(r, p.shape), np.broadcast_to(s, p.shape))
+        apart[near] = distance - own[near] - others[k] >= needed
+    return apart
+
+
+def _needed(first: TimedPath, second: TimedPath, keep: KeptDistance) -> tuple[Floats, float, float]:
+    """Return by what x, y, z are stretched, (3,), the largest of it, and the distance that must be kept then."""
+    stretch = np.array([1.0, 1.0, keep.across / keep.above])
+    error = float(np.hypot(keep.error_across, keep.error_above * stretch[2]))
+    size = max(float(np.abs(path * stretch).max()) for path in (first.starts, first.ends, second.starts, second.ends))
+    return stretch, max(1.0, float(stretch[2])), keep.across + error - LET_PASS + 64 * MACHINE_EPSILON * size
 
 
 def _ends(path: TimedPath, parts: _Parts, stretch: Floats) -> tuple[Floats, Floats]:

@@ -1,0 +1,185 @@
+"""Straight lines that returning UAVs fly, each for all returns from a part of a flight, and whether they are safe.
+
+`space` searches, and the referee proves what is handed out. A line must keep a share of the clearance from obstacles
+and ground, and stay in bounds and below the ceiling, with everything by which the UAV may be off it: the part of the
+flight that it stands for, bent and rounded lines, and the tracking error.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats
+from skyverse.exports.autopilot_leg_clearance import ground_allowance
+from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
+from skyverse.model.scenario import Bounds, Scenario
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
+from skyverse.referee.clearance import judge_segments
+from skyverse.referee.world import referee_world
+from skyverse.space.tube import NO_ERROR
+from skyverse.space.world import World
+
+CLEARANCE_SHARE = 0.5
+"""The share of the clearance that is kept on the way home: with the rest, parts of a flight may have a length."""
+BEYOND_BOUNDS = 1000.0
+"""Metres by which bounds are widened where only obstacles are asked for."""
+
+
+class ReturnLines(NamedTuple):
+    """Straight lines that a returning UAV flies.
+
+    Attributes
+    ----------
+    starts, ends
+        (m, 3) metres.
+    growth
+        (m,) metres by which a line is thickened, so that it stands for a whole part of the flight.
+    aside, above
+        (m,) metres: the same to the side, and up and down, which counts for ground and ceiling.
+    low, high
+        (m, 3) metres: corners of the box around all that the line stands for.
+    ground
+        (m,) whether ground and ceiling matter; above a place of the flight they cannot be nearer than there.
+    strays
+        (m,) whether the tracking error counts, as everywhere but in a column where the UAV takes off or lands.
+    """
+
+    starts: Floats
+    ends: Floats
+    growth: Floats
+    aside: Floats
+    above: Floats
+    low: Floats
+    high: Floats
+    ground: NDArray[np.bool_]
+    strays: NDArray[np.bool_]
+
+    def of(self, some: NDArray[np.bool_] | NDArray[np.intp]) -> "ReturnLines":
+        """Return some of the lines."""
+        return ReturnLines._make(column[some] for column in self)
+
+
+def joined(each: Sequence[ReturnLines]) -> ReturnLines:
+    """Return all lines of several."""
+    return ReturnLines._make(np.concatenate(columns) for columns in zip(*each, strict=True))
+
+
+def single(lines: ReturnLines) -> ReturnLines:
+    """Return lines that stand for themselves only."""
+    none = np.zeros(len(lines.growth))
+    low, high = np.minimum(lines.starts, lines.ends), np.maximum(lines.starts, lines.ends)
+    return lines._replace(growth=none, aside=none, above=none, low=low, high=high)
+
+
+class ReturnSpace:
+    """What returning UAVs keep clear of; it remembers what it compiles.
+
+    Parameters
+    ----------
+    scenario
+        What is given.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        terrain, bounds = scenario.terrain, scenario.bounds
+        wide = Bounds(
+            min=tuple(low - BEYOND_BOUNDS for low in bounds.min), max=tuple(high + BEYOND_BOUNDS for high in bounds.max)
+        )
+        kept = CLEARANCE_SHARE * scenario.clearance
+        self.scenario = scenario
+        self.bare = scenario.model_copy(update={"clearance": kept, "terrain": None, "max_height": None, "bounds": wide})
+        self.ground = None
+        if terrain is not None:
+            above = scenario.ground_clearance - (1 - CLEARANCE_SHARE) * min(
+                scenario.clearance, scenario.ground_clearance
+            )
+            most = None if scenario.max_height is None else scenario.max_height + ground_allowance(scenario)
+            lowered = terrain.model_copy(update={"clearance": above})
+            self.ground = self.bare.model_copy(update={"terrain": lowered, "max_height": most, "obstacles": ()})
+        self._worlds: dict[tuple[bool, TrackingError], World] = {}
+
+    def world(self, ground: bool, error: TrackingError) -> World:
+        """Return the ground and ceiling, or else the obstacles, for UAVs that stray by an error."""
+        if (ground, error) not in self._worlds:
+            self._worlds[ground, error] = World(self._asked(ground), error)
+        return self._worlds[ground, error]
+
+    def _asked(self, ground: bool) -> Scenario:
+        given = self.ground if ground else self.bare
+        assert given is not None
+        return given
+
+    def free(self, lines: ReturnLines, error: TrackingError) -> NDArray[np.bool_]:
+        """Tell for each line whether it is safe for a UAV with a tracking error, (m,)."""
+        free = self.in_bounds(lines, error)
+        for some, ground, deviation, growth in self._groups(lines, error, free):
+            world = self.world(ground, deviation)
+            margin = growth + 2 * SEAM_MARGIN
+            free[some] &= world.segments_free(lines.starts[some], lines.ends[some], margin=margin)
+        return free
+
+    def in_bounds(self, lines: ReturnLines, error: TrackingError) -> NDArray[np.bool_]:
+        """Tell for each line whether it is within bounds, (m,)."""
+        bounds = self.scenario.bounds
+        reach = lines.strays[:, None] * np.array([error.horizontal, error.horizontal, error.vertical])
+        within = (lines.low - reach >= np.array(bounds.min) - SURFACE_DEPTH) & (
+            lines.high + reach <= np.array(bounds.max) + SURFACE_DEPTH
+        )
+        return np.asarray(within.all(axis=1))
+
+    def _groups(
+        self, lines: ReturnLines, error: TrackingError, asked: NDArray[np.bool_]
+    ) -> Iterator[tuple[NDArray[np.bool_], bool, TrackingError, float]]:
+        """Yield which lines share a deviation: the lines, whether of the ground, the deviation, and a growth beside."""
+        growth, aside, above = (rounded_up(column) for column in (lines.growth, lines.aside, lines.above))
+        for strays in (True, False):
+            own = error if strays else NO_ERROR
+            of = asked & (lines.strays == strays)
+            for more in np.unique(growth[of]).tolist():
+                yield of & (growth == more), False, own, more
+            of = of & lines.ground
+            for wide, tall in product(np.unique(aside[of]).tolist(), np.unique(above[of]).tolist()):
+                some = of & (aside == wide) & (above == tall)
+                if self.ground is not None and some.any():
+                    deviation = TrackingError(horizontal=own.horizontal + wide, vertical=own.vertical + tall)
+                    yield some, True, deviation, 0.0
+
+    def proven(self, each: Sequence[tuple[TrackingError, ReturnLines]]) -> bool:
+        """Tell whether the referee proves all lines of some UAVs, which have tracking errors.
+
+        Shapes are grown by the width of seams, too, so that nothing leads between two that touch.
+        """
+        wanted: dict[tuple[bool, TrackingError, float], list[tuple[Floats, Floats]]] = defaultdict(list)
+        for error, lines in each:
+            if not self.in_bounds(lines, error).all():
+                return False
+            every = np.ones(len(lines.growth), dtype=np.bool_)
+            for some, ground, deviation, growth in self._groups(lines, error, every):
+                wanted[ground, deviation, growth].append((lines.starts[some], lines.ends[some]))
+        for (ground, deviation, growth), pairs in wanted.items():
+            given = self._asked(ground)
+            widened = growth + SEAM_WIDTH
+            if given.terrain is not None:
+                more = {"clearance": given.ground_clearance + widened}
+                most = None if given.max_height is None else given.max_height - widened
+                given = given.model_copy(update={"terrain": given.terrain.model_copy(update=more), "max_height": most})
+            given = given.model_copy(update={"clearance": given.clearance + widened})
+            starts, ends = (np.concatenate(column) for column in zip(*pairs, strict=True))
+            world = referee_world(given, deviation)
+            for first in range(0, len(starts), SEGMENTS_AT_ONCE):
+                batch = slice(first, first + SEGMENTS_AT_ONCE)
+                judged = judge_segments(world, starts[batch], ends[batch])
+                if judged.incursion is not None or not judged.peaks.proven[0]:
+                    return False
+        return True
+
+
+def rounded_up(growth: Floats) -> Floats:
+    """Return growths, metres, rounded up to `MIN_GROWTH` times powers of two: a world is made for each. 0 stays."""
+    power = MIN_GROWTH * 2.0 ** np.ceil(np.log2(np.maximum(growth, MIN_GROWTH) / MIN_GROWTH))
+    return np.where(growth > 0, power, 0.0)

@@ -1,0 +1,194 @@
+"""Ways home stay within bounds and below the ceiling with all that a UAV may stray by, and lead through no seam."""
+
+import json
+from dataclasses import replace
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.exports.return_lines import ReturnLines, ReturnSpace
+from skyverse.exports.separation import Apart
+from skyverse.model.scenario import Bounds, Origin
+from skyverse.model.shapes import Box, Terrain
+
+ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+ERROR = sky.TrackingError(horizontal=1.6, vertical=3.0)
+FLAT = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=2.0)
+STRAIGHT_ON = [(-100, 0, 30), (100, 0, 30)]
+
+
+def changed(mission, **fields):
+    return replace(mission, scenario=mission.scenario.model_copy(update=fields))
+
+
+def straying(mission, error=ERROR):
+    uavs = tuple(uav.model_copy(update={"tracking_error": error}) for uav in mission.scenario.uavs)
+    return changed(mission, uavs=uavs)
+
+
+def way_home(mission, folder, suffix="plan", **how):
+    """How the only UAV of a mission returns, and all notes of the export in one text."""
+    seen, notes = [], []
+    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append, on_note=notes.append, **how)
+    return seen[0].returns[0], " ".join(notes)
+
+
+def planned(error=ERROR, start=3.0, **fields):
+    """A flight over a wall from near the ground, planned with a tracking error."""
+    given = {
+        "name": "wall",
+        "bounds": {"min": (-300, -300, -50), "max": (300, 300, 150)},
+        "clearance": 1.0,
+        "terrain": FLAT,
+        "lattice": {"step": (20, 20, 20)},
+        "objective": {"unit": "metres"},
+        "obstacles": (Box(min=(-10, -200, -50), max=(10, 200, 40)),),
+        "uavs": ({"start": (-200, 0, start), "tracking_error": error, "max_speed": 8},),
+        "targets": ({"position": (200, 0, 30)},),
+        "frame": {"origin": {"latitude": 47, "longitude": 8, "altitude": 400, "geoid": 48}},
+    }
+    return sky.plan_mission(sky.Scenario.model_validate(given | fields), sky.Taut())
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+@pytest.mark.parametrize("error", [sky.TrackingError(), ERROR])
+def test_a_uav_that_strays_comes_home_from_everywhere_and_lands_in_its_column(tmp_path, suffix, error):
+    back, said = way_home(planned(error), tmp_path, suffix)
+    assert back.proven
+    assert back.lost.tolist() == []
+    assert back.altitude >= 40 + 0.5 + error.vertical - 0.02
+    assert ("in the column over home" in said) == (error != sky.TrackingError())
+
+
+@pytest.mark.parametrize("error", [0.0, 3.0])
+def test_a_return_exceeds_neither_the_bounds_nor_the_ceiling_by_what_the_uav_may_stray(tmp_path, error):
+    wall = ((30, -200, -50), (31, 200, 40))
+    flight = handmade.along([(0, 0, 10), (0, 250, 10), (60, 250, 10), (60, 0, 10)], 10)
+    mission = handmade.mission([flight], boxes=[wall], clearance=4.0, origin=ORIGIN, terrain=FLAT)
+    tube = sky.TrackingError(horizontal=0.0, vertical=error)
+    for over, proven in ((0.2, True), (-0.2, False)):  # beside what it needs above the wall
+        top = 40 + 2 + error + over + error
+        bounds = Bounds(min=handmade.LOW, max=(300.0, 300.0, top))
+        for limits in ({"bounds": bounds}, {"max_height": top}):
+            back, _ = way_home(straying(changed(mission, **limits), tube), tmp_path, "wpml.kmz")
+            assert back.proven
+            assert (len(back.lost) == 0) == proven, (over, limits)
+            assert back.level + error <= top + 0.02
+
+
+def test_a_flight_that_touches_the_bounds_and_the_ceiling_has_a_way_home(tmp_path):
+    mission = handmade.mission([handmade.along([(-100, 0, 30), (-20, 0, 30)], 20)], origin=ORIGIN, terrain=FLAT)
+    low, high = handmade.LOW, handmade.HIGH
+    for limits in (
+        {"bounds": Bounds(min=(low[0], 0.0, low[2]), max=high)},
+        {"bounds": Bounds(min=(-100.0, *low[1:]), max=(-20.0, high[1], 30.0))},
+        {"max_height": 30.05},
+    ):
+        back, _ = way_home(changed(mission, **limits), tmp_path)
+        assert back.proven
+        assert len(back.lost) == 0, limits
+
+
+@pytest.mark.parametrize(("wider", "proven"), [(0.0, False), (1e-4, True)])
+def test_no_return_is_proven_that_leads_between_shapes_that_touch_when_they_are_grown(wider, proven):
+    """Half the clearance is kept, and lines are grown by 1 cm at least: a gap of twice the sum is a seam."""
+    gap = 1.0 + 0.01 + wider
+    blocks = [((30, -299, -50), (31, -gap, 150)), ((30, gap, -50), (31, 200, 150))]
+    mission = handmade.mission([handmade.along(STRAIGHT_ON, 10)], boxes=blocks, clearance=2.0, origin=ORIGIN)
+    ends, little, yes = np.array([[0.0, 0.0, 10.0], [60.0, 0.0, 10.0]]), np.array([0.01]), np.array([True])
+    line = ReturnLines(ends[:1], ends[1:], little, little, little, ends[:1], ends[1:], yes, yes)
+    space = ReturnSpace(mission.scenario)
+    assert space.proven([(sky.TrackingError(), line)]) == proven
+    assert space.free(line, sky.TrackingError()).tolist() == [proven]
+
+
+def test_a_waypoint_file_for_dji_names_the_return_height_and_the_rise_that_were_proven(tmp_path):
+    flight = handmade.along([(-20, 0, 0.5), (20, 0, 0.5)], 20)
+    mission = handmade.mission([flight], origin=ORIGIN, boxes=[((-300, -300, 3.0), (300, 300, 5.0))])
+    uavs = tuple(uav.model_copy(update={"home": 0.0}) for uav in mission.scenario.uavs)
+    mission = changed(mission, uavs=uavs)
+    back, _ = way_home(mission, tmp_path, "wpml.kmz")
+    text = handmade.waylines(tmp_path / "m.wpml.kmz")
+    told = float(text.split("globalRTHHeight>")[1].split("<")[0])
+    assert told == pytest.approx(back.altitude, abs=1e-4)
+    rise = float(text.split("takeOffSecurityHeight>")[1].split("<")[0])
+    assert rise == pytest.approx(back.plan.waypoints[0][2] - back.plan.home[2], abs=1e-4)
+    low = changed(mission, bounds=Bounds(min=handmade.LOW, max=(300.0, 300.0, 1.9)), obstacles=())
+    back, said = way_home(low, tmp_path, "wpml.kmz")
+    assert len(back.lost) == 1
+    assert "no way home" in said
+
+
+def crossings(mission, folder, suffix="plan", **how):
+    """What an export says of each UAV's way home."""
+    notes = []
+    sky.export(mission, folder / f"m.{suffix}", on_note=notes.append, allow_close=True, **how)
+    return [note for note in notes if "it returns at" in note]
+
+
+def test_a_return_lands_through_a_path_below_its_start(tmp_path):
+    """The descent counts down to home, though obstacles are asked for down to the start only."""
+    high = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
+    below = handmade.along([(-100, -100, 20), (-100, 100, 20)], 40)
+    mission = handmade.mission([high, below], origin=ORIGIN)
+    uavs = tuple(uav.model_copy(update={"home": 0.0}) for uav in mission.scenario.uavs)
+    first, _ = crossings(changed(mission, uavs=uavs), tmp_path)
+    assert "it may cross the paths of uav-2" in first
+
+
+@pytest.mark.parametrize(("aside", "apart"), [(3.0, True), (0.4, False)])
+def test_a_return_beside_another_path_keeps_its_separation_if_it_is_as_far_away(tmp_path, aside, apart):
+    """A part of the flight may be 32 m long: what it stands for is no reason to say that paths may cross."""
+    one = handmade.along([(-100, 0, 50), (0, 0, 50)], 40)
+    other = handmade.along([(-100, aside, 55), (100, aside, 55)], 40)
+    said = crossings(handmade.mission([one, other], origin=ORIGIN), tmp_path)
+    assert ("keeps its separation" in said[0]) == apart
+
+
+def test_pairs_are_judged_with_the_height_to_which_the_file_lets_them_climb_first(tmp_path):
+    """UAV 2 passes 6 m above the place where UAV 1 takes off."""
+    low = handmade.along([(0, 0, 1), (0, 100, 1)], 40)
+    over = handmade.along([(-100, 0, 7), (100, 0, 7)], 40)
+    mission = handmade.mission([low, over], origin=ORIGIN)
+    uavs = tuple(uav.model_copy(update={"home": 0.0}) for uav in mission.scenario.uavs)
+    for takeoff, apart in ((3.0, Apart.SPACE), (7.0, None)):
+        seen = []
+        sky.export(
+            changed(mission, uavs=uavs),
+            tmp_path / "m.plan",
+            takeoff=takeoff,
+            allow_close=True,
+            on_certificate=seen.append,
+        )
+        (kind,) = seen[0].apart.pairs.values()
+        assert (kind is Apart.SPACE) == (apart is Apart.SPACE)
+        (first, _) = (back.plan for back in seen[0].returns)
+        assert first.waypoints[0][2] == takeoff
+
+
+def test_rally_points_of_a_start_on_a_roof_are_counted_from_the_roof(tmp_path):
+    roof = ((-10, -10, -50), (10, 10, 9))
+    wall = ((30, -300, -50), (31, 200, 150))
+    flight = handmade.along([(0, 0, 15), (0, 250, 15), (60, 250, 15), (60, 0, 15)], 10)
+    mission = handmade.mission([flight], boxes=[wall, roof], clearance=1.0, origin=ORIGIN)
+    uavs = tuple(uav.model_copy(update={"home": 0.0}) for uav in mission.scenario.uavs)
+    back, _ = way_home(changed(mission, uavs=uavs), tmp_path)
+    assert back.plan.home[2] == 9
+    points = json.loads((tmp_path / "m.plan").read_text())["rallyPoints"]["points"]
+    assert [point[2] for point in points] == pytest.approx((back.rally[:, 2] - 9).tolist(), abs=0.02)
+
+
+def test_nobody_lands_on_a_no_fly_zone(tmp_path):
+    """A zone up to 20 m lies under the far end of the flight."""
+    wall = ((30, -300, -50), (31, 200, 150))
+    flight = handmade.along([(0, 0, 40), (0, 250, 40), (60, 250, 40), (60, 0, 40)], 10)
+    mission = handmade.mission([flight], boxes=[wall], clearance=1.0, origin=ORIGIN)
+    zone = Box(min=(40, -100, -50), max=(100, 299, 20), kind="no-fly zone")
+    mission = changed(mission, obstacles=(*mission.scenario.obstacles, zone))
+    back, _ = way_home(mission, tmp_path)
+    over = (back.rally[:, 0] > 40) & (back.rally[:, 1] > -100)
+    assert not over.any()
+    with pytest.raises(sky.InputError, match="cannot land below its last waypoint"):
+        sky.export(mission, tmp_path / "l.plan", end="land")
