@@ -5,9 +5,9 @@ of a maximum, `and` in place of `or`, another constant. It is noticed if a test 
 long. Every mutant runs in a process of its own, forked from one that has imported everything but the referee; no file
 is changed. Those that are not noticed are printed with the line before and after.
 
-At first the tests run without any edit, and must pass. How long each of them takes is measured then: the mutants are
-given the tests of the edited file first, then the others, the quickest first; tests of more than a few seconds are left
-out.
+At first the tests run without any edit, and must pass; how long each of them takes is measured then. A mutant is given
+the quick tests of the edited file first, then all other quick tests. When all mutants have had these, those that were
+not noticed are given the slow tests too.
 
 The answers are kept in a file, line by line, so that a run that was stopped goes on where it ended. An edit that a test
 has noticed counts as noticed as long as neither the edited file nor that test changes; one that was not noticed is
@@ -25,19 +25,21 @@ import resource
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 REFEREE, TESTS = ROOT / "src" / "skyverse" / "referee", ROOT / "tests" / "referee"
-MAX_SECONDS_OF_TEST = 2.0
-"""Tests that take longer without any edit are left out."""
-TIME_LIMIT = 30
+MAX_QUICK_SECONDS = 0.3
+"""Seconds of computing time: tests that take longer without any edit are slow."""
+TIME_LIMIT = 60
 """Seconds of computing time: a test that takes longer counts as failed, since a mutant may loop for ever."""
 MEMORY_LIMIT = 3 * 2**30
 """Bytes that a process may allocate, for the same reason."""
+OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-n0", "-W", "ignore::pytest.PytestAssertRewriteWarning")
+"""Options of pytest; the warning is that hypothesis is imported already."""
 WITHOUT_EFFECT = ("_AT_ONCE", "INTERVALS", "SAMPLES", "MAX_", "CHILDREN", "SHORT_")
 """Parts of the names of constants that bound memory and effort, or say how finely is searched: no verdict depends on
 them."""
@@ -109,22 +111,26 @@ class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 class _Watch:
-    """Has pytest run the quickest tests first, without the slow ones, and notes what they say."""
+    """Has pytest run some tests only, the quickest first, and notes what they say and how long they take."""
 
-    def __init__(self, own: str, seconds: dict[str, float]) -> None:
-        self.own, self.known, self.seconds = own, seconds, {}
+    def __init__(self, wanted: Callable[[str], bool], known: dict[str, float]) -> None:
+        self.wanted, self.known, self.seconds = wanted, known, {}
         self.noticed_by = ""
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items):
-        quick = [item for item in items if self.known.get(item.nodeid, 0.0) <= MAX_SECONDS_OF_TEST]
-        items[:] = sorted(quick, key=lambda item: (item.path.stem != self.own, self.known.get(item.nodeid, 0.0)))
+        items[:] = sorted(
+            (item for item in items if self.wanted(item.nodeid)), key=lambda item: self.known.get(item.nodeid, 0.0)
+        )
 
-    def pytest_runtest_setup(self):
+    def pytest_runtest_logstart(self, nodeid):
+        self.seconds[nodeid] = -time.process_time()
         signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT)
 
+    def pytest_runtest_logfinish(self, nodeid):
+        self.seconds[nodeid] = round(self.seconds[nodeid] + time.process_time(), 3)
+
     def pytest_runtest_logreport(self, report):
-        self.seconds[report.nodeid] = round(self.seconds.get(report.nodeid, 0.0) + report.duration, 3)
         if report.failed:
             self.noticed_by = self.noticed_by or report.nodeid
 
@@ -137,15 +143,24 @@ def _too_long(number, frame):
     raise TimeoutError("the time limit of a test")
 
 
-def run_tests(file: Path | None, tree: ast.Module | None, seconds: dict[str, float]) -> dict[str, object]:
-    """Run the tests with one file of the referee replaced.
+def run_tests(
+    tests: list[Path],
+    wanted: Callable[[str], bool] = bool,
+    known: dict[str, float] | None = None,
+    edited: tuple[Path, ast.Module] | None = None,
+) -> dict[str, object]:
+    """Run tests with one file of the referee replaced, if one is.
 
     Parameters
     ----------
-    file, tree
-        What is replaced by what; ``None`` for no edit.
-    seconds
+    tests
+        The files of the tests.
+    wanted
+        Which of the tests in them run, by their names; by default all.
+    known
         How long each test takes, as far as that is known.
+    edited
+        Which file is replaced by what.
 
     Returns
     -------
@@ -160,13 +175,14 @@ def run_tests(file: Path | None, tree: ast.Module | None, seconds: dict[str, flo
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        if file is not None and tree is not None:
-            sys.meta_path.insert(0, _Mutated(f"skyverse.referee.{file.stem}", file, tree))
-        watch = _Watch("" if file is None else f"test_{file.stem}", seconds)
+        if edited is not None:
+            sys.meta_path.insert(0, _Mutated(f"skyverse.referee.{edited[0].stem}", *edited))
+        watch = _Watch(wanted, known or {})
         said: dict[str, object] = {"passed": False}
         try:
-            code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n0", str(TESTS)], plugins=[watch]))
-            said = {"passed": code == 0, "noticed_by": watch.noticed_by, "seconds": watch.seconds}
+            code = int(pytest.main([*OPTIONS, *map(str, tests)], plugins=[watch]))
+            none_left = pytest.ExitCode.NO_TESTS_COLLECTED
+            said = {"passed": code in (0, none_left), "noticed_by": watch.noticed_by, "seconds": watch.seconds}
         finally:
             with os.fdopen(writing, "w") as pipe:
                 pipe.write(json.dumps(said))
@@ -179,7 +195,8 @@ def run_tests(file: Path | None, tree: ast.Module | None, seconds: dict[str, flo
 
 
 def _preload() -> None:
-    """Import what the tests need, except the referee and pytest's plugins, so that forked processes need not."""
+    """Import what the tests need, except the referee, so that forked processes need not."""
+    import hypothesis.extra.numpy  # noqa: F401
     import scipy.integrate
     import scipy.optimize  # noqa: F401
 
@@ -198,7 +215,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the choice of edits")
     parser.add_argument("--log", type=Path, default=ROOT / "out" / "mutants.jsonl", help="where answers are kept")
     given = parser.parse_args()
-    os.environ.setdefault("SKYVERSE_EXAMPLES", "10")
+    os.environ.setdefault("SKYVERSE_EXAMPLES", "5")
     os.chdir(ROOT)
     sys.path.insert(0, str(ROOT / "src"))
     _preload()
@@ -207,29 +224,35 @@ def main() -> None:
     # an edit is chosen or not whatever other files hold, so that answers can be used again when one file has changed
     chosen = sorted(sites, key=lambda site: _digest(f"{given.seed} {site[0].stem} {site[1]}"))[: given.count]
     print(f"{len(chosen)} of {len(sites)} single edits of {len(texts)} files", flush=True)
-    began = time.perf_counter()
-    plain = run_tests(None, None, {})
+    given.log.parent.mkdir(parents=True, exist_ok=True)
+    tests = sorted(TESTS.glob("test_*.py"))
+    plain = run_tests(tests)
     assert plain["passed"], f"without any edit a test fails: {plain['noticed_by']}"
     seconds = plain["seconds"]
-    slow = sum(taken > MAX_SECONDS_OF_TEST for taken in seconds.values())
+    quick = {name for name, taken in seconds.items() if taken <= MAX_QUICK_SECONDS}
     print(
-        f"{len(seconds)} tests pass without any edit, in {time.perf_counter() - began:.0f} s; {slow} are slow",
+        f"{len(seconds)} tests pass without any edit, in {sum(seconds.values()):.0f} s; {len(quick)} are quick",
         flush=True,
     )
-    given.log.parent.mkdir(parents=True, exist_ok=True)
-    known = _known(given.log)
-    answers = []
-    for number, (file, k) in enumerate(chosen, 1):
-        key = _digest(f"{file.stem}{k}{texts[file]}")
-        if key not in known:
-            known[key] = _judged(file, texts[file], k, seconds) | {"key": key}
+    answers = _known(given.log)
+    for slow in (False, True):
+        for number, (file, k) in enumerate(chosen, 1):
+            key = _digest(f"{file.stem}{k}{texts[file]}")
+            before = answers.get(key, {"passed": True, "slow": None})
+            if not before["passed"] or (before["slow"] is not None and before["slow"] >= slow):
+                continue
+            answers[key] = _judged(file, texts[file], k, seconds, quick, slow) | {"key": key}
             with given.log.open("a", encoding="utf-8") as log:
-                log.write(json.dumps(known[key]) + "\n")
-        answers.append(known[key])
-        if known[key]["passed"]:
-            print(f"not noticed ({number}): {known[key]['diff']}", flush=True)
-    noticed = sum(not answer["passed"] for answer in answers)
-    print(f"{noticed} of {len(answers)} noticed, {noticed / len(answers):.1%}")
+                log.write(json.dumps(answers[key]) + "\n")
+            if answers[key]["passed"]:
+                print(
+                    f"not noticed by {'any test' if slow else 'quick tests'} ({number}): {answers[key]['diff']}",
+                    flush=True,
+                )
+    missed = [one for file, k in chosen if (one := answers[_digest(f"{file.stem}{k}{texts[file]}")])["passed"]]
+    for one in missed:
+        print(f"not noticed: {one['diff']}")
+    print(f"{len(chosen) - len(missed)} of {len(chosen)} noticed, {1 - len(missed) / len(chosen):.1%}")
 
 
 def _known(log: Path) -> dict[str, dict[str, object]]:
@@ -252,20 +275,27 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
-def _judged(file: Path, text: str, k: int, seconds: dict[str, float]) -> dict[str, object]:
-    """Return what the tests say of one edit."""
+def _judged(file: Path, text: str, k: int, seconds: dict[str, float], quick: set[str], slow: bool) -> dict[str, object]:
+    """Return what the quick tests say of one edit, or the slow ones."""
     tree = ast.parse(text)
     node, field, value = next(edit for j, edit in enumerate(edits(tree)) if j == k)
     before = ast.unparse(node)
     setattr(node, field, value)
     ast.fix_missing_locations(tree)
     diff = f"{file.relative_to(ROOT)}:{node.lineno}: {before}  ->  {ast.unparse(node)}"
+    everything = sorted(TESTS.glob("test_*.py"))
+    own = [test for test in everything if test.stem == f"test_{file.stem}"]
+    stages = [(everything, lambda name: name not in quick)] if slow else [(own, quick.__contains__)] * bool(own)
+    if not slow:
+        stages.append((everything, lambda name: name in quick and f"test_{file.stem}.py" not in name))
     began = time.perf_counter()
-    said = run_tests(file, tree, seconds)
+    for tests, wanted in stages:
+        said = run_tests(tests, wanted, seconds, (file, tree))
+        if not said["passed"]:
+            break
+    answer = {name: said[name] for name in ("passed", "noticed_by")}
     taken = round(time.perf_counter() - began, 1)
-    return {"diff": diff, "seconds": taken, "tests": _tests(said["noticed_by"])} | {
-        name: said[name] for name in ("passed", "noticed_by")
-    }
+    return {"diff": diff, "seconds": taken, "slow": slow, "tests": _tests(said["noticed_by"])} | answer
 
 
 if __name__ == "__main__":

@@ -52,6 +52,10 @@ class GrownGround(GrownSolids):
         heights = float(np.abs(self.heights).max())
         return (1 + 9 * self.slope) * off + 64 * MACHINE_EPSILON * (heights + size)
 
+    def is_convex(self, which: int) -> bool:
+        """Tell that ground need not be convex."""
+        return False
+
     @property
     def steepness(self) -> float:
         """How many metres a depth changes at most while a place moves by one metre: more over a slope."""
@@ -191,6 +195,10 @@ class Ceiling(GrownSolids):
     def error(self, b: Floats, error: Floats) -> Floats:
         """Return bounds on the errors of depths; see `GrownGround.error`."""
         return self.upside_down.error(b, error)
+
+    def is_convex(self, which: int) -> bool:
+        """Tell that ground need not be convex."""
+        return False
 
     @property
     def steepness(self) -> float:

@@ -60,6 +60,14 @@ class GrownPrisms(GrownSolids):
         level = np.maximum(self.grown_by, 0.0)[:, None]
         return np.column_stack([low - level, self.grown_low]), np.column_stack([high + level, self.grown_high])
 
+    def is_convex(self, which: int) -> bool:
+        """Tell whether a prism has one outline, without holes, that turns one way only."""
+        edges = slice(self.first[which], self.first[which] + self.edges[which])
+        p, q = self.p[edges], self.q[edges]
+        (a, b), (c, d) = (q - p).T, (np.roll(q, -1, axis=0) - q).T
+        turns = a * d - b * c
+        return bool((np.roll(p, -1, axis=0) == q).all() and ((turns >= 0).all() or (turns <= 0).all()))
+
     def depth(self, part: Floats, which: Indices) -> Floats:
         """Return how deep parts may be inside: a part outside is beside the polygon, below or above."""
         depth = vertical_depth(part, self.grown_low[which], self.grown_high[which])

@@ -6,10 +6,11 @@ Where there is such a curve, nothing is squeezed through a seam; in a seam there
 
 The curve beside is made of parts of the curve itself, each moved by one small step. Wherever the step changes from one
 part to the next, the straight line between the two moved places must keep the same distance. A part that cannot be
-moved is cut in two, until a place is found from which no step leads away.
+moved is cut in two, until a place is found from which no step leads away. Then `is_sealed` is asked for a proof that
+there is no such curve at all; where it has none, nothing is decided.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,17 +18,15 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
 from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER, obstacle_text
-from skyverse.referee.polynomial import halve
 from skyverse.referee.positions import position_text
-from skyverse.referee.solids import GrownSolids
+from skyverse.referee.sealed import is_sealed
+from skyverse.referee.seam_parts import WIDENED, CurveParts, MovableParts, NearShapes, shapes_near
 from skyverse.referee.subdivision import MAX_DEPTH, MAX_UNDECIDED_PARTS
-from skyverse.referee.tolerances import HALF_SEAM, LET_PASS, SEAM_PART, SEAM_SEARCH
+from skyverse.referee.tolerances import HALF_SEAM, SEAM_PART, SEAM_SEARCH
 from skyverse.referee.world import RefereeWorld
 
 BOUNDS_NUMBER = -3
 """The number that stands for the bounds among the numbers of obstacles."""
-WIDENED = LET_PASS + HALF_SEAM
-"""Metres by which shapes are widened here: what was let pass is taken back, since seams need no such grace."""
 MORE_HALVINGS = 6
 """How often parts are still cut when rounding leaves a place undecided: another place may be certain."""
 EVALUATIONS_AT_ONCE = 2**18
@@ -62,7 +61,8 @@ class Seam:
         there = f"{where}, position {position_text(self.position)}"
         names = [_named(scenario, number) for number in self.obstacles]
         if not self.decided:
-            way = f"between {' and '.join(names)}" if names else "through a seam"
+            way = f"through a gap in {names[0]}" if names else "through a gap"
+            way = f"between {' and '.join(names)}" if len(names) > 1 else way
             return f"Whether {subject} leads {way} could not be decided {there}."
         if len(names) < 2:
             gap = f"a gap in {names[0]}" if names else "a gap"
@@ -80,110 +80,7 @@ def _named(scenario: Scenario, number: int) -> str:
     return "the ground" if number == GROUND_NUMBER else obstacle_text(scenario, number)
 
 
-@dataclass(frozen=True, eq=False)
-class _Near:
-    """The shapes of one kind that are near parts of the curve: (k,) numbers of parts and of shapes, and errors."""
-
-    kind: GrownSolids
-    part: Indices
-    shape: Indices
-    error: Floats
-
-    def of(self, parts: Indices) -> "_Near":
-        """Return what is near some of the parts, rising numbers (m,), which are numbered anew."""
-        place = np.searchsorted(parts, self.part)
-        some = np.flatnonzero(parts[np.minimum(place, len(parts) - 1)] == self.part) if len(parts) else parts
-        return _Near(self.kind, place[some], self.shape[some], self.error[some])
-
-    def kept(self, some: NDArray[np.bool_]) -> "_Near":
-        """Return only some of the pairs."""
-        return _Near(self.kind, self.part[some], self.shape[some], self.error[some])
-
-    def depth(self, b: Floats) -> Floats:
-        """Return upper bounds (k,) on how deep the parts b (n, degree + 1, 3) are inside the widened shapes, metres."""
-        if not len(self.part):
-            return np.zeros(0)
-        return self.kind.depth(b[self.part], self.shape) + WIDENED + self.error
-
-    def deepest(self, b: Floats) -> Floats:
-        """Return the greatest of `depth` of each part, (n,) metres; minus infinity where no shape is near."""
-        deepest = np.full(len(b), -np.inf)
-        np.maximum.at(deepest, self.part, self.depth(b))
-        return deepest
-
-
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """Parts of the curve: coefficients (n, degree + 1, 3), the piece, begin and width of each, and what is near."""
-
-    b: Floats
-    piece: Indices
-    begin: Floats
-    width: Floats
-    near: tuple[_Near, ...]
-
-    def of(self, which: Indices) -> "_Parts":
-        """Return some of the parts, rising numbers (m,)."""
-        near = tuple(near.of(which) for near in self.near)
-        return _Parts(self.b[which], self.piece[which], self.begin[which], self.width[which], near)
-
-    def halved(self) -> "_Parts":
-        """Return both halves of each part: all first ones, then all second ones."""
-        width, n = self.width / 2, len(self.b)
-        near = tuple(
-            _Near(one.kind, np.r_[one.part, one.part + n], np.tile(one.shape, 2), np.tile(one.error, 2))
-            for one in self.near
-        )
-        begin = np.concatenate([self.begin, self.begin + width])
-        return _Parts(np.concatenate(halve(self.b)), np.tile(self.piece, 2), begin, np.tile(width, 2), near)
-
-    def points(self, end: int) -> "_Parts":
-        """Return the places where the parts begin (0) or end (-1), as parts."""
-        begin = self.begin + (self.width if end else 0.0)
-        return _Parts(self.b[:, [end]], self.piece, begin, np.zeros(len(self.b)), self.near)
-
-    @property
-    def extent(self) -> Floats:
-        """The longest side of the box around each part, (n,) metres."""
-        return (self.b.max(axis=1) - self.b.min(axis=1)).max(axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class _Movable:
-    """Parts that can be moved, and (n, k) by which of `STEPS`."""
-
-    parts: _Parts
-    allowed: NDArray[np.bool_]
-
-    def with_others(self, other: "_Movable") -> "_Movable":
-        """Return these and other parts."""
-        a, b = self.parts, other.parts
-        if not len(a.b):
-            return other
-        near = tuple(
-            _Near(
-                one.kind,
-                np.r_[one.part, two.part + len(a.b)],
-                np.r_[one.shape, two.shape],
-                np.r_[one.error, two.error],
-            )
-            for one, two in zip(a.near, b.near, strict=True)
-        )
-        begin, width = np.r_[a.begin, b.begin], np.r_[a.width, b.width]
-        parts = _Parts(np.concatenate([a.b, b.b]), np.r_[a.piece, b.piece], begin, width, near)
-        return _Movable(parts, np.concatenate([self.allowed, other.allowed]))
-
-    def in_order(self) -> "_Movable":
-        """Return the parts in the order in which they follow one another."""
-        parts = self.parts
-        order = np.lexsort([parts.begin, parts.piece])
-        rank = np.argsort(order)
-        near = tuple(_Near(one.kind, rank[one.part], one.shape, one.error) for one in parts.near)
-        ordered = _Parts(parts.b[order], parts.piece[order], parts.begin[order], parts.width[order], near)
-        return _Movable(ordered, self.allowed[order])
-
-
-def _steps() -> Floats:
+def _all_steps() -> Floats:
     """Return the steps by which parts are moved, (k, 3) metres; the first one is none.
 
     There are 50 directions: up, down, and 16 all around, each of them level, half up and half down.
@@ -196,7 +93,7 @@ def _steps() -> Floats:
     return np.concatenate([np.zeros((1, 3)), *(HALF_SEAM * size * ways for size in (2.5, 5.0, 1.2, 10.0))])
 
 
-STEPS = _steps()
+STEPS = _all_steps()
 
 
 def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
@@ -210,9 +107,17 @@ def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
         (n, degree + 1, 3) coefficients of consecutive pieces that are not known to leave the bounds or to come too
         close, metres, and (n,) bounds on their errors.
     """
-    near = tuple(_near(kind, b, error) for kind in (world.boxes, *world.others))
-    parts = _Parts(b, np.arange(len(b)), np.zeros(len(b)), np.ones(len(b)), near)
-    found = _Movable(parts.of(np.arange(0)), np.zeros((0, len(STEPS)), dtype=np.bool_))
+    seam = _sought(world, b, error)
+    if seam is None or not seam.decided or is_sealed(world, b, error, seam.piece, seam.share):
+        return seam
+    return replace(seam, decided=False)
+
+
+def _sought(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
+    """Return a place past which no steps lead, decided if rounding does not matter, or ``None`` if there is none."""
+    near = tuple(shapes_near(kind, b, error) for kind in (world.boxes, *world.others))
+    parts = CurveParts(b, np.arange(len(b)), np.zeros(len(b)), np.ones(len(b)), near)
+    found = MovableParts(parts.of(np.arange(0)), np.zeros((0, len(STEPS)), dtype=np.bool_))
     doubt, more = None, MORE_HALVINGS
     for _ in range(MAX_DEPTH + 1):
         parts, movable = _without_movable(world, parts)
@@ -231,16 +136,7 @@ def find_seam(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
     return doubt or _seam_at(world, parts.points(0), int(np.argmin(parts.extent)), decided=False)
 
 
-def _near(kind: GrownSolids, b: Floats, error: Floats) -> _Near:
-    """Return which shapes of one kind are so near to pieces that a step may meet them."""
-    wrong = kind.error(b, error)
-    reach = (wrong + WIDENED + SEAM_SEARCH)[:, None]
-    pairs = kind.tree.overlapping(b.min(axis=1) - reach, b.max(axis=1) + reach)
-    part, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
-    return _Near(kind, part, shape, wrong[part])
-
-
-def _without_movable(world: RefereeWorld, parts: _Parts) -> tuple[_Parts, _Movable]:
+def _without_movable(world: RefereeWorld, parts: CurveParts) -> tuple[CurveParts, MovableParts]:
     """Return the parts that must be cut, and those near shapes that some step moves clear of everything.
 
     Parts with no shape near them are in neither: they can be moved away from the bounds, and in all ways.
@@ -250,7 +146,7 @@ def _without_movable(world: RefereeWorld, parts: _Parts) -> tuple[_Parts, _Movab
         depth = one.depth(parts.b)
         np.maximum.at(deepest, one.part, depth)
         near.append(one.kept(~(depth <= -SEAM_SEARCH * one.kind.steepness)))
-    parts = _Parts(parts.b, parts.piece, parts.begin, parts.width, tuple(near))
+    parts = CurveParts(parts.b, parts.piece, parts.begin, parts.width, tuple(near))
     alone = np.ones(len(parts.b), dtype=np.bool_)
     for one in near:
         alone[one.part] = False
@@ -262,7 +158,7 @@ def _without_movable(world: RefereeWorld, parts: _Parts) -> tuple[_Parts, _Movab
     doubtful = np.flatnonzero(~allowed[:, 0] & (deepest <= SEAM_SEARCH * steepest))  # no step leads out from deeper
     allowed[doubtful] = _allowed(world, parts.of(doubtful))
     movable = allowed.any(axis=1)
-    return parts.of(np.flatnonzero(~movable)), _Movable(parts.of(np.flatnonzero(movable)), allowed[movable])
+    return parts.of(np.flatnonzero(~movable)), MovableParts(parts.of(np.flatnonzero(movable)), allowed[movable])
 
 
 def _in_bounds(world: RefereeWorld, b: Floats) -> NDArray[np.bool_]:
@@ -271,7 +167,7 @@ def _in_bounds(world: RefereeWorld, b: Floats) -> NDArray[np.bool_]:
     return ((b.min(axis=1) >= low) & (b.max(axis=1) <= high)).all(axis=1)
 
 
-def _allowed(world: RefereeWorld, parts: _Parts, sure: float = 1.0) -> NDArray[np.bool_]:
+def _allowed(world: RefereeWorld, parts: CurveParts, sure: float = 1.0) -> NDArray[np.bool_]:
     """Tell which of `STEPS` move which parts clear of all shapes and bounds, (n, k).
 
     With -1 for `sure`, errors are taken in favour of the steps.
@@ -286,7 +182,7 @@ def _allowed(world: RefereeWorld, parts: _Parts, sure: float = 1.0) -> NDArray[n
         clear = _in_bounds(world, moved)
         for near in parts.near:
             part = (near.part[:, None] * k + np.arange(k)).ravel()
-            repeated = _Near(near.kind, part, np.repeat(near.shape, k), sure * np.repeat(near.error, k))
+            repeated = NearShapes(near.kind, part, np.repeat(near.shape, k), sure * np.repeat(near.error, k))
             clear &= repeated.deepest(moved) <= 0
             thin = repeated.kept(near.kind.thin[repeated.shape])
             if len(thin.part):  # no step leads through a thin shape, as it is let pass, to its far side
@@ -296,7 +192,7 @@ def _allowed(world: RefereeWorld, parts: _Parts, sure: float = 1.0) -> NDArray[n
     return np.concatenate(columns, axis=1)
 
 
-def _sealed_place(world: RefereeWorld, points: _Parts) -> Seam | None:
+def _sealed_place(world: RefereeWorld, points: CurveParts) -> Seam | None:
     """Return a place from which no step leads away, or ``None``; where only rounding is left, it is not decided.
 
     No part that holds such a place can be moved, so that nothing is gained by cutting it.
@@ -312,7 +208,7 @@ def _sealed_place(world: RefereeWorld, points: _Parts) -> Seam | None:
     return _seam_at(world, points, int(surely[0] if len(surely) else sealed[0]), decided=bool(len(surely)))
 
 
-def _seam_along(world: RefereeWorld, movable: _Movable) -> Seam | None:
+def _seam_along(world: RefereeWorld, movable: MovableParts) -> Seam | None:
     """Return where parts that can be moved one by one cannot be moved as one curve, or ``None``."""
     for _ in range(2 * MAX_DEPTH):
         movable = movable.in_order()
@@ -325,12 +221,12 @@ def _seam_along(world: RefereeWorld, movable: _Movable) -> Seam | None:
             return _seam_at(world, movable.parts.points(0), k, decided=True)
         halves = movable.parts.of(long).halved()
         others = np.setdiff1d(np.arange(len(movable.parts.b)), long)
-        rest = _Movable(movable.parts.of(others), movable.allowed[others])
-        movable = rest.with_others(_Movable(halves, _allowed(world, halves)))
+        rest = MovableParts(movable.parts.of(others), movable.allowed[others])
+        movable = rest.with_others(MovableParts(halves, _allowed(world, halves)))
     return _seam_at(world, movable.parts.points(0), 0, decided=False)
 
 
-def _first_break(world: RefereeWorld, movable: _Movable) -> int | None:
+def _first_break(world: RefereeWorld, movable: MovableParts) -> int | None:
     """Return the first part to which no step leads from the steps of the parts before it, or ``None``."""
     parts = movable.parts
     ends, begins = parts.piece + parts.begin + parts.width, parts.piece + parts.begin
@@ -349,7 +245,7 @@ def _first_break(world: RefereeWorld, movable: _Movable) -> int | None:
     return None
 
 
-def _linked(world: RefereeWorld, parts: _Parts, k: int, before: Indices, steps: Indices) -> Indices:
+def _linked(world: RefereeWorld, parts: CurveParts, k: int, before: Indices, steps: Indices) -> Indices:
     """Return those steps of part k to which a clear straight line leads from one of the steps before, at its begin."""
     one, other = np.repeat(before, len(steps)), np.tile(steps, len(before))
     place = parts.b[k, 0]
@@ -360,13 +256,13 @@ def _linked(world: RefereeWorld, parts: _Parts, k: int, before: Indices, steps: 
     return np.unique(other[clear])
 
 
-def _repeated(near: _Near, times: int) -> _Near:
+def _repeated(near: NearShapes, times: int) -> NearShapes:
     """Return what is near one part as what is near so many parts."""
     part = np.repeat(np.arange(times), len(near.part))
-    return _Near(near.kind, part, np.tile(near.shape, times), np.tile(near.error, times))
+    return NearShapes(near.kind, part, np.tile(near.shape, times), np.tile(near.error, times))
 
 
-def _seam_at(world: RefereeWorld, points: _Parts, k: int, *, decided: bool) -> Seam:
+def _seam_at(world: RefereeWorld, points: CurveParts, k: int, *, decided: bool) -> Seam:
     """Return the seam at place k, with all obstacles that are near enough to leave too little space.
 
     Where the curve is only held up by a change of step, they may be as far away as a step is long.

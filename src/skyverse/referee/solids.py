@@ -67,6 +67,10 @@ class GrownSolids(ABC):
         thickness: Floats = (high - low).min(axis=1, initial=np.inf)
         return thickness
 
+    def is_convex(self, which: int) -> bool:
+        """Tell whether a shape is convex, so that the depth of places in and about it is a concave function."""
+        return True
+
     @property
     def steepness(self) -> float:
         """How many metres a depth changes at most while a place moves by one metre."""
