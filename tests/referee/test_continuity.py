@@ -93,6 +93,13 @@ def test_rounding_far_from_the_origin_is_no_jump_but_carries_no_uav_either(far):
     assert faults(replace(fast, scenario=fast.scenario.model_copy(update={"bounds": wide}))) >= {Fault.CONTINUITY}
 
 
+def test_what_rounding_may_add_is_no_more_than_a_share_of_the_uavs_limits():
+    far = 1e6  # where a jump of 8 units in the last place, 9.3e-10 m, might be rounding alone
+    creeping = mission(in_places(far + np.arange(3000) * 8 * np.spacing(far), 1e-3), **CREEPING)
+    wide = Bounds(min=(-1e7, -1e7, 0), max=(1e7, 1e7, 10))
+    assert Fault.CONTINUITY in faults(replace(creeping, scenario=creeping.scenario.model_copy(update={"bounds": wide})))
+
+
 def _shifted(row, since):
     row = row.copy()
     for i in range(len(row) - 1):

@@ -88,6 +88,17 @@ def test_metres_outside_a_band_above_ground_are_what_sampling_says(points, seed,
         assert altitude_term(band, path, grown_ground(scenario)) == pytest.approx(seen, abs=1e-4)
 
 
+@pytest.mark.parametrize("ground", [False, True])
+def test_a_climb_through_a_band_above_sea_pays_a_triangle_below_it_and_one_above_it(ground):
+    band = sky.AltitudeBand(low=2, high=6, weight=1)
+    terrain = Terrain(origin=(0, 0), step=(10, 10), heights=np.full((2, 2), 1.0))
+    below = grown_ground(world(terrain=terrain)) if ground else None
+    climb = np.array([(0, 0, 0), (6, 0, 8)], float)  # 10 m of way, of which 2.5 m are below and 2.5 m above the band
+    assert altitude_term(band, climb, below) == pytest.approx(2.5 * 2 / 2 + 2.5 * 2 / 2)
+    level = np.array([(0, 0, 9), (4, 0, 9), (4, 0, 5), (0, 0, 5)], float)
+    assert altitude_term(band, level, below) == pytest.approx(4 * 3 + 3 * 3 / 2)
+
+
 def test_a_level_leg_over_a_slope_pays_a_triangle():
     terrain = Terrain(origin=(0, 0), step=(5, 10), heights=[[0, 0], [5, 5], [10, 10]])
     band = sky.AltitudeBand(low=2, high=100, weight=1, above="ground")
