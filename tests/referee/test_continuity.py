@@ -1,9 +1,13 @@
 """The jumps of a trajectory have one budget, which no number of pieces and no name for its form makes larger."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
 
 from handmade import mission, straight
 from skyverse.model.scenario import Bounds
@@ -11,7 +15,10 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import FixedWing
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee import certify, check
+from skyverse.referee.continuity import ends_of_pieces
+from skyverse.referee.curve import PolynomialCurve
 
+PLACES = st.integers(-(10**6), 10**6).map(lambda number: 0.7 * number)
 CREEPING = {"max_speed": 0.01, "max_acceleration": 0.01, "max_jerk": 0.01}
 
 
@@ -98,6 +105,20 @@ def test_what_rounding_may_add_is_no_more_than_a_share_of_the_uavs_limits():
     creeping = mission(in_places(far + np.arange(3000) * 8 * np.spacing(far), 1e-3), **CREEPING)
     wide = Bounds(min=(-1e7, -1e7, 0), max=(1e7, 1e7, 10))
     assert Fault.CONTINUITY in faults(replace(creeping, scenario=creeping.scenario.model_copy(update={"bounds": wide})))
+
+
+@given(arrays.arrays(float, (2, 6, 3), elements=PLACES), st.floats(1e-3, 1e3))
+@example(np.full((2, 6, 3), 1e6) * (np.arange(6) == 0)[:, None], 1.0)
+def test_the_motion_at_the_end_of_a_piece_is_within_its_stated_error(pieces, seconds):
+    curve = PolynomialCurve(np.array([0.0, seconds, 2 * seconds]), pieces)
+    (motion,), (error,) = ends_of_pieces(curve)
+    rows = [[Fraction(float(value)) for value in pieces[0, :, axis]] for axis in range(3)]
+    for order in range(3):
+        exact = [sum(c * Fraction(seconds) ** power for power, c in enumerate(row)) for row in rows]
+        off = [abs(Fraction(float(value)) - true) for value, true in zip(motion[order], exact, strict=True)]
+        size = sum(np.linalg.norm([float(row[k]) for row in rows]) * seconds**k for k in range(len(rows[0])))
+        assert float(max(off)) <= error[order] <= 1e-14 * size
+        rows = [[k * c for k, c in enumerate(row)][1:] for row in rows]
 
 
 def _shifted(row, since):

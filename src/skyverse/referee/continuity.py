@@ -26,7 +26,7 @@ def judge_continuity(vehicle: UAV, uav: int, curve: PolynomialCurve) -> Iterator
     if len(curve.pieces) < 2:
         return
     kinds = 2 if vehicle.fixed_wing is not None else 3
-    before, error = _ends_of_pieces(curve)
+    before, error = ends_of_pieces(curve)
     each = np.arange(1, len(curve.pieces))
     after = curve.motions(each, np.zeros(len(each)))
     jumps = np.linalg.norm(before - after[:, :3], axis=2)[:, :kinds]
@@ -53,7 +53,7 @@ def _numbers(sizes: Floats) -> str:
     return f"{', '.join(numbers[:-1])} and {numbers[-1]}"
 
 
-def _ends_of_pieces(curve: PolynomialCurve) -> tuple[Floats, Floats]:
+def ends_of_pieces(curve: PolynomialCurve) -> tuple[Floats, Floats]:
     """Return the motion at the end of every piece but the last, and bounds on the rounding errors of its evaluation.
 
     Returns
