@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.planners import bbo, gso, moves
+from skyverse.planners import bbo, gso, path_changes, selection
 from skyverse.planners.base import provenance
 
 RUNS = 50
@@ -131,7 +131,7 @@ def test_a_graft_is_a_path_without_loops_that_holds_parts_of_both(seed):
         planner.step(run, 0.5)
     i, j = 1, 2
     rng = np.random.default_rng(seed)
-    length = moves.graft(run.task, run.workspace, rng, run.paths, i, j)
+    length = path_changes.graft(run.task, run.workspace, rng, run.paths, i, j)
     path = run.workspace.draft[:length].tolist()
     assert path[0] == run.task.source
     assert len(set(path)) == length
@@ -148,13 +148,13 @@ def test_a_graft_is_a_path_without_loops_that_holds_parts_of_both(seed):
 @settings(deadline=None)
 @given(st.lists(st.integers(0, 5), min_size=1, max_size=12))
 def test_ranking_is_stable(costs):
-    order = moves.ranked(np.array(costs, float))
+    order = selection.ranked(np.array(costs, float))
     assert order.tolist() == sorted(range(len(costs)), key=costs.__getitem__)
 
 
 def test_compiled_and_plain_give_the_same_graft_and_reroute():
     run, _ = opened(sky.BBO(habitats=4))
-    for kernel, others in ((moves.graft, (1, 2)), (moves.reroute, (1,))):
+    for kernel, others in ((path_changes.graft, (1, 2)), (path_changes.reroute, (1,))):
         plain = getattr(kernel, "py_func", kernel)
         drafts = []
         for function in (kernel, plain):

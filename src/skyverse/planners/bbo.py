@@ -6,19 +6,10 @@ from numpy.random import Generator
 
 from skyverse.numerics.kernel import kernel
 from skyverse.planners.lattice import LatticeSearch
-from skyverse.planners.moves import (
-    LatticeTask,
-    Paths,
-    Workspace,
-    adopt,
-    begin_at,
-    exhausted,
-    graft,
-    put,
-    ranked,
-    reroute,
-)
+from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, put
+from skyverse.planners.path_changes import graft, reroute
 from skyverse.planners.run import LatticeRun
+from skyverse.planners.selection import ranked
 from skyverse.planners.settings import require_boolean, require_integer, require_number
 
 

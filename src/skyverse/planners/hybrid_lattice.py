@@ -27,11 +27,10 @@ from skyverse.planners.moves import (
     limit_reached,
     put,
     random_node_near,
-    rank_wheel,
-    ranked,
 )
 from skyverse.planners.multiverse import Multiverse, charge_seeds
 from skyverse.planners.run import LatticeRun
+from skyverse.planners.selection import rank_wheel, ranked
 from skyverse.planners.subpaths import (
     begin_stretch,
     counts_nodes_only,

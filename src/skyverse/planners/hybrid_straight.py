@@ -11,10 +11,11 @@ from skyverse._typing import Floats
 from skyverse.model.result import Provenance, Result
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.planners.metaheuristic import Metaheuristic
-from skyverse.planners.moves import Workspace, exhausted, rank_wheel, ranked
+from skyverse.planners.moves import Workspace, exhausted
 from skyverse.planners.multiverse import Multiverse, charge_seeds
 from skyverse.planners.polyline_moves import altitude_in_band, clamp_to_bounds, move_beside_threat, small_move
 from skyverse.planners.roadmap import Roadmap, explore_roadmap, make_roadmap
+from skyverse.planners.selection import rank_wheel, ranked
 from skyverse.planners.settings import require_integer, require_number
 from skyverse.planners.straight_legs import (
     Polylines,

@@ -24,11 +24,10 @@ from skyverse.planners.moves import (
     judge,
     put,
     random_node_near,
-    rank_wheel,
-    ranked,
-    reroute,
 )
+from skyverse.planners.path_changes import reroute
 from skyverse.planners.run import LatticeRun
+from skyverse.planners.selection import rank_wheel, ranked
 from skyverse.planners.settings import require_boolean, require_integer, require_number
 
 
