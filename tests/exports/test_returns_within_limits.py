@@ -192,3 +192,70 @@ def test_nobody_lands_on_a_no_fly_zone(tmp_path):
     assert not over.any()
     with pytest.raises(sky.InputError, match="cannot land below its last waypoint"):
         sky.export(mission, tmp_path / "l.plan", end="land")
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_of_an_aeroplane_it_is_told_from_when_to_when_no_way_home_is_proven(tmp_path, suffix):
+    wing = sky.FixedWing(speed=15, turn_radius=40, climb=20)
+    flight = handmade.along([(-150, 0, 60), (150, 0, 60)], 20)
+    back, said = way_home(handmade.mission([flight], origin=ORIGIN, wing=wing), tmp_path, suffix)
+    assert back is None
+    assert "uav-1: no way home is proven from t = 0 s to 20 s, its whole flight, for it is an aeroplane" in said
+    assert [file.suffix for file in tmp_path.iterdir()] == [f".{suffix}"]  # no parameters of a multirotor
+
+
+def returned(back, place):
+    """Places on the way home from one place, but for the descent in the column, where nobody strays."""
+    goals = np.array([back.plan.home, *back.rally])
+    goal = goals[np.argmin(np.hypot(*(goals[:, :2] - place[:2]).T))]
+    level = max(back.plan.home[2] + back.altitude, goal[2], place[2])
+    if back.plan.autopilot.name == "px4":
+        level = max(goal[2] + back.altitude, place[2])
+    shares = np.linspace(0, 1, 300)[:, None]
+    top, over = np.array([*place[:2], level]), np.array([*goal[:2], level])
+    return np.concatenate([a + shares * (b - a) for a, b in ((place, top), (top, over))])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_all_that_a_straying_uav_reaches_on_its_way_home_is_safe(tmp_path, seed):
+    """Flights among towers over a hill, below a ceiling; whoever strays from the way home is judged by brute force."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(-320, 320, 33), np.linspace(-320, 320, 33), indexing="ij")
+    hill = 30 * np.exp(-((x - 50) ** 2 + (y - 20) ** 2) / 80**2)
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=hill, clearance=3.0)
+    error = sky.TrackingError(horizontal=float(rng.uniform(0, 2)), vertical=float(rng.uniform(0, 3)))
+    clearance = 2.0
+    towers = [
+        (low := rng.uniform([-150, -150, -5], [120, 120, -5]), low + rng.uniform([5, 5, 40], [40, 40, 90]))
+        for _ in range(8)
+    ]
+    corners = []
+    while len(corners) < 4:
+        place = rng.uniform([-200, -200, 40], [200, 200, 80])
+        legs = np.linspace(corners[-1], place, 300) if corners else np.linspace([*place[:2], 0], place, 50)
+        room = clearance + 3.0
+        inside = [((legs > a - room) & (legs < b + room)).all(axis=1).any() for a, b in towers]
+        if not any(inside):
+            corners.append(place)
+    most = float(rng.uniform(85, 110))
+    mission = handmade.mission(
+        [handmade.along(corners, 20)], boxes=towers, clearance=clearance, terrain=ground, origin=ORIGIN
+    )
+    mission = straying(changed(mission, max_height=most), error)
+    back, _ = way_home(mission, tmp_path, ["plan", "waypoints"][seed % 2])
+    assert back.proven
+    flight, times = back.plan.predicted(), np.linspace(back.plan.arrivals[0], back.plan.arrivals[-1], 80)
+    safe, wide = 0, np.array([error.horizontal, error.horizontal, error.vertical])
+    for time, place in zip(times, flight.at(times).position, strict=True):
+        if any(begin - 0.5 <= time <= end + 0.5 for begin, end in back.lost):
+            continue
+        safe += 1
+        points = returned(back, place)
+        points = points + rng.uniform(-1, 1, points.shape) * wide * [np.sqrt(0.5), np.sqrt(0.5), 1]
+        for low, high in towers:
+            assert np.maximum(low - points, points - high).max(axis=1).min() >= 0.5 * clearance - 0.02
+        height = points[:, 2] - handmade.under(mission.scenario, points)
+        assert height.min() >= 3.0 - 0.5 * clearance - 0.03
+        assert height.max() <= most + 0.03
+        assert points[:, 2].max() <= handmade.HIGH[2] + 0.02
+    assert safe > 20

@@ -69,6 +69,6 @@ def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefer
         add(Command.RETURN, MISSION_FRAME, *(0.0 for _ in range(7)))
     else:
         around = wing.turn_radius if wing is not None else 0.0
-        yaw = 0.0 if at.kind is AboveGround else None  # ArduPilot, which flies such missions, needs a number here
+        yaw = 0.0 if plan.autopilot.name == "ardupilot" else None  # ArduPilot needs a number here
         add(Command.LOITER, frame, 0.0, 0.0, around, yaw, *where[-1])
     return made

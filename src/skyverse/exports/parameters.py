@@ -88,8 +88,11 @@ def parameters_text(plan: FlightPlan, name: str, altitude: float | None) -> str:
 
 
 def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str, altitude: float | None) -> Path | None:
-    """Write the parameter file beside a mission file; return its path, or ``None`` where the autopilot takes none."""
-    if plan.autopilot.name not in SUFFIXES:
+    """Write the parameter file beside a mission file; return its path, or ``None`` where there is nothing to write.
+
+    DJI's aircraft take no parameters, and those of an aeroplane are its own.
+    """
+    if plan.autopilot.name not in SUFFIXES or not parameters(plan, altitude):
         return None
     beside = file.with_name(file.name[: -len(suffix)] + SUFFIXES[plan.autopilot.name])
     write_text(beside, parameters_text(plan, name, altitude))

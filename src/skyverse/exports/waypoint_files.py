@@ -127,6 +127,11 @@ def _return_notes(scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequ
     paths = [timed_path(scenario, plan) for plan in plans]
     for k, back in enumerate(returns):
         if back is None:
+            name, end = scenario.uavs[plans[k].route.uav].name, float(plans[k].arrivals[-1])
+            yield (
+                f"{name}: no way home is proven from t = 0 s to {end:.4g} s, its whole flight, for it is an aeroplane: "
+                "neither its return nor the circles that it flies at home; choose the altitude of its return yourself."
+            )
             continue
         others = [j for j in range(len(plans)) if j != k and crossed(scenario, back, plans[j], paths[j])]
         yield back.sentence(scenario, [scenario.uavs[plans[j].route.uav].name for j in others])
@@ -228,5 +233,7 @@ def _written(
             rally = own.with_name(own.name[: -len(suffix)] + ".ral")
             write_text(rally, rally_text(scenario, back))
             on_note(f"{name}: its rally points are in {rally}.")
-        if beside is not None:
+        if beside is None:
+            on_note(f"{name}: made for {plan.autopilot.title}.")
+        else:
             on_note(f"{name}: made for {plan.autopilot.title}, with the rates of {beside}: load them into it first.")
