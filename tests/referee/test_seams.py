@@ -15,7 +15,8 @@ from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 from skyverse.model.verdict import Verdict
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.polynomial import bernstein
-from skyverse.referee.seams import find_seam
+from skyverse.referee.seams import STEPS, find_seam
+from skyverse.referee.tolerances import HALF_SEAM, SEAM_SEARCH
 from skyverse.referee.world import referee_world
 
 SPAN = {"low": -1.0, "high": 11.0}
@@ -186,6 +187,15 @@ def test_a_flight_along_the_bounds_is_refuted_where_rounding_leaves_its_clearanc
     mission = replace(handmade.mission(handmade.straight(begin, end, 3.0)), scenario=scenario)
     (certificate,) = sky.certify(scenario, mission).trajectories
     assert certificate.verdict is Verdict.REFUTED, certificate.sentence
+
+
+def test_no_step_is_longer_than_half_of_what_is_searched_and_some_leave_a_seam():
+    lengths = np.linalg.norm(STEPS, axis=1)
+    assert lengths[0] == 0
+    assert np.all((lengths[1:] > HALF_SEAM) & (lengths[1:] <= SEAM_SEARCH / 2))
+    directions = STEPS[1:] / lengths[1:, None]
+    assert len(np.unique(directions.round(9), axis=0)) == 50
+    assert np.abs(directions.sum(axis=0)).max() < 1e-9
 
 
 def test_curves_are_judged_as_paths_are():

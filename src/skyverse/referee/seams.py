@@ -90,7 +90,7 @@ def _all_steps() -> Floats:
     half = np.sqrt(0.5)
     rings = [np.column_stack([half * around[0], half * around[1], np.full(16, up)]) for up in (half, -half)]
     ways = np.concatenate([[(0, 0, 1), (0, 0, -1)], np.column_stack([*around, np.zeros(16)]), *rings])
-    return np.concatenate([np.zeros((1, 3)), *(HALF_SEAM * size * ways for size in (2.5, 5.0, 1.2, 10.0))])
+    return np.concatenate([np.zeros((1, 3)), *(HALF_SEAM * size * ways for size in (2.5, 5.0, 1.2, 9.9))])
 
 
 STEPS = _all_steps()

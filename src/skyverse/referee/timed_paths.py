@@ -97,6 +97,8 @@ def pieces_apart(first: TimedPath, second: TimedPath, keep: KeptDistance) -> NDA
         r, s = ends[2][k], ends[3][k]
         within = (low - reach <= np.maximum(r, s)) & (high + reach >= np.minimum(r, s))
         near = np.flatnonzero(apart & within.all(axis=1))
+        if not len(near):
+            continue
         p, q = ends[0][near], ends[1][near]
         _, _, distance = nearest_points(p, q, np.broadcast_to(r, p.shape), np.broadcast_to(s, p.shape))
         apart[near] = distance - own[near] - others[k] >= needed
@@ -163,19 +165,21 @@ def nearest_points(p: Floats, q: Floats, r: Floats, s: Floats) -> tuple[Floats, 
     """
     u, v, w = q - p, s - r, p - r
     uu, uv, vv, uw, vw = (np.einsum("ij,ij->i", x, y) for x, y in ((u, u), (u, v), (v, v), (u, w), (v, w)))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inner = np.nan_to_num((uv * vw - vv * uw) / (uu * vv - uv * uv), nan=0.0, posinf=1.0, neginf=0.0)
-        candidates = []
-        for fixed in (0.0, 1.0, np.clip(inner, 0.0, 1.0)):
-            share = np.broadcast_to(np.asarray(fixed, dtype=np.float64), len(p))
-            other = np.clip(np.nan_to_num((vw + share * uv) / vv, nan=0.0), 0.0, 1.0)
-            again = np.clip(np.nan_to_num((other * uv - uw) / uu, nan=0.0), 0.0, 1.0)
-            candidates.append((again, other))
-        for fixed in (0.0, 1.0):
-            other = np.full(len(p), fixed)
-            candidates.append((np.clip(np.nan_to_num((other * uv - uw) / uu, nan=0.0), 0.0, 1.0), other))
+    inner = _share(uv * vw - vv * uw, uu * vv - uv * uv)
+    candidates = []
+    for share in (np.zeros(len(p)), np.ones(len(p)), inner):
+        other = _share(vw + share * uv, vv)
+        candidates.append((_share(other * uv - uw, uu), other))
+    candidates += [(_share(other * uv - uw, uu), other) for other in (np.zeros(len(p)), np.ones(len(p)))]
     shares, others = (np.array(column) for column in zip(*candidates, strict=True))
     between = np.linalg.norm(w + shares[..., None] * u - others[..., None] * v, axis=2)
     best = np.argmin(between, axis=0)
     rows = np.arange(len(p))
     return shares[best, rows], others[best, rows], between[best, rows]
+
+
+def _share(part: Floats, whole: Floats) -> Floats:
+    """Return which shares parts are of wholes, between 0 and 1; 0 of a whole that is nothing."""
+    some = whole > 0
+    share: Floats = np.clip(np.where(some, part, 0.0) / np.where(some, whole, 1.0), 0.0, 1.0)
+    return share
