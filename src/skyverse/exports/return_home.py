@@ -12,7 +12,7 @@ from skyverse.exports.flown_legs import Parts, bends
 from skyverse.exports.landing import ground_level, surface_below
 from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnLines, ReturnSpace, single
 from skyverse.exports.separation import kept_distance
-from skyverse.exports.way_home import Destination, Found, WayHome, destination
+from skyverse.exports.way_home import LARGEST_PART, Destination, Found, WayHome, destination
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING
@@ -54,8 +54,6 @@ class Return:
         Whether the way home at all other instants is proven.
     lines
         The lines that prove it.
-    kept
-        The parts of the flight that have a way home.
     level
         z at which it returns from its last waypoint, metres, and `landing`, (3,) metres, where it then lands.
     """
@@ -65,7 +63,6 @@ class Return:
     lost: Floats
     proven: bool
     lines: ReturnLines
-    kept: Parts
     level: float
     landing: Floats
 
@@ -135,7 +132,7 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     nearest = int(np.argmin(np.linalg.norm((way.places - last)[:, :2], axis=1)))
     level = max(float(last[2]), float(way.levels[nearest]))
     spans = _spans(found.lost, plan)
-    return Return(plan, way, spans, True, found.lines, found.kept, level, way.places[nearest])
+    return Return(plan, way, spans, True, found.lines, level, way.places[nearest])
 
 
 def certified(scenario: Scenario, space: ReturnSpace, returns: Sequence[Return]) -> list[Return]:
@@ -175,18 +172,20 @@ def _best_altitude(
         return WayHome(scenario, space, plan, [base], end, altitude)
 
     ways = [way(altitude) for altitude in _altitudes(scenario, plan)]
-    blocked = [one.blocked() for one in ways]
-    if min(blocked):
-        chosen = ways[blocked.index(min(blocked))]
-        return chosen, chosen.search()
     best: tuple[WayHome, Found] | None = None
-    for one in (one for one, count in zip(ways, blocked, strict=True) if not count):
+    blocked = []
+    for one in ways:
+        blocked.append(one.blocked())
+        if blocked[-1]:
+            continue
         found = one.search()
         if best is None or one.legs.metres(found.lost) < one.legs.metres(best[1].lost):
             best = one, found
         if not len(found.lost.leg):
             break
-    assert best is not None
+    if best is None:
+        chosen = ways[blocked.index(min(blocked))]
+        return chosen, chosen.search()
     below = max([one.altitude for one in ways if one.altitude < best[0].altitude], default=best[0].altitude)
     for _ in range(REFINEMENTS):
         middle = way(round((below + best[0].altitude) / 2, 1))
@@ -203,11 +202,11 @@ def _best_altitude(
 def crossed(scenario: Scenario, one: Return, other: FlightPlan, path: TimedPath) -> bool:
     """Tell whether it is not proven that a returning UAV keeps its separation from another one's whole path.
 
-    Parts of the flight whose returns may come too near are halved until they are small; the descents count down to
-    where the UAV lands.
+    Returns from all of its flight count, and the descents down to where the UAV lands. Parts of the flight whose
+    returns may come too near are halved until they are small.
     """
     keep = kept_distance(scenario, one.plan.route.uav, other.route.uav)
-    parts: Parts | None = one.kept
+    parts: Parts | None = one.way.legs.whole(2 * LARGEST_PART)
     tops = np.column_stack([one.way.places[:, :2], one.way.column])
     if not pieces_apart(_timeless(tops, one.way.places, np.full(len(tops), MAVLINK_ROUNDING)), path, keep).all():
         return True

@@ -80,10 +80,9 @@ def return_level(autopilot: Autopilot, home: Floats, destination: Destination, a
 
 
 class Found(NamedTuple):
-    """The parts of a flight without a way home, those with one, and the lines that prove the latter."""
+    """The parts of a flight without a way home, and the lines that prove the way home of all others."""
 
     lost: Parts
-    kept: Parts
     lines: ReturnLines
 
 
@@ -123,22 +122,21 @@ class WayHome:
         self.error = scenario.uavs[plan.route.uav].tracking_error
 
     def search(self) -> Found:
-        """Return the parts of the flight without a way home, and those with one."""
+        """Return the parts of the flight without a way home, and the lines that prove the way home of all others."""
         todo = self.legs.whole(2 * LARGEST_PART)
-        lost, kept, proof = [todo.of(np.zeros(0, dtype=np.intp))], [todo.of(np.zeros(0, dtype=np.intp))], []
+        lost, proof = [todo.of(np.zeros(0, dtype=np.intp))], []
         while len(todo.leg):
             lines, part = self.lines(todo)
             safe = self.space.free(lines, self.error)
             free = np.ones(len(todo.leg), dtype=np.bool_)
             np.logical_and.at(free, part, safe)
             proof.append(lines.of(free[part]))
-            kept.append(todo.of(free))
             hopeless = self._hopeless(lines.of(~safe), part[~safe], len(free))
             smallest = SMALLEST_PART if (~free).sum() <= MANY_PARTS else SMALLEST_OF_MANY
             left, across = self._larger(todo, np.where(hopeless, SMALLEST_LOST, smallest))
             lost.append(todo.of(~free & ~left))
             todo = todo.of(~free & left).halved(across[~free & left])
-        return Found(joined_parts(lost), joined_parts(kept), joined(proof))
+        return Found(joined_parts(lost), joined(proof))
 
     def _larger(self, parts: Parts, smallest: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Tell which parts are larger than half sizes (n,), and whether they are to be cut across."""

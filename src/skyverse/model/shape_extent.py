@@ -16,7 +16,7 @@ def extent(shape: Box | Cylinder | Sphere | Prism | Voxels) -> tuple[Floats, Flo
         low = np.array(shape.origin)
         return low, low + np.array(shape.step) * shape.occupied.shape
     if isinstance(shape, Cylinder):
-        low, high = np.array(shape.centre) - shape.radius, np.array(shape.centre) + shape.radius
-    else:
-        low, high = np.min(shape.vertices, axis=0), np.max(shape.vertices, axis=0)
-    return np.append(low, shape.low), np.append(high, shape.high)
+        (x, y), r = shape.centre, shape.radius
+        return np.array([x - r, y - r, shape.low]), np.array([x + r, y + r, shape.high])
+    xs, ys = zip(*shape.vertices, strict=True)  # a few numbers, which NumPy takes longer for
+    return np.array([min(xs), min(ys), shape.low]), np.array([max(xs), max(ys), shape.high])
