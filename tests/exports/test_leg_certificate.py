@@ -149,7 +149,8 @@ def test_no_leg_is_proven_that_leads_between_shapes_that_touch_when_they_are_gro
     blind = certificate(replace(mission, scenario=given))
     assert blind.legs.trouble(*line) is None
     assert blind.refused([line]) == (set() if wider else {0})
-    assert "between" in proof.sentence(searched[1]) if searched else wider
+    if searched is not None:
+        assert "between" in proof.sentence(searched[1])
 
 
 def test_a_start_that_touches_a_grown_obstacle_is_exported():
@@ -167,6 +168,6 @@ def test_no_leg_is_proven_that_leads_between_a_grown_shape_and_the_bounds_that_i
     shape = (sky.Box(min=(-10, -20, handmade.LOW[2] + 2), max=(10, 20, 140)),)
     mission = handmade.mission([handmade.along([(-90, 0, 50), (90, 0, 50)], 10)], clearance=2.0, origin=ORIGIN)
     proof = certificate(replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": shape})))
-    for z, x in ((handmade.LOW[2], 40), (handmade.LOW[2] - 0.002, 40)):
-        line = np.array([(-x, 0, z), (x, 0, z)]), 0.0, np.zeros(2)
+    for z in (handmade.LOW[2], handmade.LOW[2] - 0.002):
+        line = np.array([(-40, 0, z), (40, 0, z)]), 0.0, np.zeros(2)
         assert proof.legs.trouble(*line) is not None

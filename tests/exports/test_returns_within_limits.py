@@ -153,7 +153,7 @@ def test_pairs_are_judged_with_the_height_to_which_the_file_lets_them_climb_firs
     over = handmade.along([(-100, 0, 7), (100, 0, 7)], 40)
     mission = handmade.mission([low, over], origin=ORIGIN)
     uavs = tuple(uav.model_copy(update={"home": 0.0}) for uav in mission.scenario.uavs)
-    for takeoff, apart in ((3.0, Apart.SPACE), (7.0, None)):
+    for takeoff, apart in ((3.0, True), (7.0, False)):
         seen = []
         sky.export(
             changed(mission, uavs=uavs),
@@ -163,7 +163,7 @@ def test_pairs_are_judged_with_the_height_to_which_the_file_lets_them_climb_firs
             on_certificate=seen.append,
         )
         (kind,) = seen[0].apart.pairs.values()
-        assert (kind is Apart.SPACE) == (apart is Apart.SPACE)
+        assert (kind is Apart.SPACE) == apart
         (first, _) = (back.plan for back in seen[0].returns)
         assert first.waypoints[0][2] == takeoff
 

@@ -85,7 +85,7 @@ class Return:
             return f"{name}: whether it comes home by itself could not be proven."
         said = f"{name}: it returns at {self.altitude:.4g} m above home"
         if len(self.rally):
-            said += f", to the nearest of home and {len(self.rally)} rally points"
+            said += f", to the nearest of home and {len(self.rally)} rally point{'s' * (len(self.rally) > 1)}"
         if len(self.lost):
             spans = ", ".join(f"from t = {begin:.4g} s to {end:.4g} s" for begin, end in self.lost[:5])
             more = f" and {len(self.lost) - 5} more times" if len(self.lost) > 5 else ""
