@@ -4,11 +4,12 @@ from fractions import Fraction
 from math import comb
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from skyverse.referee.polynomial import bernstein, halve, squared
+from skyverse.referee.polynomial import Polynomials, bernstein, halve, squared
 
 number = st.floats(-1e3, 1e3).map(lambda value: value if abs(value) > 1e-6 else 0.0)
 duration = st.floats(1e-3, 1e2)
@@ -88,3 +89,9 @@ def test_halves_are_the_same_polynomial():
 def _shifted(power, t):
     n = power.shape[1]
     return np.stack([sum(comb(j, i) * t ** (j - i) * power[:, j] for j in range(i, n)) for i in range(n)], axis=1)
+
+
+def test_the_size_of_a_polynomial_counts_what_its_coefficients_may_be_off():
+    some = Polynomials(np.array([[1.0, -3.0], [2.0, 0.0]]), np.array([0.5, 0.25]))
+    assert some.size.tolist() == [3.5, 2.25]
+    assert (some * some).error.tolist() == pytest.approx([2 * 3.5 * 0.5, 2 * 2.25 * 0.25])
