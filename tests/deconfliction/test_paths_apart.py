@@ -70,3 +70,20 @@ def test_pairs_that_are_apart_by_timing_only_are_named():
     assert timed.violations == ()
     assert apart_by_timing_only(timed) == [(0, 1)]
     assert apart_by_timing_only(planned(scenario)) == []
+
+
+def test_the_price_of_a_detour_and_its_history_contain_the_columns_once():
+    stray = {"separation": 2.0, "tracking_error": {"horizontal": 1.0, "vertical": 2.0}}
+    scenario = sky.Scenario(
+        name="on the ground",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(60, 60, 50)),
+        objective=sky.Objective(unit="metres"),
+        clearance=0.5,
+        lattice=sky.Lattice(step=(2, 2, 2), connectivity=26),
+        uavs=[{"start": (30, 5, 0.5)} | stray, {"start": (5, 30, 0.5)} | stray],
+        targets=[{"position": (30, 55, 0.5)}, {"position": (55, 30, 0.5)}],
+    )
+    mission = planned(scenario)
+    assert [action.kind for action in mission.deconfliction.actions] == ["detour"]
+    assert mission.violations == ()
+    assert mission.results[1].history.cost[-1] == pytest.approx(mission.results[1].cost)

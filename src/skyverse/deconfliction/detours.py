@@ -9,14 +9,14 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Gate
 from skyverse.deconfliction.find_conflicts import kept_ellipsoid
-from skyverse.model.result import Effort, Result
+from skyverse.model.result import Effort, Result, Status
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import Stopwatch
 from skyverse.numerics.tolerances import MIN_COMPARED_LENGTH
 from skyverse.planners.base import provenance
-from skyverse.planners.results import SearchRecord, any_angle_result, lattice_result
+from skyverse.planners.results import SearchRecord, lattice_result
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
 from skyverse.space.lattice import Grid
@@ -187,8 +187,7 @@ def _shortest_path(problem: Problem, walled: Problem) -> Result | None:
     if not planned.status.reached or not same:  # a wall may leave no place for the top of a column
         return None
     origin = replace(planned.provenance, planner="Taut, led around others")
-    record = SearchRecord(origin, planned.effort, planned.seconds, planned.history, planned.stopped_by)
-    return any_angle_result(problem, problem.without_columns(planned.path), None, record)
+    return replace(planned, provenance=origin, bound=None, status=Status.COMPLETE)  # its bound is one among the walls
 
 
 def _cheapest_on_lattice(problem: Problem, walled: Problem) -> Result | None:
