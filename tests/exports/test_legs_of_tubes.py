@@ -104,3 +104,26 @@ def test_the_first_climb_leads_out_of_the_column(above):
     first = planned.trajectories[0].at(route.times[0]).position[0]
     np.testing.assert_allclose(first, top, atol=1e-3)
     assert (np.diff(route.points[:, 2])[0] > 0) & (route.waypoints[:-1, 2] >= top[2]).all()
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_uav_stops_above_a_target_in_a_column_and_flies_straight_down(stops):
+    scenario = sky.Scenario(
+        name="plain",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(300, 40, 60)),
+        obstacles=[sky.Box(min=(100, 0, 0), max=(120, 40, 20))],
+        clearance=2.0,
+        lattice=sky.Lattice(step=(5, 5, 5), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[{"start": (10.3, 12.1, 3), "vehicle": "camera"}],
+        targets=[{"position": (287.96, 22.38, 2.995)}],
+        terrain=sky.Terrain(origin=(0, 0), step=(300, 40), heights=np.ones((2, 2)), clearance=1.99),
+        frame=sky.Frame(origin=sky.Origin(latitude=47, longitude=8, altitude=400)),
+    )
+    planned = sky.plan_mission(scenario, sky.Taut())
+    assert planned.violations == ()
+    (route,) = routes(planned, stops=stops)
+    above, end = route.points[-2:]
+    np.testing.assert_allclose(end, scenario.targets[0].position, atol=1e-9)
+    np.testing.assert_allclose(above, sky.Problem(scenario).end, atol=2e-3)
+    assert stops or route.holds[-2] > 0

@@ -5,7 +5,7 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -273,7 +273,13 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
     print(
         f"{high[0] - low[0]:g} m by {high[1] - low[1]:g} m by {high[2] - low[2]:g} m around "
         f"{origin.latitude:g}, {origin.longitude:g}, zero at {origin.altitude:g} m amsl; "
-        f"{len(scenario.obstacles):,} obstacles, {len(scenario.zones):,} zones, {len(scenario.uavs)} UAVs, "
-        f"{len(scenario.targets)} targets; lattice of {nodes:,} nodes, {scenario.lattice.step[0]:g} m apart"
+        f"{_counted(scenario.obstacles, 'obstacle')}, {_counted(scenario.zones, 'zone')}, "
+        f"{_counted(scenario.uavs, 'UAV')}, {_counted(scenario.targets, 'target')}; "
+        f"lattice of {nodes:,} nodes, {scenario.lattice.step[0]:g} m apart"
     )
     print(output)
+
+
+def _counted(things: Sequence[object], noun: str) -> str:
+    """Return how many things there are, in words."""
+    return f"{len(things):,} {noun}{'' if len(things) == 1 else 's'}"

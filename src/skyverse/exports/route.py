@@ -123,8 +123,15 @@ def route(
     scenario = legs.scenario
     said: str | Obstruction = ""
     instants, curve = _samples(trajectory)
-    foot, risen = curve[0], 0 if stops else _samples_in_column(legs, curve)
+    foot, risen = curve[0], 0 if stops else _count_in_column(legs, curve)
+    sunk = _count_in_column(legs, curve[::-1])
     instants, curve = instants[risen:], curve[risen:]
+    stop_at = set()
+    if sunk:  # it stops at the top of the column over the target, and flies straight down from there
+        flown = [*range(len(curve) - sunk), len(curve) - 1]
+        instants, curve = instants[flown], curve[flown]
+        curve[-2, :2] = curve[-1, :2]
+        stop_at = {len(curve) - 2}
     height = float(curve[0, 2] - foot[2]) if risen else 0.0
     more = max(takeoff - height, radius if risen else 0.0)  # the corner above a column may be cut
     for climb in [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]:
@@ -132,7 +139,7 @@ def route(
         if climb > height and legs.leg(foot, lifted).fault is not None:
             continue
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
-            search = WaypointPlacement(legs, foot, curve, climb, 0.0 if stops else size, size, may_stop)
+            search = WaypointPlacement(legs, foot, curve, climb, 0.0 if stops else size, size, may_stop, stop_at)
             found = search.run()
             if isinstance(found, Obstruction):
                 said = found
@@ -183,8 +190,8 @@ def _made(
     return Route(uav, points, times, radius, climb, off, holds, bends)
 
 
-def _samples_in_column(legs: LegChecker, curve: Floats) -> int:
-    """Return how many samples of a curve are in the column over its start, below the column's top."""
+def _count_in_column(legs: LegChecker, curve: Floats) -> int:
+    """Return how many samples of a curve, (n, 3), are in the column over its first place, below the column's top."""
     for foot, top in legs.columns:
         if np.abs(foot - curve[0]).max() <= SAME_PLACE:
             below = (np.abs(curve[:, :2] - foot[:2]).max(axis=1) <= SAME_PLACE) & (curve[:, 2] < top[2] - SAME_PLACE)

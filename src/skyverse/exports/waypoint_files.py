@@ -189,7 +189,7 @@ def _require_apart(scenario: Scenario, apart: FleetApart, options: WaypointOptio
     """Raise `InputError` where UAVs come too close, or their paths are not apart in space and should be."""
     if options.apart_in_space and not apart.only(Apart.SPACE):
         left = [text for text in apart.sentences(scenario) if text != apart.sentence(scenario, Apart.SPACE)]
-        raise InputError(f"{path}: not all paths are apart in space: {left[0]}", give=[Remedy("apart_in_space", False)])
+        raise InputError(f"{path}: not all paths are apart in space: {left[0]}")
     if apart.of(Apart.CLOSE) and not options.allow_close:
         said = apart.certificate(scenario).sentence
         raise InputError(

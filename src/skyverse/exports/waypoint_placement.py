@@ -26,16 +26,41 @@ class Obstruction(NamedTuple):
 
 
 class WaypointPlacement:
-    """A search that places waypoints on a curve, and moves them outwards where legs come too near to obstacles."""
+    """A search that places waypoints on a curve, and moves them outwards where legs come too near to obstacles.
+
+    Parameters
+    ----------
+    legs
+        Checks the legs.
+    foot, climb
+        Where the UAV starts, (3,) metres, and how many metres it then climbs.
+    curve
+        (n, 3) metres: samples of the trajectory after that.
+    radius, reach
+        The acceptance radius, and how far legs may be off the curve, metres.
+    may_stop
+        Whether the UAV may stop where it cannot cut a corner.
+    stop_at
+        The samples at which it stops in any case.
+    """
 
     def __init__(
-        self, legs: LegChecker, foot: Floats, curve: Floats, climb: float, radius: float, reach: float, may_stop: bool
+        self,
+        legs: LegChecker,
+        foot: Floats,
+        curve: Floats,
+        climb: float,
+        radius: float,
+        reach: float,
+        may_stop: bool,
+        stop_at: set[int],
     ) -> None:
         self.legs, self.curve, self.radius, self.reach, self.may_stop = legs, curve, radius, reach, may_stop
-        self.stopped: set[int] = set()
+        self.stopped, self.fixed = set(stop_at), frozenset(stop_at)
         lifted = foot + np.array([0.0, 0.0, climb])
         self.begin = foot[None] if climb else curve[:0]
-        self.nodes: list[tuple[int, Floats]] = [(0, lifted), (len(curve) - 1, curve[-1])]
+        self.nodes: list[tuple[int, Floats]] = [(0, lifted), *((k, curve[k]) for k in sorted(stop_at) if k)]
+        self.nodes.append((len(curve) - 1, curve[-1]))
         self.pushed: dict[int, float] = {}
 
     def run(self) -> list[tuple[int, Floats]] | Obstruction:
@@ -116,7 +141,7 @@ class WaypointPlacement:
             return False
         index, _ = self.nodes[k]
         done = self.pushed.get(index, 0.0)
-        if done >= MAX_PUSH * self.reach:
+        if index in self.fixed or done >= MAX_PUSH * self.reach:
             return False
         ahead, behind = self.nodes[k + 1][1] - self.curve[index], self.curve[index] - self.nodes[k - 1][1]
         bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)

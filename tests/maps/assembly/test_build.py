@@ -583,7 +583,7 @@ def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that
     def uav_and_notes(**limits):
         told = []
         made = build_scenario("v", terrain=[valley], uavs=[START], targets=[GOAL], on_note=told.append, **limits)
-        return made.uavs[0], [note.text for note in told if note.text.startswith("UAVs fly")]
+        return made.uavs[0], [note.text for note in told if note.text.startswith("UAVs ")]
 
     uav, (note,) = uav_and_notes()
     assert (uav.max_speed, uav.max_climb, uav.max_descent, uav.ellipsoid) == (5, 3, 1.5, (5, 10))
@@ -595,6 +595,12 @@ def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that
     assert (uav.max_speed, uav.max_climb, uav.max_descent) == (5, 2, 1.5)
     uav, notes = uav_and_notes(vehicle="camera", separation=20.0)
     assert uav == sky.UAV(start=uav.start, name=uav.name, home=uav.home, vehicle="camera", separation=20)
+    assert notes == [
+        "UAVs may stray 1.6 m horizontally and 3 m vertically in calm air, by the profile 'camera'; "
+        "give tracking_error for those in wind"
+    ]
+    uav, notes = uav_and_notes(vehicle="camera", tracking_error=(2.0, 4.0))
+    assert uav.tracking_error == sky.TrackingError(horizontal=2, vertical=4)
     assert notes == []
 
 

@@ -48,6 +48,7 @@ from skyverse.model.scenario import (
 )
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.uav import UAV
+from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
 
 NO_UNIT = Sentence("heights without a unit taken as metres", give=[Remedy("Raster.unit", "ft", "to take them as feet")])
 
@@ -172,7 +173,16 @@ def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: s
 def _limits(options: BuildOptions) -> FleetLimits:
     """Return the limits of the UAVs, those of outdoor flight where neither they nor a vehicle are given, and tell."""
     given = {field.name: getattr(options, field.name) for field in fields(FleetLimits)}
-    if options.vehicle is not None or not options.uavs:
+    if not options.uavs:
+        return FleetLimits(**given)
+    if options.vehicle is not None:
+        profile = VEHICLE_PROFILES.get(options.vehicle)
+        if profile is not None and options.tracking_error is None:
+            aside, up = (profile.limits["tracking_error"][key] for key in ("horizontal", "vertical"))
+            strays = f"{aside:g} m horizontally and {up:g} m vertically in calm air"
+            told = f"UAVs may stray {strays}, by the profile {options.vehicle!r}"
+            give = [Remedy("tracking_error", None, "for those in wind")]
+            options.on_note(Note("", Sentence(told, give=give)))
         return FleetLimits(**given)
     limits = replace(OUTDOOR, **{name: value for name, value in given.items() if value is not None})
     assert limits.tracking_error is not None
