@@ -342,6 +342,7 @@ RISE = 10 * np.tan(np.radians(8))
         ({"speed": 10 / 0.991, "radius": 19}, 0, None),
         ({"speed": 10 / 0.989, "radius": 19}, 0, Fault.AIRSPEED),
         ({"max_acceleration": 4.995, "speed": 9.95, "radius": 20 - 1e-4}, 0, Fault.ACCELERATION),
+        ({"max_jerk": 0.01}, 0, None),  # only of multirotors
     ],
 )
 def test_aeroplanes_keep_their_airspeed_turn_and_climb(sense, fields, rise, fault):

@@ -6,7 +6,7 @@ import pytest
 import skyverse as sky
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.referee.clearance import judge_segments
-from skyverse.referee.column import column_over
+from skyverse.referee.column import column_over, parts_of_flight
 from skyverse.referee.tube import raised_heights
 from skyverse.referee.world import referee_world
 from skyverse.space.tube import raised
@@ -119,3 +119,23 @@ def test_separation_and_errors_added_up_are_too_little_obliquely_above():
     turn = np.radians(45)
     x, z = (across + aside) * np.cos(turn), (above + up) * np.sin(turn)
     assert np.hypot((x - aside) / across, (z - up) / above) < 0.8
+
+
+def test_a_violation_tells_what_is_left_of_the_distance_within_the_error_and_the_clearance_alone():
+    given = scenario(terrain=None, max_height=None)
+    judged = judge_segments(referee_world(given, ERRORS[0]), np.array([[2.2, 1, 2.0]]), np.array([[2.2, 8, 2.0]]))
+    told = judged.incursion.sentence(given, "It", "there")
+    assert told.startswith("It comes within 0.3 m of obstacle 0 there")
+    assert told.endswith("0.4 m are required.")
+
+
+def test_a_flight_up_and_down_one_line_is_judged_in_both_columns_but_once():
+    """Start and target lie on one vertical line, so that every piece is in both columns."""
+    error = ERRORS[0]
+    uav, target = sky.UAV(start=(1, 1, 0.5), tracking_error=error), sky.Target(position=(1, 1, 1.0))
+    given = scenario(terrain=None, max_height=None, uavs=(uav,), targets=(target,))
+    b = np.array([[[1, 1, low], [1, 1, low + 0.1]] for low in (0.5, 0.6, 0.7, 0.8, 0.9)])
+    world = referee_world(given, error)
+    parts = parts_of_flight(world, 0, 0, b, np.zeros(len(b)))
+    assert [(part.start, part.stop) for _, part in parts] == [(0, 5)]
+    assert parts[0][0] is world.nominal
