@@ -52,3 +52,15 @@ def test_certificates_agree_with_an_oracle_that_samples():
     proven, refuted, _ = (int(cell) for cell in row.split("|")[2:5])
     assert proven >= 8
     assert refuted >= 8
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="flying in plain Python is slow")
+def test_missions_in_gusts_are_a_table():
+    if importlib.util.find_spec("rotorpy") is None:
+        pytest.skip('rotorpy is not installed; pip install "skyverse[flight]"')
+    done = run(PEERS.parent / "tracking.py", "map1", "--runs", "2")
+    assert done.returncode == 0, done.stderr
+    row = next(line for line in done.stdout.splitlines() if line.startswith("| map1"))
+    mission, runs, speed, *_ = (cell.strip() for cell in row.strip("|").split("|"))
+    assert (mission, runs, speed) == ("map1", "2", "100%")
