@@ -114,13 +114,6 @@ def test_uavs_keep_their_separation_wherever_they_are_within_their_errors(turn, 
     assert nearest >= 1 or not proven
 
 
-def test_separation_and_errors_added_up_are_too_little_obliquely_above():
-    across, above, aside, up = 5.0, 10.0, 3.2, 6.0
-    turn = np.radians(45)
-    x, z = (across + aside) * np.cos(turn), (above + up) * np.sin(turn)
-    assert np.hypot((x - aside) / across, (z - up) / above) < 0.8
-
-
 def test_a_violation_tells_what_is_left_of_the_distance_within_the_error_and_the_clearance_alone():
     given = scenario(terrain=None, max_height=None)
     judged = judge_segments(referee_world(given, ERRORS[0]), np.array([[2.2, 1, 2.0]]), np.array([[2.2, 8, 2.0]]))
