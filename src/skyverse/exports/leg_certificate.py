@@ -96,7 +96,8 @@ class LegCertificate:
     def _world(self, growth: float, strays: bool) -> RefereeWorld:
         key = growth, self.legs.error if strays else NO_ERROR
         if key not in self.worlds:
-            self.worlds[key] = referee_world(self.legs.grown(growth), key[1])
+            shapes = next((world.shapes for world in self.worlds.values()), None)
+            self.worlds[key] = referee_world(self.legs.grown(growth), key[1], shapes=shapes)
         return self.worlds[key]
 
 

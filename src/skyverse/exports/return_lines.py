@@ -20,6 +20,7 @@ from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
 from skyverse.referee.clearance import judge_segments
+from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.world import referee_world
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
@@ -161,6 +162,7 @@ class ReturnSpace:
             every = np.ones(len(lines.growth), dtype=np.bool_)
             for some, ground, deviation, growth in self._groups(lines, error, every):
                 wanted[ground, deviation, growth].append((lines.starts[some], lines.ends[some]))
+        shapes: dict[bool, SolidShapes] = {}
         for (ground, deviation, growth), pairs in wanted.items():
             given = self._asked(ground)
             widened = growth + SEAM_WIDTH
@@ -170,7 +172,8 @@ class ReturnSpace:
                 given = given.model_copy(update={"terrain": given.terrain.model_copy(update=more), "max_height": most})
             given = given.model_copy(update={"clearance": given.clearance + widened})
             starts, ends = (np.concatenate(column) for column in zip(*pairs, strict=True))
-            world = referee_world(given, deviation)
+            world = referee_world(given, deviation, shapes=shapes.get(ground))
+            shapes[ground] = world.shapes
             for first in range(0, len(starts), SEGMENTS_AT_ONCE):
                 batch = slice(first, first + SEGMENTS_AT_ONCE)
                 judged = judge_segments(world, starts[batch], ends[batch])

@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Shape, Sphere, Voxels
+from skyverse.referee.outlines import Outlines, outlines_of
 
 ShapeKind = TypeVar("ShapeKind", bound=Shape)
 
@@ -26,10 +27,13 @@ class SolidShapes:
         Metres.
     by_kind
         The shapes of each kind, in the order of the scenario's obstacles, with the numbers of their obstacles.
+    outlines
+        Those of the prisms.
     """
 
     clearance: float
     by_kind: dict[type[Shape], tuple[list[Shape], list[int]]]
+    outlines: Outlines
 
     def of(self, kind: type[ShapeKind]) -> tuple[list[ShapeKind], Indices]:
         """Return all shapes of one kind, and the numbers (m,) of the obstacles that they belong to."""
@@ -46,7 +50,8 @@ def solid_shapes(scenario: Scenario) -> SolidShapes:
             shapes, numbers = by_kind[type(shape)]
             shapes.append(shape)
             numbers.append(number)
-    return SolidShapes(scenario.clearance, dict(by_kind))
+    prisms = cast("list[Prism]", by_kind[Prism][0])
+    return SolidShapes(scenario.clearance, dict(by_kind), outlines_of(prisms))
 
 
 def _closed(shape: AnyShape, top: float) -> tuple[AnyShape, ...]:

@@ -129,44 +129,11 @@ def _ray_crosses(a: Floats, p: Floats, q: Floats) -> Indices:
 
 def grown_prisms(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownPrisms:
     """Return all prisms, for a UAV with a tracking error."""
-    prisms, number = shapes.of(Prism)
-    rings = [ring for prism in prisms for ring in (prism.vertices, *prism.holes)]
-    p = np.array([corner for ring in rings for corner in ring]).reshape(-1, 2)
-    size = np.array([len(ring) for ring in rings], dtype=np.intp)
-    following, begins = np.arange(1, len(p) + 1), np.cumsum(size) - size
-    following[begins + size - 1] = begins
-    edges = np.array([len(prism.vertices) + sum(map(len, prism.holes)) for prism in prisms], dtype=np.intp)
-    low = np.array([prism.low for prism in prisms], dtype=np.float64)
-    high = np.array([prism.high for prism in prisms], dtype=np.float64)
-    thickness = _mean_thickness(p, p[following], begins, np.array([1 + len(prism.holes) for prism in prisms], np.intp))
+    p, q, first, edges, low, high, thickness = shapes.outlines
     clearance = shapes.clearance + error.horizontal
     low, high = taller(low, high, error)
     # a wall thinner than what is let pass is still a wall, as in `grown`
     thickness = thickness + 2 * clearance
     grown_by = clearance - np.minimum(LET_PASS, thickness / 4)
-    first, ends = np.cumsum(edges) - edges, grown(low, high, clearance)
-    return GrownPrisms(clearance, number, p, p[following], first, edges, low, high, grown_by, *ends, thickness)
-
-
-def _mean_thickness(p: Floats, q: Floats, begins: Indices, rings: Indices) -> Floats:
-    """Return twice the area of each prism's polygon divided by the length of its edges, (m,) metres.
-
-    Parameters
-    ----------
-    p, q
-        (e, 2) metres: the ends of the edges, ring after ring.
-    begins
-        The index of each ring's first edge.
-    rings
-        (m,) how many rings each prism has: its outline, then its holes.
-    """
-    if not len(rings):
-        return np.zeros(0)
-    corner = np.repeat(p[begins], np.diff(np.append(begins, len(p))), axis=0)
-    a, b = p - corner, q - corner
-    areas = np.abs(np.add.reduceat(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], begins)) / 2
-    lengths = np.add.reduceat(np.sqrt(np.sum((q - p) ** 2, axis=1)), begins)
-    outline = np.cumsum(rings) - rings
-    area = 2 * areas[outline] - np.add.reduceat(areas, outline)
-    thick: Floats = np.maximum(2 * area / np.add.reduceat(lengths, outline), 0.0)
-    return thick
+    ends = grown(low, high, clearance)
+    return GrownPrisms(clearance, shapes.of(Prism)[1], p, q, first, edges, low, high, grown_by, *ends, thickness)

@@ -1,6 +1,6 @@
 """A scenario as the referee's arrays: made once, at the start of a judgement, and handed to everything that judges."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -72,17 +72,22 @@ class RefereeWorld:
 
 
 def referee_world(
-    scenario: Scenario, error: TrackingError = EXACT, nominal: RefereeWorld | None = None
+    scenario: Scenario,
+    error: TrackingError = EXACT,
+    nominal: RefereeWorld | None = None,
+    shapes: SolidShapes | None = None,
 ) -> RefereeWorld:
     """Turn a scenario into the referee's arrays, for the nominal position of a UAV with a tracking error.
 
     Where the nominal position is clear and in bounds, every position within the error of it is. `nominal` is the world
-    without the error, if that is made already.
+    without the error, if that is made already; `shapes` are those of a scenario with the same obstacles and bounds.
     """
-    without_error = None if error == EXACT else nominal or referee_world(scenario)
+    without_error = None if error == EXACT else nominal or referee_world(scenario, shapes=shapes)
     ground = grown_ground(scenario) if without_error is None else without_error.ground
     floor = ground if without_error is None else grown_ground(scenario, error)
-    shapes = solid_shapes(scenario) if without_error is None else without_error.shapes
+    if without_error is not None:
+        shapes = without_error.shapes
+    shapes = solid_shapes(scenario) if shapes is None else replace(shapes, clearance=scenario.clearance)
     kinds = (grown_cylinders(shapes, error), grown_spheres(shapes, error), grown_prisms(shapes, error))
     others: list[GrownSolids] = [kind for kind in kinds if len(kind.obstacle)]
     others += [] if floor is None else [floor]
