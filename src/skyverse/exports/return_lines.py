@@ -171,7 +171,9 @@ class ReturnSpace:
                 most = None if given.max_height is None else given.max_height - widened
                 given = given.model_copy(update={"terrain": given.terrain.model_copy(update=more), "max_height": most})
             given = given.model_copy(update={"clearance": given.clearance + widened})
-            starts, ends = (np.concatenate(column) for column in zip(*pairs, strict=True))
+            columns = [np.concatenate(column) for column in zip(*pairs, strict=True)]
+            once = np.unique(np.hstack(columns), axis=0)  # from most parts of a flight the descent is the same line
+            starts, ends = once[:, :3], once[:, 3:]
             world = referee_world(given, deviation, shapes=shapes.get(ground))
             shapes[ground] = world.shapes
             for first in range(0, len(starts), SEGMENTS_AT_ONCE):
