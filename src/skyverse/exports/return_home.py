@@ -5,19 +5,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends
 from skyverse.exports.landing import ground_level, surface_below
-from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnLines, ReturnSpace, single
+from skyverse.exports.return_lines import ReturnLines, ReturnSpace, single
+from skyverse.exports.return_obstruction import Obstruction, obstruction
 from skyverse.exports.separation import kept_distance
 from skyverse.exports.way_home import LARGEST_PART, Destination, Found, WayHome, destination
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING
 from skyverse.referee.timed_paths import pieces_apart
-from skyverse.space.tube import NO_ERROR
 
 MIN_RETURN_ALTITUDE = 5.0
 """Metres above home: no lower return altitude is chosen where there is room for it."""
@@ -50,6 +51,11 @@ class Return:
         What checks its way home: at which altitude, to which places.
     lost
         (n, 2) seconds into the mission between which there is no way home, if it keeps its schedule.
+    obstructions
+        What is in the way in each of these times.
+    highest
+        What is in the way at the highest altitude that was tried, in the last of these times; ``None`` where that is
+        the altitude at which it returns.
     proven
         Whether the way home at all other instants is proven.
     lines
@@ -61,6 +67,8 @@ class Return:
     plan: FlightPlan
     way: WayHome
     lost: Floats
+    obstructions: tuple[Obstruction | None, ...]
+    highest: Obstruction | None
     proven: bool
     lines: ReturnLines
     level: float
@@ -76,30 +84,16 @@ class Return:
         """(k, 3) metres: where it may land as well, if that is nearer than home."""
         return self.way.places[1:]
 
-    def sentence(self, scenario: Scenario, met: Sequence[str]) -> str:
-        """Return what is proven; `met` are the names of UAVs whose paths it may cross on its way home."""
-        name, kept = scenario.uavs[self.plan.route.uav].name, f"{CLEARANCE_SHARE * scenario.clearance:.4g} m"
-        if scenario.terrain is not None and scenario.ground_clearance < scenario.clearance:
-            kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
-        if not self.proven:
-            return f"{name}: whether it comes home by itself could not be proven."
-        said = f"{name}: it returns at {self.altitude:.4g} m above home"
-        if len(self.rally):
-            said += f", to the nearest of home and {len(self.rally)} rally point{'s' * (len(self.rally) > 1)}"
-        if len(self.lost):
-            spans = ", ".join(f"from t = {begin:.4g} s to {end:.4g} s" for begin, end in self.lost[:5])
-            more = f" and {len(self.lost) - 5} more times" if len(self.lost) > 5 else ""
-            said += f", but NOT {spans}{more}: then there is no way home; otherwise"
-        else:
-            said += "; at every instant"
-        said += f" the climb, the straight way home and the descent are clear by {kept}"
-        if scenario.uavs[self.plan.route.uav].tracking_error != NO_ERROR:
-            said += " and its tracking error, but for that in the column over home and wherever it lands"
-        if met:
-            said += f"; it may cross the paths of {', '.join(met)}"
-        elif len(scenario.uavs) > 1:
-            said += "; it keeps its separation from the paths of all others"
-        return f"{said}."
+    @property
+    def ends_safely(self) -> bool:
+        """Whether its way home from the last waypoint is proven."""
+        end = float(self.plan.arrivals[-1])
+        return self.proven and (not len(self.lost) or bool(self.lost[-1][1] < end))
+
+    @property
+    def reasons(self) -> list[Obstruction]:
+        """All that is known to be in the way."""
+        return [one for one in (*self.obstructions, self.highest) if one is not None]
 
 
 def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Return | None:
@@ -132,7 +126,14 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     nearest = int(np.argmin(np.linalg.norm((way.places - last)[:, :2], axis=1)))
     level = max(float(last[2]), float(way.levels[nearest]))
     spans = _spans(found.lost, plan)
-    return Return(plan, way, spans, True, found.lines, level, way.places[nearest])
+    lost = np.array([(begin, end) for begin, end, _ in spans]).reshape(-1, 2)
+    met = tuple(obstruction(space, way, found.lost.of(parts)) for _, _, parts in spans)
+    top = max(_altitudes(scenario, plan))
+    highest = None
+    if spans and top > way.altitude:
+        above = WayHome(scenario, space, plan, way.destinations, end, top)
+        highest = obstruction(space, above, found.lost.of(spans[-1][2]))
+    return Return(plan, way, lost, met, highest, True, found.lines, level, way.places[nearest])
 
 
 def certified(scenario: Scenario, space: ReturnSpace, returns: Sequence[Return]) -> list[Return]:
@@ -253,16 +254,17 @@ def _rally_places(scenario: Scenario, way: WayHome, lost: Parts) -> Iterator[tup
         yield np.array([*place[:2], surface]), min(_above(scenario, surface), float(place[2]))
 
 
-def _spans(lost: Parts, plan: FlightPlan) -> Floats:
-    """Return the times between which parts of a flight are flown, (n, 2) seconds, those that touch as one."""
+def _spans(lost: Parts, plan: FlightPlan) -> list[tuple[float, float, NDArray[np.intp]]]:
+    """Return the seconds between which parts of a flight are flown, those that touch as one, with the parts of each."""
     arrivals = plan.arrivals
     last = float(arrivals[-1])
     begins, ends = np.r_[arrivals[:-1], last], np.r_[arrivals[1:], last]
-    spans = np.stack([begins[lost.leg] + share * (ends - begins)[lost.leg] for share in (lost.begin, lost.end)], axis=1)
-    told: list[list[float]] = []
-    for begin, end in sorted(spans.tolist()):
+    times = np.stack([begins[lost.leg] + share * (ends - begins)[lost.leg] for share in (lost.begin, lost.end)], axis=1)
+    told: list[tuple[float, float, list[int]]] = []
+    for part in np.lexsort((times[:, 1], times[:, 0])).tolist():
+        begin, end = times[part].tolist()
         if told and begin <= told[-1][1] + JOINED_SPANS:
-            told[-1][1] = max(told[-1][1], end)
+            told[-1] = told[-1][0], max(told[-1][1], end), [*told[-1][2], part]
         else:
-            told.append([begin, end])
-    return np.array(told).reshape(-1, 2)
+            told.append((begin, end, [part]))
+    return [(begin, end, np.array(parts)) for begin, end, parts in told]

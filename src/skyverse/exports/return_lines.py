@@ -7,6 +7,7 @@ flight that it stands for, bent and rounded lines, and the tracking error.
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.exports.autopilot_leg_clearance import ground_allowance
 from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
+from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
@@ -84,15 +86,23 @@ class ReturnSpace:
     ----------
     scenario
         What is given.
+    only_solids
+        Whether nothing else counts: neither rules, which are the ceiling above ground and airspace, nor bounds.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, *, only_solids: bool = False) -> None:
+        self.only_solids = only_solids
+        self.numbers = list(range(len(scenario.obstacles)))
+        if only_solids:
+            self.numbers = [k for k in self.numbers if not is_airspace(scenario.obstacles[k].kind)]
+            solid = [scenario.obstacles[k].model_copy(update={"closed_above": False}) for k in self.numbers]
+            scenario = scenario.model_copy(update={"obstacles": tuple(solid), "max_height": None})
         terrain, bounds = scenario.terrain, scenario.bounds
         wide = Bounds(
             min=tuple(low - BEYOND_BOUNDS for low in bounds.min), max=tuple(high + BEYOND_BOUNDS for high in bounds.max)
         )
         kept = CLEARANCE_SHARE * scenario.clearance
-        self.scenario = scenario
+        self.scenario = scenario.model_copy(update={"bounds": wide}) if only_solids else scenario
         self.bare = scenario.model_copy(update={"clearance": kept, "terrain": None, "max_height": None, "bounds": wide})
         self.ground = None
         if terrain is not None:
@@ -103,6 +113,18 @@ class ReturnSpace:
             lowered = terrain.model_copy(update={"clearance": above})
             self.ground = self.bare.model_copy(update={"terrain": lowered, "max_height": most, "obstacles": ()})
         self._worlds: dict[tuple[bool, TrackingError], World] = {}
+
+    @cached_property
+    def solids(self) -> "ReturnSpace":
+        """What is solid of it: obstacles but for airspace, and the ground."""
+        return ReturnSpace(self.scenario, only_solids=True)
+
+    def blocker(self, line: ReturnLines, error: TrackingError, widened: float) -> int | None:
+        """Return the number of an obstacle that the middle of one short line is too near to, or ``None``."""
+        own = error if line.strays[0] else NO_ERROR
+        margin = float(rounded_up(line.growth)[0]) + 2 * SEAM_MARGIN + widened
+        found = self.world(False, own).blocker(((line.starts + line.ends) / 2)[0], margin=margin)
+        return None if found is None else self.numbers[found]
 
     def world(self, ground: bool, error: TrackingError) -> World:
         """Return the ground and ceiling, or else the obstacles, for UAVs that stray by an error."""

@@ -18,6 +18,7 @@ from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
 from skyverse.exports.return_home import Return, certified, crossed, plan_return
 from skyverse.exports.return_lines import ReturnSpace
+from skyverse.exports.return_sentences import require_returns, return_sentence
 from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
@@ -89,7 +90,8 @@ def export_waypoints(
     plans = _plans(mission, scenario, suffix, options)
     returns = _returns(scenario, plans)
     if options.end == "rtl":
-        plans = [_returning(scenario, *each) for each in zip(plans, returns, strict=True)]
+        require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
+        plans = [_returning(*each) for each in zip(plans, returns, strict=True)]
     notes = [*_proofs(scenario, plans, options)]
     apart = fleet_apart(scenario, plans)
     on_certificate(ExportCertificate(apart, tuple(returns)))
@@ -110,13 +112,9 @@ def _returns(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[Return | N
     return [None if one is None else next(proven) for one in found]
 
 
-def _returning(scenario: Scenario, plan: FlightPlan, back: Return | None) -> FlightPlan:
-    """Return a flight plan that ends with the return, or raise `InputError` where there is no way home from its end."""
-    name = scenario.uavs[plan.route.uav].name
-    if back is None:
-        raise InputError(f"{name}: an aeroplane's return cannot be proven; let it loiter", field="end")
-    if not back.proven or (len(back.lost) and back.lost[-1][1] >= plan.arrivals[-1]):
-        raise InputError(f"{name}: from its target there is no way home that is proven", field="end")
+def _returning(plan: FlightPlan, back: Return | None) -> FlightPlan:
+    """Return a flight plan that ends with the return, which `require_returns` knows to be proven."""
+    assert back is not None
     top, over = plan.waypoints[-1].copy(), back.landing.copy()
     top[2] = over[2] = back.level
     return replace(plan, ending=np.stack([top, over, back.landing]))
@@ -134,7 +132,7 @@ def _return_notes(scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequ
             )
             continue
         others = [j for j in range(len(plans)) if j != k and crossed(scenario, back, plans[j], paths[j])]
-        yield back.sentence(scenario, [scenario.uavs[plans[j].route.uav].name for j in others])
+        yield return_sentence(scenario, back, [scenario.uavs[plans[j].route.uav].name for j in others])
 
 
 def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointOptions) -> list[FlightPlan]:

@@ -243,13 +243,17 @@ class World:
             return "lies in a seam: grown obstacles, ground or bounds meet there, or leave less than a micrometre"
         return None
 
-    def blocker(self, point: ArrayLike) -> int | None:
-        """Return which of the scenario's obstacles, grown by the clearance, holds a point, or ``None``."""
+    def blocker(self, point: ArrayLike, margin: float = 0.0) -> int | None:
+        """Return which of the scenario's obstacles, grown by the clearance, holds a point, or ``None``.
+
+        `margin` is added to the clearance, metres.
+        """
         x, y, z = _rows(point)[0]
-        found = tree.containing(self.space.tree, self.space.boxes, self.space.clearance, x, y, z)
+        reach = self.space.clearance + margin
+        found = tree.containing(self.space.tree, self.space.boxes, reach, x, y, z)
         if found >= 0:
             return int(self._boxes[found])
-        found = solids.containing(self.space.solids, self.space.clearance, x, y, z)
+        found = solids.containing(self.space.solids, reach, x, y, z)
         return int(self._solids[found]) if found >= 0 else None
 
     def way_out_above(self, point: ArrayLike) -> float | None:

@@ -1,0 +1,103 @@
+"""What exports say of ways home: a sentence for each UAV, and why a mission cannot end with a return."""
+
+from collections.abc import Sequence
+
+from skyverse.errors import InputError, Remedy
+from skyverse.exports.return_home import TAKES_RALLY_POINTS, Return
+from skyverse.exports.return_lines import CLEARANCE_SHARE
+from skyverse.model.scenario import Scenario
+from skyverse.space.tube import NO_ERROR
+
+MAX_TOLD = 3
+"""Times without a way home that one sentence tells; of more it says only how many."""
+
+
+def return_sentence(scenario: Scenario, back: Return, met: Sequence[str]) -> str:
+    """Return what is proven of a way home; `met` are the names of UAVs whose paths it may cross."""
+    vehicle, kept = scenario.uavs[back.plan.route.uav], f"{CLEARANCE_SHARE * scenario.clearance:.4g} m"
+    if scenario.terrain is not None and scenario.ground_clearance < scenario.clearance:
+        kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
+    if not back.proven:
+        return f"{vehicle.name}: whether it comes home by itself could not be proven."
+    said = f"{vehicle.name}: it returns at {back.altitude:.4g} m above home"
+    if len(back.rally):
+        said += f", to the nearest of home and {len(back.rally)} rally point{'s' * (len(back.rally) > 1)}"
+    said += f", but NOT {_lost_text(scenario, back)}: then there is no way home; otherwise" if len(back.lost) else ""
+    said += "" if len(back.lost) else "; at every instant"
+    said += f" the climb, the straight way home and the descent are clear by {kept}"
+    if vehicle.tracking_error != NO_ERROR:
+        said += " and its tracking error, but for that in the column over home and wherever it lands"
+    if met:
+        said += f"; it may cross the paths of {', '.join(met)}"
+    elif len(scenario.uavs) > 1:
+        said += "; it keeps its separation from the paths of all others"
+    return f"{said}."
+
+
+def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None]]) -> None:
+    """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why of each.
+
+    `backs` are the indices of UAVs and their ways home, ``None`` for aeroplanes.
+    """
+    planes = [scenario.uavs[uav].name for uav, back in backs if back is None]
+    stay = [Remedy("end", "loiter", "to stay at the target")]
+    if planes:
+        raise InputError(
+            f"{', '.join(planes)}: the return of an aeroplane cannot be proven, nor its circles at home",
+            field="end",
+            give=stay,
+        )
+    lost = [back for _, back in backs if back is not None and not back.ends_safely]
+    if not lost:
+        return
+    names = ", ".join(scenario.uavs[back.plan.route.uav].name for back in lost)
+    reasons = " ".join(_reason(scenario, back) for back in lost)
+    raise InputError(
+        f"from the last waypoint of {names} there is no way home that is proven. {reasons} {_advice(lost)}",
+        field="end",
+        give=stay,
+    )
+
+
+def _lost_text(scenario: Scenario, back: Return) -> str:
+    """Return from when to when there is no way home, and what is in the way then."""
+    spans = [
+        f"from t = {begin:.4g} s to {end:.4g} s" + (f" ({why.sentence(scenario)})" if why is not None else "")
+        for (begin, end), why in zip(back.lost.tolist(), back.obstructions, strict=True)
+    ]
+    more = f" and {len(spans) - MAX_TOLD} more times" if len(spans) > MAX_TOLD else ""
+    return ", ".join(spans[:MAX_TOLD]) + more
+
+
+def _reason(scenario: Scenario, back: Return) -> str:
+    """Return a sentence on why one UAV has no way home from the end of its flight."""
+    name = scenario.uavs[back.plan.route.uav].name
+    if not back.proven or not len(back.lost):
+        return f"{name}: it could not be proven."
+    (begin, end), why = back.lost[-1].tolist(), back.obstructions[-1]
+    said = f"{name}, from t = {begin:.4g} s to its end at {end:.4g} s"
+    top = back.highest
+    same = why is not None and top is not None and top.what == why.what
+    if why is not None:
+        higher = f", and so at {top.altitude:.4g} m, the highest that was tried," if same and top is not None else ""
+        said += f": at {why.altitude:.4g} m above home{higher} {why.sentence(scenario)}"
+    if top is not None and not same:
+        said += f"; at {top.altitude:.4g} m, the highest that was tried, {top.sentence(scenario)}"
+    return f"{said}."
+
+
+def _advice(lost: Sequence[Return]) -> str:
+    """Return what may help UAVs without a way home."""
+    met = [why for back in lost for why in back.reasons]
+    helps = []
+    if any(why.kind == "rule" and why.obstacle is None for why in met):
+        helps.append("plan with a higher ceiling above ground")
+    if any(why.kind == "rule" and why.obstacle is not None for why in met):
+        helps.append("plan without the zone")
+    if any(why.kind == "bounds" for why in met):
+        helps.append("plan within wider bounds")
+    if any(back.plan.autopilot.name in TAKES_RALLY_POINTS for back in lost):
+        helps.append("choose a target below which there is room to land, so that it can be a rally point")
+    else:
+        helps.append("export for PX4 or ArduPilot, which take rally points, and DJI's aircraft do not")
+    return f"To change that, {', or '.join(helps)}"
