@@ -57,7 +57,9 @@ def test_the_roof_of_every_shape_is_told(point, roof):
 def test_the_roof_is_told_above_the_sea_where_the_frame_is_on_earth():
     origin = sky.Origin(latitude=46.8, longitude=9.8, altitude=1500)
     scenario = with_starts(TOWN.model_copy(update={"frame": sky.Frame(origin=origin)}), (6, 6, 2))
-    assert "the roof is at z = 6 m (1506.0 m amsl) there" in unsafe_points(scenario)[0].reason
+    (found,) = unsafe_points(scenario)
+    assert "the roof is at z = 6 m (1506.0 m amsl) there" in found.reason
+    assert "the nearest free place is (8.5, 6, 2) or 46.8000540,9.8001113,1502.00 m amsl, 2.5 m away" in found.advice
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Gate
-from skyverse.deconfliction.find_conflicts import kept_ellipsoid
+from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.result import Effort, Result, Status
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.trajectory import Trajectory

@@ -18,9 +18,9 @@ from skyverse.deconfliction.curves import (
     stay_at_start,
 )
 from skyverse.deconfliction.pair_conflicts import conflict_spans, is_given, nearness_at_ends
+from skyverse.model.kept_ellipsoid import strayed_share
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
 from skyverse.model.verdict import Conflict
 from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import inner, kernel
@@ -103,35 +103,9 @@ def semi_axes(scenario: Scenario) -> tuple[Floats, Floats]:
     errors = np.array([(uav.tracking_error.horizontal, uav.tracking_error.vertical) for uav in scenario.uavs])
     xy, z = (np.maximum.outer(axis, axis) for axis in axes)
     aside, up = (np.add.outer(error, error) for error in errors.reshape(-1, 2).T)
-    factor = 1.0 + _strayed_share(xy, z, aside, up)
+    factor = 1.0 + strayed_share(xy, z, aside, up)
     xy, z = (np.maximum(axis * factor - SEPARATION_FORGIVEN, axis / 2) for axis in (xy, z))
     return xy, z
-
-
-def kept_ellipsoid(one: UAV, other: UAV) -> tuple[float, float]:
-    """Return the semi-axes of the ellipsoid that two UAVs must keep out of, horizontal and vertical, metres."""
-    xy, z = (np.array([max(pair)]) for pair in zip(one.ellipsoid, other.ellipsoid, strict=True))
-    errors = one.tracking_error, other.tracking_error
-    aside, up = sum(error.horizontal for error in errors), sum(error.vertical for error in errors)
-    factor = 1.0 + _strayed_share(xy, z, np.array([aside]), np.array([up]))
-    return float((xy * factor)[0]), float((z * factor)[0])
-
-
-def _strayed_share(xy: Floats, z: Floats, aside: Floats, up: Floats) -> Floats:
-    """Return by what share of itself an ellipsoid has to grow to hold what comes within an error of it.
-
-    The error is an upright cylinder, which lies in an ellipsoid of the same shape through its rim. Two ellipsoids of
-    one shape add up to a third of that shape.
-
-    Parameters
-    ----------
-    xy, z
-        Semi-axes of the ellipsoids, metres.
-    aside, up
-        The radius and half the height of the cylinder, metres.
-    """
-    rim = (np.divide(reach, axis, np.zeros_like(axis), where=axis > 0) for reach, axis in ((aside, xy), (up, z)))
-    return np.hypot(*rim)
 
 
 def last_arrival(curves: Curves, schedule: Schedule, absent: NDArray[np.bool_]) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.detours import MakeTrajectory, plan_among
-from skyverse.deconfliction.find_conflicts import kept_ellipsoid
+from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Prism

@@ -1,9 +1,12 @@
 """Starts and targets that are not safe: why, how high the roof or the ground is there, and the nearest free place."""
 
 import itertools
+import math
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.model.geodesy import to_wgs84
@@ -15,6 +18,8 @@ from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
 
 Place = tuple[float, float, float]
+AreFree = Callable[[Floats], NDArray[np.bool_]]
+"""Tells for each of (m, 3) points whether it may be taken, (m,)."""
 
 FIRST_RADIUS = 0.01
 """Metres: the radius of the first sphere on which free places are sought."""
@@ -40,6 +45,8 @@ class UnsafePoint(NamedTuple):
         The end of a sentence that says why it is unsafe, as in ``"lies inside obstacles[3] ..."``.
     nearest
         The nearest free place, to within about one per cent of its distance; ``None`` if there is none.
+    on_earth
+        Latitude, longitude, degrees, and metres above sea of the nearest free place, where the frame is on Earth.
     """
 
     field: str
@@ -47,6 +54,7 @@ class UnsafePoint(NamedTuple):
     position: Place
     reason: str
     nearest: Place | None
+    on_earth: Place | None = None
 
     @property
     def sentence(self) -> str:
@@ -59,7 +67,11 @@ class UnsafePoint(NamedTuple):
         if self.nearest is None:
             return f"{self.reason}; no place within the bounds is free"
         away = float(np.linalg.norm(np.subtract(self.nearest, self.position)))
-        return f"{self.reason}; the nearest free place is {written(self.nearest)}, {away:.3g} m away"
+        also = ""
+        if self.on_earth is not None:
+            latitude, longitude, sea = self.on_earth
+            also = f" or {latitude:.7f},{longitude:.7f},{sea:.2f} m amsl"
+        return f"{self.reason}; the nearest free place is {written(self.nearest)}{also}, {away:.3g} m away"
 
 
 def unsafe_points(scenario: Scenario, world: World | None = None) -> list[UnsafePoint]:
@@ -83,12 +95,55 @@ def unsafe_points(scenario: Scenario, world: World | None = None) -> list[Unsafe
     worlds = {NO_ERROR: world}
     found = []
     for (field, name, point, uavs), safe in zip(places, free, strict=True):
-        if not safe:
-            found.append(UnsafePoint(field, name, point, _reason(scenario, world, point), nearest_free(world, point)))
-        elif uavs and not any(_can_leave(scenario, worlds, uav, point) for uav in uavs):
+        strict = world
+        if safe:
+            if not uavs or any(_can_leave(scenario, worlds, uav, point) for uav in uavs):
+                continue
             strict = worlds[uavs[0].tracking_error]
-            found.append(UnsafePoint(field, name, point, _reason(scenario, strict, point), nearest_free(strict, point)))
+        nearest = _nearest_safe(scenario, worlds, uavs, point)
+        reason = _reason(scenario, strict, point)
+        found.append(UnsafePoint(field, name, point, reason, nearest, _on_earth(scenario, nearest)))
     return found
+
+
+def _on_earth(scenario: Scenario, place: Place | None) -> Place | None:
+    if place is None or scenario.frame.origin is None:
+        return None
+    latitude, longitude, sea = to_wgs84(scenario.frame.origin, [place])[0].tolist()
+    return latitude, longitude, sea
+
+
+class SafePlaces:
+    """The places at which some UAV of a fleet may start or arrive.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self._worlds = {NO_ERROR: World(scenario)}
+
+    def nearest(self, point: Place, allowed: AreFree) -> Place | None:
+        """Return the safe place nearest to a point among those that are allowed; ``None`` if none is found."""
+        return _nearest_safe(self._scenario, self._worlds, self._scenario.uavs, point, allowed)
+
+
+def _nearest_safe(
+    scenario: Scenario,
+    worlds: dict[TrackingError, World],
+    uavs: Sequence[UAV],
+    point: Place,
+    allowed: AreFree | None = None,
+) -> Place | None:
+    """Return the free place nearest to a point that some UAV can leave, or else the one from which it may stray."""
+    place = nearest_free(worlds[NO_ERROR], point, allowed)
+    if place is None or not uavs or any(_can_leave(scenario, worlds, uav, place) for uav in uavs):
+        return place
+    places = [nearest_free(worlds[error], point, allowed) for error in {uav.tracking_error for uav in uavs}]
+    return min((place for place in places if place), key=lambda place: math.dist(place, point), default=None)
 
 
 def _can_leave(scenario: Scenario, worlds: dict[TrackingError, World], uav: UAV, point: Place) -> bool:
@@ -116,24 +171,28 @@ def _reason(scenario: Scenario, world: World, point: Place) -> str:
     return f"{reason}; the roof is at z = {roof:.6g} m{sea} there"
 
 
-def nearest_free(world: World, point: Place) -> Place | None:
+def nearest_free(world: World, point: Place, allowed: AreFree | None = None) -> Place | None:
     """Return the free place nearest to a point that is not free, sought on growing spheres; ``None`` if none is found.
 
-    Its coordinates have as few decimals as they can, two or more.
+    Its coordinates have as few decimals as they can, two or more. With `allowed`, other free places do not count.
     """
+
+    def free(points: Floats) -> NDArray[np.bool_]:
+        return world.free(points) if allowed is None else world.free(points) & allowed(points)
+
     low, high = world.space.low, world.space.high
     middle = np.clip(point, low, high)
-    if world.free(middle)[0]:
-        return _rounded(world, point, middle)
+    if free(middle[None])[0]:
+        return _rounded(free, point, middle)
     radius, longest = FIRST_RADIUS, float(np.linalg.norm(high - low))
     ways = _directions()
     while radius <= longest * RADIUS_RATIO:
         found = np.clip(middle + radius * ways, low, high)
-        found = found[world.free(found)]
+        found = found[free(found)]
         if len(found):
-            found = _begun(world, middle, found)
+            found = _begun(free, middle, found)
             best = found[np.linalg.norm(found - point, axis=1).argmin()]
-            return _rounded(world, point, best)
+            return _rounded(free, point, best)
         radius *= RADIUS_RATIO
     return None
 
@@ -146,23 +205,23 @@ def _directions() -> Floats:
     return np.concatenate([np.eye(3), -np.eye(3), spiral])
 
 
-def _begun(world: World, middle: Floats, found: Floats) -> Floats:
+def _begun(are_free: AreFree, middle: Floats, found: Floats) -> Floats:
     """Return, on the way from a place that is not free to each of the free places (n, 3), where it is free first."""
     shut = np.broadcast_to(middle, found.shape).copy()
     for _ in range(BISECTIONS):
         half = (shut + found) / 2
-        free = world.free(half)
+        free = are_free(half)
         found, shut = np.where(free[:, None], half, found), np.where(free[:, None], shut, half)
     return found
 
 
-def _rounded(world: World, point: Place, place: Floats) -> Place:
+def _rounded(are_free: AreFree, point: Place, place: Floats) -> Place:
     """Return a free place beside a free place, rounded to as few decimals as can be, the one nearest to a point."""
     for decimals in range(2, MAX_DECIMALS + 1):
         scale = 10.0**decimals
         near = np.array(list(itertools.product(*zip(np.floor(place * scale), np.ceil(place * scale), strict=True))))
         near = near / scale + 0.0  # no minus zero
-        near = near[world.free(near)]
+        near = near[are_free(near)]
         if len(near):
             x, y, z = near[np.linalg.norm(near - point, axis=1).argmin()].tolist()
             return x, y, z

@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
 pytest.importorskip("shapely", reason="building scenarios needs shapely")
 
+from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.errors import InputError
 from skyverse.maps.assembly.build import build_scenario
 from skyverse.model.altitude import AboveGround, AboveSea, parse_altitude
@@ -34,8 +35,8 @@ def halls(tmp_path):
     return path
 
 
-def built(halls, uavs, targets=()):
-    given = {"buildings": [halls], "ground": AboveSea(500), "ceiling": AboveGround(100), "clearance": 2.0}
+def built(halls, uavs, targets=(), **more):
+    given = {"buildings": [halls], "ground": AboveSea(500), "ceiling": AboveGround(100), "clearance": 2.0} | more
     return build_scenario("town", uavs=uavs, targets=targets, tolerance=0, area=(9.84, 46.79, 9.87, 46.81), **given)
 
 
@@ -63,7 +64,7 @@ def test_all_bad_points_are_named_with_roof_and_free_place(halls):
     for name, line in zip("deac", lines, strict=True):
         said = re.search(r"nearest free place is ([-\d.]+),([-\d.]+),([\d.]+ m agl), ([\d.]+) m away", line)
         free[name] = (float(said[1]), float(said[2]), parse_altitude(said[3]))
-        assert float(said[4]) < {"d": 1.2, "e": 30.4, "a": 12.5, "c": 3.4}[name]
+        assert float(said[4]) < {"d": 1.2, "e": 33.2, "a": 12.5, "c": 3.4}[name]
     assert len(built(halls, uavs | free).uavs) == 5  # as told, they are all free
 
 
@@ -80,3 +81,55 @@ def test_all_places_outside_the_area_are_named(halls):
     assert heading == "2 starts and targets cannot be where they are:"
     assert lines[0].startswith("  far: expected a place in the area, which ends ")
     assert lines[1].startswith("  away: expected a place in the area, which ends ")
+
+
+def refused_lines(halls, uavs, targets=(), **more):
+    with pytest.raises(InputError) as refused:
+        built(halls, uavs, targets, **more)
+    return str(refused.value).splitlines()
+
+
+def free_place(line):
+    said = re.search(r"nearest free place is ([-\d.]+),([-\d.]+),([\d.]+ m a\w+), ([\d.]+) m away", line)
+    return float(said[1]), float(said[2]), parse_altitude(said[3])
+
+
+TUBE = {"tracking_error": (2.0, 3.0), "separation": 5.0}
+
+
+def test_points_from_which_uavs_would_stray_too_near_are_named_too(halls):
+    uavs = {"high": place(-200, 0, AboveGround(98)), "b": GOOD}
+    targets = {"capped": place(-200, 90, AboveGround(88))}
+    heading, high, capped = refused_lines(halls, uavs, targets, max_height=AboveGround(90), **TUBE)
+    assert heading == "2 starts and targets cannot be where they are:"
+    assert high.startswith("  high: expected a point at most 90 m above the ground, found it 98.00 m above;")
+    assert "capped: expected a safe point, found one that reaches above the ceiling of 90 m" in capped
+    assert free_place(capped)[2].metres == pytest.approx(86.9)
+    moved = {"high": free_place(high), "b": GOOD}, {"capped": free_place(capped)}
+    refuse_unsafe("town", built(halls, *moved, max_height=AboveGround(90), **TUBE))
+
+
+def test_starts_and_targets_nearer_than_the_separation_are_named(halls):
+    near = place(-200, 4, AboveGround(30))
+    uavs = {"a": GOOD, "same": GOOD, "near": near, "far": place(-200, 100, AboveGround(30))}
+    targets = {"t": place(-300, 0, AboveGround(40)), "u": place(-300, 3, AboveGround(40))}
+    heading, same, close, target = refused_lines(halls, uavs, targets, **TUBE)
+    assert heading == "3 starts and targets cannot be where they are:"
+    assert "same: expected a start at least 10 m from that of a at one height, or 20 m above or below it" in same
+    assert "found it at the same place; the nearest free place is " in same
+    assert "near: expected a start" in close
+    assert "found it 4 m away" in close
+    assert "u: expected a target at least 10 m from that of t" in target
+    moved = uavs | {"same": free_place(same), "near": free_place(close)}
+    assert len(built(halls, moved, targets | {"u": free_place(target)}, **TUBE).uavs) == 4  # also from each other
+
+
+def test_targets_may_be_close_where_not_all_are_flown_to(halls):
+    targets = [place(-300, 0, AboveGround(40)), place(-300, 3, AboveGround(40))]
+    assert len(built(halls, [GOOD], targets, **TUBE).targets) == 2
+
+
+def test_the_free_place_is_told_with_an_altitude_counted_as_it_was_given(halls):
+    lines = refused_lines(halls, [place(40, 0, AboveSea(510)), place(0, 0, AboveGround(10))])
+    assert isinstance(free_place(lines[1])[2], AboveSea)
+    assert isinstance(free_place(lines[2])[2], AboveGround)

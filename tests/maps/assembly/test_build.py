@@ -120,7 +120,8 @@ def homes(scenario):
 def test_a_uav_stands_on_the_rasters_ground_not_on_the_raised_one(valley):
     rng = np.random.default_rng(3)
     places = [place(*rng.uniform(-800, 800, 2), AboveGround(40)) for _ in range(40)]
-    scenario = build_scenario("v", terrain=[valley], uavs=places, terrain_step=60)
+    near = {"separation": 1.0, "tracking_error": (0.0, 0.0)}
+    scenario = build_scenario("v", terrain=[valley], uavs=places, terrain_step=60, **near)
     expected = [surveyed(valley, latitude, longitude) for latitude, longitude, _ in places]
     assert homes(scenario) == pytest.approx(expected, abs=1e-4)
     raised = [scenario.terrain.height(uav.start[:2]) - uav.home for uav in scenario.uavs]
@@ -231,7 +232,7 @@ def test_a_start_or_target_in_a_zone_or_near_it_is_refused_by_both_names(valley,
     court = outline((-30, 0), (-10, 0), (-10, 20), (-30, 20))["coordinates"]
     shape = {"type": "Polygon", "coordinates": SQUARE["coordinates"] + court}
     zone = geojson(tmp_path / "z.geojson", (shape, {"upper": "1590 m amsl", "name": "Castle"}))
-    options = {"terrain": [valley], "zones": [zone], "tolerance": 0}
+    options = {"terrain": [valley], "zones": [zone], "tolerance": 0, "tracking_error": (0.0, 0.0)}
     at = place(east, north, altitude)
     for ends in ({"uavs": {"alpha": at}}, {"uavs": [START], "targets": {"alpha": at}}):
         if safe:

@@ -1,14 +1,18 @@
-"""Starts and targets that cannot be where they are: all are named at once, with the roof's height and a free place."""
+"""Starts and targets that cannot be where they are: all are named at once, with the roof's height and a free place.
+
+Points from which nothing could be planned, or to which nothing could, are among them.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from skyverse.errors import InputError, Remedy
+from skyverse.maps.assembly.close_ends import EndsApart, Point
+from skyverse.model.altitude import AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Bounds, Scenario
-
-Point = tuple[float, float, float]
 
 ROUNDING = 0.1
 """Metres: free places keep so much more from everything, so that they stay free when they are rounded."""
@@ -39,24 +43,75 @@ class BadPoint:
     give: tuple[Remedy, ...] = ()
 
 
-def refuse_bad_points(found: Sequence[BadPoint], scenario: Scenario) -> None:
-    """Raise `InputError` that names all points of a scenario that cannot be where they are, if there are any."""
-    if not found:
-        return
-    from skyverse.space.unsafe_points import nearest_free  # it compiles kernels, which nothing else here needs
-    from skyverse.space.world import World
+def refuse_bad_points(found: Sequence[BadPoint], scenario: Scenario, altitudes: Mapping[Point, Altitude]) -> None:
+    """Raise `InputError` that names all points of a scenario that cannot be where they are, if there are any.
 
-    low, high = scenario.bounds.min, scenario.bounds.max
-    inner = Bounds(min=_moved(low, ROUNDING), max=_moved(high, -ROUNDING))
-    world = World(scenario.model_copy(update={"clearance": scenario.clearance + ROUNDING, "bounds": inner}))
+    Parameters
+    ----------
+    found
+        Those that are known already, from the maps.
+    scenario
+        The scenario, whose points must also be safe for its UAVs to start from and to arrive at, and apart.
+    altitudes
+        The altitude that the user gave of each point.
+    """
     worst = {(bad.name, bad.point): bad for bad in sorted(found, key=lambda bad: bad.roof or -math.inf)}
+    known = list(dict.fromkeys(worst[bad.name, bad.point] for bad in found))
+    ends, named = EndsApart(scenario), set(worst)
+    for name, point, text in [*_unsafe(scenario), *ends.close()]:
+        if (name, point) not in named:
+            named.add((name, point))
+            known.append(BadPoint(name, point, text))
+    if known:
+        sentences = _sentences(known, scenario, ends, altitudes)
+        refuse_all(sentences, tuple(dict.fromkeys(remedy for bad in found for remedy in bad.give)))
+
+
+def _unsafe(scenario: Scenario) -> list[tuple[str, Point, str]]:
+    """Return the name of each point that is not safe, the point, and what is wrong with it."""
+    if not (scenario.uavs or scenario.targets):
+        return []
+    from skyverse.space.unsafe_points import unsafe_points  # it compiles kernels, which nothing else here needs
+
+    return [
+        (bad.name, bad.position, f"expected a safe point, found one that {bad.reason}")
+        for bad in unsafe_points(scenario)
+    ]
+
+
+def _sentences(
+    known: Sequence[BadPoint], scenario: Scenario, ends: EndsApart, altitudes: Mapping[Point, Altitude]
+) -> list[str]:
+    """Return what is wrong with each point, and the nearest place for it that is free and apart from the others."""
+    from skyverse.space.unsafe_points import SafePlaces
+
+    places = SafePlaces(_narrowed(scenario))
     sentences = []
-    for bad in dict.fromkeys(worst[bad.name, bad.point] for bad in found):
+    for bad in known:
         roof = "" if bad.roof is None else f", whose roof is at {_height(scenario, (*bad.point[:2], bad.roof))}"
-        place = nearest_free(world, bad.point)
-        hint = "no place here is free" if place is None else f"the nearest free place is {_told(scenario, bad, place)}"
+        place = places.nearest(bad.point, partial(ends.apart, bad.name, bad.point, margin=ROUNDING))
+        if place is None:
+            hint = "no place here is free"
+        else:
+            ends.move(bad.name, bad.point, place)
+            hint = f"the nearest free place is {_told(scenario, bad, place, altitudes.get(bad.point))}"
         sentences.append(f"{bad.name}: {bad.text}{roof}; {hint}")
-    refuse_all(sentences, tuple(dict.fromkeys(remedy for bad in found for remedy in bad.give)))
+    return sentences
+
+
+def _narrowed(scenario: Scenario) -> Scenario:
+    """Return a scenario in which everything keeps `ROUNDING` more from everything."""
+    low, high, ground, most = scenario.bounds.min, scenario.bounds.max, scenario.terrain, scenario.max_height
+    if ground is not None and ground.clearance is not None:
+        ground = ground.model_copy(update={"clearance": ground.clearance + ROUNDING})
+    return scenario.model_copy(
+        update={
+            "clearance": scenario.clearance + ROUNDING,
+            "bounds": Bounds(min=_moved(low, ROUNDING), max=_moved(high, -ROUNDING)),
+            "max_height": None if most is None else most - ROUNDING,
+            "terrain": ground,
+        }
+    )
 
 
 def refuse_all(sentences: Sequence[str], give: Sequence[Remedy] = ()) -> None:
@@ -82,11 +137,14 @@ def _height(scenario: Scenario, point: Point) -> str:
     return f"{sea} ({point[2] - float(scenario.terrain.height(point[:2])):.1f} m agl)"
 
 
-def _told(scenario: Scenario, bad: BadPoint, place: Point) -> str:
-    """Return a free place as a user writes places, and how far away it is."""
+def _told(scenario: Scenario, bad: BadPoint, place: Point, given: Altitude | None) -> str:
+    """Return a free place as a user writes places, its altitude counted as it was given, and how far away it is.
+
+    An altitude above home, which would be another one there, is told above ground.
+    """
     assert scenario.frame.origin is not None
     latitude, longitude, sea = to_wgs84(scenario.frame.origin, [place])[0].tolist()
     written = f"{sea:.1f} m amsl"
-    if scenario.terrain is not None:
-        written = f"{math.ceil(10 * (place[2] - float(scenario.terrain.height(place[:2])))) / 10:g} m agl"
+    if scenario.terrain is not None and not isinstance(given, AboveSea):
+        written = f"{round(place[2] - float(scenario.terrain.height(place[:2])), 1):g} m agl"
     return f"{latitude:.7f},{longitude:.7f},{written}, {math.dist(place, bad.point):.3g} m away"

@@ -154,7 +154,8 @@ def build_scenario(options: BuildOptions) -> Scenario:
         )
     except ValidationError as error:
         raise InputError(f"{options.name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
-    refuse_bad_points(bad, built)
+    altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
+    refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
     return built
 
 
