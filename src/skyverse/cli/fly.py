@@ -25,7 +25,7 @@ def fly(
     mission: str,
     /,
     *,
-    vehicle: Literal["thesis", "crazyflie", "hummingbird"] = "thesis",
+    vehicle: Literal["thesis", "crazyflie", "hummingbird"] | None = None,
     wind: str = "0,0,0",
     wind_speed: float | None = None,
     wind_from: float | None = None,
@@ -58,7 +58,8 @@ def fly(
     mission
         A mission file.
     vehicle
-        The quadrotor that flies in place of every multirotor of the mission.
+        The quadrotor that flies in place of every multirotor of the mission; when left out, the vehicle that the
+        mission was planned for where that can be simulated (thesis, indoor), and otherwise thesis.
     wind
         The wind's velocity towards east, north and up, m/s; or its speed and the direction that it blows to, degrees
         from east towards north.
@@ -169,6 +170,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         summary = {
             "safe": flight.safe,
             "verdict": flight.sentence,
+            "simulated": flight.vehicle_sentence,
             **{name: getattr(flight, name) for name in ("vehicle", "wind", "noise", "seed", "margin", "rounds")},
             **vars(flight.disturbances),
             "makespan": flight.mission.makespan,
@@ -179,6 +181,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         }
         print(json_text(summary), end="")
         return
+    print(flight.vehicle_sentence)
     forms = {"uav": "{}", "seconds": "{:.1f}"} | {title: form for title, (_, form) in _MEASURES.items()}
     known = {title: form for title, form in forms.items() if any(row[title] is not None for row in rows)}
     cells = [["-" if row[title] is None else form.format(row[title]) for title, form in known.items()] for row in rows]
@@ -191,7 +194,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
         )
     wind = ", ".join(f"{speed:g}" for speed in flight.wind)
     weather = [f"wind {wind} m/s", f"noise {flight.noise:g} m", flight.disturbances.sentence]
-    print(f"vehicle {flight.vehicle}, {', '.join(filter(None, weather))}, seed {flight.seed}")
+    print(f"{', '.join(filter(None, weather))}, seed {flight.seed}")
     for sentence in flight.rounds:
         print(sentence)
     for violation in flight.violations:

@@ -21,6 +21,7 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
     if as_json:
         print(json_text(_data(flown, rows, written)), end="")
         return
+    print(flown.vehicle_sentence)
     if len(rows) > 1:
         rows.append(("all", flown.all_errors))
     head = ["tracking error", "horizontal: median", "99 %", "largest", "vertical: median", "99 %", "largest"]
@@ -37,8 +38,7 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
         print(f"A UAV was {flown.outside.max():.3f} m out of bounds at most.")
     wind = ", ".join(f"{speed:g}" for speed in flown.wind)
     weather = [f"wind {wind} m/s", f"noise {flown.noise:g} m", flown.disturbances.sentence, f"seed {flown.seed}"]
-    reach = f"vehicle {flown.vehicle}, which reaches {flown.radius:.3g} m"
-    print(f"{reach}; {', '.join(filter(None, weather))}; {flown.runs} runs")
+    print(f"the vehicle reaches {flown.radius:.3g} m; {', '.join(filter(None, weather))}; {flown.runs} runs")
     for sentence in flown.rounds:
         print(sentence)
     for touch in flown.touches[:MOST_TOUCHES]:
@@ -67,6 +67,7 @@ def _data(flown: "FlightRuns", rows: "list[tuple[str, TrackingErrors]]", written
     return {
         "safe": flown.safe,
         "verdict": flown.sentence,
+        "simulated": flown.vehicle_sentence,
         "runs": flown.runs,
         **{name: getattr(flown, name) for name in ("vehicle", "radius", "wind", "noise", "seed", "rounds", "refusal")},
         **vars(flown.disturbances),

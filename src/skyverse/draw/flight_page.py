@@ -72,8 +72,8 @@ def _told(flight: Flight) -> str:
     speed = math.hypot(east, north, up)
     wind = f"wind of {speed:.3g} m/s" if speed else "no wind"
     noise = f"noise of {flight.noise:g} m" if flight.noise else "no noise"
-    told = ", ".join(filter(None, [f"vehicle {flight.vehicle}", wind, noise, flight.disturbances.sentence]))
-    return f"Flown in rotorpy: {told}."
+    told = ", ".join(filter(None, [wind, noise, flight.disturbances.sentence]))
+    return f"Flown in rotorpy with {told}. {flight.vehicle_sentence}"
 
 
 def _tiles(flight: Flight) -> str:

@@ -15,6 +15,7 @@ from skyverse.flight.weather import weather_of
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.mission import Mission
+from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
 
@@ -25,7 +26,7 @@ OnFlown = Callable[[int, int], None]
 def fly(
     mission: Mission,
     *,
-    vehicle: str = "thesis",
+    vehicle: str | None = None,
     wind: Sequence[float] = (0.0, 0.0, 0.0),
     noise: float = 0.0,
     disturbances: Disturbances | None = None,
@@ -50,7 +51,8 @@ def fly(
     mission
         The mission to fly; its scenario's limits say what the vehicle must be able to do.
     vehicle
-        ``"thesis"``, ``"crazyflie"`` or ``"hummingbird"``.
+        ``"thesis"``, ``"crazyflie"`` or ``"hummingbird"``, which flies in place of every multirotor. By default it is
+        the vehicle that the mission was planned for where that is one of them, and otherwise the thesis's.
     wind
         The velocity of the air, (3,) m/s towards east, north and up; or its speed, m/s, and the direction in which it
         moves, degrees counter-clockwise from east.
@@ -82,8 +84,8 @@ def fly(
         raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
     generator, seed = seeded(rng)
     require_simulator()
-    kind = vehicle_of(vehicle)
     scenario = mission.scenario
+    kind = vehicle_of(simulated_vehicle(scenario.uavs) if vehicle is None else vehicle)
     flying = {
         uav: trajectory
         for uav, trajectory in enumerate(mission.trajectories)
@@ -104,7 +106,7 @@ def fly(
     violations = [v for f in flown if f is not None for v in strayed(scenario, f, margin, flying[f.uav].end)] + wrong
     return Flight(
         mission,
-        vehicle,
+        kind.name,
         weather.wind,
         weather.noise,
         seed,

@@ -15,6 +15,7 @@ from skyverse.flight.weather import weather_of
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_runs import FlightRuns, TrackingErrors
 from skyverse.model.mission import Mission
+from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.numerics.cores import cores
 from skyverse.planners.base import Seed, seeded
 
@@ -30,7 +31,7 @@ def fly_many(
     mission: Mission,
     *,
     runs: int = 100,
-    vehicle: str = "thesis",
+    vehicle: str | None = None,
     wind: Sequence[float] = (0.0, 0.0, 0.0),
     noise: float = 0.0,
     disturbances: Disturbances | None = None,
@@ -64,6 +65,7 @@ def fly_many(
     InputError
         If there is nothing to fly, the vehicle is too weak or not installed, or a parameter is out of range.
     """
+    vehicle = vehicle or simulated_vehicle(mission.scenario.uavs)
     flights = Flights(runs, vehicle, wind, noise, disturbances, rng, workers)
     return flights.fly(mission, until_touch=False, on_progress=on_progress)
 

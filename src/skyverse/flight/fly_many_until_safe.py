@@ -10,6 +10,7 @@ from skyverse.flight.fly_many import Flights, OnRuns
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_runs import FlightRuns
 from skyverse.model.mission import Mission
+from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.planners.base import Seed
 from skyverse.trajectory import Shape
 
@@ -25,7 +26,7 @@ def fly_many_until_safe(
     rounds: int = 8,
     shape: Shape = "minimum-snap",
     runs: int = 100,
-    vehicle: str = "thesis",
+    vehicle: str | None = None,
     wind: Sequence[float] = (0.0, 0.0, 0.0),
     noise: float = 0.0,
     disturbances: Disturbances | None = None,
@@ -65,6 +66,7 @@ def fly_many_until_safe(
     """
     if isinstance(rounds, bool) or not isinstance(rounds, int) or rounds < 1:
         raise InputError(f"rounds is a whole number from 1 on, not {rounds!r}")
+    vehicle = vehicle or simulated_vehicle(mission.scenario.uavs)
     flights = Flights(runs, vehicle, wind, noise, disturbances, rng, workers)
     winged = any(uav.fixed_wing is not None for uav in mission.scenario.uavs)
     said: list[str] = []

@@ -24,7 +24,7 @@ def fly_until_safe(
     *,
     rounds: int = 5,
     shape: Shape = "minimum-snap",
-    vehicle: str = "thesis",
+    vehicle: str | None = None,
     wind: Sequence[float] = (0.0, 0.0, 0.0),
     noise: float = 0.0,
     disturbances: Disturbances | None = None,

@@ -7,6 +7,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.flight.commands import COMMAND_RATE
 from skyverse.flight.simulate import Samples
+from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.flight_record import Flown, Passing
 from skyverse.model.mission import Mission
@@ -159,7 +160,8 @@ def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list
         note(Fault.TRAJECTORY_BOUNDS, out, k)
     off = float(np.linalg.norm(flown.positions[-1] - flown.commanded[-1]))
     if flown.times[-1] < due:
-        note(Fault.TRAJECTORY_ENDS, f"is lost at {flown.times[-1]:.2f} s, of {due:.2f} s to fly", -1)
+        cut = f"more than {LOST_DISTANCE:g} m off its trajectory, where its simulation ends"
+        note(Fault.TRAJECTORY_ENDS, f"is lost at {flown.times[-1]:.2f} s, of {due:.2f} s to fly: it is {cut}", -1)
     elif off > max(margin, 0.01):
         note(Fault.TRAJECTORY_ENDS, f"is {off:.3f} m off its trajectory when it is flown no more", -1)
     return wrong

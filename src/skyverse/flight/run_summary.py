@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.flight.run import Fleet, Nearest, fly_run
+from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.model.flight_runs import Distribution, Touch
 
 MILLIMETRES = 1000.0
@@ -82,7 +83,7 @@ def first_touch(fleet: Fleet, number: int, run: RunSummary) -> Touch | None:
         if nearest.distance <= reach:
             wrong.append((nearest.time, f"{' and '.join(names[uav] for uav in nearest.uavs)} {deed}"))
     if run.lost is not None:
-        wrong.append((run.lost[0], f"{names[run.lost[1]]} is lost"))
+        wrong.append((run.lost[0], f"{names[run.lost[1]]} is lost, more than {LOST_DISTANCE:g} m off its trajectory,"))
     if not wrong:
         return None
     time, deed = min(wrong)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
+from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
 from skyverse.model.verdict import Violation
 
 
@@ -118,6 +119,11 @@ class Flight(ArrayRecord):
     rounds: tuple[str, ...] = ()
     disturbances: Disturbances = field(default_factory=Disturbances)
     format: str = field(default="skyverse/flight/1")
+
+    @property
+    def vehicle_sentence(self) -> str:
+        """Which vehicle was simulated, and for which other one the mission was planned, if it was."""
+        return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
 
     @property
     def safe(self) -> bool:

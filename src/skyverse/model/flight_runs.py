@@ -7,6 +7,7 @@ import numpy as np
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
+from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,11 @@ class FlightRuns(ArrayRecord):
     def runs(self) -> int:
         """How often the mission was flown."""
         return len(self.seeds)
+
+    @property
+    def vehicle_sentence(self) -> str:
+        """Which vehicle was simulated, and for which other one the mission was planned, if it was."""
+        return simulated_vehicle_sentence(self.vehicle, self.mission.scenario.uavs)
 
     @property
     def safe(self) -> bool:

@@ -18,15 +18,19 @@ class VehicleProfile:
         Where the numbers come from.
     limits
         Fields of a `UAV` and their values.
+    simulated_as
+        The vehicle of `fly` that is this one; ``None`` where there is none. A simulation needs mass, inertia, rotors,
+        motors and drag, of which the sources of most profiles say nothing.
     """
 
     title: str
     source: str
     limits: Mapping[str, Any]
+    simulated_as: str | None = None
 
 
-def _profile(title: str, source: str, **limits: Any) -> VehicleProfile:
-    return VehicleProfile(title, source, MappingProxyType(limits))
+def _profile(title: str, source: str, simulated_as: str | None = None, **limits: Any) -> VehicleProfile:
+    return VehicleProfile(title, source, MappingProxyType(limits), simulated_as)
 
 
 _GNSS = (
@@ -47,6 +51,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             "al., Trajectory Planning for Quadrotor Swarms, IEEE Transactions on Robotics, 2018; tracking error: five "
             "times the mean of 49 vehicles, below 0.02 m, in Preiss et al., Crazyswarm: A Large Nano-Quadcopter Swarm, "
             "ICRA 2017",
+            simulated_as="crazyflie",
             max_speed=1.0,
             max_acceleration=2.0,
             max_jerk=20.0,
@@ -62,6 +67,7 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             "the thesis's quadrotor (176 g)",
             "tilt and thrust: the thesis, which limits neither climb nor descent, and whose missions know no tracking "
             "error; the rest are the defaults of a UAV",
+            simulated_as="thesis",
             max_speed=5.0,
             max_acceleration=3.5,
             max_jerk=50.0,
