@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyverse.model.timed_path import TimedPath
-from skyverse.referee.timed_paths import KeptDistance, nearest_points, paths_apart
+from skyverse.referee.timed_paths import KeptDistance, nearest_points, paths_apart, pieces_apart
 
 
 def path(points, times, late=0.0, deviation=0.0):
@@ -96,3 +96,25 @@ def test_what_is_proven_holds_at_every_time_that_the_paths_allow(seed):
         flying = (clock >= begin) & (clock <= end)
         if flying.any():
             assert (np.linalg.norm((a - b)[flying] / [keep.across, keep.across, keep.above], axis=1) >= 1 - 1e-9).all()
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_each_piece_is_apart_from_a_whole_path_as_if_it_were_alone(seed, monkeypatch):
+    monkeypatch.setattr("skyverse.referee.timed_paths.PAIRS_AT_ONCE", [1, 30, 100_000][seed % 3])
+    rng = np.random.default_rng(seed)
+    keep = KeptDistance(float(rng.uniform(0.5, 2)), float(rng.uniform(0.5, 3)), *rng.uniform(0, 0.5, 2))
+    deviations = rng.uniform(0, 1, 2)
+    points = rng.uniform([-9, -9, -5], [9, 9, 5], (2, 8, 3))
+    first, second = (path(points[k], range(8), deviation=deviations[k]) for k in range(2))
+    pieces = [path(points[0, k : k + 2], [k, k + 1], deviation=deviations[0]) for k in range(7)]
+    alone = [paths_apart(piece, second, keep, timed=False) for piece in pieces]
+    assert pieces_apart(first, second, keep).tolist() == alone
+
+
+def test_a_piece_that_is_nowhere_is_not_apart():
+    nowhere = path([(np.nan, 0, 0), (9, 0, 0), (9, 9, 0)], [0, 1, 2])
+    with np.errstate(invalid="ignore"):
+        assert (
+            pieces_apart(nowhere, path([(0, 0, 50), (1, 0, 50)], [0, 1]), KeptDistance(1.0, 1.0)).tolist()
+            == [False] * 2
+        )

@@ -16,6 +16,8 @@ from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
 MAX_PARTS = 20_000
 """Pairs of parts that are compared for one pair of UAVs before it is undecided, and so not proven."""
+PAIRS_AT_ONCE = 100_000
+"""Pairs of pieces whose boxes are compared in one call of NumPy, which bounds the memory."""
 
 
 class KeptDistance(NamedTuple):
@@ -90,18 +92,19 @@ def pieces_apart(first: TimedPath, second: TimedPath, keep: KeptDistance) -> NDA
         return apart
     stretch, tall, needed = _needed(first, second, keep)
     own, others = tall * first.deviation.max(axis=1), tall * second.deviation.max(axis=1)
-    ends = [path * stretch for path in (first.starts, first.ends, second.starts, second.ends)]
-    low, high = np.minimum(ends[0], ends[1]), np.maximum(ends[0], ends[1])
-    for k in range(len(second.starts)):
-        reach = (own + others[k] + needed)[:, None]
-        r, s = ends[2][k], ends[3][k]
-        within = (low - reach <= np.maximum(r, s)) & (high + reach >= np.minimum(r, s))
-        near = np.flatnonzero(apart & within.all(axis=1))
-        if not len(near):
-            continue
-        p, q = ends[0][near], ends[1][near]
-        _, _, distance = nearest_points(p, q, np.broadcast_to(r, p.shape), np.broadcast_to(s, p.shape))
-        apart[near] = distance - own[near] - others[k] >= needed
+    p, q, r, s = (path * stretch for path in (first.starts, first.ends, second.starts, second.ends))
+    low, high, other_low, other_high = np.minimum(p, q), np.maximum(p, q), np.minimum(r, s), np.maximum(r, s)
+    at_once = max(1, PAIRS_AT_ONCE // len(apart))
+    for begin in range(0, len(r), at_once):
+        some = slice(begin, begin + at_once)
+        near = np.ones((len(apart), len(r[some])), dtype=np.bool_)
+        reach = own[:, None] + others[some] + needed
+        for axis in range(3):
+            near &= ~(low[:, axis, None] - reach > other_high[some, axis])
+            near &= ~(high[:, axis, None] + reach < other_low[some, axis])
+        i, j = np.nonzero(near & apart[:, None])
+        _, _, distance = nearest_points(p[i], q[i], r[some][j], s[some][j])
+        apart[i[~(distance - own[i] - others[some][j] >= needed)]] = False
     return apart
 
 
