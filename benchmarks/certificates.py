@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 from machine import describe, table
-from margins import astray, beside_column, narrowed, reach, strays
+from margins import astray, by_columns, narrowed, reach, strays
 from oracle import RATE, Motion, depth, excess, moving, norm, sampled, squeezed, where
 from seams import seamed
 from wild import world
@@ -75,10 +75,10 @@ def trajectory(
     exact = error == sky.TrackingError()
     if certificate.verdict is sky.Verdict.PROVEN:
         counted["strayed", ""] += not exact
-        outside = beside_column(mission, uav, motion)
-        for fault, value in strays(mission.scenario, vehicle, outside, seed=uav).items():
-            if value > ROUNDING:
-                wrong.append(f"{vehicle.name} is proven, but {fault.value} by {value:.3g} within its tracking error")
+        for judged_in, positions in by_columns(mission, uav, motion):
+            for fault, value in strays(judged_in, vehicle, positions, seed=uav).items():
+                if value > ROUNDING:
+                    wrong.append(f"{vehicle.name} is proven, but {fault.value} by {value:.3g} when it strays")
         wrong += [f"{vehicle.name} is proven, but {fault.value} by {worst[fault]:.3g}" for fault in seen]
         wrong += [f"{vehicle.name} is proven, but {violation.message}" for violation in violations]
         touching = motion.position[depth(mission.scenario, motion.position) > -5e-7]

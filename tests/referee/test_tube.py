@@ -77,7 +77,7 @@ def test_the_ground_is_raised_as_the_players_raise_it(error, step):
     [
         ((1, 1, 0.5), 2.0),  # above the bounds' floor
         ((4, 4.5, 4.5), 6.4),  # above a roof
-        ((5.6, 4.5, 1), 6.4),  # beside a wall
+        ((12, 4, 9.5), None),  # higher above a roof than the UAV strays
         ((12, 13, 7.5), 7.4 + np.hypot(0.5, 2.0)),  # above a sphere
         ((1, 1, 3), None),  # it may stray from there
         ((0.1, 1, 3), None),  # it may stray from nowhere above
@@ -130,5 +130,8 @@ def test_a_flight_up_and_down_one_line_is_judged_in_both_columns_but_once():
     b = np.array([[[1, 1, low], [1, 1, low + 0.1]] for low in (0.5, 0.6, 0.7, 0.8, 0.9)])
     world = referee_world(given, error)
     parts = parts_of_flight(world, 0, 0, b, np.zeros(len(b)))
-    assert [(part.start, part.stop) for _, part in parts] == [(0, 5)]
-    assert parts[0][0] is world.nominal
+    assert [(part.start, part.stop) for _, part in parts] == [(0, 5), (0, 5)]
+    (once, _), (again, _) = parts
+    assert once is world.nominal
+    assert again.error == error
+    assert again.low[2] == 0 < world.low[2]

@@ -6,7 +6,7 @@ from skyverse.space.unsafe_points import unsafe_points
 ERROR = {"horizontal": 1.0, "vertical": 1.5}
 
 
-def scenario(start, target=(3, 3, 3), **uav):
+def scenario(start, target=(3, 3, 3), uav=None, **changes):
     return sky.Scenario.model_validate(
         {
             "name": "tube",
@@ -14,15 +14,16 @@ def scenario(start, target=(3, 3, 3), **uav):
             "clearance": 0.5,
             "lattice": {"step": (1, 1, 1)},
             "obstacles": [{"min": (9, 2, 6), "max": (15, 8, 12)}],
-            "uavs": [{"start": start, "tracking_error": ERROR} | uav],
+            "uavs": [{"start": start, "tracking_error": ERROR} | (uav or {})],
             "targets": [{"position": target}],
         }
+        | changes
     )
 
 
 def test_a_start_below_a_free_column_is_safe_but_not_for_an_aeroplane():
     assert unsafe_points(scenario((3, 3, 0.2))) == []
-    (bad,) = unsafe_points(scenario((3, 3, 0.2), fixed_wing={"speed": 3, "turn_radius": 3, "climb": 30}))
+    (bad,) = unsafe_points(scenario((3, 3, 0.2), uav={"fixed_wing": {"speed": 3, "turn_radius": 3, "climb": 30}}))
     assert bad.field == "uavs[0].start"
     assert bad.reason.startswith("lies too near the bounds, (0, 0, 0) to (20, 12, 12), for the tracking error of 1 m")
 
@@ -30,9 +31,29 @@ def test_a_start_below_a_free_column_is_safe_but_not_for_an_aeroplane():
 def test_a_start_and_a_target_beside_or_below_what_does_not_end_above_are_told():
     start, target = unsafe_points(scenario((12, 5, 5), target=(8.2, 5, 9)))
     assert start.field == "uavs[0].start"
-    assert start.reason.startswith(
-        "lies inside obstacles[0] grown by the clearance of 0.5 m and the tracking error of 1 m horizontally and 1.5 m "
-        "vertically"
+    assert start.reason == (
+        "is 1 m too near obstacles[0] for the clearance of 0.5 m and the tracking error of 1 m horizontally and 1.5 m "
+        "vertically, from which only what lies below it is exempt"
     )
-    assert start.nearest is not None
+    assert start.nearest == (12, 5, 4)
     assert target.field == "targets[0].position"
+
+
+def test_a_start_too_near_a_wall_is_told_by_how_much_and_where_the_nearest_place_with_a_column_is():
+    given = scenario((8.2, 5, 0.5), obstacles=(sky.Box(min=(9, 0, 0), max=(15, 12, 11)),))
+    (bad,) = unsafe_points(given)
+    assert bad.reason.startswith("is 0.7 m too near obstacles[0] for the clearance of 0.5 m and the tracking error")
+    x, y, z = bad.nearest
+    assert 7.4 < x <= 7.5
+    assert abs(y - 5) < 0.5
+    assert z == 0.5
+
+
+def test_a_start_beside_steep_ground_is_told_how_high_it_would_have_to_climb():
+    terrain = {"origin": (0, 0), "step": (10, 12), "heights": [[0, 0], [0, 0], [30, 30]]}
+    given = scenario((9.5, 5, 0.5), terrain=terrain, bounds={"min": (0, 0, 0), "max": (20, 12, 60)}, obstacles=())
+    (bad,) = unsafe_points(given)
+    assert bad.reason == (
+        "is beside ground that rises so steeply that it may stray by its tracking error only from 4.5 m above; "
+        "no more than 3 m are allowed"
+    )

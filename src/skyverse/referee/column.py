@@ -1,34 +1,46 @@
-"""The columns over a UAV's own start and target, in which its nominal position alone must keep the clearance.
+"""The columns over a UAV's own start and target, in which its error does not count for what lies below.
 
-A UAV that stands on the ground or on a roof is nearer to it than its clearance and its tracking error. So it is exempt
-from the error, not from the clearance, where it flies straight up from its start or straight down to its target, as
-high as the lowest place from which it may stray.
+A UAV that stands on the ground or on a roof is nearer to it than its clearance and its tracking error. So where it
+flies straight up from its start, or straight down to its target, the ground, the bounds' floor, and obstacles that end,
+grown by the clearance alone, no higher than the start or target are exempt from the error, not from the clearance.
+Everything else, beside or above, keeps both. The column ends where the UAV may stray from what lies below.
 """
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skyverse._typing import Floats
+from skyverse._typing import Floats, Indices
+from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes
-from skyverse.referee.ground import GrownGround
+from skyverse.referee.ground import Ceiling, GrownGround
 from skyverse.referee.prisms import GrownPrisms
 from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
 from skyverse.referee.solids import GrownSolids
-from skyverse.referee.tolerances import COLUMN_SLACK, LET_PASS
-from skyverse.referee.tube import EXACT
+from skyverse.referee.tolerances import COLUMN_REACH, COLUMN_SLACK, LET_PASS
+from skyverse.referee.tube import EXACT, narrower, shorter
 from skyverse.referee.world import RefereeWorld
-
-MAX_EXITS = 1000
-"""Shapes one above another through which a column is followed at most."""
 
 
 class Column(NamedTuple):
-    """A vertical line from a start or target up: where it begins, (3,) metres, and the z where it ends."""
+    """A vertical line from a start or target up.
+
+    Attributes
+    ----------
+    foot
+        (3,) metres: where it begins.
+    top
+        z where it ends, metres.
+    beside
+        What must be kept in it with the tracking error: all but what lies below.
+    """
 
     foot: Floats
     top: float
+    beside: RefereeWorld
 
     def holds(self, b: Floats, error: Floats) -> NDArray[np.bool_]:
         """Tell which pieces, (n, degree + 1, 3) coefficients and (n,) bounds on their errors, are in the column."""
@@ -39,32 +51,70 @@ class Column(NamedTuple):
 
 
 def column_over(world: RefereeWorld, uav: int, place: Floats) -> Column | None:
-    """Return the column over a UAV's start or target, (3,) metres; ``None`` if the UAV may stray from there.
+    """Return the column over a UAV's start or target, (3,) metres, or ``None`` if there is none.
 
-    There is none for an aeroplane either, nor where the UAV can stray from no place above.
+    There is none for an aeroplane, nor where nothing below keeps the UAV from straying, nor where that keeps it from
+    straying up to a greater height than clearance and errors together.
     """
-    if world.error == EXACT or world.scenario.uavs[uav].fixed_wing is not None:
+    scenario, error = world.scenario, world.error
+    if error == EXACT or scenario.uavs[uav].fixed_wing is not None:
         return None
-    top = place.copy()
-    for _ in range(MAX_EXITS):
-        above = _exit_above(world, top)
-        if above is None:
-            return Column(place, float(top[2])) if top[2] > place[2] else None
-        if not above <= world.high[2]:
-            return None
-        top[2] = max(above, np.nextafter(top[2], np.inf) + LET_PASS / 2)
-    return None
+    roof = float(place[2]) - scenario.clearance + LET_PASS
+    top = max(_ends_of_what_is_below(world, place, roof), default=-np.inf)
+    most = place[2] + scenario.clearance + error.horizontal + error.vertical + LET_PASS
+    return Column(place, top, without_below(world, place, roof)) if place[2] < top <= most else None
 
 
-def _exit_above(world: RefereeWorld, place: Floats) -> float | None:
-    """Return the z at which the highest of all that holds a place ends above it; ``None`` if nothing holds it."""
-    found = [float(world.low[2])] if place[2] < world.low[2] else []
+def without_below(world: RefereeWorld, place: Floats, roof: float) -> RefereeWorld:
+    """Return what there is about the vertical line through a place, (3,) metres, but for what lies below.
+
+    Left out are the ground, what the error takes of the bounds' floor, and shapes that end, as given, no higher than
+    `roof`, metres; also all shapes that the line does not meet.
+    """
+    low = np.array([*world.low[:2], world.nominal.low[2]])
+    kinds = [kind if _is_terrain(kind) else kind.of(_met(world, kind, place, roof)) for kind in world.others]
+    others = tuple(kind for kind in kinds if not isinstance(kind, GrownGround) and len(kind.obstacle))
+    boxes = world.boxes.of(_met(world, world.boxes, place, roof))
+    return replace(world, low=low, boxes=boxes, others=others)
+
+
+def _is_terrain(kind: GrownSolids) -> bool:
+    return isinstance(kind, GrownGround | Ceiling)
+
+
+def _met(world: RefereeWorld, kind: GrownSolids, place: Floats, roof: float) -> Indices:
+    """Return the numbers of the shapes of a kind above a roof that a vertical line may meet."""
+    line = np.array([*place[:2], 0.0])
+    reach = np.array([COLUMN_REACH, COLUMN_REACH, np.inf])
+    pairs = [found[:, 1] for found in kind.tree.overlapping((line - reach)[None], (line + reach)[None])]
+    near = np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *pairs]))
+    return near[_tops(kind, near, world.error) > roof]
+
+
+def _tops(kind: GrownSolids, which: Indices, error: TrackingError) -> Floats:
+    """Return z (n,) at which shapes end as they are given, without the error and the clearance, metres."""
+    match kind:
+        case GrownBoxes():
+            return shorter(kind.high[which, 2], error)
+        case GrownCylinders() | GrownPrisms():
+            return shorter(kind.high[which], error)
+        case GrownSpheres():
+            return kind.centre[which, 2] + narrower(kind.radius[which], error)
+    raise TypeError(f"{type(kind).__name__} has no tops")
+
+
+def _ends_of_what_is_below(world: RefereeWorld, place: Floats, roof: float) -> Iterator[float]:
+    """Yield the z at which each of all that holds a place, and ends below it but for the error, ends above it."""
+    yield float(world.low[2])
     for kind in (world.boxes, *world.others):
-        for pairs in kind.tree.overlapping(place[None], place[None]):
-            which = pairs[:, 1]
-            inside = which[kind.depth(np.broadcast_to(place, (len(which), 1, 3)), which) > 0]
-            found += [_top(kind, int(shape), place) for shape in inside]
-    return max(found, default=None)
+        if isinstance(kind, GrownGround):
+            yield float(place[2] + kind.depth(place[None, None], np.array([0]))[0])
+        elif not _is_terrain(kind):
+            for pairs in kind.tree.overlapping(place[None], place[None]):
+                which = pairs[:, 1]
+                held = kind.depth(np.broadcast_to(place, (len(which), 1, 3)), which) > 0
+                for shape in which[held & (_tops(kind, which, world.error) <= roof)]:
+                    yield _top(kind, int(shape), place)
 
 
 def _top(kind: GrownSolids, which: int, place: Floats) -> float:
@@ -77,15 +127,15 @@ def _top(kind: GrownSolids, which: int, place: Floats) -> float:
         case GrownSpheres():
             centre, radius = kind.centre[which], kind.grown_radius[which]
             return float(centre[2] + np.sqrt(max(radius**2 - np.sum((place[:2] - centre[:2]) ** 2), 0.0)))
-        case GrownGround():
-            return float(place[2] + kind.depth(place[None, None], np.array([which]))[0])
-    return float("inf")  # the ceiling does not end
+    raise TypeError(f"{type(kind).__name__} has no top")
 
 
 def parts_of_flight(
     world: RefereeWorld, uav: int, target: int | None, b: Floats, error: Floats
 ) -> list[tuple[RefereeWorld, slice]]:
-    """Cut the pieces of a flight where it leaves and enters its columns, and say in which world each part is judged.
+    """Cut the pieces of a flight where it leaves and enters its columns, and say in which worlds each part is judged.
+
+    A part in a column is judged twice: without the error among everything, and with it among what is not exempt.
 
     Parameters
     ----------
@@ -103,10 +153,12 @@ def parts_of_flight(
         rise = _leading(columns.start.holds(b, error))
     if columns.target is not None:
         descent = min(_leading(columns.target.holds(b, error)[::-1]), count - rise)
+    cuts = slice(0, rise), slice(rise, count - descent), slice(count - descent, count)
+    held = columns.start, None, columns.target
     parts = [
-        (world.nominal, slice(0, rise)),
-        (world, slice(rise, count - descent)),
-        (world.nominal, slice(count - descent, count)),
+        (judged_in, part)
+        for part, column in zip(cuts, held, strict=True)
+        for judged_in in ([world] if column is None else [world.nominal, column.beside])
     ]
     return [(judged_in, part) for judged_in, part in parts if part.start < part.stop]
 
@@ -125,7 +177,8 @@ class Columns(NamedTuple):
             for noun, column in (("start", self.start), ("target", self.target))
             if column is not None
         ]
-        return f", but without that in the column {' and in that '.join(named)}" if named else ""
+        told = " and in that ".join(named)
+        return f"; only in the column {told} that error does not count for the ground and roofs below" if named else ""
 
 
 def columns_of(world: RefereeWorld, uav: int, target: int | None) -> Columns:

@@ -1,6 +1,7 @@
 """Grown prisms on polygons with holes: how deep a part of a curve may be inside, by its chord."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,15 @@ class GrownPrisms(GrownSolids):
     grown_low: Floats
     grown_high: Floats
     thickness: Floats
+
+    def of(self, some: Indices) -> Self:
+        """Return some of the prisms, given by their numbers (k,)."""
+        count = self.edges[some]
+        first = np.cumsum(count) - count
+        edge = np.arange(count.sum()) + np.repeat(self.first[some] - first, count)
+        names = ("obstacle", "edges", "low", "high", "grown_by", "grown_low", "grown_high", "thickness")
+        rows = {name: getattr(self, name)[some] for name in names}
+        return replace(self, p=self.p[edge], q=self.q[edge], first=first, **rows)
 
     def thicknesses(self) -> Floats:
         """Return how thin the grown prisms are, also those on slanted slivers, (m,) metres."""

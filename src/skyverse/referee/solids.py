@@ -4,9 +4,9 @@ Several of them judge parts of curves as thick straight lines, by their chords.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,11 @@ class GrownSolids(ABC):
     @abstractmethod
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners (m, 3), (m, 3) of boxes about the grown shapes, metres."""
+
+    def of(self, some: Indices) -> Self:
+        """Return some of the shapes, given by their numbers (k,)."""
+        rows = [field.name for field in fields(self) if field.name != "clearance"]
+        return replace(self, **{name: getattr(self, name)[some] for name in rows})
 
     @cached_property
     def tree(self) -> BoxTree:

@@ -65,6 +65,9 @@ The referee's own bounds on the true value are apart by no more than this, and w
 EDGE_OVERHANG = 1e-3
 """Share of an edge: a leg is also cut where it passes this close to an edge's ends; a cut too many changes nothing."""
 
+COLUMN_REACH = 1e-3
+"""Metres: what a column does not meet by more than this, grown by what must be kept, does not matter in it."""
+
 COLUMN_SLACK = 2e-3
 """Metres that a leg in a column over a start or target may end above the lowest place from which the UAV may stray."""
 

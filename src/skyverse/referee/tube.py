@@ -25,9 +25,19 @@ def taller(low: Floats, high: Floats, error: TrackingError) -> tuple[Floats, Flo
     return low + error.horizontal - error.vertical, high - error.horizontal + error.vertical
 
 
+def shorter(high: Floats, error: TrackingError) -> Floats:
+    """Return the altitudes, (n,) metres, at which shapes end that are made `taller`."""
+    return high + error.horizontal - error.vertical
+
+
 def wider(radius: Floats, error: TrackingError) -> Floats:
     """Return the radii (n,) of spheres that hold, when they grow by the radius, all that the error makes unsafe."""
     return radius + (np.hypot(error.horizontal, error.vertical) - error.horizontal)
+
+
+def narrower(radius: Floats, error: TrackingError) -> Floats:
+    """Return the radii (n,), metres, of spheres that are made `wider`."""
+    return radius - (np.hypot(error.horizontal, error.vertical) - error.horizontal)
 
 
 def raised_heights(terrain: Terrain, error: TrackingError) -> Floats:

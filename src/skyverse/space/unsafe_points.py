@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from skyverse._typing import Floats
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import UAV, TrackingError
-from skyverse.space.column import column_top
+from skyverse.space.column import column_top, why_no_column
 from skyverse.space.roof import roof_z
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
@@ -27,6 +27,8 @@ RADIUS_RATIO = 1.15
 """By how much each sphere is larger than the one before."""
 DIRECTIONS = 400
 """Places on each sphere, spread evenly, besides the six along the axes."""
+CIRCLE = 32
+"""Places on each circle on which places with a column are sought."""
 BISECTIONS = 40
 """Halvings of the way to a free place, which find where it begins to be free."""
 MAX_DECIMALS = 6
@@ -77,8 +79,7 @@ class UnsafePoint(NamedTuple):
 def unsafe_points(scenario: Scenario, world: World | None = None) -> list[UnsafePoint]:
     """Return all starts and targets of a scenario that are not safe, in its order.
 
-    A start is safe if its UAV may stray from it, or from a place straight above that it can climb to; a target is if
-    that holds for some UAV.
+    A start is safe if its UAV may stray from it, or has a column over it; a target is if that holds for some UAV.
 
     Parameters
     ----------
@@ -95,13 +96,15 @@ def unsafe_points(scenario: Scenario, world: World | None = None) -> list[Unsafe
     worlds = {NO_ERROR: world}
     found = []
     for (field, name, point, uavs), safe in zip(places, free, strict=True):
-        strict = world
+        reason = None
         if safe:
             if not uavs or any(_can_leave(scenario, worlds, uav, point) for uav in uavs):
                 continue
             strict = worlds[uavs[0].tracking_error]
+            reason = why_no_column(world, strict, point) if uavs[0].fixed_wing is None else None
+            reason = reason or _reason(scenario, strict, point)
         nearest = _nearest_safe(scenario, worlds, uavs, point)
-        reason = _reason(scenario, strict, point)
+        reason = reason or _reason(scenario, world, point)
         found.append(UnsafePoint(field, name, point, reason, nearest, _on_earth(scenario, nearest)))
     return found
 
@@ -138,12 +141,35 @@ def _nearest_safe(
     point: Place,
     allowed: AreFree | None = None,
 ) -> Place | None:
-    """Return the free place nearest to a point that some UAV can leave, or else the one from which it may stray."""
+    """Return the free place nearest to a point that some UAV can leave: it may stray from there, or has a column.
+
+    If it cannot leave the nearest free place, places with a column are sought on circles at the height of that.
+    """
     place = nearest_free(worlds[NO_ERROR], point, allowed)
     if place is None or not uavs or any(_can_leave(scenario, worlds, uav, place) for uav in uavs):
         return place
     places = [nearest_free(worlds[error], point, allowed) for error in {uav.tracking_error for uav in uavs}]
-    return min((place for place in places if place), key=lambda place: math.dist(place, point), default=None)
+    found = min((place for place in places if place), key=lambda place: math.dist(place, point), default=None)
+    nominal = worlds[NO_ERROR]
+    longest = float(np.linalg.norm(nominal.high - nominal.low)) if found is None else math.dist(found, point)
+    for other in _on_circles((*point[:2], place[2]), longest):
+        asked = np.array([other])
+        free = nominal.free(asked)[0] and (allowed is None or allowed(asked)[0])
+        if free and any(_can_leave(scenario, worlds, uav, other) for uav in uavs):
+            return other
+    return found
+
+
+def _on_circles(point: Place, longest: float) -> Iterator[Place]:
+    """Yield places on growing circles about a point, at its height; x and y are rounded to centimetres."""
+    radius = FIRST_RADIUS
+    while radius < longest:
+        for turn in np.linspace(0.0, 2 * math.pi, CIRCLE, endpoint=False).tolist():
+            x, y = (
+                round(value, 2) for value in (point[0] + radius * math.cos(turn), point[1] + radius * math.sin(turn))
+            )
+            yield x, y, point[2]
+        radius *= RADIUS_RATIO
 
 
 def _can_leave(scenario: Scenario, worlds: dict[TrackingError, World], uav: UAV, point: Place) -> bool:

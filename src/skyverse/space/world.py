@@ -1,5 +1,7 @@
 """Which points and segments of a scenario's space are free, and how far away obstacles are."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -58,6 +60,9 @@ def path_free(space: Space, path: Floats) -> bool:
         i += 1
     return i >= len(path)
 
+
+BESIDE = 1.0
+"""Metres: what is farther than this from a vertical line, beside what must be kept, is not looked at; see `beside`."""
 
 _CLEAR, _CROSSES, _UNCERTAIN = range(3)
 
@@ -169,6 +174,7 @@ class World:
         round_, rank = solids.make_solids(shapes)
         self._boxes = np.array(boxes[1:], dtype=np.int64)[order]
         self._solids = np.array(others, dtype=np.int64)[rank]
+        self._shapes = [shapes[k] for k in rank]
         self._scenario, self.error = scenario, error
         growth = float(scenario.clearance + error.horizontal)
         self.low, self.high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
@@ -184,6 +190,41 @@ class World:
             ground=ground.make_ground(floor, float(scenario.ground_clearance - growth)),
             ceiling=ground.make_ground(ceiling, -growth),
         )
+
+    def beside(self, place: ArrayLike, roof: float, reach: float = BESIDE) -> "World":
+        """Return the world of the vertical line through a place, without what lies below.
+
+        It has neither the ground nor the bounds' floor less the error, nor obstacles that end, as given, no higher than
+        z = `roof`. Of all others it has those that the line meets if they are grown by `reach` metres more.
+
+        Parameters
+        ----------
+        place
+            (3,) metres.
+        roof, reach
+            Metres.
+        """
+        space, error = self.space, self.error
+        xy, grown = _rows(place)[0, :2], space.clearance + reach
+        taller = error.vertical - error.horizontal
+        wider = math.hypot(error.horizontal, error.vertical) - error.horizontal
+        is_sphere = space.solids.kind[:, 0] == solids.SPHERE
+        tops = space.boxes[:, 5] - taller, space.solids.bounds[:, 5] - np.where(is_sphere, wider, taller)
+        boxes, others = (
+            np.flatnonzero((table[:, :2] - grown <= xy).all(1) & (xy <= table[:, 3:5] + grown).all(1) & (top > roof))
+            for table, top in zip((space.boxes, space.solids.bounds), tops, strict=True)
+        )
+        table = space.boxes[boxes]
+        index, order = tree.build(table)
+        shapes = [self._shapes[k] for k in others]
+        round_, rank = solids.make_solids(shapes)
+        low, none = np.array([*space.low[:2], self.low[2]]), ground.make_ground(None)
+        found = World.__new__(World)
+        found._scenario, found.error, found.low, found.high = self._scenario, error, self.low, self.high
+        found._boxes, found._solids = self._boxes[boxes][order], self._solids[others][rank]
+        found._shapes = [shapes[k] for k in rank]
+        found.space = space._replace(low=low, boxes=table[order], tree=index, solids=round_, ground=none)
+        return found
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of (m, 3) points in metres whether it is safe; (m,) booleans."""
