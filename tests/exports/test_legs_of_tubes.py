@@ -29,7 +29,10 @@ def mission(error=ERROR):
 def test_waypoints_keep_the_tracking_error_from_obstacles():
     planned = mission()
     (route,) = routes(planned)
-    assert "clear of every obstacle by 0.48 m and its tracking error, at most" in route.sentence(planned.scenario)
+    assert (
+        "clear of every obstacle by 0.48 m and its tracking error (which does not count for the ground and roofs below "
+        "in the column over its start up to z = 2.001 m), at most"
+    ) in route.sentence(planned.scenario)
     assert route.points[0] == pytest.approx((9, 12, 0.5))
     world = World(planned.scenario.model_copy(update={"clearance": 0.48}), ERROR)
     climb, *others = zip(route.points[:-1], route.points[1:], strict=True)
@@ -45,7 +48,8 @@ def test_only_in_a_column_over_the_own_start_the_error_does_not_count():
     up, beside = np.array([0.0, 0.0, 5.0]), np.array([1.0, 0.0, 0.0])
     found = certificate.legs.leg(foot, foot + up)
     assert found.fault is None
-    assert [part.strays for part in found.clear] == [False, True]
+    assert [part.strays for part in found.clear] == [False, True, True]
+    assert [part.foot for part in found.clear] == [None, (9, 12, 0.5), None]
     assert certificate.legs.leg(foot + beside, foot + beside + up).fault is not None
     assert LegChecker(mission().scenario, "amsl").leg(foot + beside, foot + beside + up).fault is None
 

@@ -249,6 +249,8 @@ def test_half_the_ground_clearance_is_kept_where_that_is_smaller_than_the_cleara
     for height, proven in ((1.0, False), (3.0, True)):  # of a line that stands for all within 2 m of it
         level = np.array([[-100.0, 0.0, height], [100.0, 0.0, height]])
         two, yes = np.array([2.0]), np.array([True])
-        low = ReturnLines(level[:1], level[1:], two, two, two, level[:1] - 2, level[1:] + 2, yes, yes)
+        low = ReturnLines(
+            level[:1], level[1:], two, two, two, level[:1] - 2, level[1:] + 2, yes, yes, np.array([-np.inf])
+        )
         (judged,) = certified(mission.scenario, ReturnSpace(mission.scenario), [replace(back, lines=low)])
         assert judged.proven == proven

@@ -42,6 +42,9 @@ MIN_EARTH_RADIUS = 6_335_439.0
 """Metres: the least radius of curvature of the WGS84 ellipsoid."""
 
 
+Foot = tuple[float, float, float]
+
+
 class Segments(NamedTuple):
     """Straight segments that keep clear of all obstacles by the clearance.
 
@@ -52,7 +55,10 @@ class Segments(NamedTuple):
     growth
         Metres beside the clearance less `LEG_ALLOWANCE`.
     strays
-        Whether the tracking error counts, as everywhere but in a column over the UAV's own start or target.
+        Whether the tracking error counts. In a column over the UAV's own start or target, segments are asked for twice:
+        without the error, and with it among all but what lies below.
+    foot
+        In the latter case, x, y and z of the foot of that column, metres.
     touches
         Whether some of them are so near to a grown shape that they may lead through a seam, between shapes that touch.
     """
@@ -61,6 +67,7 @@ class Segments(NamedTuple):
     ends: Floats
     growth: float
     strays: bool = True
+    foot: Foot | None = None
     touches: bool = False
 
 
@@ -93,8 +100,8 @@ class LegChecker:
     error
         How far the flown position may be from the legs.
     columns
-        (foot, top) of the vertical lines over the UAV's own start and target in which the error does not count, (3,)
-        metres each.
+        (foot, top) of the vertical lines over the UAV's own start and target in which the error does not count for what
+        lies below, (3,) metres each.
     worlds
         What is compiled for each error; checkers of the same scenario and reference may share it.
     """
@@ -104,15 +111,24 @@ class LegChecker:
     error: TrackingError = NO_ERROR
     columns: tuple[tuple[Floats, Floats], ...] = ()
     worlds: dict[TrackingError, World] = field(default_factory=dict)
+    _beside: dict[Foot, World] = field(default_factory=dict)
     _known: dict[bytes, Checked] = field(default_factory=dict)
     _apart: dict[bytes, float] = field(default_factory=dict)
 
-    def world(self, strays: bool) -> World:
-        """Return the planners' world of `grown`, with the tracking error or without it."""
+    def world(self, strays: bool, foot: Foot | None = None) -> World:
+        """Return the planners' world of `grown`, with the tracking error or without it, perhaps that of a column."""
         error = self.error if strays else NO_ERROR
         if error not in self.worlds:
             self.worlds[error] = World(self.grown(0.0), error)
-        return self.worlds[error]
+        if foot is None:
+            return self.worlds[error]
+        if foot not in self._beside:
+            self._beside[foot] = self.worlds[error].beside(foot, self.roof(foot) + SURFACE_DEPTH)
+        return self._beside[foot]
+
+    def roof(self, foot: Foot) -> float:
+        """Return z of the highest roof that is exempt from the error in a column, metres."""
+        return foot[2] - self.scenario.clearance
 
     def trouble(self, points: Floats, radius: float, stops: Floats) -> tuple[int, str | Segments] | None:
         """Return the first fault of a polyline, (n, 3), whose corners are cut within a radius, or ``None``.
@@ -152,27 +168,29 @@ class LegChecker:
 
     def leg(self, a: Floats, b: Floats) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each."""
-        found = [self._straight(p, q, strays) for p, q, strays in self._cut_at_columns(a, b)]
+        found = [self._straight(*part) for part in self._cut_at_columns(a, b)]
         fault = next((one.fault for one in found if one.fault is not None), None)
         return Checked(fault, () if fault is not None else tuple(part for one in found for part in one.clear))
 
-    def _cut_at_columns(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool]]:
-        """Yield the parts of a leg, and whether the error counts for each: not for what is in a column."""
+    def _cut_at_columns(self, a: Floats, b: Floats) -> Iterator[tuple[Floats, Floats, bool, Foot | None]]:
+        """Yield the parts of a leg, whether the error counts for each, and the foot of a column in which it does."""
         for foot, top in self.columns:
             low, high = (a, b) if a[2] <= b[2] else (b, a)
             if np.abs(np.stack([a, b])[:, :2] - foot[:2]).max() > SAME_PLACE or low[2] < foot[2] - SAME_PLACE:
                 continue
-            if high[2] <= top[2]:
-                yield a, b, False
-            elif low[2] >= top[2]:
-                yield a, b, True
-            else:
-                yield low, top, False
-                yield top, high, True
+            if low[2] >= top[2]:
+                yield a, b, True, None
+                return
+            held = (a, b) if high[2] <= top[2] else (low, top)
+            x, y, z = foot.tolist()
+            yield *held, False, None
+            yield *held, True, (x, y, z)
+            if high[2] > top[2]:
+                yield top, high, True, None
             return
-        yield a, b, True
+        yield a, b, True, None
 
-    def _straight(self, a: Floats, b: Floats, strays: bool) -> Checked:
+    def _straight(self, a: Floats, b: Floats, strays: bool, foot: Foot | None) -> Checked:
         """Return what is found of a leg from a to b, (3,) metres each, with or without the tracking error."""
         if self.reference == "agl":  # heights above ground between the ends lie between those of the ends
             ends = np.stack([a, b])
@@ -183,12 +201,12 @@ class LegChecker:
             if strays and self.error != NO_ERROR:
                 rise = self._rise(ends)
                 low, high = low - rise, high + rise
-            if low < needed:
+            if low < needed and foot is None:
                 return Checked(f"it is {low:.4g} m above ground, and {needed:.4g} m are required")
             if self.scenario.max_height is not None and high > self.scenario.max_height + LEG_ALLOWANCE / 2:
                 most = self.scenario.max_height
                 return Checked(f"it is {high:.4g} m above ground, above the ceiling of {most:.4g} m")
-        return self._checked(a[None], b[None], self.apart(a, b), strays)
+        return self._checked(a[None], b[None], self.apart(a, b), strays, foot)
 
     def _rise(self, ends: Floats) -> float:
         """Return how many metres the error takes, at most, of the heights above ground of a leg between two ends."""
@@ -262,9 +280,11 @@ class LegChecker:
             bent += _swell(self.scenario.terrain, a, b)
         return MAVLINK_ROUNDING + 1.1 * bent
 
-    def _checked(self, starts: Floats, ends: Floats, extra: float, strays: bool = True) -> Checked:
+    def _checked(
+        self, starts: Floats, ends: Floats, extra: float, strays: bool = True, foot: Foot | None = None
+    ) -> Checked:
         """Return what is found of segments from `starts` to `ends`, (n, 3) each, grown by `extra` metres."""
-        world = self.world(strays)
+        world = self.world(strays, foot)
         growth = MIN_GROWTH * 2 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
         both = np.concatenate([starts, ends])
         room = float(np.minimum(both - world.space.low, world.space.high - both).min())
@@ -272,13 +292,13 @@ class LegChecker:
             return Checked(f"it may be {extra - room:.3g} m out of bounds")
         met = world.first_crossing(starts, ends, growth)
         if met is not None:
-            return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth, strays))
+            return Checked(Segments(starts[met : met + 1], ends[met : met + 1], growth, strays, foot))
         touches = world.first_crossing(starts, ends, growth + 2 * SEAM_MARGIN) is not None
         if touches:
             sealed = np.flatnonzero(~world.segments_free(starts, ends, margin=growth))
             if len(sealed):
-                return Checked(Segments(starts[sealed[:1]], ends[sealed[:1]], growth, strays, True))
-        return Checked(None, (Segments(starts, ends, growth, strays, touches),))
+                return Checked(Segments(starts[sealed[:1]], ends[sealed[:1]], growth, strays, foot, True))
+        return Checked(None, (Segments(starts, ends, growth, strays, foot, touches),))
 
     def grown(self, extra: float) -> Scenario:
         """Return the scenario with clearances, also below the ceiling, less the allowance plus `extra` metres."""

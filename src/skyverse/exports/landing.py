@@ -18,6 +18,9 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere, Voxels
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
+from skyverse.problem import Airspace
+from skyverse.space.column import why_no_column
+from skyverse.space.tube import NO_ERROR
 
 TOUCHDOWN = 1.0
 """Metres: the last part of a descent, which no clearance can hold for, is the clearance and this."""
@@ -70,20 +73,35 @@ def ground_level(scenario: Scenario, uav: int) -> float | None:
 
 
 def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
-    """Raise `InputError` if a descent from the last waypoint comes too near to an obstacle beside it."""
-    certificate = LegCertificate(LegChecker(scenario, "amsl"))
-    descents = []
+    """Raise `InputError` if a descent from the last waypoint comes too near to an obstacle beside it.
+
+    It keeps the tracking error as well, but for what lies below in the column over the place where the UAV lands.
+    """
+    airspace: Airspace | None = None
+    exact = LegCertificate(LegChecker(scenario, "amsl"))
     for plan in plans:
-        below = plan.ending[-1].copy()
-        below[2] += max(scenario.clearance, scenario.ground_clearance) + TOUCHDOWN
-        below[2] = min(below[2], plan.waypoints[-1][2])
-        descents.append(Polyline(np.stack([plan.waypoints[-1], below]), 0.0, np.ones(2)))
-    unproven = certificate.refused(descents)
-    for number, (plan, descent) in enumerate(zip(plans, descents, strict=True)):
+        uav, lowest = plan.route.uav, plan.ending[-1].copy()
+        lowest[2] = min(lowest[2] + max(scenario.clearance, scenario.ground_clearance), plan.waypoints[-1][2])
+        error = scenario.uavs[uav].tracking_error
+        certificate = exact
+        if error != NO_ERROR:
+            airspace = airspace or Airspace(scenario)
+            own = airspace.of(uav)
+            why = why_no_column(airspace.world, own.world, lowest)
+            if why is not None:
+                name = scenario.uavs[uav].name
+                raise InputError(f"{name}: it cannot land below its last waypoint: its place there {why}", field="end")
+            columns = ((lowest, own.column_top(lowest)), *plan.route.columns)
+            legs = LegChecker(scenario, "amsl", error, columns, exact.legs.worlds)
+            certificate = LegCertificate(legs, exact.worlds)
+        end = lowest.copy()
+        end[2] = min(lowest[2] + TOUCHDOWN, plan.waypoints[-1][2])
+        descent = Polyline(np.stack([plan.waypoints[-1], end]), 0.0, np.ones(2))
+        unproven = certificate.refused([descent])
         trouble = certificate.legs.trouble(*descent)
-        if trouble is not None or number in unproven:
+        if trouble is not None or unproven:
             said = "it could not be proven" if trouble is None else certificate.sentence(trouble[1])
-            name = scenario.uavs[plan.route.uav].name
+            name = scenario.uavs[uav].name
             raise InputError(f"{name}: it cannot land below its last waypoint: {said}", field="end")
 
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.autopilot_leg_clearance import LegChecker, Segments
+from skyverse.exports.autopilot_leg_clearance import Foot, LegChecker, Segments
 from skyverse.exports.global_positions import home
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.clearance import judge_segments
+from skyverse.referee.column import without_below
 from skyverse.referee.seams import Seam, find_seam
 from skyverse.referee.tolerances import HALF_SEAM, LET_PASS
 from skyverse.referee.tube import named
@@ -44,14 +45,14 @@ class LegCertificate:
 
     def refused(self, polylines: Sequence[Polyline]) -> set[int]:
         """Return the numbers of polylines that are not proven; the checker then knows which of their parts are not."""
-        wanted: dict[tuple[float, bool, bool], list[tuple[int, bytes, Segments]]] = defaultdict(list)
+        wanted: dict[tuple[float, bool, Foot | None, bool], list[tuple[int, bytes, Segments]]] = defaultdict(list)
         for number, polyline in enumerate(polylines):
             for _, checked, key in self.legs.parts(*polyline):
                 for segments in checked.clear:
                     wanted[segments[2:]].append((number, key, segments))
         found = set()
-        for (growth, strays, touches), parts in wanted.items():
-            world = self._world(growth if touches else growth + SEAM_WIDTH, strays)
+        for (growth, strays, foot, touches), parts in wanted.items():
+            world = self._world(growth if touches else growth + SEAM_WIDTH, strays, foot)
             for batch in _batches(parts):
                 found |= self._refused(world, touches, batch)
         return found
@@ -84,7 +85,7 @@ class LegCertificate:
         """Return a fault in words."""
         if isinstance(fault, str):
             return fault
-        world = self._world(fault.growth, fault.strays)
+        world = self._world(fault.growth, fault.strays, fault.foot)
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:
             seam = _seam(world, fault.starts[0], fault.ends[0])
@@ -93,12 +94,14 @@ class LegCertificate:
             return "whether it keeps the clearance could not be decided"
         return incursion.sentence(world.scenario, named("it", world.error), "there")
 
-    def _world(self, growth: float, strays: bool) -> RefereeWorld:
+    def _world(self, growth: float, strays: bool, foot: Foot | None) -> RefereeWorld:
         key = growth, self.legs.error if strays else NO_ERROR
         if key not in self.worlds:
             shapes = next((world.shapes for world in self.worlds.values()), None)
             self.worlds[key] = referee_world(self.legs.grown(growth), key[1], shapes=shapes)
-        return self.worlds[key]
+        if foot is None:
+            return self.worlds[key]
+        return without_below(self.worlds[key], np.array(foot), self.legs.roof(foot) + LET_PASS)
 
 
 def _seam(world: RefereeWorld, start: Floats, end: Floats) -> Seam | None:

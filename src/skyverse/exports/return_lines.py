@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import ground_allowance
+from skyverse.exports.autopilot_leg_clearance import Foot, ground_allowance
 from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
 from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Bounds, Scenario
@@ -23,12 +23,16 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
 from skyverse.referee.clearance import judge_segments
 from skyverse.referee.closed_above import SolidShapes
+from skyverse.referee.column import without_below
+from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.world import referee_world
 from skyverse.space.tube import NO_ERROR
-from skyverse.space.world import World
+from skyverse.space.world import BESIDE, World
 
 CLEARANCE_SHARE = 0.5
 """The share of the clearance that is kept on the way home: with the rest, parts of a flight may have a length."""
+COLUMN_DECIMALS = 5
+"""To 10 micrometres, lines that begin at the same place are in the same column."""
 BEYOND_BOUNDS = 1000.0
 """Metres by which bounds are widened where only obstacles are asked for."""
 
@@ -49,7 +53,11 @@ class ReturnLines(NamedTuple):
     ground
         (m,) whether ground and ceiling matter; above a place of the flight they cannot be nearer than there.
     strays
-        (m,) whether the tracking error counts, as everywhere but in a column where the UAV takes off or lands.
+        (m,) whether the tracking error counts. Lines in a column where the UAV takes off or lands are asked for twice:
+        without the error, and with it among all but what lies below.
+    roof
+        (m,) metres: in the latter case, z of the highest roof that is exempt from the error, as is the ground; minus
+        infinity elsewhere.
     """
 
     starts: Floats
@@ -61,6 +69,7 @@ class ReturnLines(NamedTuple):
     high: Floats
     ground: NDArray[np.bool_]
     strays: NDArray[np.bool_]
+    roof: Floats
 
     def of(self, some: NDArray[np.bool_] | NDArray[np.intp]) -> "ReturnLines":
         """Return some of the lines."""
@@ -77,6 +86,30 @@ def single(lines: ReturnLines) -> ReturnLines:
     none = np.zeros(len(lines.growth))
     low, high = np.minimum(lines.starts, lines.ends), np.maximum(lines.starts, lines.ends)
     return lines._replace(growth=none, aside=none, above=none, low=low, high=high)
+
+
+class LineGroup(NamedTuple):
+    """Lines that are asked for in the same world.
+
+    Attributes
+    ----------
+    some
+        (m,) which of the lines.
+    ground
+        Whether they are asked for above ground and below the ceiling, or else among the obstacles.
+    deviation
+        How far the UAV may be off them.
+    growth
+        Metres by which they are thickened beside.
+    column
+        x, y and the roof of the column in which they are, where what lies below is exempt; metres.
+    """
+
+    some: NDArray[np.bool_]
+    ground: bool
+    deviation: TrackingError
+    growth: float
+    column: Foot | None = None
 
 
 class ReturnSpace:
@@ -113,6 +146,7 @@ class ReturnSpace:
             lowered = terrain.model_copy(update={"clearance": above})
             self.ground = self.bare.model_copy(update={"terrain": lowered, "max_height": most, "obstacles": ()})
         self._worlds: dict[tuple[bool, TrackingError], World] = {}
+        self._beside: dict[tuple[Foot, TrackingError, float], World] = {}
 
     @cached_property
     def solids(self) -> "ReturnSpace":
@@ -121,9 +155,9 @@ class ReturnSpace:
 
     def blocker(self, line: ReturnLines, error: TrackingError, widened: float) -> int | None:
         """Return the number of an obstacle that the middle of one short line is too near to, or ``None``."""
-        own = error if line.strays[0] else NO_ERROR
-        margin = float(rounded_up(line.growth)[0]) + 2 * SEAM_MARGIN + widened
-        found = self.world(False, own).blocker(((line.starts + line.ends) / 2)[0], margin=margin)
+        (group, *_) = self._groups(line, error, np.ones(1, dtype=np.bool_))
+        margin = group.growth + 2 * SEAM_MARGIN + widened
+        found = self._world(group).blocker(((line.starts + line.ends) / 2)[0], margin=margin)
         return None if found is None else self.numbers[found]
 
     def world(self, ground: bool, error: TrackingError) -> World:
@@ -131,6 +165,16 @@ class ReturnSpace:
         if (ground, error) not in self._worlds:
             self._worlds[ground, error] = World(self._asked(ground), error)
         return self._worlds[ground, error]
+
+    def _world(self, group: LineGroup) -> World:
+        world = self.world(group.ground, group.deviation)
+        if group.column is None:
+            return world
+        key = group.column, group.deviation, group.growth
+        if key not in self._beside:
+            x, y, roof = group.column
+            self._beside[key] = world.beside((x, y, roof), roof + SURFACE_DEPTH, group.growth + BESIDE)
+        return self._beside[key]
 
     def _asked(self, ground: bool) -> Scenario:
         given = self.ground if ground else self.bare
@@ -140,52 +184,55 @@ class ReturnSpace:
     def free(self, lines: ReturnLines, error: TrackingError) -> NDArray[np.bool_]:
         """Tell for each line whether it is safe for a UAV with a tracking error, (m,)."""
         free = self.in_bounds(lines, error)
-        for some, ground, deviation, growth in self._groups(lines, error, free):
-            world = self.world(ground, deviation)
-            margin = growth + 2 * SEAM_MARGIN
-            free[some] &= world.segments_free(lines.starts[some], lines.ends[some], margin=margin)
+        for group in self._groups(lines, error, free):
+            some, margin = group.some, group.growth + 2 * SEAM_MARGIN
+            free[some] &= self._world(group).segments_free(lines.starts[some], lines.ends[some], margin=margin)
         return free
 
     def in_bounds(self, lines: ReturnLines, error: TrackingError) -> NDArray[np.bool_]:
         """Tell for each line whether it is within bounds, (m,)."""
         bounds = self.scenario.bounds
         reach = lines.strays[:, None] * np.array([error.horizontal, error.horizontal, error.vertical])
-        within = (lines.low - reach >= np.array(bounds.min) - SURFACE_DEPTH) & (
+        below = reach.copy()
+        below[lines.roof > -np.inf, 2] = 0.0
+        within = (lines.low - below >= np.array(bounds.min) - SURFACE_DEPTH) & (
             lines.high + reach <= np.array(bounds.max) + SURFACE_DEPTH
         )
         return np.asarray(within.all(axis=1))
 
-    def _groups(
-        self, lines: ReturnLines, error: TrackingError, asked: NDArray[np.bool_]
-    ) -> Iterator[tuple[NDArray[np.bool_], bool, TrackingError, float]]:
-        """Yield which lines share a deviation: the lines, whether of the ground, the deviation, and a growth beside."""
+    def _groups(self, lines: ReturnLines, error: TrackingError, asked: NDArray[np.bool_]) -> Iterator[LineGroup]:
+        """Yield which of the lines that are `asked` for, (m,), share a world."""
         growth, aside, above = (rounded_up(column) for column in (lines.growth, lines.aside, lines.above))
+        held = lines.roof > -np.inf
+        columns = np.column_stack([lines.starts[:, :2].round(COLUMN_DECIMALS), lines.roof, growth])
+        for x, y, roof, more in np.unique(columns[asked & held], axis=0).tolist():
+            yield LineGroup(asked & (columns == (x, y, roof, more)).all(axis=1), False, error, more, (x, y, roof))
         for strays in (True, False):
             own = error if strays else NO_ERROR
-            of = asked & (lines.strays == strays)
+            of = asked & (lines.strays == strays) & ~held
             for more in np.unique(growth[of]).tolist():
-                yield of & (growth == more), False, own, more
+                yield LineGroup(of & (growth == more), False, own, more)
             of = of & lines.ground
             for wide, tall in product(np.unique(aside[of]).tolist(), np.unique(above[of]).tolist()):
                 some = of & (aside == wide) & (above == tall)
                 if self.ground is not None and some.any():
                     deviation = TrackingError(horizontal=own.horizontal + wide, vertical=own.vertical + tall)
-                    yield some, True, deviation, 0.0
+                    yield LineGroup(some, True, deviation, 0.0)
 
     def proven(self, each: Sequence[tuple[TrackingError, ReturnLines]]) -> bool:
         """Tell whether the referee proves all lines of some UAVs, which have tracking errors.
 
         Shapes are grown by the width of seams, too, so that nothing leads between two that touch.
         """
-        wanted: dict[tuple[bool, TrackingError, float], list[tuple[Floats, Floats]]] = defaultdict(list)
+        wanted: dict[tuple[bool, TrackingError, float, Foot | None], list[tuple[Floats, Floats]]] = defaultdict(list)
         for error, lines in each:
             if not self.in_bounds(lines, error).all():
                 return False
             every = np.ones(len(lines.growth), dtype=np.bool_)
-            for some, ground, deviation, growth in self._groups(lines, error, every):
-                wanted[ground, deviation, growth].append((lines.starts[some], lines.ends[some]))
+            for some, ground, deviation, growth, column in self._groups(lines, error, every):
+                wanted[ground, deviation, growth, column].append((lines.starts[some], lines.ends[some]))
         shapes: dict[bool, SolidShapes] = {}
-        for (ground, deviation, growth), pairs in wanted.items():
+        for (ground, deviation, growth, column), pairs in wanted.items():
             given = self._asked(ground)
             widened = growth + SEAM_WIDTH
             if given.terrain is not None:
@@ -198,6 +245,8 @@ class ReturnSpace:
             starts, ends = once[:, :3], once[:, 3:]
             world = referee_world(given, deviation, shapes=shapes.get(ground))
             shapes[ground] = world.shapes
+            if column is not None:
+                world = without_below(world, np.array(column), column[2] + LET_PASS)
             for first in range(0, len(starts), SEGMENTS_AT_ONCE):
                 batch = slice(first, first + SEGMENTS_AT_ONCE)
                 judged = judge_segments(world, starts[batch], ends[batch])

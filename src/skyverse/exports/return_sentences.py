@@ -26,7 +26,8 @@ def return_sentence(scenario: Scenario, back: Return, met: Sequence[str]) -> str
     said += "" if len(back.lost) else "; at every instant"
     said += f" the climb, the straight way home and the descent are clear by {kept}"
     if vehicle.tracking_error != NO_ERROR:
-        said += " and its tracking error, but for that in the column over home and wherever it lands"
+        said += " and its tracking error, which in the column over home and wherever it lands counts for all but what"
+        said += " lies below"
     if met:
         said += f"; it may cross the paths of {', '.join(met)}"
     elif len(scenario.uavs) > 1:

@@ -46,6 +46,8 @@ class Route:
         (n,) seconds that the UAV stops at each waypoint; above 0 where the corner must not be cut.
     bends
         (m - 1,) metres: how far each flown leg between two of the `waypoints` may be off the straight line.
+    columns
+        As those of its `LegChecker`.
     """
 
     uav: int
@@ -56,6 +58,7 @@ class Route:
     off: float
     holds: Floats
     bends: Floats
+    columns: tuple[tuple[Floats, Floats], ...]
 
     @property
     def waypoints(self) -> Floats:
@@ -88,6 +91,10 @@ class Route:
         held = int((self.holds > 0).sum())
         error = scenario.uavs[self.uav].tracking_error
         beside = " and its tracking error" if error.horizontal or error.vertical else ""
+        start = scenario.uavs[self.uav].start
+        over = [("start" if tuple(foot) == start else "target", top[2]) for foot, top in self.columns]
+        tops = " and ".join(f"over its {noun} up to z = {top:.4g} m" for noun, top in over)
+        beside += f" (which does not count for the ground and roofs below in the column {tops})" if tops else ""
         cut += f" but at {held}, where it stops" if held else ""
         return (
             f"{name}: {len(self.points)} waypoints, {cut}: straight legs proven within bounds and clear of every "
@@ -187,7 +194,7 @@ def _made(
         holds = np.r_[0.0, holds]
         points = np.concatenate([search.begin, points])
         times = np.concatenate([times[:1], times])
-    return Route(uav, points, times, radius, climb, off, holds, bends)
+    return Route(uav, points, times, radius, climb, off, holds, bends, legs.columns)
 
 
 def _count_in_column(legs: LegChecker, curve: Floats) -> int:

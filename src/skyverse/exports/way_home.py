@@ -37,8 +37,8 @@ NEAR_HOME = 50.0
 """Metres from home within which a DJI aircraft returns without a climb, as its manual says; both are checked there."""
 LANDS_AT_ONCE = 5.0
 """Metres from home within which a DJI aircraft lands where it is."""
-COLUMN_STEP, COLUMN_STEPS = 0.25, 120
-"""Metres between the heights above a landing place at which a straying UAV is tried, and how many are."""
+COLUMN_STEP = 0.25
+"""Metres between the heights above a landing place at which a straying UAV is tried."""
 
 
 class Destination(NamedTuple):
@@ -51,25 +51,30 @@ class Destination(NamedTuple):
     low
         z down to which the descent is checked, metres: what is below cannot keep the clearance.
     column
-        z of the top of the column over it, metres, in which the tracking error does not count.
+        z of the top of the column over it, metres, in which the tracking error does not count for what lies below.
+    roof
+        z of the highest roof that lies below, metres.
     """
 
     place: Floats
     low: float
     column: float
+    roof: float
 
 
 def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats, low: float) -> Destination:
     """Return a place to land at with its column, which ends as low as a UAV may stray that has a tracking error."""
-    error = scenario.uavs[uav].tracking_error
+    error, roof = scenario.uavs[uav].tracking_error, low - scenario.clearance
     if error == NO_ERROR:
-        return Destination(place, low, low)
-    levels = low + COLUMN_STEP * np.arange(COLUMN_STEPS)
+        return Destination(place, low, low, roof)
+    highest = scenario.clearance + error.horizontal + error.vertical
+    levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
     points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
     none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
-    round_off = none + MAVLINK_ROUNDING
-    free = space.free(ReturnLines(points, points, round_off, round_off, round_off, points, points, all_, all_), error)
-    return Destination(place, low, float(levels[np.argmax(free)]) if free.any() else low)
+    off = none + MAVLINK_ROUNDING
+    lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, np.full(len(levels), -np.inf))
+    free = space.free(lines, error)
+    return Destination(place, low, float(levels[np.argmax(free)]) if free.any() else low, roof)
 
 
 def return_level(autopilot: Autopilot, home: Floats, destination: Destination, altitude: float) -> float:
@@ -119,6 +124,7 @@ class WayHome:
         self.places = np.array([one.place for one in destinations])
         self.low = np.array([one.low for one in destinations])
         self.column = np.array([one.column for one in destinations])
+        self.roof = np.array([one.roof for one in destinations])
         self.error = scenario.uavs[plan.route.uav].tracking_error
 
     def search(self) -> Found:
@@ -183,35 +189,36 @@ class WayHome:
         known = _Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
         free = _Deviation(*(column[part] + bow for column in (half + rise, aside, above + rise, off, rise)))
         across = _Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
-        lines = _Lines(part, box[0][part], box[1][part])
-        column = self._column(at)
+        lines = _Lines(part, box[0][part], box[1][part], strays=self.error != NO_ERROR)
+        column, roof = self._column(at)
         lowest, top, over = at.copy(), at.copy(), self.places[goal].copy()
         top[:, 2] = over[:, 2] = np.maximum(at[:, 2], level)
         lowest[:, 2] = np.clip(column, at[:, 2], top[:, 2])
         every = np.ones(len(part), dtype=np.bool_)
         lines.add(lowest, top, across, every, ground=False)
-        lines.add(at, lowest, across, lowest[:, 2] > at[:, 2], ground=False, strays=False)
+        lines.add_in_column(at, lowest, across, lowest[:, 2] > at[:, 2], roof, ground=False)
         lines.add(top, over, across, every)
         highest = np.maximum(over[:, 2], box[1][part, 2])
-        lines.descend(over, highest, self.column[goal], self.low[goal], _Deviation(*[bend] * 5), every)
+        below = self.column[goal], self.low[goal], self.roof[goal]
+        lines.descend(over, highest, *below, _Deviation(*[bend] * 5), every)
         if self.plan.autopilot.name == "dji":
             flat = over.copy()
             flat[:, 2] = at[:, 2]
             near = away - half[part] <= NEAR_HOME
             outside = (away > SAME_PLACE) | (at[:, 2] > column)
             lines.add(at, flat, free, near & outside)
-            lines.add(at, flat, free, near & ~outside, strays=False)
+            lines.add_in_column(at, flat, free, near & ~outside, roof)
             close = away - half[part] <= LANDS_AT_ONCE
-            lines.descend(at, box[1][part, 2], self.column[goal], self.low[goal], free, close, whole=True)
+            lines.descend(at, box[1][part, 2], *below, free, close, whole=True)
         return lines.made()
 
-    def _column(self, places: Floats) -> Floats:
-        """Return z up to which places (n, 3) are in the column over the own start or the end of the flight, (n,)."""
-        top = np.full(len(places), -np.inf)
+    def _column(self, places: Floats) -> tuple[Floats, Floats]:
+        """Return z up to which places (n, 3) are in the column over the own start or the flight's end, and its roof."""
+        top, roof = np.full((2, len(places)), -np.inf)
         for one in (self.destinations[0], self.end):
-            beside = np.abs(places[:, :2] - one.place[:2]).max(axis=1)
-            top = np.maximum(top, np.where(beside <= SAME_PLACE, one.column, -np.inf))
-        return top
+            held = (np.abs(places[:, :2] - one.place[:2]).max(axis=1) <= SAME_PLACE) & (one.column > top)
+            top[held], roof[held] = one.column, one.roof
+        return top, roof
 
 
 class _Deviation(NamedTuple):
@@ -233,10 +240,10 @@ class _Deviation(NamedTuple):
 
 
 class _Lines:
-    """Lines for parts of a flight, (m,) numbers of parts, which lie in boxes (m, 3)."""
+    """Lines for parts of a flight, (m,) numbers of parts, which lie in boxes (m, 3); `strays` if the UAV does."""
 
-    def __init__(self, part: NDArray[np.intp], low: Floats, high: Floats) -> None:
-        self.part, self.low, self.high = part, low, high
+    def __init__(self, part: NDArray[np.intp], low: Floats, high: Floats, *, strays: bool) -> None:
+        self.part, self.low, self.high, self.strays = part, low, high, strays
         self.found: list[tuple[ReturnLines, NDArray[np.intp]]] = []
 
     def add(
@@ -249,6 +256,7 @@ class _Lines:
         ground: bool = True,
         strays: bool = True,
         whole: bool = True,
+        roof: float | Floats = -np.inf,
     ) -> None:
         """Add lines between starts and ends, (m, 3) metres, but only `some` of them.
 
@@ -259,9 +267,26 @@ class _Lines:
             low[:, :2], high = np.minimum(low, self.low)[:, :2], np.maximum(high, self.high)
         beside, upright = (np.maximum(one - LEG_ALLOWANCE, 0.0) for one in off[3:])
         reach = np.column_stack([beside, beside, upright])
-        flags = (np.full(len(some), flag) for flag in (ground, strays))
-        lines = ReturnLines(starts, ends, *off[:3], low - reach, high + reach, *flags)
+        counts, errs = (np.full(len(some), flag) for flag in (ground, strays))
+        roofs = np.broadcast_to(roof, some.shape)
+        lines = ReturnLines(starts, ends, *off[:3], low - reach, high + reach, counts, errs, roofs)
         self.found.append((lines.of(some), self.part[some]))
+
+    def add_in_column(
+        self,
+        starts: Floats,
+        ends: Floats,
+        off: _Deviation,
+        some: NDArray[np.bool_],
+        roof: Floats,
+        *,
+        ground: bool = True,
+        whole: bool = True,
+    ) -> None:
+        """Add lines that are in a column over roofs, (m,) metres: without the error, and with it but for the roofs."""
+        self.add(starts, ends, off, some, ground=ground, strays=False, whole=whole)
+        if self.strays:
+            self.add(starts, ends, off, some, ground=False, whole=whole, roof=roof)
 
     def descend(
         self,
@@ -269,16 +294,17 @@ class _Lines:
         top: Floats,
         column: Floats,
         low: Floats,
+        roof: Floats,
         off: _Deviation,
         some: NDArray[np.bool_],
         *,
         whole: bool = False,
     ) -> None:
-        """Add vertical lines below places (m, 3), from z = `top` to `low`; below `column` the error does not count."""
+        """Add vertical lines below places (m, 3), from z = `top` to `low`; those below `column` are in a column."""
         levels = [top, np.minimum(column, top), np.minimum(low, top)]
         first, second, third = (np.column_stack([above[:, :2], level]) for level in levels)
         self.add(first, second, off, some & (levels[0] > levels[1]), whole=whole)
-        self.add(second, third, off, some & (levels[1] > levels[2]), strays=False, whole=whole)
+        self.add_in_column(second, third, off, some & (levels[1] > levels[2]), roof, whole=whole)
 
     def made(self) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines that were added, and the part of each."""
