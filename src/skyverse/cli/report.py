@@ -24,6 +24,7 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     """Print what became of each UAV, the verdict, and where the files are."""
     from skyverse.model.digest import short
+    from skyverse.space.named_columns import named_columns
 
     results = [result for result in mission.results if result is not None]
     terms = max((list(result.terms) for result in results if len(result.terms) > 3), key=len, default=[])
@@ -93,6 +94,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
             print("Proven at every instant: clear of obstacles, in bounds, within limits, apart.")
+            columns = named_columns(mission.scenario, mission.assignment)
+            if columns:
+                print(columns)
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
     for path in written:
         print(path)

@@ -78,7 +78,8 @@ def _what_was_judged(scene: MissionScene) -> str:
     proven = " At every instant they are clear of obstacles, in bounds, within limits and apart: this is proven."
     world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
     claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
-    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{claim}{world}</p>"
+    columns = f" {escape(scene.columns)}" if scene.proven and scene.columns else ""
+    return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{columns}{claim}{world}</p>"
 
 
 def _called_optimal(scene: MissionScene) -> bool:

@@ -14,6 +14,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Provenance, Result, Status
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.verdict import Fault, Verdict, Violation
+from skyverse.space.named_columns import named_columns
 
 Thing = TypeVar("Thing")
 
@@ -122,7 +123,8 @@ class MissionScene(Scene):
     where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path to it
     and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the lattice, but a
     lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end. The mission is
-    `proven` when its certificates say that the referee proved all of it at every instant.
+    `proven` when its certificates say that the referee proved all of it at every instant; `columns` names those over
+    starts and targets in a sentence.
     """
 
     bound: Literal["exact optimum", "lower bound"]
@@ -132,6 +134,7 @@ class MissionScene(Scene):
     totals: Totals
     complete: bool
     proven: bool
+    columns: str
     provenance: Provenance
     spare_note: ClassVar[str] = " (no UAV flies here)"
     spare_colour: ClassVar[str] = "#8a94a3"
@@ -153,6 +156,7 @@ def scene(mission: Mission) -> MissionScene:
     rows = [_row(track, result) for track, result in answers]
     flies = any(track.arrival is not None for track in tracks)
     notes = [_note(track, row, flies) for track, row in zip(tracks, rows, strict=True)]
+    proven = mission.apart is not None and mission.apart.verdict is Verdict.PROVEN and not mission.violations
     return MissionScene(
         scenario=scenario,
         bound="exact optimum" if all(r is None or _exactly_bounded(r) for r in results) else "lower bound",
@@ -165,7 +169,8 @@ def scene(mission: Mission) -> MissionScene:
         totals=_totals(mission.costs, tracks, [result for result in results if result is not None]),
         complete=not any(note and target is not None for note, target in zip(notes, targets, strict=True)),
         interrupted=mission.interrupted,
-        proven=mission.apart is not None and mission.apart.verdict is Verdict.PROVEN and not mission.violations,
+        proven=proven,
+        columns=named_columns(scenario, mission.assignment) if proven else "",
         provenance=mission.provenance,
     )
 
