@@ -5,9 +5,9 @@ of a maximum, `and` in place of `or`, another constant. It is noticed if a test 
 long. Every mutant runs in a process of its own, forked from one that has imported everything but the referee; no file
 is changed. Those that are not noticed are printed with the line before and after.
 
-At first the tests run without any edit, and must pass; how long each of them takes is measured then. A mutant is given
-the quick tests of the edited file first, then all other quick tests. When all mutants have had these, those that were
-not noticed are given the slow tests too.
+At first the tests run without any edit, and must pass; how long each of them takes, and which lines of the referee it
+runs, is noted then. A mutant is given only tests that run the edited statement: the quick ones of its own file first,
+then all other quick ones. When all mutants have had these, those that were not noticed are given the slow tests too.
 
 The answers are kept in a file, line by line, so that a run that was stopped goes on where it ended. An edit that a test
 has noticed counts as noticed as long as neither the edited file nor that test changes; one that was not noticed is
@@ -29,15 +29,22 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import Phase, settings
 
 ROOT = Path(__file__).resolve().parent.parent
 REFEREE, TESTS = ROOT / "src" / "skyverse" / "referee", ROOT / "tests" / "referee"
+FOLDER = str(REFEREE)
 MAX_QUICK_SECONDS = 0.3
 """Seconds of computing time: tests that take longer without any edit are slow."""
-TIME_LIMIT = 60
-"""Seconds of computing time: a test that takes longer counts as failed, since a mutant may loop for ever."""
+TIME_LIMIT, TIMES_LONGER = 5, 5
+"""Seconds of computing time, beyond so many times what the test takes without any edit: a test that takes longer counts
+as failed, since a mutant may loop for ever."""
 MEMORY_LIMIT = 3 * 2**30
 """Bytes that a process may allocate, for the same reason."""
+MAX_EVENTS = 200
+"""Calls and lines of one function in one test: after these, all of its lines count as run by the test."""
+IMPORTED = ""
+"""Stands for a test, among those that run a line: it is run when tests are collected, so that all depend on it."""
 OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-n0", "-W", "ignore::pytest.PytestAssertRewriteWarning")
 """Options of pytest; the warning is that hypothesis is imported already."""
 WITHOUT_EFFECT = ("_AT_ONCE", "INTERVALS", "SAMPLES", "MAX_", "CHILDREN", "SHORT_")
@@ -90,6 +97,8 @@ def _judging(node: ast.AST) -> Iterator[ast.AST]:
                 continue
             if isinstance(child, ast.Subscript) and ast.unparse(child.value) in ("tuple", "list", "dict", "Callable"):
                 continue
+            if isinstance(child, ast.keyword) and child.arg == "strict" and ast.unparse(node).startswith("zip("):
+                continue  # it only guards against mistakes
             yield child
             yield from _judging(child)
 
@@ -111,11 +120,39 @@ class _Mutated(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
 
 class _Watch:
-    """Has pytest run some tests only, the quickest first, and notes what they say and how long they take."""
+    """Has pytest run some tests only, the quickest first, and notes what they say and how long they take.
+
+    If nothing is known yet of how long they take, it also notes which lines of the referee each of them runs.
+    """
 
     def __init__(self, wanted: Callable[[str], bool], known: dict[str, float]) -> None:
         self.wanted, self.known, self.seconds = wanted, known, {}
         self.noticed_by = ""
+        self.lines: dict[str, set[tuple[str, int]]] = {IMPORTED: set()}
+        self.running = self.lines[IMPORTED]
+        self.events: dict[tuple[str, int], int] = {}
+        if not known:
+            sys.settrace(self._called)
+
+    def _called(self, frame, event, argument):
+        return self._ran(frame, event, argument) if frame.f_code.co_filename.startswith(FOLDER) else None
+
+    def _ran(self, frame, event, argument):
+        file, function = frame.f_code.co_filename, frame.f_code.co_firstlineno
+        self.running.add((file, frame.f_lineno))
+        events = self.events[file, function] = self.events.get((file, function), 0) + 1
+        if events < MAX_EVENTS:
+            return self._ran
+        if events == MAX_EVENTS:  # it takes too long to watch it further
+            self.running.update((file, line) for _, _, line in frame.f_code.co_lines() if line)
+        frame.f_trace_lines = False
+        return None
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_configure(self):
+        # a failing example need not be made simpler
+        settings.register_profile("mutants", settings(), phases=(Phase.explicit, Phase.generate))
+        settings.load_profile("mutants")
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items):
@@ -124,11 +161,15 @@ class _Watch:
         )
 
     def pytest_runtest_logstart(self, nodeid):
+        self.running = self.lines.setdefault(nodeid, set())
+        self.events.clear()
         self.seconds[nodeid] = -time.process_time()
-        signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT)
+        if self.known:
+            signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT + TIMES_LONGER * self.known.get(nodeid, 0.0))
 
     def pytest_runtest_logfinish(self, nodeid):
         self.seconds[nodeid] = round(self.seconds[nodeid] + time.process_time(), 3)
+        self.running = self.lines[IMPORTED]
 
     def pytest_runtest_logreport(self, report):
         if report.failed:
@@ -137,6 +178,14 @@ class _Watch:
     def pytest_collectreport(self, report):
         if report.failed:
             self.noticed_by = self.noticed_by or report.nodeid
+
+
+def _by_file(lines: set[tuple[str, int]]) -> dict[str, list[int]]:
+    """Return the numbers of lines of each file, which is called by its stem."""
+    found: dict[str, list[int]] = {}
+    for file, number in lines:
+        found.setdefault(Path(file).stem, []).append(number)
+    return found
 
 
 def _too_long(number, frame):
@@ -165,7 +214,8 @@ def run_tests(
     Returns
     -------
     dict
-        Whether all tests ``passed``; ``noticed_by``, the first test that failed; and how many ``seconds`` each took.
+        Whether all tests ``passed``; ``noticed_by``, the first test that failed; how many ``seconds`` each took; and
+        which ``lines`` of which file of the referee each has run, if nothing was known.
     """
     reading, writing = os.pipe()
     child = os.fork()
@@ -183,6 +233,7 @@ def run_tests(
             code = int(pytest.main([*OPTIONS, *map(str, tests)], plugins=[watch]))
             none_left = pytest.ExitCode.NO_TESTS_COLLECTED
             said = {"passed": code in (0, none_left), "noticed_by": watch.noticed_by, "seconds": watch.seconds}
+            said["lines"] = {name: _by_file(lines) for name, lines in watch.lines.items()}
         finally:
             with os.fdopen(writing, "w") as pipe:
                 pipe.write(json.dumps(said))
@@ -191,7 +242,7 @@ def run_tests(
     with os.fdopen(reading) as pipe:
         text = pipe.read()
     os.waitpid(child, 0)
-    return {"passed": False, "noticed_by": "", "seconds": {}} | (json.loads(text) if text else {})
+    return {"passed": False, "noticed_by": "", "seconds": {}, "lines": {}} | (json.loads(text) if text else {})
 
 
 def _preload() -> None:
@@ -226,10 +277,9 @@ def main() -> None:
     print(f"{len(chosen)} of {len(sites)} single edits of {len(texts)} files", flush=True)
     given.log.parent.mkdir(parents=True, exist_ok=True)
     tests = sorted(TESTS.glob("test_*.py"))
-    plain = run_tests(tests)
+    plain = _without_edits(given.log.with_suffix(".plain"), tests)
     assert plain["passed"], f"without any edit a test fails: {plain['noticed_by']}"
-    seconds = plain["seconds"]
-    quick = {name for name, taken in seconds.items() if taken <= MAX_QUICK_SECONDS}
+    seconds, quick = plain["seconds"], {name for name, taken in plain["seconds"].items() if taken <= MAX_QUICK_SECONDS}
     print(
         f"{len(seconds)} tests pass without any edit, in {sum(seconds.values()):.0f} s; {len(quick)} are quick",
         flush=True,
@@ -241,7 +291,7 @@ def main() -> None:
             before = answers.get(key, {"passed": True, "slow": None})
             if not before["passed"] or (before["slow"] is not None and before["slow"] >= slow):
                 continue
-            answers[key] = _judged(file, texts[file], k, seconds, quick, slow) | {"key": key}
+            answers[key] = _judged(file, texts[file], k, plain, slow) | {"key": key}
             with given.log.open("a", encoding="utf-8") as log:
                 log.write(json.dumps(answers[key]) + "\n")
             if answers[key]["passed"]:
@@ -253,6 +303,17 @@ def main() -> None:
     for one in missed:
         print(f"not noticed: {one['diff']}")
     print(f"{len(chosen) - len(missed)} of {len(chosen)} noticed, {1 - len(missed) / len(chosen):.1%}")
+
+
+def _without_edits(kept: Path, tests: list[Path]) -> dict[str, object]:
+    """Return what the tests say without any edit, as it is kept in a file for this version of the library, if it is."""
+    files = [*tests, *sorted((ROOT / "src").rglob("*.py"))]
+    version = _digest("".join(file.read_text(encoding="utf-8") for file in files))
+    plain = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    if plain.get("version") != version:
+        plain = run_tests(tests) | {"version": version}
+        kept.write_text(json.dumps(plain), encoding="utf-8")
+    return plain
 
 
 def _known(log: Path) -> dict[str, dict[str, object]]:
@@ -275,27 +336,37 @@ def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
-def _judged(file: Path, text: str, k: int, seconds: dict[str, float], quick: set[str], slow: bool) -> dict[str, object]:
+def _judged(file: Path, text: str, k: int, plain: dict[str, object], slow: bool) -> dict[str, object]:
     """Return what the quick tests say of one edit, or the slow ones."""
     tree = ast.parse(text)
     node, field, value = next(edit for j, edit in enumerate(edits(tree)) if j == k)
+    run = set(_lines_of_statement(tree, node))
     before = ast.unparse(node)
     setattr(node, field, value)
     ast.fix_missing_locations(tree)
     diff = f"{file.relative_to(ROOT)}:{node.lineno}: {before}  ->  {ast.unparse(node)}"
-    everything = sorted(TESTS.glob("test_*.py"))
-    own = [test for test in everything if test.stem == f"test_{file.stem}"]
-    stages = [(everything, lambda name: name not in quick)] if slow else [(own, quick.__contains__)] * bool(own)
-    if not slow:
-        stages.append((everything, lambda name: name in quick and f"test_{file.stem}.py" not in name))
-    began = time.perf_counter()
-    for tests, wanted in stages:
-        said = run_tests(tests, wanted, seconds, (file, tree))
-        if not said["passed"]:
-            break
+    seconds = plain["seconds"]
+    wanted = {name for name, files in plain["lines"].items() if not run.isdisjoint(files.get(file.stem, ()))}
+    wanted = seconds.keys() if IMPORTED in wanted else wanted
+    wanted = {name for name in wanted if (seconds[name] > MAX_QUICK_SECONDS) == slow}
+    own = {name for name in wanted if f"/test_{file.stem}.py" in name}
+    began, said = time.perf_counter(), {"passed": True, "noticed_by": ""}
+    for stage in (own, wanted - own):
+        if stage and said["passed"]:
+            tests = [ROOT / name for name in sorted({name.partition("::")[0] for name in stage})]
+            said = run_tests(tests, stage.__contains__, seconds, (file, tree))
     answer = {name: said[name] for name in ("passed", "noticed_by")}
     taken = round(time.perf_counter() - began, 1)
     return {"diff": diff, "seconds": taken, "slow": slow, "tests": _tests(said["noticed_by"])} | answer
+
+
+def _lines_of_statement(tree: ast.Module, node: ast.AST) -> range:
+    """Return the lines of the smallest statement that holds a node; of one that holds others, only its head."""
+    statement = [
+        one for one in ast.walk(tree) if isinstance(one, ast.stmt) and any(part is node for part in ast.walk(one))
+    ][-1]
+    last = statement.body[0].lineno - 1 if hasattr(statement, "body") else statement.end_lineno
+    return range(statement.lineno, max(statement.lineno, last) + 1)
 
 
 if __name__ == "__main__":
