@@ -1,5 +1,6 @@
 """What is proven holds at every instant; what is refuted is so at the instant that is named."""
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 from math import factorial
@@ -349,6 +350,15 @@ def test_aeroplanes_keep_their_airspeed_turn_and_climb(sense, fields, rise, faul
     judged = mission((aeroplane(**fields), arc(rise=rise, sense=sense)))
     assert [violation.fault for violation in faults(judged)] == ([] if fault is None else [fault])
     assert certified(judged).trajectories[0].verdict is (PROVEN if fault is None else REFUTED)
+
+
+def test_a_turn_and_a_climb_that_are_too_tight_are_told_in_numbers():
+    (turn,) = faults(mission((aeroplane(radius=25), arc())))
+    radius = re.search(r"turns at a radius of (\S+) m \(of 25\) at t = ", turn.message)
+    assert float(radius[1]) == pytest.approx(20, rel=1e-4)
+    (climb,) = faults(mission((aeroplane(climb=5), arc(rise=RISE))))
+    degrees = re.search(r"climbs or descends by (\S+) degrees \(of 5\) at t = ", climb.message)
+    assert float(degrees[1]) == pytest.approx(8, rel=1e-4)
 
 
 def test_aeroplanes_need_not_rest_and_may_begin_a_turn_at_once():

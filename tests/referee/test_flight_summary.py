@@ -49,10 +49,10 @@ def test_a_true_summary_is_confirmed():
 @pytest.mark.parametrize(
     ("field", "value", "words"),
     [
-        ("length", LEGS * 1.0001, "length of alpha's flight is"),
+        ("length", LEGS * 1.00003, "length of alpha's flight is"),
         ("length", LEGS - 0.001, f"but it is {LEGS:.9g} m"),
         ("time", 5.999, "but it is 6 s"),
-        ("energy", ALPHAS.energy * 0.999, "J/kg"),
+        ("energy", ALPHAS.energy * 0.99997, "J/kg"),
         ("energy", None, "energy of alpha's flight is None"),
         ("length", np.nan, "length"),
         ("time", np.inf, "time"),

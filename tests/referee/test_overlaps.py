@@ -32,6 +32,12 @@ def test_the_pairs_are_those_of_comparing_all_with_all(shapes, spread):
     assert np.array_equal(found(*corners), brute(*corners))
 
 
+def test_each_box_of_the_tree_holds_neighbours():
+    places = np.random.default_rng(0).permutation(np.argwhere(np.ones((8, 8, 8))).astype(float))
+    low, high = BoxTree(places, places + 1).levels[1]
+    assert (high - low == 2).all()
+
+
 def test_faces_that_touch_do_not_overlap_and_flat_boxes_inside_do():
     tree = BoxTree(np.zeros((1, 3)), np.ones((1, 3)))
 

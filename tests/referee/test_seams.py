@@ -13,6 +13,7 @@ from judged_clearance import world
 from sealed_walls import WALL, ridged, sealed_walls, with_ends
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 from skyverse.model.verdict import Verdict
+from skyverse.referee import seams
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.polynomial import bernstein
 from skyverse.referee.seams import STEPS, find_seam
@@ -197,6 +198,16 @@ def test_no_step_is_longer_than_half_of_what_is_searched_and_some_leave_a_seam()
     directions = STEPS[1:] / lengths[1:, None]
     assert len(np.unique(directions.round(9), axis=0)) == 50
     assert np.abs(directions.sum(axis=0)).max() < 1e-9
+
+
+def test_what_is_not_found_by_cutting_often_enough_is_undecided_where_it_begins(monkeypatch):
+    monkeypatch.setattr(seams, "MAX_DEPTH", 0)
+    scenario = world(*walls("box", 0.0), clearance=0.0)
+    for ends in (((5, 1, 5), (5, 9, 5)), ((1, 4, 5), (3, 4, 5))):  # through the seam, and along a wall's face
+        found = seam(scenario, *ends)
+        assert found is not None
+        assert not found.decided
+        assert (found.piece, found.share) == (0, 0.0)
 
 
 def test_curves_are_judged_as_paths_are():

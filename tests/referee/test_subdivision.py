@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
-from skyverse.referee.subdivision import MAX_DEPTH, find_peaks
+from skyverse.referee.subdivision import MAX_DEPTH, Peaks, find_peaks
 
 
 def peaks_above(polynomials, level, **questions):
@@ -33,6 +33,13 @@ def test_the_greatest_value_is_found_as_sampling_finds_it(power, level):
         assert there > level
     else:  # at the level, except for rounding
         assert abs(values.max() - level) <= 1e-7
+
+
+def test_the_place_of_a_question_is_its_peak_if_that_is_above_zero_and_else_where_it_is_undecided():
+    value, nowhere = np.array([1.0, -1.0]), np.array([-1, -1])
+    peaks = Peaks(value, np.array([3, 4]), np.array([0.5, 0.75]), np.array([5, 6]), np.array([0.0, 0.25]), nowhere)
+    assert [peaks.place(k) for k in (0, 1)] == [(3, 0.5), (6, 0.25)]
+    assert peaks._replace(stuck=nowhere).place() == (3, 0.5)
 
 
 def test_questions_are_answered_one_by_one():

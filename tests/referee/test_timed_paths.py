@@ -118,3 +118,27 @@ def test_a_piece_that_is_nowhere_is_not_apart():
             pieces_apart(nowhere, path([(0, 0, 50), (1, 0, 50)], [0, 1]), KeptDistance(1.0, 1.0)).tolist()
             == [False] * 2
         )
+
+
+def test_the_larger_deviation_of_a_piece_counts_all_along_it():
+    stay = TimedPath(*np.zeros((2, 1, 3)), *np.zeros((2, 1, 2)), np.zeros((1, 2)))
+    for deviations, apart in (((0.0, 0.4), True), ((0.0, 0.6), False), ((0.6, 0.0), False)):
+        beside = TimedPath(
+            *np.array([[[0, 1.5, 0]], [[9, 1.5, 0]]], float), *np.zeros((2, 1, 2)), np.array([deviations])
+        )
+        assert pieces_apart(beside, stay, KeptDistance(1.0, 1.0)).tolist() == [apart]
+        assert pieces_apart(stay, beside, KeptDistance(1.0, 1.0)).tolist() == [apart]
+
+
+def test_pieces_are_apart_where_nothing_is_kept_or_nothing_is_there():
+    near, none = path([(0, 0, 0), (1, 0, 0)], [0, 1]), TimedPath(*np.zeros((2, 0, 3)), *np.zeros((3, 0, 2)))
+    assert pieces_apart(near, near, KeptDistance(0.0, 1.0)).all()
+    assert pieces_apart(near, near, KeptDistance(1.0, 0.0)).all()
+    assert not pieces_apart(near, near, KeptDistance(1.0, 1.0)).any()
+    assert pieces_apart(none, near, KeptDistance(1.0, 1.0)).shape == (0,)
+
+
+def test_paths_that_touch_for_long_are_given_up_and_not_proven():
+    along = path([(0, 0, 0), (1e3, 0, 0)], [0, 1])
+    bent = path([(0, 1 - 1e-6, 0), (1e3, 1 - 1e-6, 0)], [0, 1])
+    assert not paths_apart(along, bent, KeptDistance(1.0, 1.0), timed=False)

@@ -42,6 +42,8 @@ def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCu
     wrong = kind.error(b, error)
     pairs = kind.tree.overlapping(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None])
     piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
+    if not len(piece):
+        return JudgedClearance(_combined_peaks([]), None)
 
     def depth(part: Floats, pair: Indices) -> Floats:
         return kind.depth(part, shape[pair])
@@ -49,16 +51,15 @@ def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCu
     peaks = find_peaks(b[piece], wrong[piece], depth)
     incursion = None
     if peaks.refuted[0]:
-        pair, share = int(peaks.piece[0]), float(peaks.share[0])
+        pair, share = peaks.place()
         k, of = int(piece[pair]), int(shape[pair])
         position = curve.motion(k, share * float(curve.durations[k]))[0]  # without Bernstein coefficients
         if kind.depth(position[None, None], np.array([of]))[0] > 0:
             gap, number = kind.gap(position, of), int(kind.obstacle[of])
             incursion = Incursion(gap, kind.clearance, number, k, share, position)
     # callers ask which piece it was, not which pair of a piece and a shape
-    stuck = np.where(peaks.stuck >= 0, piece[peaks.stuck] if len(piece) else -1, -1)
-    where = piece[peaks.piece] if len(piece) else peaks.piece
-    return JudgedClearance(peaks._replace(piece=where, stuck=stuck), incursion)
+    stuck = np.where(peaks.stuck >= 0, piece[peaks.stuck], peaks.stuck)
+    return JudgedClearance(peaks._replace(piece=piece[peaks.piece], stuck=stuck), incursion)
 
 
 def _combined(world: RefereeWorld, judged: list[JudgedClearance]) -> JudgedClearance:
@@ -76,7 +77,7 @@ def _combined(world: RefereeWorld, judged: list[JudgedClearance]) -> JudgedClear
 
 def _combined_peaks(each: list[Peaks]) -> Peaks:
     """Return the highest of all peaks, the first place that stayed undecided, and all halvings."""
-    nothing = Peaks(*(np.array([value]) for value in (-np.inf, 0, 0.0, -1, 0.0, 0)))
+    nothing = find_peaks(np.zeros((0, 1)), np.zeros(0))
     highest = max(each, key=lambda peaks: float(peaks.value[0]), default=nothing)
     stuck = next((peaks for peaks in each if peaks.stuck[0] >= 0), nothing)
     halvings = np.array([sum(int(peaks.halvings[0]) for peaks in each)])

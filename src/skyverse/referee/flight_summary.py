@@ -9,6 +9,7 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.blocks import blocks
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.integrals import Enclosure, curve_length, flight_energy
 from skyverse.referee.polynomial import bernstein
@@ -85,9 +86,9 @@ def _judge_deviation(name: str, uav: int, claimed: float, path: Floats, curve: P
     peaks = find_peaks(b, distance_error(b, error, float(np.abs(moved).max())), beyond)
     if peaks.proven[0]:
         return
-    row, share = (peaks.piece[0], peaks.share[0]) if peaks.refuted[0] else (peaks.stuck[0], peaks.stuck_share[0])
-    local = float(share) * float(curve.durations[row])
-    time, position_then = float(curve.knots[row]) + local, curve.motion(int(row), local)[0]
+    row, share = peaks.place()
+    local = share * float(curve.durations[row])
+    time, position_then = float(curve.knots[row]) + local, curve.motion(row, local)[0]
     there = f"at t = {time:.6g} s, position {position_text(position_then)}"
     if not peaks.refuted[0]:
         message = f"Whether {name} flies within {claimed:.6g} m of its path could not be decided {there}."
@@ -104,11 +105,10 @@ def _farthest(part: Floats, starts: Floats, ends: Floats) -> Floats:
     """Return upper bounds (n,) on the distances of parts (n, degree + 1, 3) from the legs of a path (m, 3)."""
     count, legs = part.shape[1], len(starts)
     found = np.empty(len(part))
-    at_once = max(1, DISTANCES_AT_ONCE // (count * legs))
-    for first in range(0, len(part), at_once):
-        points = part[first : first + at_once].reshape(-1, 3)
+    for some in blocks(len(part), DISTANCES_AT_ONCE, count * legs):
+        points = part[some].reshape(-1, 3)
         distances = _distances(points, starts, ends).reshape(-1, count, legs)
-        found[first : first + at_once] = distances.max(axis=1).min(axis=1)
+        found[some] = distances.max(axis=1).min(axis=1)
     return found
 
 

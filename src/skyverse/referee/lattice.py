@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
+from skyverse.referee.blocks import blocks
 from skyverse.referee.boxes import GrownBoxes
 from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
 from skyverse.referee.solids import GrownSolids
@@ -92,8 +93,7 @@ def judged_lattice(world: RefereeWorld, *, strict: bool) -> RefereeLattice:
     free = np.zeros((len(steps), len(index)), dtype=bool)
     for row, move in zip(free, steps, strict=True):
         inside = np.flatnonzero(((index + move >= 0) & (index + move < shape)).all(axis=1))
-        for first in range(0, len(inside), MOVES_AT_ONCE):
-            some = inside[first : first + MOVES_AT_ONCE]
+        for some in (inside[block] for block in blocks(len(inside), MOVES_AT_ONCE)):
             row[some] = free_moves(world, places[some], world.first_node + (index[some] + move) * world.step, strict)
             row[some] &= usable[tuple(index[some].T)] & usable[tuple((index[some] + move).T)]
     return RefereeLattice(world.first_node, world.step, shape, steps, free)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
+from skyverse.referee.blocks import blocks
 
 CHILDREN = 8
 """Boxes that follow one another in the order of the tree, and that one larger box holds."""
@@ -41,9 +42,7 @@ class BoxTree:
         """
         top = len(self.levels) - 1
         roots = len(self.levels[top][0])
-        at_once = max(1, PAIRS_AT_ONCE // max(roots, 1))
-        for first in range(0, len(low), at_once):
-            some = np.arange(first, min(first + at_once, len(low)))
+        for some in (np.arange(len(low))[block] for block in blocks(len(low), PAIRS_AT_ONCE, roots)):
             box, node = np.repeat(some, roots), np.tile(np.arange(roots), len(some))
             for pairs in self._below(top, low, high, box, node):
                 yield np.column_stack([pairs[0], self.order[pairs[1]]])
@@ -53,8 +52,8 @@ class BoxTree:
     ) -> Iterator[tuple[Indices, Indices]]:
         """Yield the overlapping pairs below pairs of boxes and nodes of one level of the tree."""
         lower, upper = self.levels[level]
-        for first in range(0, len(box), PAIRS_AT_ONCE):
-            some, at = box[first : first + PAIRS_AT_ONCE], node[first : first + PAIRS_AT_ONCE]
+        for block in blocks(len(box), PAIRS_AT_ONCE):
+            some, at = box[block], node[block]
             both = ~_disjoint(low[some], high[some], lower[at], upper[at])
             some, at = some[both], at[both]
             if level == 0:
@@ -71,7 +70,7 @@ def _tiled(middles: Floats) -> Indices:
     count = len(middles)
     if not count or not np.isfinite(middles).all():
         return np.arange(count)
-    slabs = max(1, int(np.ceil((count / CHILDREN) ** (1 / 3))))
+    slabs = int(np.ceil((count / CHILDREN) ** (1 / 3)))
     along_x = _ranks(middles[:, 0]) * slabs // count
     row = _ranks(middles[:, 1] + along_x * (2 * np.ptp(middles[:, 1]) + 1)) * slabs**2 // count
     return np.lexsort((middles[:, 2], row))

@@ -45,7 +45,7 @@ def _judge_part(world: RefereeWorld, uav: int, path: Floats, first: int) -> Iter
         message = incursion.sentence(world.scenario, name, f"after node {first + incursion.segment}")
         yield Violation(Fault.PATH_CLEARANCE, (uav,), message, position=position_tuple(incursion.position))
     elif not peaks.proven[0]:
-        segment = max(int(peaks.stuck[0]), 0)
+        segment, _ = peaks.place()
         position = position_text(starts[segment])
         message = f"Whether {name} keeps clearance could not be decided after node {first + segment}, {position}."
         yield Violation(Fault.UNDECIDED, (uav,), message, position=position_tuple(starts[segment]))

@@ -122,12 +122,12 @@ def _parts_space(world: RefereeWorld, way: _Way, b: Floats, error: Floats) -> bo
 def _shapes_near(
     world: RefereeWorld, low: Floats, high: Floats, b: Floats, error: Floats
 ) -> list[tuple[GrownSolids, int, float]]:
-    """Return the shapes that a box may meet, each with its kind and its number, and a bound on errors, metres."""
+    """Return the shapes that may close places in a box: the kind and number of each, and a bound on errors, metres."""
     more = LET_PASS + HALF_SEAM
     found = []
     for kind in (world.boxes, *world.others):
         wrong = float(kind.error(b, error).max())
-        for pairs in kind.tree.overlapping((low - more - wrong)[None], (high + more + wrong)[None]):
+        for pairs in kind.tree.overlapping((low - more)[None], (high + more)[None]):
             found += [(kind, int(shape), wrong) for shape in pairs[:, 1]]
     return found
 

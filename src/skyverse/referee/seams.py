@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
+from skyverse.referee.blocks import blocks
 from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER, obstacle_text
 from skyverse.referee.positions import position_text
 from skyverse.referee.sealed import is_sealed
@@ -133,7 +134,7 @@ def _sought(world: RefereeWorld, b: Floats, error: Floats) -> Seam | None:
         if more < 0 or len(parts.b) > MAX_UNDECIDED_PARTS or parts.extent.min() < SEAM_PART:
             break
         parts = parts.halved()
-    return doubt or _seam_at(world, parts.points(0), int(np.argmin(parts.extent)), decided=False)
+    return doubt or _seam_at(world, parts.points(0), 0, decided=False)
 
 
 def _without_movable(world: RefereeWorld, parts: CurveParts) -> tuple[CurveParts, MovableParts]:
@@ -173,10 +174,8 @@ def _allowed(world: RefereeWorld, parts: CurveParts, sure: float = 1.0) -> NDArr
     With -1 for `sure`, errors are taken in favour of the steps.
     """
     n, pairs = len(parts.b), sum(len(near.part) for near in parts.near)
-    each = max(1, EVALUATIONS_AT_ONCE // max(n + pairs, 1))
     columns = []
-    for first in range(0, len(STEPS), each):
-        some = STEPS[first : first + each]
+    for some in (STEPS[block] for block in blocks(len(STEPS), EVALUATIONS_AT_ONCE, n + pairs)):
         k = len(some)
         moved = (parts.b[:, None] + some[:, None, :]).reshape(n * k, *parts.b.shape[1:])
         clear = _in_bounds(world, moved)

@@ -8,6 +8,7 @@ import numpy as np
 from skyverse._typing import Indices
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.blocks import blocks
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.fleet_motion import fleet_motion, near_pairs
 from skyverse.referee.pair_motion import FleetSeparation, Intervals, Meeting, SharedPieces, fleet_separation
@@ -51,8 +52,8 @@ def judge_separation(
     slices = np.split(near[order, 2], begins[1:])
     violations: list[Violation] = []
     halvings = 0
-    for k in range(0, len(pairs), PAIRS_AT_ONCE):
-        judged = _judge_pairs(fleet, pairs[k : k + PAIRS_AT_ONCE], slices[k : k + PAIRS_AT_ONCE])
+    for block in blocks(len(pairs), PAIRS_AT_ONCE):
+        judged = _judge_pairs(fleet, pairs[block], slices[block])
         violations += judged.violations
         halvings += judged.halvings
     return JudgedSeparation(violations, halvings)
@@ -140,10 +141,12 @@ def _within(intervals: Intervals, begin: float, end: float) -> Intervals:
 
 def _reversed(pieces: SharedPieces) -> SharedPieces:
     """Return the same motion backwards in time."""
-    excess = Polynomials(pieces.excess.b[::-1, ::-1], pieces.excess.error[::-1])
+    back = np.arange(len(pieces.begins))[::-1]
+    excess = Polynomials(pieces.excess.b[back, ::-1], pieces.excess.error[back])
     first, second = pieces.pieces
-    begins, ends = -pieces.ends[::-1], -pieces.begins[::-1]
-    return SharedPieces(pieces.pair, (first[::-1], second[::-1]), begins, ends, excess, pieces.share)
+    return SharedPieces(
+        pieces.pair, (first[back], second[back]), -pieces.ends[back], -pieces.begins[back], excess, pieces.share
+    )
 
 
 def _first_separate(pieces: SharedPieces) -> float:
@@ -164,14 +167,12 @@ def _first_separate(pieces: SharedPieces) -> float:
 
 def _unproven(fleet: FleetSeparation, pair: Indices, pieces: SharedPieces, peaks: Peaks, k: int) -> Violation:
     """Return what is wrong with a pair of UAVs, whose separation is the k-th question and was not proven."""
-    place = peaks.stuck[k], peaks.stuck_share[k]
-    if peaks.refuted[k]:
-        place = peaks.piece[k], peaks.share[k]
-        meeting, share = fleet.meeting(pieces, *place), float(pieces.share[place[0]])
-        if fleet.nearness(pair, meeting, share, LET_PASS) < 1:
-            why = ", nearer than their starts or targets are given" if share < 1 else ""
-            return _too_close(fleet, pair, meeting, Fault.SEPARATION, why)
-    return _undecided(fleet, pair, fleet.meeting(pieces, *place), int(peaks.halvings[k]))
+    place = peaks.place(k)
+    meeting, share = fleet.meeting(pieces, *place), float(pieces.share[place[0]])
+    if peaks.refuted[k] and fleet.nearness(pair, meeting, share, LET_PASS) < 1:
+        why = ", nearer than their starts or targets are given" if share < 1 else ""
+        return _too_close(fleet, pair, meeting, Fault.SEPARATION, why)
+    return _undecided(fleet, pair, meeting, int(peaks.halvings[k]))
 
 
 def _too_close(fleet: FleetSeparation, pair: Indices, meeting: Meeting, fault: Fault, why: str) -> Violation:

@@ -164,5 +164,5 @@ def distance_error(b: Floats, error: Floats, farthest: float) -> Floats:
         The largest absolute coordinate of the shapes, metres.
     """
     size = np.abs(b).max(axis=(1, 2), initial=0.0)
-    halved = 4 * (MAX_DEPTH + 16) * b.shape[1] * MACHINE_EPSILON * size
+    halved = 6 * MAX_DEPTH * b.shape[1] * MACHINE_EPSILON * size
     return 4 * error + halved + 64 * MACHINE_EPSILON * farthest

@@ -4,6 +4,7 @@ A part of a piece whose upper bound is small enough is done; any other is cut in
 cannot be decided are not dropped: the question they belong to stays undecided.
 """
 
+import itertools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -52,6 +53,12 @@ class Peaks(NamedTuple):
         """(questions,) whether no value is above 0 anywhere."""
         return ~self.refuted & (self.stuck < 0)
 
+    def place(self, k: int = 0) -> tuple[int, float]:
+        """Return the piece and the share where a question was refuted, or else where it first stayed undecided."""
+        if self.refuted[k]:
+            return int(self.piece[k]), float(self.share[k])
+        return int(self.stuck[k]), float(self.stuck_share[k])
+
 
 UpperBound = Callable[[Floats, Indices], Floats]
 
@@ -88,7 +95,7 @@ def find_peaks(
     error = error + MAX_DEPTH * b.shape[1] * MACHINE_EPSILON * np.abs(b).max(axis=tuple(range(1, b.ndim)))
     max_parts = np.maximum(MAX_UNDECIDED_PARTS, 2 * np.bincount(question, minlength=questions))
     piece, begin, width = np.arange(count), np.zeros(count), 1.0
-    for depth in range(MAX_DEPTH + 1):
+    for depth in itertools.count():
         of = question[piece]
         ends = [upper_bound(end, piece) - error[piece] for end in (b[:, :1], b[:, -1:])]
         for end, at in zip(ends, (begin, begin + width), strict=True):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.model.timed_path import TimedPath
+from skyverse.referee.blocks import blocks
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
 MAX_PARTS = 20_000
@@ -94,9 +95,7 @@ def pieces_apart(first: TimedPath, second: TimedPath, keep: KeptDistance) -> NDA
     own, others = tall * first.deviation.max(axis=1), tall * second.deviation.max(axis=1)
     p, q, r, s = (path * stretch for path in (first.starts, first.ends, second.starts, second.ends))
     low, high, other_low, other_high = np.minimum(p, q), np.maximum(p, q), np.minimum(r, s), np.maximum(r, s)
-    at_once = max(1, PAIRS_AT_ONCE // len(apart))
-    for begin in range(0, len(r), at_once):
-        some = slice(begin, begin + at_once)
+    for some in blocks(len(r), PAIRS_AT_ONCE, len(apart)):
         near = np.ones((len(apart), len(r[some])), dtype=np.bool_)
         reach = own[:, None] + others[some] + needed
         for axis in range(3):

@@ -132,7 +132,7 @@ def _judge_limit(name: str, uav: int, curve: PolynomialCurve, limit: FlightLimit
     peaks = find_peaks(limit.excess.b, limit.excess.error)
     violation = None
     if peaks.refuted[0]:
-        time, motion = _instant(curve, int(peaks.piece[0]), float(peaks.share[0]))
+        time, motion = _instant(curve, *peaks.place())
         measured, deed = limit.measure(motion)
         if measured > limit.most:
             message = f"{name} {deed} at t = {time:.6g} s, position {position_text(motion[0])}."
@@ -152,9 +152,7 @@ def _instant(curve: PolynomialCurve, row: int, share: float) -> tuple[float, Flo
 
 def _undecided(name: str, uav: int, answer: _Answer) -> Violation:
     peaks, curve = answer.peaks, answer.curve
-    stuck = peaks.stuck[0] >= 0  # otherwise the peak is above 0, but the motion evaluated there breaks nothing
-    row, share = (peaks.stuck[0], peaks.stuck_share[0]) if stuck else (peaks.piece[0], peaks.share[0])
-    time, motion = _instant(curve, int(row), float(share))
+    time, motion = _instant(curve, *peaks.place())  # a peak above 0 where the motion, as evaluated, breaks nothing
     message = (
         f"{name}'s {answer.noun} could not be decided at t = {time:.6g} s, position {position_text(motion[0])}, "
         f"by cutting pieces in two {int(peaks.halvings[0])} times."
