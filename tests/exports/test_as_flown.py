@@ -87,6 +87,7 @@ def test_paths_that_cross_are_refused_where_they_are_to_be_apart_in_space(tmp_pa
     assert sky.check(around.scenario, around) == []
 
 
+@pytest.mark.usefixtures("unjudged")
 def test_waylines_of_more_than_99_waypoints_are_split_and_each_begins_where_the_last_ended(tmp_path):
     import zipfile
 

@@ -13,6 +13,8 @@ import skyverse as sky
 from skyverse.exports.qgc_plan import geofence
 from skyverse.model.scenario import Origin
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 pytest.importorskip("pyproj", reason="an independent geodesy")
 
 FRAMES = {"amsl": 0, "home": 3, "agl": 10}

@@ -12,6 +12,8 @@ import pytest
 import skyverse as sky
 from skyverse.model.scenario import Origin
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 pytest.importorskip("pyproj", reason="an independent geodesy")
 
 SECOND_0 = datetime.fromisoformat("2000-01-01T00:00:00+00:00")

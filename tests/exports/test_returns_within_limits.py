@@ -13,6 +13,8 @@ from skyverse.exports.separation import Apart
 from skyverse.model.scenario import Bounds, Origin
 from skyverse.model.shapes import Box, Terrain
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
 ERROR = sky.TrackingError(horizontal=1.6, vertical=3.0)
 FLAT = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=2.0)

@@ -12,6 +12,8 @@ import pytest
 import skyverse as sky
 from skyverse.model.uav import FixedWing
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 
 def load(file):
     if file.suffix == ".json":

@@ -12,6 +12,8 @@ from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 ORIGIN = Origin(latitude=52.0, longitude=4.37, altitude=10.0, geoid=43.0)
 CLEARANCE_ALLOWANCE = 0.02
 

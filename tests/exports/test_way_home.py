@@ -14,6 +14,8 @@ from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 pytest.importorskip("pyproj", reason="an independent geodesy")
 
 ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)

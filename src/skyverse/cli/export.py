@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from skyverse.cli.judgement import judging_scenario
 from skyverse.cli.option_types import FLAG
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
@@ -16,6 +17,7 @@ def export(
     output: Path,
     /,
     *,
+    scenario: str | None = None,
     altitude: Literal["amsl", "home", "agl"] = "amsl",
     origin: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     geoid: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
@@ -29,12 +31,15 @@ def export(
 ) -> None:
     """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
 
+    The referee judges the mission first, and what it refutes is not exported.
+
     Waypoints for an autopilot, one file for each UAV, with straight legs that are proven clear: QGroundControl .plan,
     Mission Planner .waypoints, DJI .wpml.kmz. Paths on the globe: Google Earth .kml and .kmz, .geojson, .gpx, .geo.csv.
     Robots: ROS .path.json, .path.yaml, .trajectory.json, .trajectory.yaml. Light shows: Skybrush .skybrush.zip. Tables:
     waypoints .waypoints.csv, sampled trajectories .csv.
 
-    Examples: `skyverse export out/city.json city.plan`, `skyverse export out/map1.json map1.csv --rate 50`,
+    Examples: `skyverse export out/city.json city.plan --scenario city.yaml`,
+    `skyverse export out/map1.json map1.csv --rate 50`,
     `skyverse export out/map1.json map1.kmz --origin "47.39,8.54,410 m amsl"`,
     `skyverse export out/fleet.json fleet.waypoints --apart-in-space --end rtl`
 
@@ -44,6 +49,9 @@ def export(
         A mission file.
     output
         The file to write; its ending tells the format.
+    scenario
+        The scenario that the mission has to answer, a file or a built-in name: a mission that embeds another one is
+        refused. Without it, the mission is judged by the scenario that it embeds, whoever wrote that.
     altitude
         What altitudes are counted from: mean sea level, the ground below the UAV's start, or that below the UAV.
     origin
@@ -64,22 +72,23 @@ def export(
     apart_in_space
         Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
     allow_close
-        Write waypoints even if UAVs come too close to each other as their autopilots fly them.
+        Export even if UAVs come too close to each other, as planned or as their autopilots fly waypoints.
     """
     import skyverse as sky
     from skyverse.model.scenario import require_geoid
 
     read = sky.read_mission(mission)
     refuse_output(output, mission)
+    world, judged_by = judging_scenario(read, scenario)
     at = read.scenario.frame.origin if origin is None else origin_of(origin)
     if at is not None and geoid is not None:
         require_geoid(geoid)
         at = at.model_copy(update={"geoid": geoid})
     notes: list[str] = []
     how: dict[str, Any] = {"altitude": altitude, "rate": rate, "radius": radius, "takeoff": takeoff, "end": end}
-    how |= {"autopilot": autopilot, "apart_in_space": apart_in_space}
-    files = sky.export(read, output, origin=at, **how, allow_close=allow_close, on_note=notes.append)
+    how |= {"autopilot": autopilot, "apart_in_space": apart_in_space, "allow_close": allow_close}
+    files = sky.export(read, output, scenario=world, origin=at, **how, on_note=notes.append)
     for path in files:
         print(path)
-    for note in notes:
+    for note in [*notes, judged_by]:
         print(note, file=sys.stderr)

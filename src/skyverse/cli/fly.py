@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.fly_runs import report_runs
+from skyverse.cli.judgement import tell_not_proven
 from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import share_of, wind_of
@@ -25,6 +26,7 @@ def fly(
     mission: str,
     /,
     *,
+    scenario: str | None = None,
     vehicle: Literal["thesis", "crazyflie", "hummingbird"] | None = None,
     wind: str = "0,0,0",
     wind_speed: float | None = None,
@@ -47,6 +49,8 @@ def fly(
 ) -> int:
     """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown; or fly it many times in gusts.
 
+    The mission as planned is judged first: where it is not proven, that is told, and it is flown all the same.
+
     Examples: `skyverse fly out/table-4.8.json`, `skyverse fly out/map1.json --wind 1,0,0 --animation out/map1.mp4`,
     `skyverse fly out/map2.json --wind 6,0,0 --until-safe -o out/map2.flight.json`,
     `skyverse fly out/map3.json --wind-speed 8 --wind-from 270 --gusts --mismatch 20% --runs 1000 --until-safe`
@@ -57,6 +61,9 @@ def fly(
     ----------
     mission
         A mission file.
+    scenario
+        The scenario that the mission has to answer, a file or a built-in name: a mission that embeds another one is
+        refused.
     vehicle
         The quadrotor that flies in place of every multirotor of the mission; when left out, the vehicle that the
         mission was planned for where that can be simulated (thesis, indoor), and otherwise thesis.
@@ -121,6 +128,7 @@ def fly(
             raise InputError(f"{option}: expected a single flight, found --runs with it")
     blown, share = wind_of(wind, wind_speed, wind_from), share_of("--mismatch", mismatch)
     given = sky.read_mission(mission)
+    tell_not_proven(mission, given, scenario)
     options: dict[str, Any] = {
         "vehicle": vehicle,
         "wind": blown,

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import tell_unknown, without_way
+from skyverse.cli.judgement import judging_scenario
 from skyverse.cli.option_types import FLAG, AsJson, Output
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
@@ -41,21 +42,18 @@ def check(
         Print the violations as JSON.
     """
     import skyverse as sky
-    from skyverse.model.digest import short
 
     judged = sky.read_mission(mission)
-    world = judged.scenario if scenario is None else sky.read_scenario(scenario)
+    world, judged_by = judging_scenario(judged, scenario)
     violations = sky.check(world, judged)
-    origin = f"from {scenario}" if scenario is not None else "as the mission embeds it; --scenario tells its source"
     if as_json:
         print(json_text([violation_data(v) for v in violations]), end="")
     else:
         for violation in violations:
             print(f"{violation.fault.value}: {violation.message}")
         print(f"{len(violations)} found." if violations else "The referee found nothing wrong.")
-    verdict_of = f"Judged by scenario {world.name!r} ({short(world.digest)}), {origin}."
     aside = sys.stderr if as_json else sys.stdout
-    print(verdict_of, file=aside)
+    print(judged_by, file=aside)
     claims = [one for one in sky.check_optimality(world, judged) if one is not None] if optimality else []
     for claim in claims:
         print(f"{claim.verdict.value}: {claim.sentence}", file=aside)

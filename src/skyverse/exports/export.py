@@ -1,4 +1,4 @@
-"""Writes missions as files for ground stations, maps, robots and light shows; the suffix tells the format."""
+"""Writes missions that the referee does not refute as files for other software; the suffix tells the format."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +21,7 @@ from skyverse.exports.geo_csv import geo_csv_text
 from skyverse.exports.geojson import geojson_text
 from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.gpx import gpx_text
+from skyverse.exports.judgement import require_not_refuted
 from skyverse.exports.kml import kml_text
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.ros import as_text, path_message, trajectory_message
@@ -29,7 +30,7 @@ from skyverse.exports.skybrush import show_csv
 from skyverse.exports.waypoint_files import ExportCertificate, WaypointOptions, export_waypoints
 from skyverse.files import write
 from skyverse.model.mission import Mission
-from skyverse.model.scenario import Origin
+from skyverse.model.scenario import Origin, Scenario
 
 SAMPLE_RATES = {".csv": 20.0, SHOW_SUFFIX: 4.0}
 """Samples a second by suffix; for others it is 10."""
@@ -39,6 +40,7 @@ def export(
     mission: Mission,
     path: str | Path,
     *,
+    scenario: Scenario | None = None,
     altitude: AltitudeReference = "amsl",
     origin: Origin | None = None,
     rate: float | None = None,
@@ -53,6 +55,10 @@ def export(
 ) -> list[Path]:
     """Write a mission as a file for other software; the suffix tells the format.
 
+    The referee judges the mission first, as `check` does: what it refutes is refused, and nothing is written. What it
+    can neither prove nor refute is written, and `on_note` is told. `write` is for plain data: it writes ``.json`` and
+    ``.csv`` of any mission, also of one that is refuted.
+
     Parameters
     ----------
     mission
@@ -62,6 +68,9 @@ def export(
         ``.gpx``, ``.geo.csv``, ``.path.json``, ``.path.yaml``, ``.trajectory.json``, ``.trajectory.yaml`` (ROS),
         ``.skybrush.zip`` (light shows), or what `write` writes. Formats for one vehicle give a file for each UAV that
         flies: where there are several, ``city.plan`` becomes ``city-uav-1.plan`` and so on.
+    scenario
+        The scenario that the mission has to answer, if that is known from elsewhere: a mission that embeds another one
+        is refuted. By default the mission is judged by the scenario that it embeds.
     altitude
         The reference of altitudes: ``"amsl"``, mean sea level; ``"home"``, the ground below the UAV's start (its
         `home`, or else the terrain, or else the start itself); ``"agl"``, the ground below the UAV, which needs a
@@ -88,9 +97,10 @@ def export(
         Whether all paths must be apart in space, so that UAVs keep their separation whatever the timing. The acceptance
         radius is halved until they are.
     allow_close
-        Whether waypoints are written even if UAVs come closer than their separation when they fly them on schedule.
+        Whether to export even if UAVs come closer than their separation, as planned or when autopilots fly their
+        waypoints on schedule.
     on_note
-        Called with each sentence on what is proven of the waypoints.
+        Called with each sentence on what the referee has not proven of the mission, and on what is proven of waypoints.
     on_certificate
         Called with what is proven of waypoints: of each pair of UAVs, and of each UAV's way home.
 
@@ -102,11 +112,14 @@ def export(
     Raises
     ------
     InputError
-        If the suffix is unknown, the format needs an origin and there is none, the reference of altitudes does not
-        suit format or scenario, legs cannot be proven clear, or UAVs come too close.
+        If the referee refutes the mission, the suffix is unknown, the format needs an origin and there is none, the
+        reference of altitudes does not suit format or scenario, legs cannot be proven clear, or UAVs come too close.
     """
     path = Path(path)
     suffix = export_suffix(path)
+    given = mission.scenario if scenario is None else scenario
+    for note in require_not_refuted(mission, given, path, allow_close=allow_close):
+        on_note(note)
     left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
     if left:
         on_note(f"Left out, for want of a trajectory: {', '.join(left)}.")
@@ -114,11 +127,11 @@ def export(
         write(mission, path, rate=SAMPLE_RATES[".csv"] if rate is None else rate)
         return [path]
     if suffix in ROUTE_SUFFIXES:
-        scenario = with_origin(mission, origin, str(path))
+        placed = with_origin(mission, origin, str(path))
         options = WaypointOptions(
             altitude, radius, takeoff, end, autopilot, apart_in_space=apart_in_space, allow_close=allow_close
         )
-        return export_waypoints(mission, scenario, path, suffix, options, on_note, on_certificate)
+        return export_waypoints(mission, placed, path, suffix, options, on_note, on_certificate)
     flights = sample_trajectories(mission, SAMPLE_RATES.get(suffix, 10.0) if rate is None else rate)
     if not flights:
         raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
@@ -135,13 +148,13 @@ def export(
             write_text(file, as_text(message(flight), file.suffix))
         return files
     require_reference(mission.scenario, altitude, ALTITUDE_REFERENCES[suffix], str(path))
-    scenario = with_origin(mission, origin, str(path))
+    placed = with_origin(mission, origin, str(path))
     texts: dict[str, Callable[[], str]] = {
-        ".geojson": lambda: geojson_text(scenario, flights, str(path)),
-        ".gpx": lambda: gpx_text(scenario, flights),
-        ".geo.csv": lambda: geo_csv_text(scenario, flights, altitude),
+        ".geojson": lambda: geojson_text(placed, flights, str(path)),
+        ".gpx": lambda: gpx_text(placed, flights),
+        ".geo.csv": lambda: geo_csv_text(placed, flights, altitude),
     }
-    text = texts.get(suffix, lambda: kml_text(scenario, flights, altitude))()
+    text = texts.get(suffix, lambda: kml_text(placed, flights, altitude))()
     if suffix == ".kmz":
         write_zip(path, {"doc.kml": text})
     else:
