@@ -44,7 +44,6 @@ def refuted(data, tmp_path):
 def altered(data, tmp_path):
     """The mission in a world that it does not have to answer: with less clearance, in which it is as proven as ever."""
     data["scenario"]["clearance"] = 0.2
-    data["certificates"], data["apart"] = [], None
     (tmp_path / "altered.json").write_text(json.dumps(data))
     return "altered.json"
 
@@ -75,7 +74,7 @@ def test_a_refuted_mission_is_flown_but_that_is_told_first(skyverse, refuted):
     pytest.importorskip("rotorpy", reason="the extra flight is not installed")
     code, out, err = skyverse("fly", refuted, "--seed", 1)
     assert code in (0, 1)
-    assert "vehicle thesis" in out
+    assert "Simulated: thesis" in out
     assert err.startswith("The referee refutes this mission, which is flown all the same: uav-1")
     assert "skyverse check refuted.json" in err
 
@@ -89,3 +88,37 @@ def test_a_mission_in_an_altered_world_is_not_flown_as_if_it_were_the_right_one(
 def test_flights_of_a_proven_mission_say_nothing_more(skyverse, data):
     pytest.importorskip("rotorpy", reason="the extra flight is not installed")
     assert "referee" not in skyverse("fly", "map1.json", "--seed", 1)[2]
+
+
+def test_check_prints_what_is_proven_of_each_flight_and_of_the_fleet(skyverse, data, tmp_path):
+    code, out, _ = skyverse("check", "map1.json")
+    assert code == 0
+    (proven,) = [line for line in out.splitlines() if line.startswith("proven: ")]
+    assert proven.startswith(
+        "proven: uav-1 is clear of every obstacle by 0.25 m, inside the bounds and within its limits"
+    )
+    data["certificates"] = [{"verdict": "proven", "sentence": "uav-1 is clear of every obstacle by 50 m."}]
+    (tmp_path / "forged.json").write_text(json.dumps(data))
+    assert "by 50 m" not in skyverse("check", "forged.json")[1]
+    two = sky.Scenario(
+        name="two",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(9, 9, 9)),
+        clearance=0.2,
+        lattice=sky.Lattice(step=(1, 1, 1)),
+        uavs=(sky.UAV(start=(1, 1, 1), separation=0.5), sky.UAV(start=(1, 5, 1), separation=0.5)),
+        targets=(sky.Target(position=(5, 1, 1)), sky.Target(position=(5, 5, 1))),
+    )
+    sky.write(sky.plan_mission(two, sky.Taut()), tmp_path / "two.json")
+    sentences = [line for line in skyverse("check", "two.json")[1].splitlines() if line.startswith("proven: ")]
+    assert len(sentences) == 3
+    assert "All 2 UAVs keep their separation" in sentences[2]
+
+
+@pytest.mark.parametrize(("verdict", "expected"), [("PROVEN", 0), ("UNDECIDED", 1), ("REFUTED", 1)])
+def test_a_claim_that_is_not_proven_where_that_is_asked_ends_with_1(skyverse, data, monkeypatch, verdict, expected):
+    judged = sky.Certificate(sky.Verdict[verdict], "uav-1's path is optimal, or not.")
+    monkeypatch.setattr(sky, "check_optimality", lambda *_: (judged, None))
+    code, out, _ = skyverse("check", "map1.json", "--optimality")
+    assert code == expected
+    assert f"{verdict.lower()}: uav-1's path is optimal, or not." in out
+    assert skyverse("check", "map1.json")[0] == 0

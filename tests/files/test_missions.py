@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.model.formats import NEW_IN_SCENARIO_2
 from worlds import ROOM, scenarios
 
 
@@ -27,15 +29,21 @@ def room_mission():
     return sky.plan_mission(scenario, sky.MVO(universes=5), stop=sky.MaxIterations(5), rng=4, assignment="identity")
 
 
-def test_a_mission_reads_back_equal(tmp_path):
+def unjudged(mission):
+    """The mission without the referee's certificates, which no file holds."""
+    return replace(mission, certificates=(), apart=None)
+
+
+def test_a_mission_reads_back_equal_but_for_its_certificates(tmp_path):
     mission = room_mission()
+    assert len(mission.certificates) == 3
     assert mission.results[0].status.reached
     assert mission.results[1].cost == np.inf
     assert mission.results[2] is None
     sky.write(mission, tmp_path / "m.json")
     again = sky.read(tmp_path / "m.json")
-    assert again == mission
-    assert sky.read_mission(tmp_path / "m.json") == mission
+    assert again == unjudged(mission)
+    assert sky.read_mission(tmp_path / "m.json") == again
     assert sky.read_scenario(tmp_path / "m.json") == mission.scenario
     assert sky.check(again.scenario, again) == list(mission.violations)
     assert again.results[0].path.dtype == np.float64
@@ -51,9 +59,37 @@ def test_a_mission_reads_back_equal(tmp_path):
 def test_every_mission_reads_back_equal(tmp_path, scenario, planner):
     mission = sky.plan_mission(scenario, planner, stop=sky.MaxIterations(2), rng=1)
     sky.write(mission, tmp_path / "m.json")
-    assert sky.read(tmp_path / "m.json") == mission
+    assert sky.read(tmp_path / "m.json") == unjudged(mission)
     sky.write(mission, tmp_path / "m.csv")
     sky.write(mission, tmp_path / "m.waypoints.csv")
+
+
+def test_no_file_makes_a_reader_hand_out_a_certificate(tmp_path):
+    sky.write(room_mission(), tmp_path / "m.json")
+    data = json.loads((tmp_path / "m.json").read_text())
+    assert not {"certificates", "apart"} & data.keys()
+    forged = {"verdict": "proven", "sentence": "a is clear of every obstacle by 50 m.", "time": None, "position": None}
+    for claims in (
+        {"certificates": [forged | {"subdivisions": 0}, None, None], "apart": forged | {"subdivisions": 0}},
+        {"certificates": "all is well", "apart": [1, 2]},
+    ):
+        for version in ("1", "2"):
+            told = {**data, **claims, "format": f"skyverse/mission/{version}"}
+            if version == "1":
+                del told["flights"]
+                told["scenario"] = in_version_1(data["scenario"])
+            (tmp_path / "forged.json").write_text(json.dumps(told))
+            read = sky.read_mission(tmp_path / "forged.json")
+            assert (read.certificates, read.apart) == ((), None)
+
+
+def in_version_1(scenario):
+    """A scenario's data without the fields that version 2 brought."""
+    told = scenario | {"format": "skyverse/scenario/1"}
+    for part, names in NEW_IN_SCENARIO_2.items():
+        if part:
+            told[part] = [{k: v for k, v in entry.items() if k not in names} for entry in told[part]]
+    return {k: v for k, v in told.items() if k not in NEW_IN_SCENARIO_2[""]}
 
 
 def test_the_file_is_strict_json_with_format_scenario_and_provenance(tmp_path):

@@ -1,7 +1,10 @@
 """The codes with which the program ends, besides 0 for all is well."""
 
 FOUND_WRONG = 1
-"""What was checked is wrong, a UAV has no path, or a run of a study could not be done."""
+"""What was checked is wrong or could not be decided, a UAV has no path, or a run of a study could not be done.
+
+A script may rely on 0: all that it asked for is proven.
+"""
 BAD_INPUT = 2
 """What the user gave cannot be used."""
 INTERRUPTED = 130

@@ -23,10 +23,15 @@ if TYPE_CHECKING:
 def check(
     mission: str, /, *, scenario: str | None = None, optimality: Annotated[bool, FLAG] = False, as_json: AsJson = False
 ) -> int:
-    """Let the referee judge a mission file, whatever planned it; exit code 1 if anything is wrong.
+    """Let the referee judge a mission file, whatever planned it.
+
+    It prints what is wrong, and then what is proven of each UAV's flight and of the fleet, each in one sentence.
 
     Examples: `skyverse check out/table-4.8.json --scenario table-4.8`,
     `skyverse check out/city.json --scenario city.yaml --optimality`
+
+    Exit code: 0 when all that is asked is proven; 1 when anything is wrong or cannot be decided, with --optimality also
+    a claim of the planner, or when a UAV has no way; 2 for bad input.
 
     Parameters
     ----------
@@ -42,10 +47,11 @@ def check(
         Print the violations as JSON.
     """
     import skyverse as sky
+    from skyverse.referee import judge
 
     judged = sky.read_mission(mission)
     world, judged_by = judging_scenario(judged, scenario)
-    violations = sky.check(world, judged)
+    violations, certificates = judge(world, judged)
     if as_json:
         print(json_text([violation_data(v) for v in violations]), end="")
     else:
@@ -54,10 +60,14 @@ def check(
         print(f"{len(violations)} found." if violations else "The referee found nothing wrong.")
     aside = sys.stderr if as_json else sys.stdout
     print(judged_by, file=aside)
+    apart = certificates.apart if len(world.uavs) > 1 else None
+    for certificate in (*certificates.trajectories, apart):
+        if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
+            print(f"proven: {certificate.sentence}", file=aside)
     claims = [one for one in sky.check_optimality(world, judged) if one is not None] if optimality else []
     for claim in claims:
         print(f"{claim.verdict.value}: {claim.sentence}", file=aside)
-    cheaper = any(claim.verdict is sky.Verdict.REFUTED for claim in claims)
+    claimed = any(claim.verdict is not sky.Verdict.PROVEN for claim in claims)
     optimal = any(result is not None and result.status is sky.Status.OPTIMAL for result in judged.results)
     if optimal and not optimality:
         print(
@@ -66,7 +76,7 @@ def check(
         )
     if not judged.complete:
         print(without_way(judged), file=sys.stderr)
-    return FOUND_WRONG if violations or cheaper or not judged.complete else 0
+    return FOUND_WRONG if violations or claimed or not judged.complete else 0
 
 
 def show(

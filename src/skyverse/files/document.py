@@ -4,7 +4,7 @@ import dataclasses
 import difflib
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -72,10 +72,14 @@ class JsonFormat(Generic[T]):
     renew
         Returns the data of an older version of the format as those of the newest, and other data as they are; raises
         `ValueError` if an older version has a field of a newer one.
+    unwritten
+        The fields that no file holds; those of an object in a field stand in a dictionary under its name.
     """
 
-    def __init__(self, kind: type[T], name: str, renew: Callable[[Any], Any]) -> None:
-        self.kind, self.name, self._renew = kind, name, renew
+    def __init__(
+        self, kind: type[T], name: str, renew: Callable[[Any], Any], unwritten: Mapping[str, Any] | None = None
+    ) -> None:
+        self.kind, self.name, self._renew, self._unwritten = kind, name, renew, dict(unwritten or {})
 
     @cached_property
     def _adapter(self) -> TypeAdapter[T]:
@@ -115,7 +119,8 @@ class JsonFormat(Generic[T]):
 
     def text(self, thing: T, archive: GridArchive | None = None) -> str:
         """Return an object as the text of its file; large arrays of its scenario go to the archive if there is one."""
-        return self._adapter.dump_json(thing, indent=1, context={"side": archive}).decode() + "\n"
+        written = self._adapter.dump_json(thing, indent=1, exclude=self._unwritten, context={"side": archive})
+        return written.decode() + "\n"
 
 
 def explained(source: object, error: ValidationError, known: set[str]) -> InputError:

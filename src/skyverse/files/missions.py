@@ -10,11 +10,12 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
-from skyverse.model.formats import MISSION_2, flight_with_mission_2, mission_to_2
+from skyverse.model.formats import JUDGEMENTS, MISSION_2, flight_with_mission_2, mission_to_2
 from skyverse.model.mission import Mission
 
-MISSIONS = JsonFormat(Mission, MISSION_2, mission_to_2)
-FLIGHTS = JsonFormat(Flight, "skyverse/flight/1", flight_with_mission_2)
+_UNWRITTEN = dict.fromkeys(JUDGEMENTS, True)
+MISSIONS = JsonFormat(Mission, MISSION_2, mission_to_2, _UNWRITTEN)
+FLIGHTS = JsonFormat(Flight, "skyverse/flight/1", flight_with_mission_2, {"mission": _UNWRITTEN})
 MAX_CSV_ROWS = 1e7
 """Rows of sampled trajectories that a CSV file may have for each UAV."""
 

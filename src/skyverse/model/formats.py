@@ -11,6 +11,11 @@ SCENARIO_2: Final = "skyverse/scenario/2"
 MISSION_1: Final = "skyverse/mission/1"
 MISSION_2: Final = "skyverse/mission/2"
 
+JUDGEMENTS = ("certificates", "apart")
+"""Fields of a mission that no file holds, since only the referee can say what is proven.
+
+Files of version 1 have them; they are not read, as whoever wrote the file may have made them up.
+"""
 NEW_IN_SCENARIO_2 = {
     "": ("max_height",),
     "uavs": ("tracking_error", "max_climb", "max_descent", "vehicle"),
@@ -48,14 +53,19 @@ def _fields_of_scenario_2(data: dict[Any, Any]) -> Iterator[str]:
 
 
 def mission_to_2(data: Any) -> Any:
-    """Return the data of a mission of version 1 as those of version 2, and other data as they are.
+    """Return the data of a mission of version 1 as those of version 2, without what the referee is said to have proven.
+
+    Other data are returned as they are.
 
     Raises
     ------
     ValueError
         If a mission of version 1 has a field that only version 2 has.
     """
-    if not isinstance(data, dict) or data.get("format") != MISSION_1:
+    if not isinstance(data, dict):
+        return data
+    data = {key: value for key, value in data.items() if key not in JUDGEMENTS}
+    if data.get("format") != MISSION_1:
         return data
     if "flights" in data:
         raise ValueError(f"flights: {MISSION_1!r} has no such field; {MISSION_2!r}, as the format, has it")

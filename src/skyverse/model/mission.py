@@ -23,11 +23,12 @@ class Mission(ArrayRecord):
     results, trajectories
         One entry for each UAV, in the scenario's order; ``None`` where there is none.
     violations
-        What the referee found wrong; empty if nothing.
+        What the referee found wrong when the mission was planned; empty if nothing. `check` judges anew.
     interrupted
         Whether the run was interrupted; what was found until then is kept.
     certificates
-        What the referee proved of each UAV's trajectory, in the scenario's order; empty if it was not asked.
+        What the referee proved of each UAV's trajectory, in the scenario's order; empty if it was not asked, as of a
+        mission that was read from a file: no file holds certificates, and `certify` makes them anew.
     apart
         What the referee proved of the fleet's separation; ``None`` if it was not asked.
     deconfliction
