@@ -228,6 +228,8 @@ def test_show_draws_the_referees_verdict_and_not_the_files(skyverse, tmp_path):
 
 
 def test_show_writes_the_page_or_the_figures(skyverse, mission_file, tmp_path):
+    made = "Made the folder p, which did not exist.\n"
+    assert skyverse("show", mission_file, "-o", "p/page.html") == (0, f"{Path('p/page.html')}\n", made)
     assert skyverse("show", mission_file, "-o", "p/page.html") == (0, f"{Path('p/page.html')}\n", "")
     code, out, _ = skyverse("show", mission_file, "--figures", "figures")
     assert code == 0
@@ -265,6 +267,16 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plan", "map1", "--seconds", "5"], "--seconds: expected --iterations or --paths with it"),
         (["plan", "map1", "--seed", "-1"], "--seed: expected a whole number from 0 on, found '-1'"),
         (["plan", "map1", "--assignment", "best"], "--assignment"),
+        (["plan", "map1", "--max-speed", "nan"], "--max-speed: uav-1: expected a finite number, found nan"),
+        (["plan", "map1", "--max-speed", "-1"], "uav-1: expected a number greater than or equal to 0.001, found -1.0"),
+        (
+            ["plan", "map1", "--tracking-error", "-1,2"],
+            "--tracking-error: uav-1: expected a number greater than or equal",
+        ),
+        (["plan", "map1", "--max-height", "-5 m agl"], "--max-height: expected a height above ground"),
+        (["fly", "MISSION", "--wind", "1"], "--wind: expected east,north,up in m/s, as in 1,0,0, or speed,degrees"),
+        (["fly", "MISSION", "--wind", "-1,0,zero"], "as in 1,90, found '-1,0,zero'"),
+        (["fly", "MISSION", "--mismatch", "-5%"], "--mismatch: expected a share from 0 to 0.5, found -0.05"),
         (["plan", "map1", "--uav", "1,2"], "--uav: expected x,y,z in metres, as in 0,-4,1, found '1,2'"),
         (["plan", "map1", "--uav", "1,2,nan"], "uavs[1].start[2]"),
         (["plan", "map1", "--uav", "5,2.2,1"], "uavs[1].start (uav-2): expected a safe point"),

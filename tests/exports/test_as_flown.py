@@ -43,14 +43,16 @@ def test_uavs_that_start_at_different_heights_meet_on_schedule_after_their_climb
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
 def test_each_uav_is_above_its_home_when_its_trajectory_begins(tmp_path, suffix):
-    mission = audited()
-    files = sky.export(mission, tmp_path / f"c.{suffix}", altitude="home", allow_close=True)
+    mission, notes = audited(), []
+    files = sky.export(mission, tmp_path / f"c.{suffix}", altitude="home", allow_close=True, on_note=notes.append)
     rate = {"plan": 1.5, "waypoints": 2.5}[suffix]
     read = {"plan": autopilot.read_plan, "waypoints": autopilot.read_waypoints}[suffix]
     orders = [read(file.read_text(), ORIGIN) for file in files]
     up = [o.delay + (o.places[0][2] - o.home[2]) / rate for o in orders]
     begin = [flight.start for flight in mission.trajectories]
     assert up[0] - begin[0] == pytest.approx(up[1] - begin[1], abs=0.01)
+    (told,) = [note for note in notes if note.startswith("All times are of the exported schedule: ")]
+    assert float(told.split(" s later than in the mission")[0].split()[-1]) == pytest.approx(up[0] - begin[0], abs=0.1)
     assert min(o.delay for o in orders) == pytest.approx(0.0, abs=0.01) or min(begin) > 0
 
 

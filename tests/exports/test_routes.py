@@ -270,7 +270,7 @@ def test_waypoints_of_uavs_that_would_meet_are_refused_unless_one_says_that_they
         assert not list(tmp_path.iterdir())
     notes = []
     assert len(sky.export(crossing(0.0), tmp_path / "m.plan", allow_close=True, on_note=notes.append)) == 2
-    assert len(notes) == 7
+    assert len(notes) == 8
     notes = []
     assert len(sky.export(crossing(25.0), tmp_path / "m.plan", on_note=notes.append)) == 2
     assert "straight legs proven" in notes[0]

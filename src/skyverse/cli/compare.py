@@ -10,7 +10,7 @@ from cyclopts import Group, Parameter
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe
 from skyverse.cli.option_types import AsJson, Output, Whole
-from skyverse.cli.outputs import file_name, refuse_output
+from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
 from skyverse.cli.report import json_text, table
 from skyverse.cli.study import study_of
 from skyverse.cli.watch import StudyWatch
@@ -117,7 +117,7 @@ def compare(
     jobs = list(study.jobs())
     for case in {job.case: None for job in jobs}:
         refuse_unsafe(case.label, case.scenario)
-    folder = output if output is not None else Path("out") / file_name(study.name)
+    folder = output if output is not None else DEFAULT_FOLDER / file_name(study.name)
     if export is not None:
         refuse_export(export)
         refuse_output(export)

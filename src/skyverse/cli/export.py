@@ -4,10 +4,8 @@ import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from cyclopts import Parameter
-
 from skyverse.cli.judgement import judging_scenario
-from skyverse.cli.option_types import FLAG
+from skyverse.cli.option_types import FLAG, SIGNED
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
 
@@ -19,8 +17,8 @@ def export(
     *,
     scenario: str | None = None,
     altitude: Literal["amsl", "home", "agl"] = "amsl",
-    origin: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    geoid: Annotated[float | None, Parameter(allow_leading_hyphen=True)] = None,
+    origin: Annotated[str | None, SIGNED] = None,
+    geoid: Annotated[float | None, SIGNED] = None,
     rate: float | None = None,
     radius: float = 2.0,
     takeoff: float = 3.0,

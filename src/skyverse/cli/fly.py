@@ -1,5 +1,6 @@
 """The verb ``fly``: a mission in a simulator."""
 
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -9,7 +10,7 @@ from cyclopts import Parameter
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.fly_runs import report_runs
 from skyverse.cli.judgement import tell_not_proven
-from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
+from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import share_of, wind_of
 from skyverse.cli.report import json_text, table, violation_data
@@ -28,11 +29,11 @@ def fly(
     *,
     scenario: str | None = None,
     vehicle: Literal["thesis", "crazyflie", "hummingbird"] | None = None,
-    wind: str = "0,0,0",
+    wind: Annotated[str, SIGNED] = "0,0,0",
     wind_speed: float | None = None,
     wind_from: float | None = None,
     gusts: Annotated[bool, FLAG] = False,
-    mismatch: str = "0",
+    mismatch: Annotated[str, SIGNED] = "0",
     noise: float = 0.0,
     position_noise: float = 0.0,
     delay: float = 0.0,
@@ -127,6 +128,9 @@ def fly(
         if runs is not None and value is not None:
             raise InputError(f"{option}: expected a single flight, found --runs with it")
     blown, share = wind_of(wind, wind_speed, wind_from), share_of("--mismatch", mismatch)
+    if len(blown) == 2:
+        meant = f"{blown[0]:g} m/s towards {blown[1]:g} degrees, counted from east towards north"
+        print(f"--wind {wind} is {meant}; a vector has three numbers, as in {wind},0.", file=sys.stderr)
     given = sky.read_mission(mission)
     tell_not_proven(mission, given, scenario)
     options: dict[str, Any] = {

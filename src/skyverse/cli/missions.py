@@ -11,7 +11,7 @@ from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import tell_unknown, without_way
 from skyverse.cli.judgement import judging_scenario
 from skyverse.cli.option_types import FLAG, AsJson, Output
-from skyverse.cli.outputs import make_folder, refuse_output
+from skyverse.cli.outputs import DEFAULT_FOLDER, make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
 from skyverse.errors import InputError
 
@@ -120,7 +120,7 @@ def show(
         for path in sky.write_figures(drawn, figures):
             print(path)
         return
-    beside = Path("out", f"{mission}.html") if mission in BUILTIN_NAMES else Path(mission).with_suffix(".html")
+    beside = DEFAULT_FOLDER / f"{mission}.html" if mission in BUILTIN_NAMES else Path(mission).with_suffix(".html")
     page = output if output is not None else beside
     if page.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--output: expected a file ending in .html, found {str(page)!r}")

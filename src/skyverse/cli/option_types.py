@@ -23,6 +23,8 @@ OUTPUT = Parameter(name=["--output", "-o"])
 Output = Annotated[Path | None, OUTPUT]
 FLAG = Parameter(negative="")
 """An option without a value, which has no opposite."""
+SIGNED = Parameter(allow_leading_hyphen=True)
+"""An option whose value may begin with a minus sign, also where it is more than one number, as in -1,0,0."""
 AsJson = Annotated[bool, Parameter(name="--json"), FLAG]
 WHOLE = Parameter(converter=_whole_number)
 Whole = Annotated[int | None, WHOLE]

@@ -2,10 +2,14 @@
 
 import os
 import re
+import sys
 from pathlib import Path
 
 from skyverse.atomic import is_device
 from skyverse.errors import InputError
+
+DEFAULT_FOLDER = Path("out")
+"""Where files go whose place the user has not named."""
 
 
 def file_name(name: str) -> str:
@@ -14,13 +18,16 @@ def file_name(name: str) -> str:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it, unless they exist."""
+    """Make a folder and those above it, unless they exist; say so, as the user may have misspelt one that does."""
+    missing = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
         raise InputError(f"{folder}: expected a folder, found a file") from None
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+    if missing and folder != DEFAULT_FOLDER:
+        print(f"Made the folder {folder}, which did not exist.", file=sys.stderr)
 
 
 def refuse_output(path: Path, *read: str | Path) -> None:

@@ -44,7 +44,10 @@ def wind_of(wind: str, speed: float | None, direction: float | None) -> tuple[fl
     from skyverse.model.disturbances import wind_from
 
     if speed is None and direction is None:
-        numbers: tuple[float, ...] = numbers_of("--wind", "east,north,up in m/s, or speed,degrees, as in 1,0,0", wind)
+        expected = "east,north,up in m/s, as in 1,0,0, or speed,degrees from east towards north, as in 1,90"
+        numbers: tuple[float, ...] = numbers_of("--wind", expected, wind)
+        if len(numbers) not in (2, 3):
+            raise InputError(f"--wind: expected {expected}, found {wind!r}")
         return numbers
     if speed is None or direction is None:
         raise InputError("--wind-speed and --wind-from: expected both or neither, found only one of them")

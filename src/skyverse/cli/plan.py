@@ -1,6 +1,5 @@
 """The verb ``plan``: a mission from a scenario."""
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
@@ -8,8 +7,8 @@ from cyclopts import Group, Parameter
 from skyverse.cli.apart_by_timing import tell_apart_by_timing
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import limited, refuse_unsafe, tell_unknown, tell_unsought, with_ceiling, with_more
-from skyverse.cli.option_types import FLAG, WHOLE, AsJson, Output, Whole
-from skyverse.cli.outputs import file_name, refuse_output
+from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, Output, Whole
+from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
 from skyverse.cli.overflights import tell_overflights
 from skyverse.cli.places import tracking_error_of
 from skyverse.cli.report import report
@@ -19,7 +18,7 @@ from skyverse.errors import InputError
 
 budget = Group("Budget (whichever comes first; 40 iterations without any; a clock only beside a count)")
 fleet = Group("Limits of all UAVs, instead of those in the scenario")
-More = Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)]
+More = Annotated[list[str] | None, SIGNED]
 
 
 def plan(
@@ -45,8 +44,8 @@ def plan(
     max_climb: Annotated[float | None, Parameter(group=fleet)] = None,
     max_descent: Annotated[float | None, Parameter(group=fleet)] = None,
     separation: Annotated[float | None, Parameter(group=fleet)] = None,
-    tracking_error: Annotated[str | None, Parameter(group=fleet)] = None,
-    max_height: str | None = None,
+    tracking_error: Annotated[str | None, Parameter(group=fleet), SIGNED] = None,
+    max_height: Annotated[str | None, SIGNED] = None,
     unknown: Literal["free", "occupied"] | None = None,
     page: bool = True,
     as_json: AsJson = False,
@@ -133,7 +132,7 @@ def plan(
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [])
     tell_unsought(asked, method)
-    out = output if output is not None else Path("out") / f"{file_name(asked.name)}.json"
+    out = output if output is not None else DEFAULT_FOLDER / f"{file_name(asked.name)}.json"
     if out.suffix.lower() != ".json":
         raise InputError(f"--output: {out}: a mission is written as .json")
     refuse_output(out, scenario)

@@ -85,8 +85,8 @@ class Route:
         name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LEG_ALLOWANCE, 0)
         allowance = ground_allowance(scenario)
         low = max(scenario.ground_clearance - allowance, 0)
-        high = "" if scenario.max_height is None else f" to {scenario.max_height + allowance:.5g}"
-        ground = "" if scenario.terrain is None else f", {low:.4g}{high} m above ground"
+        high = "" if scenario.max_height is None else f" and at most {scenario.max_height + allowance:.5g} m"
+        ground = "" if scenario.terrain is None else f", at least {low:.4g} m{high} above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
         error = scenario.uavs[self.uav].tracking_error

@@ -99,6 +99,7 @@ def export_waypoints(
         _require_apart(scenario, apart, options, path)
         notes += apart.sentences(scenario)
     notes += _return_notes(scenario, plans, returns)
+    notes.append(_schedule_note(plans))
     for note in notes:
         on_note(note)
     return list(_written(path, suffix, scenario, plans, returns, options, on_note))
@@ -194,6 +195,15 @@ def _require_apart(scenario: Scenario, apart: FleetApart, options: WaypointOptio
             f"{path}: as autopilots fly the waypoints, UAVs come too close: {said}",
             give=[Remedy("allow_close", True, "to write them all the same")],
         )
+
+
+def _schedule_note(plans: Sequence[FlightPlan]) -> str:
+    """Return a sentence on the times that notes name."""
+    late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in plans)
+    return (
+        "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
+        f"{max(late, 0.0) + 0.0:.3g} s later than in the mission, when all take-offs have ended."
+    )
 
 
 def _home_note(scenario: Scenario, uav: int) -> str:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from skyverse.errors import InputError
+from skyverse.errors import InputError, shown
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
 
 if TYPE_CHECKING:
@@ -70,6 +70,8 @@ class FleetLimits:
             return UAV.model_validate(own | given)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
-            said = first["msg"].removeprefix("Value error, ").replace("Input should be", "expected a number")
+            said = first["msg"].removeprefix("Value error, ")
+            said = said.replace("Input should be a ", "expected a ").replace("Input should be", "expected a number")
+            found = "" if isinstance(first["input"], dict) else f", found {shown(first['input'])}"
             place = str(first["loc"][0]) if first["loc"] else ""
-            raise InputError(f"{uav.name}: {said}", field=place or None) from None
+            raise InputError(f"{uav.name}: {said}{found}", field=place or None) from None
