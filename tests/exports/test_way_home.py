@@ -48,15 +48,16 @@ def return_settings(folder, suffix):
     return float(values["RTL_ALT"]) / 100, [list(map(float, row.split("\t")[1:4])) for row in rows]
 
 
-def way_home(at, home, altitude, rally, suffix):
-    """Places on the way home from one place: up, straight to the nearest destination, down to 2 m above it."""
-    goals = np.array([home, *rally])
-    goal = goals[np.argmin(np.hypot(*(goals[:, :2] - at[:2]).T))]
+def way_home(at, home, altitude, rally, suffix, grounds=()):
+    """Places on the way home from one place: up, straight to the nearest destination, down to 2 m above its ground."""
+    goals, landings = np.array([home, *rally]), np.array([home, *grounds])
+    nearest = np.argmin(np.hypot(*(goals[:, :2] - at[:2]).T))
+    goal, below = goals[nearest], landings[nearest]
     level = goal[2] + altitude if suffix == "plan" else max(home[2] + altitude, goal[2])
     level = max(level, at[2])
     shares = np.linspace(0, 1, 400)[:, None]
     top, over = np.array([*at[:2], level]), np.array([*goal[:2], level])
-    low = np.array([*goal[:2], min(goal[2] + 2.0, level)])
+    low = np.array([*goal[:2], min(below[2] + 2.0, level)])
     return np.concatenate([a + shares * (b - a) for a, b in ((at, top), (top, over), (over, low))])
 
 
@@ -85,12 +86,12 @@ def check(mission, folder, suffix):
     assert altitude == pytest.approx(back.altitude, abs=0.01)
     scenario, home = mission.scenario, back.plan.home
     above = [handmade.local(ORIGIN, [lat], [lon], [alt + ORIGIN.altitude + home[2]])[0] for lat, lon, alt in rally]
-    np.testing.assert_allclose(np.array(above).reshape(-1, 3), back.rally, atol=0.05)
+    np.testing.assert_allclose(np.array(above).reshape(-1, 3), back.rally_points, atol=0.05)
     safe = 0
     for time, place in zip(*instants(mission, back.plan), strict=True):
         if any(begin - 0.5 <= time <= end + 0.5 for begin, end in back.lost):
             continue
-        points = way_home(place, home, altitude, above, suffix)
+        points = way_home(place, home, altitude, above, suffix, back.rally)
         assert least_gap(mission, points) >= 0.5 * scenario.clearance - 0.02, (time, place)
         assert points[:, 2].max() <= scenario.bounds.max[2] + 0.02
         if scenario.terrain is not None:

@@ -96,6 +96,11 @@ class FlownLegs:
         at = 1 - (ends[leg] - shares) / self.lengths[leg]
         return Parts(leg, at, at, np.zeros(count), np.zeros(count))
 
+    def last_place(self) -> Parts:
+        """Return the end of the flight as a part without length."""
+        one = np.ones(1)
+        return Parts(np.array([len(self.starts) - 1]), one, one, 0 * one, 0 * one)
+
     def places(self, parts: Parts, along: Floats, beside: Floats) -> Floats:
         """Return the places (n, 3) at shares (n,) of the legs' lengths and of their cuts, metres."""
         begin = self.starts[parts.leg] + beside[:, None] * self.cut[parts.leg]

@@ -48,7 +48,7 @@ def plan_text(
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
-    rally = [] if back is None else global_positions(scenario, route.uav, back.rally, "home", flight.home).rows
+    rally = [] if back is None else global_positions(scenario, route.uav, back.rally_points, "home", flight.home).rows
     plan = {
         "fileType": "Plan",
         "geoFence": fence,

@@ -1,7 +1,7 @@
 """Chooses the return altitude and rally points of a UAV, and has the referee certify its way home."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,11 +10,20 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends
-from skyverse.exports.landing import ground_level, surface_below
+from skyverse.exports.return_choice import ReturnChoice, lost_share
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace, single
 from skyverse.exports.return_obstruction import Obstruction, obstruction
 from skyverse.exports.separation import kept_distance
-from skyverse.exports.way_home import LARGEST_PART, Destination, Found, WayHome, destination
+from skyverse.exports.way_home import (
+    LARGEST_PART,
+    SAMPLES,
+    Destination,
+    Found,
+    WayHome,
+    above_surface,
+    destination,
+    rally_altitude,
+)
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING
@@ -24,17 +33,14 @@ MIN_RETURN_ALTITUDE = 5.0
 """Metres above home: no lower return altitude is chosen where there is room for it."""
 ALTITUDES = 12
 """How many return altitudes are tried, from the lowest to the upper bound."""
+LOW_ALTITUDES = 4
+"""How many lower ones are tried where none of those will do: a UAV that is higher returns without a climb."""
 REFINEMENTS = 3
 """How often the step below the lowest good altitude is halved."""
-MAX_RALLY_POINTS = 5
-"""How many rally points are added at most: DJI takes none, and each is a place to keep clear of people."""
-RALLY_PLACES = 5
-"""How many places below the flight are tried for each rally point."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
 SMALLEST_CROSSING = 0.25
 """Metres: half the length of the shortest part of a flight of which it is asked whose paths its returns cross."""
-TAKES_RALLY_POINTS = ("px4", "ardupilot")
 RETURN_ALTITUDES = {"px4": (0.1, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
 """Metres above home: the least and the greatest return altitude that files can name: `RTL_ALT`, `globalRTHHeight`."""
 
@@ -85,6 +91,11 @@ class Return:
         return self.way.places[1:]
 
     @property
+    def rally_points(self) -> Floats:
+        """(k, 3) metres: the same as files have them, for ArduPilot at the altitude at which it returns there."""
+        return self.rally + np.array([0.0, 0.0, rally_altitude(self.plan.autopilot, self.altitude)])
+
+    @property
     def ends_safely(self) -> bool:
         """Whether its way home from the last waypoint is proven."""
         end = float(self.plan.arrivals[-1])
@@ -100,7 +111,8 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     """Return how a UAV comes home, or ``None`` for an aeroplane, whose circles are not judged.
 
     The lowest return altitude is taken at which there is a way home at every instant; if there is none, that with the
-    shortest part of the flight without one, and rally points are added below the flight where the autopilot takes any.
+    shortest part of the flight without one, or any altitude, also a lower one, with rally points where the autopilot
+    takes them.
     """
     if scenario.uavs[plan.route.uav].fixed_wing is not None:
         return None
@@ -108,20 +120,12 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     base = destination(scenario, space, uav, np.array([*start[:2], plan.home[2]]), float(start[2]))
     end = destination(scenario, space, uav, *_last_place(scenario, plan))
     way, found = _best_altitude(scenario, space, plan, base, end)
-    takes_more = plan.autopilot.name in TAKES_RALLY_POINTS
-    while takes_more and len(found.lost.leg) and len(way.destinations) <= MAX_RALLY_POINTS:
-        if not way.can_climb(found.lost):
-            break
-        places = [
-            destination(scenario, space, uav, place, low) for place, low in _rally_places(scenario, way, found.lost)
-        ]
-        ways = [WayHome(scenario, space, plan, [*way.destinations, place], end, way.altitude) for place in places]
-        blocked = [one.blocked(found.lost) + one.blocked() for one in ways]
-        better = ways[blocked.index(min(blocked))]
-        tried = better.search()
-        if not way.legs.metres(tried.lost) < way.legs.metres(found.lost):
-            break
-        way, found = better, tried
+    if len(found.lost.leg):
+        altitudes = _altitudes(scenario, plan)
+        low = np.linspace(RETURN_ALTITUDES[plan.autopilot.name][0], altitudes[0], LOW_ALTITUDES, endpoint=False)
+        lower = (np.floor(10 * low) / 10).tolist()
+        choice = ReturnChoice(scenario, space, plan, base, end)
+        way, found = choice.best([*altitudes, *lower], (way, found))
     last = plan.waypoints[-1]
     nearest = int(np.argmin(np.linalg.norm((way.places - last)[:, :2], axis=1)))
     level = max(float(last[2]), float(way.levels[nearest]))
@@ -151,13 +155,8 @@ def _last_place(scenario: Scenario, plan: FlightPlan) -> tuple[Floats, float]:
     """Return where a flight ends, (3,) metres, and z down to which it keeps the clearance."""
     if len(plan.ending) == 1:
         place = plan.ending[0]
-        return place, min(_above(scenario, float(place[2])), float(plan.waypoints[-1][2]))
+        return place, min(above_surface(scenario, float(place[2])), float(plan.waypoints[-1][2]))
     return plan.waypoints[-1], float(plan.waypoints[-1][2])
-
-
-def _above(scenario: Scenario, surface: float) -> float:
-    """Return z at which a UAV keeps both clearances above a surface on which it lands, metres."""
-    return surface + max(scenario.clearance, scenario.ground_clearance)
 
 
 def _best_altitude(
@@ -176,11 +175,11 @@ def _best_altitude(
     best: tuple[WayHome, Found] | None = None
     blocked = []
     for one in ways:
-        blocked.append(one.blocked())
+        blocked.append(one.blocked() + SAMPLES * one.blocked(one.legs.last_place()))
         if blocked[-1]:
             continue
         found = one.search()
-        if best is None or one.legs.metres(found.lost) < one.legs.metres(best[1].lost):
+        if best is None or lost_share(one, found) < lost_share(*best):
             best = one, found
         if not len(found.lost.leg):
             break
@@ -241,17 +240,6 @@ def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     least, most = RETURN_ALTITUDES[plan.autopilot.name]
     altitudes = np.unique(np.floor(10 * (np.clip(levels, low, top) - home)) / 10)
     return [float(value) for value in altitudes if least <= value <= most] or [least]
-
-
-def _rally_places(scenario: Scenario, way: WayHome, lost: Parts) -> Iterator[tuple[Floats, float]]:
-    """Yield places to land at, spread over the parts of the flight without a way home, and below its end.
-
-    With each place comes z down to which a descent to it keeps the clearance.
-    """
-    some = np.unique(np.linspace(0, len(lost.leg) - 1, RALLY_PLACES).round().astype(int))
-    for place in [*way.legs.middles(lost.of(some)), way.plan.waypoints[-1]]:
-        surface = surface_below(scenario, place, ground_level(scenario, way.plan.route.uav))
-        yield np.array([*place[:2], surface]), min(_above(scenario, surface), float(place[2]))
 
 
 def _spans(lost: Parts, plan: FlightPlan) -> list[tuple[float, float, NDArray[np.intp]]]:

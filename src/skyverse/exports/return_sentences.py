@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from skyverse.errors import InputError, Remedy
-from skyverse.exports.return_home import TAKES_RALLY_POINTS, Return
+from skyverse.exports.return_choice import MAX_RALLY_POINTS
+from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import CLEARANCE_SHARE
 from skyverse.model.scenario import Scenario
 from skyverse.space.tube import NO_ERROR
@@ -97,8 +98,11 @@ def _advice(lost: Sequence[Return]) -> str:
         helps.append("plan without the zone")
     if any(why.kind == "bounds" for why in met):
         helps.append("plan within wider bounds")
-    if any(back.plan.autopilot.name in TAKES_RALLY_POINTS for back in lost):
+    autopilot = lost[0].plan.autopilot.name
+    if MAX_RALLY_POINTS[autopilot]:
         helps.append("choose a target below which there is room to land, so that it can be a rally point")
-    else:
-        helps.append("export for PX4 or ArduPilot, which take rally points, and DJI's aircraft do not")
+    if autopilot == "ardupilot":
+        helps.append("export for PX4, which counts its return altitude from where it lands")
+    if autopilot == "dji":
+        helps.append("export for PX4 or ArduPilot, which take rally points, as DJI's aircraft do not")
     return f"To change that, {', or '.join(helps)}"

@@ -77,11 +77,26 @@ def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats,
     return Destination(place, low, float(levels[np.argmax(free)]) if free.any() else low, roof)
 
 
+def above_surface(scenario: Scenario, surface: float) -> float:
+    """Return z at which a UAV keeps both clearances above a surface on which it lands, metres."""
+    return surface + max(scenario.clearance, scenario.ground_clearance)
+
+
 def return_level(autopilot: Autopilot, home: Floats, destination: Destination, altitude: float) -> float:
-    """Return z at which a UAV below it returns: PX4 counts from its destination, others from home."""
+    """Return z at which a UAV below it returns to a destination.
+
+    PX4 counts the return altitude from its destination, DJI's aircraft from home. ArduPilot counts it from home, too,
+    but returns to a rally point at the altitude of that if it is higher, and the file gives it `rally_altitude`.
+    """
+    above = float(destination.place[2]) + altitude
     if autopilot.name == "px4":
-        return float(destination.place[2]) + altitude
-    return max(float(home[2]) + altitude, float(destination.place[2]))
+        return above
+    return max(float(home[2]) + altitude, above)
+
+
+def rally_altitude(autopilot: Autopilot, altitude: float) -> float:
+    """Return how high above its ground a file places a rally point, metres."""
+    return altitude if autopilot.name == "ardupilot" else 0.0
 
 
 class Found(NamedTuple):
@@ -175,21 +190,40 @@ class WayHome:
 
     def lines(self, parts: Parts) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines that stand for the returns from parts of the flight, and the part of each line."""
+        away, legs = self.away(parts), self.legs
+        half = sum(legs.spread(parts, slice(3))) + legs.off[parts.leg]
+        part, goal = np.nonzero(away <= (away.min(axis=1) + 2 * half)[:, None])
+        return self._lines(parts, away[part, goal], part, goal, part)
+
+    def away(self, parts: Parts) -> Floats:
+        """Return how far the middles of parts are from each destination, seen from above, (n, k) metres."""
+        middle = self.legs.middles(parts)
+        return np.asarray(np.linalg.norm(middle[:, None, :2] - self.places[None, :, :2], axis=2))
+
+    def reaches(self, parts: Parts) -> NDArray[np.bool_]:
+        """Tell whether the return from the middle of each part to each destination, (n, k), meets nothing."""
+        count, goals = len(parts.leg), len(self.places)
+        part, goal = np.divmod(np.arange(count * goals), goals)
+        lines, pair = self._lines(parts, self.away(parts).ravel(), part, goal, np.arange(len(part)))
+        return ~self._hopeless(lines, pair, len(part)).reshape(count, goals)
+
+    def _lines(
+        self, parts: Parts, away: Floats, part: NDArray[np.intp], goal: NDArray[np.intp], named: NDArray[np.intp]
+    ) -> tuple[ReturnLines, NDArray[np.intp]]:
+        """Return the lines from some parts to destinations `away` metres, and the number by which each is `named`."""
         legs = self.legs
         middle, box = legs.middles(parts), legs.box(parts)
         off, rise = legs.off[parts.leg], legs.rise[parts.leg]
         half, aside, above = (sum(legs.spread(parts, axes)) for axes in (slice(3), slice(2), slice(2, 3)))
         half, aside = half + off, aside + off
-        away = np.linalg.norm(middle[:, None, :2] - self.places[None, :, :2], axis=2)
-        part, goal = np.nonzero(away <= (away.min(axis=1) + 2 * half)[:, None])
-        at, level, away = middle[part], self.levels[goal], away[part, goal]
+        at, level = middle[part], self.levels[goal]
         bend = bends(self.scenario, away + half[part])
         knows = (box[1][:, 2] + rise)[part] <= level  # it climbs to a level that it knows
         bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
         known = _Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
         free = _Deviation(*(column[part] + bow for column in (half + rise, aside, above + rise, off, rise)))
         across = _Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
-        lines = _Lines(part, box[0][part], box[1][part], strays=self.error != NO_ERROR)
+        lines = _Lines(named, box[0][part], box[1][part], strays=self.error != NO_ERROR)
         column, roof = self._column(at)
         lowest, top, over = at.copy(), at.copy(), self.places[goal].copy()
         top[:, 2] = over[:, 2] = np.maximum(at[:, 2], level)

@@ -20,7 +20,7 @@ def waypoints_text(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefe
 
 def rally_text(scenario: Scenario, back: Return) -> str:
     """Return rally points as Mission Planner and MAVProxy read them: latitude, longitude, metres above home."""
-    rows = global_positions(scenario, back.plan.route.uav, back.rally, "home", back.plan.home).rows
+    rows = global_positions(scenario, back.plan.route.uav, back.rally_points, "home", back.plan.home).rows
     return "".join(f"RALLY\t{lat:.10f}\t{lon:.10f}\t{alt:.3f}\t0.000\t0.000\t0\n" for lat, lon, alt in rows)
 
 

@@ -1,0 +1,144 @@
+"""Chooses a return altitude together with rally points, where from home alone there is no way home at every instant.
+
+Places below the flight are tried as rally points at every altitude: from samples of the flight to each place the whole
+return is checked, so that the best set of places is then a matter of counting. The most promising are searched.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.flown_legs import Parts, joined_parts
+from skyverse.exports.landing import ground_level, surface_below
+from skyverse.exports.return_lines import ReturnSpace
+from skyverse.exports.way_home import Destination, Found, WayHome, above_surface, destination
+from skyverse.model.scenario import Scenario
+
+MAX_RALLY_POINTS = {"px4": 5, "ardupilot": 5, "dji": 0}
+"""How many rally points are added at most: DJI takes none, and each is a place to keep clear of people."""
+FEW_METRES = 5.0
+"""A return altitude above home below this is taken only if it is better."""
+PLACES, SAMPLES = 24, 96
+"""How many places below a flight are tried as rally points, and from how many places of it."""
+SEARCHED_CHOICES = 3
+"""How many choices of an altitude and rally points are searched."""
+NEARBY_PLACES = 5
+"""How many places below what is then still without a way home are tried for one more rally point."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReturnChoice:
+    """Looks for a return altitude and rally points of one UAV; a DJI aircraft takes no rally points.
+
+    Attributes
+    ----------
+    scenario, space
+        The scenario, and what returning UAVs keep clear of.
+    plan
+        The flight.
+    base, end
+        Home, and where the flight ends, as places to land at.
+    """
+
+    scenario: Scenario
+    space: ReturnSpace
+    plan: FlightPlan
+    base: Destination
+    end: Destination
+
+    @property
+    def most(self) -> int:
+        """How many rally points there may be."""
+        return MAX_RALLY_POINTS[self.plan.autopilot.name]
+
+    def way(self, rally: Iterable[Destination], altitude: float) -> WayHome:
+        """Return the way home at an altitude, metres above home, to the nearest of home and rally points."""
+        return WayHome(self.scenario, self.space, self.plan, [self.base, *rally], self.end, altitude)
+
+    def best(self, altitudes: Sequence[float], known: tuple[WayHome, Found]) -> tuple[WayHome, Found]:
+        """Return the best way home at any of some altitudes, metres above home, or the one that is known already."""
+        best = known
+        for way in self._promising(altitudes):
+            found = way.search()
+            if lost_share(way, found) < lost_share(*best):
+                best = way, found
+            if not len(found.lost.leg):
+                return best
+        return self._with_more(*best)
+
+    def _promising(self, altitudes: Sequence[float]) -> Iterator[WayHome]:
+        """Yield ways home, each at another altitude: first that with the fewest samples without, then rally points."""
+        flight = self.way([], altitudes[0]).legs
+        below = [*flight.middles(flight.samples(PLACES)), self.plan.waypoints[-1]]
+        rally = [self._destination(place) for place in below] if self.most else []
+        samples = joined_parts([flight.samples(SAMPLES), flight.last_place()])
+        weights = np.r_[np.ones(SAMPLES), float(SAMPLES)]  # the end counts most: there a UAV stays
+        choices = []
+        for altitude in altitudes:
+            way = self.way(rally, altitude)
+            chosen, cost = _chosen(way.away(samples), way.reaches(samples), weights, self.most)
+            choices.append((cost, len(chosen), altitude < FEW_METRES, altitude, chosen))
+        for _, _, _, altitude, chosen in sorted(choices)[:SEARCHED_CHOICES]:
+            yield self.way([rally[k - 1] for k in chosen[1:]], altitude)
+
+    def _with_more(self, way: WayHome, found: Found) -> tuple[WayHome, Found]:
+        """Return a way home with more rally points, below what is without a way home, as long as they help."""
+        while len(found.lost.leg) and len(way.destinations) <= self.most and way.can_climb(found.lost):
+            rally = way.destinations[1:]
+            ways = [self.way([*rally, place], way.altitude) for place in self._below(way, found.lost)]
+            blocked = [one.blocked(found.lost) + one.blocked() for one in ways]
+            better = ways[blocked.index(min(blocked))]
+            tried = better.search()
+            if not lost_share(better, tried) < lost_share(way, found):
+                break
+            way, found = better, tried
+        return way, found
+
+    def _below(self, way: WayHome, lost: Parts) -> list[Destination]:
+        """Return places to land at, spread over some parts of the flight, and below its end."""
+        some = np.unique(np.linspace(0, len(lost.leg) - 1, NEARBY_PLACES).round().astype(int))
+        return [self._destination(place) for place in [*way.legs.middles(lost.of(some)), self.plan.waypoints[-1]]]
+
+    def _destination(self, place: Floats) -> Destination:
+        """Return where a UAV lands below a place (3,), metres."""
+        uav = self.plan.route.uav
+        surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
+        low = min(above_surface(self.scenario, surface), float(place[2]))
+        return destination(self.scenario, self.space, uav, np.array([*place[:2], surface]), low)
+
+
+def lost_share(way: WayHome, found: Found) -> tuple[bool, float]:
+    """Return whether there is no way home from the end of the flight, and from how many metres of it there is none.
+
+    The less of both, the better; the end counts first, for there a UAV stays.
+    """
+    lost = found.lost
+    last = (lost.leg == len(way.legs.starts) - 1) & (lost.end >= 1.0)
+    return bool(last.any()), way.legs.metres(lost)
+
+
+def _chosen(away: Floats, reach: NDArray[np.bool_], weights: Floats, most: int) -> tuple[list[int], float]:
+    """Return which columns make a good set of destinations, the first always, and the weight of what they leave out.
+
+    A UAV at row i returns to the nearest destination of the set, by the metres `away`, (n, k), and gets there where
+    `reach`, (n, k). At most so many destinations are added, always the one that helps most.
+    """
+    rows = np.arange(len(away))
+
+    def cost(chosen: list[int]) -> float:
+        nearest = np.array(chosen)[np.argmin(away[:, chosen], axis=1)]
+        return float(weights[~reach[rows, nearest]].sum())
+
+    chosen = [0]
+    least = cost(chosen)
+    while least > 0 and len(chosen) <= most:
+        costs = [cost([*chosen, k]) for k in range(away.shape[1])]
+        if min(costs) >= least:
+            break
+        least = min(costs)
+        chosen.append(costs.index(least))
+    return chosen, least

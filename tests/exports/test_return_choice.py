@@ -1,0 +1,77 @@
+"""Return altitudes are chosen with rally points, where from home alone there is no way home at every instant."""
+
+from dataclasses import replace
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.exports.return_choice import MAX_RALLY_POINTS
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+
+
+def along_a_slope(rise, ceiling=50.0, above=25.0):
+    """A flight of 400 m at one height above ground that rises by so many metres all along, below a ceiling."""
+    x = np.linspace(-320, 320, 33)
+    heights = np.interp(x, [-200, 200], [max(-rise, 0.0), max(rise, 0.0)])[:, None] * np.ones((1, 33))
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=2.0)
+    ends = [(-200, 0, max(-rise, 0.0) + above), (200, 0, max(rise, 0.0) + above)]
+    mission = handmade.mission([handmade.along(ends, 60)], terrain=ground, clearance=1.0, origin=ORIGIN)
+    return replace(mission, scenario=mission.scenario.model_copy(update={"max_height": ceiling}))
+
+
+def way_home(mission, folder, suffix):
+    seen = []
+    sky.export(mission, folder / f"m.{suffix}", end="rtl", on_certificate=seen.append)
+    (back,) = seen[0].returns
+    return back
+
+
+def heights_above_ground(mission, back):
+    """The heights above ground on the returns from many instants, but for the descents, flown by code of the test."""
+    home, altitude, found = back.plan.home, back.altitude, []
+    flight = back.plan.predicted()
+    for at in flight.at(np.linspace(back.plan.arrivals[0], back.plan.arrivals[-1], 100)).position:
+        goals = np.array([home, *back.rally])
+        goal = goals[np.argmin(np.hypot(*(goals[:, :2] - at[:2]).T))]
+        level = {"px4": goal[2] + altitude, "ardupilot": max(home[2], goal[2]) + altitude, "dji": home[2] + altitude}
+        top = max(at[2], level[back.plan.autopilot.name])
+        across = np.linspace([*at[:2], top], [*goal[:2], top], 200)
+        found.append(across[:, 2] - handmade.under(mission.scenario, across))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("suffix", "rise"), [("plan", 120.0), ("plan", -120.0), ("waypoints", 120.0)])
+def test_along_a_slope_below_a_ceiling_rally_points_at_another_altitude_lead_home(tmp_path, suffix, rise):
+    """At no altitude does the way home alone keep both the ground and the ceiling, and no altitude keeps the first."""
+    mission = along_a_slope(rise)
+    back = way_home(mission, tmp_path, suffix)
+    assert len(back.lost) == 0
+    assert back.proven
+    assert 1 <= len(back.rally) <= MAX_RALLY_POINTS[back.plan.autopilot.name]
+    heights = heights_above_ground(mission, back)
+    assert heights.min() >= 2.0 - 0.5 - 0.03
+    assert heights.max() <= 50.0 + 0.03
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+def test_a_low_altitude_is_taken_where_the_flight_itself_is_high_enough(tmp_path, suffix):
+    """The way up to the height of the start is above the ceiling at the far end, the flight's own height is not."""
+    mission = along_a_slope(-30.0)
+    back = way_home(mission, tmp_path, suffix)
+    assert len(back.lost) == len(back.rally) == 0
+    assert back.altitude < 25
+    assert heights_above_ground(mission, back).max() <= 50.0 + 0.03
+
+
+def test_where_there_is_none_it_is_said_why_and_for_which_autopilot_there_may_be_one(tmp_path):
+    """ArduPilot returns above its home, which is above the ceiling at the end of the slope."""
+    with pytest.raises(sky.InputError) as caught:
+        way_home(along_a_slope(-120.0), tmp_path, "waypoints")
+    said = str(caught.value)
+    assert "the air above the ceiling of 50 m above ground" in said
+    assert "export for PX4, which counts its return altitude from where it lands" in said
