@@ -40,8 +40,9 @@ def named_columns(scenario: Scenario, assignment: Sequence[int | None]) -> str:
         told += [f"{uav.name} {' and '.join(named)}"] if named else []
     if not told:
         return ""
-    more = f"; {len(told) - MAX_NAMED} more UAVs" if len(told) > MAX_NAMED else ""
+    rest = len(told) - MAX_NAMED
+    more = f"; and of {rest} more UAV{'s' * (rest > 1)}" if rest > 0 else ""
     return (
-        "The tracking error does not count for the ground and roofs below in the column of "
-        f"{'; '.join(told[:MAX_NAMED])}{more}."
+        "In the columns over starts and targets the tracking error does not count for the ground and roofs below: "
+        f"of {'; of '.join(told[:MAX_NAMED])}{more}."
     )
