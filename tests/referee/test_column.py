@@ -148,3 +148,34 @@ def test_parts_in_columns_are_judged_without_the_error_and_with_it_among_what_is
     assert one is judged_in.nominal
     assert other.error == ERROR
     assert whole is judged_in
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "held"),
+    [
+        ((0, 0, 0), 0.0, True),
+        ((5e-7, -5e-7, 0), 0.0, True),
+        ((5e-7, 0, 0), 6e-7, False),
+        ((2e-6, 0, 0), 0.0, False),  # beside the line
+        ((0, -2e-6, 0), 0.0, False),
+        ((0, 0, -5e-7), 0.0, True),
+        ((0, 0, -2e-6), 0.0, False),  # below the foot
+        ((0, 0, 1.1e-3), 0.0, True),
+        ((0, 0, 2.1e-3), 0.0, False),  # above the top
+    ],
+)
+def test_pieces_are_in_a_column_to_within_what_is_let_pass(change, error, held):
+    column = column_over(world(ROOF), 0, FOOT)
+    whole = np.array([[FOOT, [*FOOT[:2], column.top]]])
+    assert column.holds(whole + np.array(change), np.array([error])).tolist() == [held]
+    bent = np.insert(whole, 1, FOOT + np.array(change) + (0, 0, column.top - FOOT[2] if change[2] > 0 else 0), axis=1)
+    assert column.holds(bent, np.array([error])).tolist() == [held]
+
+
+@pytest.mark.parametrize("way", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+@pytest.mark.parametrize(("away", "is_near"), [(1.5005, True), (1.5015, False)])
+def test_shapes_that_a_column_meets_but_for_a_millimetre_are_looked_at(way, away, is_near):
+    middle = FOOT[:2] + (away + 1) * np.array(way)
+    wall = Box(min=(*(middle - 1), 0), max=(*(middle + 1), 30))
+    column = column_over(world(ROOF, wall), 0, FOOT)
+    assert column.beside.boxes.obstacle.tolist() == [1] * is_near
