@@ -11,6 +11,8 @@ from skyverse.exports.return_choice import MAX_RALLY_POINTS
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
 
 

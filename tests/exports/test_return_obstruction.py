@@ -10,6 +10,8 @@ import skyverse as sky
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Box, Terrain
 
+pytestmark = pytest.mark.usefixtures("unjudged")
+
 ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
 WALL = ((30, -300, -50), (31, 200, 150))
 

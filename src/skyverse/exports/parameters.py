@@ -1,4 +1,4 @@
-"""Parameter files for PX4 and ArduPilot: the rates that a schedule counts on, and the return altitude."""
+"""Parameter files for PX4 and ArduPilot: rates that a schedule counts on, how to return, and what a lost link does."""
 
 import math
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import NamedTuple
 from skyverse.atomic import write_text
 from skyverse.exports.autopilots import Autopilot, Rates
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.return_home import Return
 
 SUFFIXES = {"px4": ".params", "ardupilot": ".param"}
 REAL, WHOLE = 9, 6
@@ -17,6 +18,15 @@ DESCEND_ALTITUDE = 5.0
 """Metres above where it lands: PX4 waits there before it lands."""
 
 
+PX4_HOLD, PX4_RETURN = 1, 2
+"""Values of PX4's `NAV_RCL_ACT` and `NAV_DLL_ACT`."""
+FS_RETURN = 1
+"""The value of ArduPilot's `FS_THR_ENABLE` and `FS_GCS_ENABLE`: always return."""
+FS_MISSION_GOES_ON, FS_PILOT_GOES_ON = 0b11, 0b10000
+"""Bits of ArduPilot's `FS_OPTIONS`: a mission goes on without remote control, and without ground station; and without
+ground station a pilot with a remote control goes on, which is the default."""
+
+
 class Parameter(NamedTuple):
     """One parameter: its name, its value, and whether it is a whole number."""
 
@@ -25,10 +35,10 @@ class Parameter(NamedTuple):
     whole: bool = False
 
 
-def parameters(plan: FlightPlan, altitude: float | None) -> list[Parameter]:
-    """Return the parameters that make an autopilot fly as predicted, and return at an altitude above home, metres."""
-    rates = plan.rates
-    return [*_rate_parameters(plan.autopilot, rates), *_return_parameters(plan.autopilot, altitude)]
+def parameters(plan: FlightPlan, back: Return | None) -> list[Parameter]:
+    """Return the parameters that make an autopilot fly as predicted, and return as proven; ``None`` for aeroplanes."""
+    returning = [] if back is None else [*_return_parameters(back), *_link_parameters(back)]
+    return [*_rate_parameters(plan.autopilot, plan.rates), *returning]
 
 
 def _rate_parameters(autopilot: Autopilot, rates: Rates) -> list[Parameter]:
@@ -41,19 +51,23 @@ def _rate_parameters(autopilot: Autopilot, rates: Rates) -> list[Parameter]:
             Parameter("MPC_Z_V_AUTO_DN", rates.descent),
             Parameter("MPC_ACC_HOR", rates.acceleration),
         ]
-    # centimetres, as in ArduPilot Copter until 4.6
     return [
-        Parameter("WPNAV_SPEED_UP", 100 * rates.climb),
-        Parameter("WPNAV_SPEED_DN", 100 * rates.descent),
-        Parameter("WPNAV_ACCEL", 100 * rates.acceleration),
+        *_both_names("WPNAV_SPEED_UP", "WP_SPD_UP", rates.climb),
+        *_both_names("WPNAV_SPEED_DN", "WP_SPD_DN", rates.descent),
+        *_both_names("WPNAV_ACCEL", "WP_ACC", rates.acceleration),
     ]
 
 
-def _return_parameters(autopilot: Autopilot, altitude: float | None) -> list[Parameter]:
+def _both_names(until: str, since: str, metres: float, *, whole: bool = False) -> list[Parameter]:
+    """Return a parameter of ArduPilot by its name until Copter 4.6, in centimetres, and since 4.7, in metres."""
+    centimetres = round(100 * metres) if whole else 100 * metres
+    return [Parameter(until, centimetres, whole), Parameter(since, metres)]
+
+
+def _return_parameters(back: Return) -> list[Parameter]:
     """Return the parameters that make an autopilot return straight, at one altitude, and land."""
-    if altitude is None:
-        return []
-    if autopilot.name == "px4":
+    altitude = back.altitude
+    if back.plan.autopilot.name == "px4":
         return [
             Parameter("RTL_TYPE", 0, whole=True),
             Parameter("RTL_RETURN_ALT", altitude),
@@ -62,38 +76,70 @@ def _return_parameters(autopilot: Autopilot, altitude: float | None) -> list[Par
             Parameter("RTL_LAND_DELAY", 0),
         ]
     return [
-        Parameter("RTL_ALT", round(100 * altitude), whole=True),
-        Parameter("RTL_ALT_FINAL", 0, whole=True),
+        *_both_names("RTL_ALT", "RTL_ALT_M", altitude, whole=True),
+        *_both_names("RTL_ALT_FINAL", "RTL_ALT_FINAL_M", 0.0, whole=True),
+        *_both_names("RTL_CLIMB_MIN", "RTL_CLIMB_MIN_M", 0.0, whole=True),
         Parameter("RTL_ALT_TYPE", 0, whole=True),
-        Parameter("RTL_CLIMB_MIN", 0, whole=True),
         Parameter("RTL_CONE_SLOPE", 0),
         Parameter("RALLY_INCL_HOME", 1, whole=True),
         Parameter("RALLY_LIMIT_KM", 0),
     ]
 
 
-def parameters_text(plan: FlightPlan, name: str, altitude: float | None) -> str:
+def _link_parameters(back: Return) -> list[Parameter]:
+    """Return what an autopilot does in a mission when it loses its remote control or its ground station.
+
+    It returns if that is proven from every instant of the flight. If not, PX4 holds its position, and ArduPilot, which
+    cannot do that, goes on with the mission: the flight itself is proven.
+    """
+    if back.plan.autopilot.name == "px4":
+        action = PX4_RETURN if back.everywhere else PX4_HOLD
+        return [
+            Parameter("NAV_RCL_ACT", action, whole=True),
+            Parameter("NAV_DLL_ACT", action, whole=True),
+            Parameter("COM_RCL_EXCEPT", 0, whole=True),
+        ]
+    options = FS_PILOT_GOES_ON if back.everywhere else FS_PILOT_GOES_ON | FS_MISSION_GOES_ON
+    return [
+        Parameter("FS_THR_ENABLE", FS_RETURN, whole=True),
+        Parameter("FS_GCS_ENABLE", FS_RETURN, whole=True),
+        Parameter("FS_OPTIONS", options, whole=True),
+    ]
+
+
+def parameters_text(plan: FlightPlan, name: str, back: Return | None) -> str:
     """Return a parameter file: for PX4 as QGroundControl reads it, for ArduPilot as Mission Planner does."""
     title = plan.autopilot.title
     if plan.autopilot.name == "px4":
         rows = [
             f"1\t1\t{one.name}\t{int(one.value) if one.whole else f'{one.value:.6f}'}\t{WHOLE if one.whole else REAL}"
-            for one in parameters(plan, altitude)
+            for one in parameters(plan, back)
         ]
-        head = [f"# Parameters for {name}", "#", f"# Stack: {title}", "# Vehicle-Id\tComponent-Id\tName\tValue\tType"]
+        head = [
+            f"# Parameters for {name}",
+            "#",
+            f"# Stack: {title}",
+            "# Versions: 1.14 to 1.16; metres, m/s, m/s^2, seconds and degrees",
+            "# Vehicle-Id\tComponent-Id\tName\tValue\tType",
+        ]
     else:
-        rows = [f"{one.name},{one.value:.6g}" for one in parameters(plan, altitude)]
-        head = [f"# Parameters for {name}, {title} Copter 4.0 to 4.6"]
+        rows = [f"{one.name},{one.value:.6g}" for one in parameters(plan, back)]
+        head = [
+            f"# Parameters for {name}, {title} Copter 4.0 to 4.7",
+            "# Until 4.6: WPNAV_..., RTL_ALT, RTL_ALT_FINAL and RTL_CLIMB_MIN, in centimetres.",
+            "# Since 4.7: WP_... and RTL_..._M in their place, in metres.",
+            "# A ground station says that it does not know those of the other versions.",
+        ]
     return "\n".join([*head, *rows]) + "\n"
 
 
-def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str, altitude: float | None) -> Path | None:
+def write_parameters(file: Path, suffix: str, plan: FlightPlan, name: str, back: Return | None) -> Path | None:
     """Write the parameter file beside a mission file; return its path, or ``None`` where there is nothing to write.
 
     DJI's aircraft take no parameters, and those of an aeroplane are its own.
     """
-    if plan.autopilot.name not in SUFFIXES or not parameters(plan, altitude):
+    if plan.autopilot.name not in SUFFIXES or not parameters(plan, back):
         return None
     beside = file.with_name(file.name[: -len(suffix)] + SUFFIXES[plan.autopilot.name])
-    write_text(beside, parameters_text(plan, name, altitude))
+    write_text(beside, parameters_text(plan, name, back))
     return beside

@@ -96,6 +96,11 @@ class Return:
         return self.rally + np.array([0.0, 0.0, rally_altitude(self.plan.autopilot, self.altitude)])
 
     @property
+    def everywhere(self) -> bool:
+        """Whether its way home is proven at every instant of the flight."""
+        return self.proven and not len(self.lost)
+
+    @property
     def ends_safely(self) -> bool:
         """Whether its way home from the last waypoint is proven."""
         end = float(self.plan.arrivals[-1])

@@ -236,7 +236,7 @@ def _written(
             else:
                 write_zip(file, wpml_parts(scenario, plan, part, options.altitude, options.end, back))
             yield file
-        beside = write_parameters(own, suffix, plan, name, None if back is None else back.altitude)
+        beside = write_parameters(own, suffix, plan, name, back)
         if suffix == ".waypoints" and back is not None and len(back.rally):
             rally = own.with_name(own.name[: -len(suffix)] + ".ral")
             write_text(rally, rally_text(scenario, back))

@@ -72,7 +72,7 @@ def _document() -> tuple[ET.Element, ET.Element]:
 def _config(document: ET.Element, wayline: _Wayline, *, executed: bool) -> None:
     config = ET.SubElement(document, "wpml:missionConfig")
     _add(config, flyToWaylineMode="safely", finishAction=FINISH_ACTIONS[wayline.end])
-    home = wayline.back is not None and wayline.back.proven and not len(wayline.back.lost)
+    home = wayline.back is not None and wayline.back.everywhere
     _add(config, exitOnRCLost="executeLostAction", executeRCLostAction="goBack" if home else "hover")
     rise = float(wayline.plan.waypoints[0][2] - wayline.plan.home[2])
     _add(config, takeOffSecurityHeight=_number(rise), globalTransitionalSpeed=_number(wayline.speeds[0]))
