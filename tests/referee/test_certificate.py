@@ -19,6 +19,7 @@ from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing
 from skyverse.model.verdict import Certificate, Fault, Verdict
+from skyverse.referee.curve import PolynomialCurve
 
 MADE_BY = Provenance("0", "by hand", "", None, "")
 AGILE = {"max_speed": 1e3, "max_acceleration": 1e4, "max_jerk": 1e6, "max_tilt": 89.9, "thrust_to_weight": 1e3}
@@ -108,6 +109,7 @@ def test_what_is_proven_is_said_in_a_sentence():
     assert [one.scenario for one in (*judged.trajectories, judged.apart)] == [digest, digest]
     assert judged.trajectories[0].time is None
     assert judged.apart.verdict is PROVEN
+    assert "tracking error" not in judged.apart.sentence
 
 
 @pytest.mark.parametrize(
@@ -350,6 +352,38 @@ def test_aeroplanes_keep_their_airspeed_turn_and_climb(sense, fields, rise, faul
     judged = mission((aeroplane(**fields), arc(rise=rise, sense=sense)))
     assert [violation.fault for violation in faults(judged)] == ([] if fault is None else [fault])
     assert certified(judged).trajectories[0].verdict is (PROVEN if fault is None else REFUTED)
+
+
+@pytest.mark.parametrize(
+    ("field", "most", "words", "measured"),
+    [
+        ("max_speed", 1.0, r"flies (\S+) m/s \(of 1\)", lambda v, a, j: np.linalg.norm(v)),
+        ("max_acceleration", 1.0, r"accelerates by (\S+) m/s\^2 \(of 1\)", lambda v, a, j: np.linalg.norm(a)),
+        ("max_jerk", 1.0, r"jerks by (\S+) m/s\^3 \(of 1\)", lambda v, a, j: np.linalg.norm(j)),
+        ("max_climb", 0.1, r"climbs at (\S+) m/s \(of 0.1\)", lambda v, a, j: v[2]),
+        ("max_descent", 0.1, r"descends at (\S+) m/s \(of 0.1\)", lambda v, a, j: -v[2]),
+        (
+            "max_tilt",
+            9.0,
+            r"tilts by (\S+) degrees \(of 9\)",
+            lambda v, a, j: np.degrees(np.arctan2(np.hypot(*a[:2]), a[2] + WEIGHT[2])),
+        ),
+        (
+            "thrust_to_weight",
+            1.01,
+            r"needs a thrust of (\S+) times its weight \(of 1.01\)",
+            lambda v, a, j: np.linalg.norm(a + WEIGHT) / WEIGHT[2],
+        ),
+    ],
+)
+def test_a_limit_that_is_broken_is_told_in_numbers(field, most, words, measured):
+    places = [(0, 0, 5), (2, 1, 6)][:: -1 if field == "max_descent" else 1]
+    flight = stops(*places)
+    (found,) = faults(mission((AGILE | {field: most}, flight)))
+    curve = PolynomialCurve(flight.knots, flight.coefficients)
+    told = re.search(words + " at t = ", found.message)
+    assert float(told[1]) == pytest.approx(measured(*curve.motion(0, found.time)[1:]), rel=1e-5)
+    assert float(told[1]) > most
 
 
 def test_a_turn_and_a_climb_that_are_too_tight_are_told_in_numbers():

@@ -12,7 +12,7 @@ from skyverse.model.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, O
 from skyverse.model.shapes import Box, Cylinder, Sphere
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
-from skyverse.referee import check_optimality
+from skyverse.referee import check_optimality, optimality
 from skyverse.referee.lattice import cheapest_path, judged_lattice, reachable_nodes
 from skyverse.referee.world import referee_world
 
@@ -66,6 +66,20 @@ def test_the_planners_optimum_is_the_referees(seed, objective):
     assert judged(scenario, modest).verdict is PROVEN
 
 
+def test_nodes_are_numbered_by_their_places():
+    lattice = judged_lattice(referee_world(SCENARIO), strict=False)
+    for node in (0, 1, 40, int(np.prod(lattice.shape)) - 1):
+        index = np.array(np.unravel_index(node, lattice.shape))
+        assert lattice.position(node).tolist() == (lattice.low + lattice.step * index).tolist()
+        assert lattice.node(lattice.position(node)) == node
+    coarse = room(1).model_copy(update={"lattice": Lattice(step=(4, 4, 4), connectivity=26)})
+    whole = judged_lattice(referee_world(coarse), strict=False)
+    assert len({tuple(move) for move in np.vstack([whole.moves, -whole.moves]).tolist()}) == 26
+    assert np.abs(whole.moves).max() == 1
+    assert lattice.node(lattice.position(0) - [0, 0, 1]) is None
+    assert lattice.node(lattice.position(0) + lattice.step * lattice.shape * [0, 1, 0]) is None
+
+
 def test_altitude_and_climb_are_searched_too():
     soft = {"altitude": AltitudeBand(low=1.0, high=2.0, weight=0.5), "climb": ClimbLimit(angle=20, weight=2.0)}
     scenario = room(1, **soft).model_copy(update={"lattice": Lattice(step=(1, 1, 0.5), connectivity=26)})
@@ -74,6 +88,32 @@ def test_altitude_and_climb_are_searched_too():
     (found,) = check_optimality(scenario, mission, max_states=100)
     assert found.verdict is UNDECIDED
     assert "optimal, as claimed by the planner: its lattice has 729 states, above 100." in found.sentence
+
+
+@pytest.mark.parametrize("risk", [0.5, 3.0])
+def test_the_risk_of_zones_is_searched_too(risk):
+    zones = (Box(min=(-9, -9, -9), max=(99, 99, 99), risk=2.0),)
+    wide = {"obstacles": (), "zones": zones, "lattice": Lattice(step=(4, 4, 4), connectivity=6)}
+    scenario = room(0, risk=risk).model_copy(update=wide)
+    ends = {"start": np.zeros(3), "goal": np.array([8.0, 8, 4])}
+    for more, refuted in ((0.0, False), (0.1, True)):
+        claimed = replace(alpha(bound=20 * (1 + risk * 2.0) + more, **ends), assignment=(0,))
+        assert (judged(scenario, claimed).verdict is REFUTED) is refuted
+
+
+@pytest.mark.parametrize(
+    ("objective", "zones"),
+    [
+        ({"altitude": AltitudeBand(low=1.0, high=2.0, weight=0.5)}, ()),
+        ({"climb": ClimbLimit(angle=20, weight=2.0)}, ()),
+        ({}, (Box(min=(0, 0, 0), max=(1, 1, 1), risk=2.0),)),
+    ],
+)
+def test_fewer_states_are_searched_where_moves_have_soft_terms(objective, zones, monkeypatch):
+    monkeypatch.setattr(optimality, "MAX_PRICED_STATES", 10)
+    changes = {"objective": SCENARIO.objective.model_copy(update=objective), "zones": zones}
+    assert "above 10." in check_optimality(SCENARIO.model_copy(update=changes), VALID)[0].sentence
+    assert "above 10." not in check_optimality(SCENARIO, VALID)[0].sentence
 
 
 def test_a_path_of_any_angle_is_optimal_where_it_is_straight_and_otherwise_as_claimed():
@@ -85,6 +125,14 @@ def test_a_path_of_any_angle_is_optimal_where_it_is_straight_and_otherwise_as_cl
     found = judged(room(0), replace(bent, results=(replace(bent.results[0], bound=bound),)))
     assert found.verdict is UNDECIDED
     assert "as claimed by the planner: its result carries no witness" in found.sentence
+
+
+@pytest.mark.parametrize(("more", "straight"), [(0.0, True), (0.1, False)])
+def test_the_bound_of_a_path_of_any_angle_is_compared_with_the_straight_line(more, straight):
+    fuel = SCENARIO.objective.fuel
+    way = np.subtract(SCENARIO.targets[VALID.assignment[0]].position, SCENARIO.uavs[0].start)
+    (found, *_) = check_optimality(SCENARIO, alpha(any_angle=True, bound=fuel * np.linalg.norm(way) + more))
+    assert ("carries no witness" not in found.sentence) is straight
 
 
 def test_a_path_that_needs_what_is_let_pass_refutes_nobody():

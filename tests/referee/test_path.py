@@ -11,6 +11,7 @@ from judged_missions import (
     METRES,
     SCENARIO,
     STRAIGHT,
+    VALID,
     alpha,
     grounded,
     history,
@@ -24,13 +25,13 @@ from judged_missions import (
 )
 from skyverse.model.mission import Mission
 from skyverse.model.result import Status
-from skyverse.model.scenario import Target
+from skyverse.model.scenario import ClimbLimit, Target
 from skyverse.model.shapes import Box, Sphere
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault
 from skyverse.referee import check
-from skyverse.referee.path import judge_safety
+from skyverse.referee.path import costs_agree, judge_safety
 from skyverse.referee.world import referee_world
 
 
@@ -71,6 +72,42 @@ def test_an_any_angle_path_cannot_be_called_the_lattices_optimum():
 def test_going_straight_on_and_turning_back_are_no_turns():
     path = [(0, 4, 1), (0.1, 4, 1), (0.3, 4, 1), (8.9, 4, 1), (8, 4, 1), (9, 4, 1), (9, 4, 2)]
     assert check(METRES, in_metres(result(path, 2 * (8.9 + 0.9 + 1 + 1), 1.0))) == []
+
+
+@pytest.mark.parametrize(
+    ("claimed", "true", "agree"),
+    [
+        (0.1 + 9e-7, 0.1, True),
+        (0.1 + 1.1e-6, 0.1, False),
+        (100 - 9e-5, 100, True),
+        (-100 - 1.1e-4, -100, False),
+        (np.nan, 1.0, False),
+    ],
+)
+def test_costs_agree_to_a_millionth_of_one_or_of_themselves(claimed, true, agree):
+    assert costs_agree(claimed, true) is agree
+
+
+def test_a_climb_is_priced_by_its_weight():
+    limit = ClimbLimit(angle=20, weight=3.0)
+    scenario = SCENARIO.model_copy(update={"objective": SCENARIO.objective.model_copy(update={"climb": limit})})
+    path = np.array([VALID.results[0].start, np.add(VALID.results[0].start, (0, 0, 1))])
+    priced = walking(path, 2, goal=path[-1]).results[0]
+    climb = 3.0 * np.radians(70)
+    honest = replace(priced, cost=priced.cost + climb, terms=priced.terms | {"climb": climb})
+    for claimed, wrong in ((honest, False), (priced, True)):
+        found = check(scenario, replace(resulting(claimed), scenario=scenario))
+        assert any(one.fault is Fault.COST and one.uavs == (0,) for one in found) is wrong
+
+
+def test_a_status_that_its_path_belies_is_told_where_the_path_ends():
+    found = [one for one in check(SCENARIO, alpha(status=Status.INCOMPLETE)) if one.fault is Fault.STATUS]
+    assert [one.position for one in found] == [tuple(VALID.results[0].path[-1])]
+
+
+@pytest.mark.parametrize("goal", [None, "there", np.zeros(2)])
+def test_a_goal_that_is_no_place_is_told(goal):
+    assert [found.fault for found in check(SCENARIO, alpha(goal=goal))] == [Fault.PATH_ENDS]
 
 
 def test_a_path_of_one_node_is_judged_as_a_point():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from judged_clearance import world
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
-from skyverse.referee.sealed import is_sealed
+from skyverse.referee.sealed import CORNERS, is_sealed
 from skyverse.referee.seams import find_seam
 from skyverse.referee.world import referee_world
 
@@ -25,6 +25,10 @@ def found(scenario, *points):
     path = np.array(points, float)
     legs = np.stack([path[:-1], path[1:]], axis=1)
     return find_seam(referee_world(scenario), legs, np.zeros(len(legs)))
+
+
+def test_a_cube_has_eight_corners():
+    assert sorted(map(tuple, CORNERS)) == [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
 
 
 def pair(kind, gap):

@@ -11,7 +11,7 @@ import skyverse as sky
 from depths import above, inside
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from skyverse.referee.ground import grown_ground
-from skyverse.referee.soft_terms import altitude_term, risk_term
+from skyverse.referee.soft_terms import altitude_term, climb_term, risk_term
 
 SQUARE = ((2.0, 2.0), (7.0, 2.0), (7.0, 7.0), (2.0, 7.0))
 HOLE = ((3.0, 3.0), (6.0, 3.5), (5.0, 6.0), (3.5, 5.5))
@@ -105,3 +105,10 @@ def test_a_level_leg_over_a_slope_pays_a_triangle():
     leg = np.array([(0, 3, 10), (10, 3, 10)], float)  # above ground 10 at first, 0 at last: below 2 over the last 2 m
     assert altitude_term(band, leg, grown_ground(world(terrain=terrain, band=band))) == pytest.approx(2.0)
     assert altitude_term(band, leg[::-1], grown_ground(world(terrain=terrain, band=band))) == pytest.approx(2.0)
+
+
+def test_of_a_climb_what_is_steeper_than_the_limit_is_paid_upwards_and_downwards():
+    path = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 0, 1], [2, 0, 3.0]])  # level, at rest, diagonal, upright
+    due = np.sqrt(2) * np.radians(25) + 2 * np.radians(70)
+    for way in (path, path[::-1]):
+        assert climb_term(sky.ClimbLimit(angle=20, weight=3.0), way) == pytest.approx(due)

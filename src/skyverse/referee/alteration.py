@@ -34,7 +34,8 @@ def _differences(place: str, ours: object, theirs: object) -> Iterator[str]:
             for name in type(ours).model_fields:
                 inner = f"{place}.{name}" if place else name
                 yield from _differences(inner, getattr(ours, name), getattr(theirs, name))
-    elif isinstance(ours, np.ndarray) and isinstance(theirs, np.ndarray):
+    elif isinstance(ours, np.ndarray):
+        theirs = np.asarray(theirs)
         if ours.shape != theirs.shape:
             yield f"{place} has shape {theirs.shape} in the mission, not {ours.shape}"
         elif not np.array_equal(ours, theirs):

@@ -16,7 +16,7 @@ from skyverse.referee.polynomial import bernstein
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.solids import distance_error
 from skyverse.referee.subdivision import find_peaks
-from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
+from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.untrusted import float_array, number
 
 DISTANCES_AT_ONCE = 2**19
@@ -67,7 +67,7 @@ def _judge_deviation(name: str, uav: int, claimed: float, path: Floats, curve: P
     The distance from one leg is convex, so that on a part of the curve it is nowhere larger than at the farthest
     coefficient; the leg for which that is least bounds the distance from the path. Distances do not depend on where
     the zero of the frame is: both are moved so that the path begins at zero, and their coordinates, which may be
-    millions of metres, add no rounding but that of the move.
+    millions of metres, add no rounding but that of the move, one of the many that `distance_error` counts.
     """
     if not math.isfinite(claimed) or claimed < 0:
         message = f"The mission says that {name} flies within {claimed} m of its path, which is no distance."
@@ -78,7 +78,7 @@ def _judge_deviation(name: str, uav: int, claimed: float, path: Floats, curve: P
     starts, ends = (moved[:-1], moved[1:]) if len(path) > 1 else (moved, moved)
     position = bernstein(pieces, curve.durations)
     b = np.stack([part.b for part in position], axis=2)
-    error = np.max([part.error for part in position], axis=0) + MACHINE_EPSILON * np.abs(pieces[:, 0]).max(axis=1)
+    error = np.max([part.error for part in position], axis=0)
 
     def beyond(part: Floats, _: Indices) -> Floats:
         return _farthest(part, starts, ends) - claimed - LET_PASS

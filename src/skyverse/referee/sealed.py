@@ -5,6 +5,7 @@ shape or too near to the bounds. If the cubes that are not closed do not join th
 that where it goes, no second curve can accompany it that is nowhere farther from it than `SEAM_SEARCH` / 2.
 """
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ MAX_CUBES = 2**15
 """Cubes beyond which nothing is proven, which bounds the time."""
 MAX_WAY_PARTS = 64
 """Parts of the curve at most on either side of a place."""
-CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(-1, 3)
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """Where the corners of a cube are, seen from its middle, as multiples of half its side."""
 
 

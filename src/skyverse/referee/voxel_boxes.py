@@ -19,7 +19,7 @@ def disjoint_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     first, beyond
         (m, 3) indices of each box's first cell, and of the cell diagonally beyond its last one.
     """
-    edges = np.diff(np.pad(occupied.astype(np.int8), ((1, 1), (0, 0), (0, 0))), axis=0)
+    edges = np.diff(occupied.astype(np.int8), axis=0, prepend=0, append=0)
     # in this order of axes, the n-th run to begin is also the n-th to end
     starts = np.argwhere(np.moveaxis(edges == 1, 0, -1))
     stops = np.argwhere(np.moveaxis(edges == -1, 0, -1))
