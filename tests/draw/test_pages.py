@@ -223,7 +223,9 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     assert tab.evaluate(f"{side}.name") == "uav-1"
     tab.get_by_label("UAV of the profile").select_option("uav-2")
     until(tab, f"{side}.name === 'uav-2'")
-    shown = tab.evaluate("Array.from(document.getElementById('profile')._fullData.at(-2).y)")
+    shown = tab.evaluate(
+        "Array.from(document.getElementById('profile')._fullData.find((t) => t.meta.role === 'flight').y)"
+    )
     np.testing.assert_allclose(shown, drawn.profiles[1].points[:, 2], atol=0.01)
 
     tab.get_by_label("building (60)").click()

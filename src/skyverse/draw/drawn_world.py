@@ -20,6 +20,8 @@ MIN_MAP_MARGIN = 10.0
 """Metres: the least margin around a mission."""
 MAP_MARGIN = 0.12
 """The margin around the contents of a map, as a share of their width."""
+HIGHEST_CEILING = 0.5
+"""A ceiling that is higher above ground than this share of the map's longer side is cut off in pictures."""
 _STRETCHED = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 
 
@@ -79,7 +81,10 @@ def world(scenario: Scenario, tracks: Sequence[Track]) -> DrawnWorld:
         spacing = max(spacing, np.ptp(ground.x) / 2000)
         ground = cleared(ground, scenario.terrain, along(lines, float(spacing)))
         lowest = min([ground.z.min(), *(place[2] for place in ends)])
-        low[2], high[2] = lowest, max(high[2], ground.z.max())
+        highest = ground.z.max()
+        if scenario.max_height is not None and scenario.max_height < HIGHEST_CEILING * max(high[:2] - low[:2]):
+            highest += scenario.max_height
+        low[2], high[2] = lowest, max(high[2], highest)
         flat = max(high[:2] - low[:2]) / (high[2] - low[2])
         stretch = max(factor for factor in _STRETCHED if factor <= max(1.0, flat / 4))
     found = shapes_by_kind(scenario.obstacles, scenario.zones, lines)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from skyverse.draw.flight_scene import SAMPLE_STRIDE, flight_scene
+from skyverse.draw.margin_traces import told
 from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import (
     MAX_SHOWN_FINDINGS,
@@ -55,7 +56,7 @@ def flight_page(flight: Flight) -> str:
         "banner": _banner(flight, drawn),
         "space": "Flight",
         "still": "This mission has no trajectories; the paths are shown as planned.",
-        "lines": "Thick lines: as flown; thin lines: as planned.",
+        "lines": f"Thick lines: as flown; thin lines: as planned. {told(drawn)}",
         "chart": "Tracking error",
         "axis": "",
         "curves": "Distance of each UAV from its trajectory, over time",
@@ -112,12 +113,14 @@ def _banner(flight: Flight, drawn: MissionScene) -> str:
 
 
 def _table(flight: Flight, drawn: MissionScene) -> str:
+    level = drawn.scenario.terrain is None
+    shown = [column for column in _COLUMNS if not (level and column[0] == "Above ground")]
     rows = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):
         target = NO_VALUE if track.target_name is None else escape(track.target_name)
-        cells = [NO_VALUE if flown is None else written(flown) for _, _, written in _COLUMNS]
+        cells = [NO_VALUE if flown is None else written(flown) for _, _, written in shown]
         rows.append(uav_row(track.name, track.colour, (target,), cells))
-    heads = [("UAV", ""), ("Target", ""), *((title, tooltip) for title, tooltip, _ in _COLUMNS)]
+    heads = [("UAV", ""), ("Target", ""), *((title, tooltip) for title, tooltip, _ in shown)]
     caption = "Errors: distance from where the trajectory is at the same time. Thrust: share of the vehicle's most."
     return table(caption, heads, rows, text_columns=2)
 

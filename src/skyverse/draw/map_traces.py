@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.draw.margin_traces import MIN_DEVIATION
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, round_step, trace
 from skyverse.draw.relief import Relief, tinted
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import footprint
 from skyverse.draw.shape_kinds import ShapeKind
+from skyverse.draw.track import Track, few
 
 MAX_CONTOUR_HEIGHTS = 160
 """The largest number of heights along each side from which contour lines are drawn."""
@@ -26,9 +28,17 @@ def from_above(scene: Scene) -> dict[str, Any]:
     """Return the data of the page's map: traces, an image of the ground, and latitudes and longitudes."""
     relief, degrees = scene.overhead.relief, scene.overhead.degrees
     kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
+    tubes = [each for number, track in enumerate(scene.tracks) for each in _tube(track, number)]
     tracks = [each for number in range(len(scene.tracks)) for each in _track(scene, number)]
     return {
-        "traces": [*([] if relief is None else [contours(relief)]), *kinds, *tracks, _ends(scene), _findings(scene)],
+        "traces": [
+            *([] if relief is None else [contours(relief)]),
+            *kinds,
+            *tubes,
+            *tracks,
+            _ends(scene),
+            _findings(scene),
+        ],
         "ground": None if relief is None else picture(relief, scene.world.stretch),
         "degrees": None if degrees is None else degrees.tolist(),
     }
@@ -97,6 +107,28 @@ def closed(rings: list[Floats]) -> Floats:
     gap = np.full((1, 2), np.nan)
     parts = [part for ring in rings for part in (ring, ring[:1], gap)]
     return np.concatenate(parts) if parts else np.empty((0, 2))
+
+
+def _tube(track: Track, number: int) -> list[Trace]:
+    """Return the strip of the map within which a UAV stays by its tracking error."""
+    aside, line = track.error.horizontal, track.nominal[:, :2]
+    if aside == 0 or len(line) < 2:
+        return []
+    line = line[few(track.nominal, MIN_DEVIATION * aside)]
+    steps = np.diff(line, axis=0)
+    line = line[np.append(True, np.linalg.norm(steps, axis=1) > 0)]
+    if len(line) < 2:
+        return []
+    ahead = np.gradient(line, axis=0)
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1), 1e-12)[:, None]
+    left = aside * np.column_stack([-ahead[:, 1], ahead[:, 0]])
+    turn = np.pi * np.arange(1, 12) / 12
+    cap = np.column_stack([np.sin(turn), np.cos(turn)])  # ahead, to the left
+    caps = [line[k] + way * cap[:, :1] * aside * ahead[k] + way * cap[:, 1:] * left[k] for k, way in ((-1, 1), (0, -1))]
+    ring = np.concatenate([line + left, caps[0], (line - left)[::-1], caps[1]])
+    role = {"role": "tube", "uav": number}
+    style = {"fill": "toself", "fillcolor": f"{track.colour}38", "line": {"width": 0}}
+    return [trace("scatter", "lines", f"{plain(track.name)}: tracking error", _xy(closed([ring])), None, role, **style)]
 
 
 def _track(scene: Scene, number: int) -> list[Trace]:

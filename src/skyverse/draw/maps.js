@@ -23,6 +23,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     if (role === "contours") return layers.terrain && step !== null;
     if (role === "kind") return layers.kinds[kind];
     if (role === "path") return layers.paths && shown[uav];
+    if (role === "tube") return layers.tube && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
     return true;
   };
@@ -93,12 +94,17 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     mark.hidden = !within(plane, right, down);
     mark.style.transform = `translate(${plane.left + right}px, ${plane.top + down}px)`;
   };
+  const widen = (mark, plane, metres) => {  // the ring of half the separation around a UAV
+    const pixels = plane && metres ? Math.abs(plane.pixel(metres, 0)[0] - plane.pixel(0, 0)[0]) : 0;
+    mark.style.setProperty("--ring", pixels > 8 ? `${2 * pixels}px` : "0px");
+  };
   let marks = [], flying = null;
   const move = () => {
     if (!data.makespan || !marks.length) return;
     const plane = internals.plane($("map"));
     tracks.forEach((track, uav) => {
       const [x, y, z] = at(track, now);
+      widen(marks[uav], plane, layers.separation ? data.separations[uav][0] : 0);
       place(marks[uav], plane, x, y, shown[uav]);
       if (flying && flying.uav === uav) place(flying.mark, internals.plane($("profile")), flying.along(now), z, true);
     });
@@ -111,8 +117,9 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     const { role, kind } = trace.meta;
     if (role === "ground") Object.assign(trace, { fillcolor: colour("earth"), line: { color: colour("earthline"), width: 1.2 } });
     if (role === "clearance") Object.assign(trace, { fillcolor: faded(colour("zone"), 0.25), line: { color: faded(colour("zone"), 0.7), width: 1, dash: "dot" } });
+    if (role === "tube") Object.assign(trace, { fillcolor: faded(trace.meta.colour, 0.22), line: { color: faded(trace.meta.colour, 0.4), width: 0.5 } });
     if (role === "band") Object.assign(trace, { line: { color: colour("accent"), width: 1, dash: "dash" } });
-    if (role === "ceiling") Object.assign(trace, { line: { color: colour("zone"), width: 1.5, dash: "dash" } });
+    if (role === "ceiling") Object.assign(trace, { line: { color: colour("ceiling"), width: 1.5, dash: "dash" } });
     if (role === "kind") {
       const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
       Object.assign(trace, { fillcolor: faded(paint, solid ? 0.75 : 0.22), line: { color: paint, width: 1, dash: hard ? "solid" : "dash" } });
@@ -130,19 +137,24 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
       return label;
     }));
   };
+  const scaled = (times) => (Math.abs(times - 1) < 0.05 ? "Heights and distances are drawn to one scale."
+    : `Heights are drawn ${times < 10 ? times.toFixed(1) : whole.format(times)} times as large as distances.`);
   const drawProfile = async () => {
-    const { uav, traces: drawn, range } = profiles.find((profile) => profile.uav === Number(whose.value));
+    const { uav, traces: drawn, range, seconds } = profiles.find((profile) => profile.uav === Number(whose.value));
     const end = drawn.at(-1).x[1];
     tellSide(drawn.map(side));
-    await Plotly.newPlot("profile", drawn, {
-      xaxis: { ...line(), title: { text: "distance along the path, over the map (m)", standoff: 8 }, range: [-0.01 * end, 1.01 * end || 1], tickformat: "," },
+    const span = [-0.01 * end, 1.01 * end || 1];
+    const upper = seconds.length ? [{ type: "scatter", mode: "markers", x: [0], y: [range[0]], xaxis: "x2", opacity: 0, hoverinfo: "skip", meta: { role: "seconds" } }] : [];
+    await Plotly.newPlot("profile", [...drawn, ...upper], {
+      xaxis: { ...line(), title: { text: "distance along the path, over the map (m)", standoff: 8 }, range: span, tickformat: "," },
+      xaxis2: { ...line(), overlaying: "x", side: "top", range: span, matches: "x", showgrid: false, ticks: "outside", ticklen: 4, tickcolor: colour("soft"), tickvals: seconds.map(([, place]) => place), ticktext: seconds.map(([instant]) => `${instant} s`) },
       yaxis: { ...line(), title: { text: "z (m)", standoff: 8 }, range, tickformat: "," },
       showlegend: false, font: font("soft", 12),
       margin: { l: 8, r: 10, t: 8, b: 8 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hoverlabel: { font: font("ink", 12) }, hovermode: "closest",
     }, { ...config, displayModeBar: false });
     const plane = internals.plane($("profile"));
     const times = plane && (plane.height / (range[1] - range[0])) / (plane.width / (1.02 * end || 1));
-    $("sideways").textContent = `● start, ◆ end.${end && plane ? ` Heights are drawn ${times < 10 ? times.toFixed(1) : whole.format(times)} times as large as distances.` : ""}`;
+    $("sideways").textContent = `● start, ◆ end.${end && plane ? ` ${scaled(times)}` : ""}${seconds.length ? " Above: seconds into the mission." : ""}`;
     const { positions: [x, y], times: instants } = tracks[uav];
     const sums = [0];
     for (let k = 1; k < x.length; k++) sums.push(sums[k - 1] + Math.hypot(x[k] - x[k - 1], y[k] - y[k - 1]));

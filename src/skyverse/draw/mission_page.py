@@ -3,12 +3,14 @@
 from html import escape
 
 from skyverse.draw.cost_table import cost_table, fleet_tiles
+from skyverse.draw.margin_traces import told
 from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, finding_line
 from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
 from skyverse.model.digest import short
 from skyverse.model.result import Status
+from skyverse.space.named_columns import columns_sentence
 
 _AXIS = """
         <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
@@ -33,7 +35,7 @@ def page(scene: MissionScene) -> str:
         "banner": banner(scene),
         "space": "Flight",
         "still": "This mission has no trajectories; the paths are shown as planned.",
-        "lines": "Thick lines: trajectories; thin lines: the paths as planned.",
+        "lines": f"Thick lines: trajectories; thin lines: the paths as planned. {told(scene)}",
         "chart": "Convergence",
         "axis": _AXIS,
         "curves": "Best cost so far of each search",
@@ -78,7 +80,8 @@ def _what_was_judged(scene: MissionScene) -> str:
     proven = " At every instant they are clear of obstacles, in bounds, within limits and apart: this is proven."
     world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
     claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
-    columns = f" {escape(scene.columns)}" if scene.proven and scene.columns else ""
+    named = columns_sentence(scene.scenario, scene.columns)
+    columns = f" {escape(named)}" if scene.proven and named else ""
     return f"<p>It judged {things}, not only the paths.{proven if scene.proven else ''}{columns}{claim}{world}</p>"
 
 

@@ -5,7 +5,7 @@
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
   const LIGHT = { x: -1e5, y: 1e5, z: 1e5 };
   const shown = tracks.map(() => true);
-  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, names: data.space.at(-1).mode.includes("text") };
+  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, tube: true, separation: true, ceiling: true, names: data.space.at(-1).mode.includes("text") };
   const config = {
     responsive: true, displaylogo: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
@@ -18,6 +18,8 @@
   const ground = index("terrain") < 0 ? null : data.space[index("terrain")];
   const grid = ground && { x: decoded(ground.x), y: decoded(ground.y), z: decoded(ground.z), light: decoded(ground.surfacecolor) };
   if (ground) Object.assign(ground, { type: "mesh3d", ...meshed(grid, Infinity) }), delete ground.surfacecolor, delete ground.contours;
+  const ceiling = index("ceiling"), separation = index("separation"), rings = separation < 0 ? null : data.separations;
+  if (ceiling >= 0) ceilingOver(grid, data.space[ceiling].meta.above).forEach((made, k) => Object.assign(data.space[ceiling + k], made));
   const swift = motion($("space"), grid);
   let stretch = data.stretch;
   let flat = null;
@@ -75,6 +77,10 @@
       trace.line = { color: own && !solid ? own : colour("edge"), width: crowded || data.mapped ? 1 : 1.5, dash: hard ? "solid" : "dash" };
       trace.opacity = data.mapped ? 1 : crowded ? 0.3 : 0.75;  // where anything is seen through, plotly draws all twice
     }
+    if (role === "tube" || role === "column") Object.assign(trace, { opacity: role === "tube" ? 0.16 : 0.35, flatshading: true, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
+    if (role === "ceiling") Object.assign(trace, { color: colour("ceiling"), opacity: 0.16, lighting: { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 } });
+    if (role === "rim") Object.assign(trace, { line: { color: colour("ceiling"), width: 2 } });
+    if (role === "separation") trace.line.color = colour("soft");
     if (role === "bounds") Object.assign(trace, { line: { color: colour(data.mapped ? "line" : "soft"), width: 1 }, opacity: data.mapped ? 1 : 0.5 });
     if (role === "spare") trace.textfont = { color: ink, size: 12 };
     if (role === "fleet") {
@@ -90,12 +96,15 @@
     if (role === "path") return layers.paths && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
     if (role === "ends") return shown[uav];
+    if (role === "tube" || role === "column") return layers.tube && shown[uav];
+    if (role === "ceiling" || role === "rim") return layers.ceiling;
+    if (role === "separation") return layers.separation;
     return true;
   };
   const seen = () => [size[0], size[1], size[2] * stretch];
   const axes = () => Object.fromEntries(["x (m)", "y (m)", stretch === 1 ? "z (m)" : `z (m), drawn × ${stretch}`].map((title, k) => ["xyz"[k] + "axis", {
-    title: { text: title, font: { size: 12 } }, range: [extent[0][k], extent[1][k]], color: colour("soft"),
-    gridcolor: colour("grid"), zeroline: false, showbackground: false, showspikes: false, nticks: [8, 4, 3][(seen()[k] < Math.max(...seen()) / 3) + (seen()[k] < Math.max(...seen()) / 7)],
+    title: { text: title, font: { size: 12 } }, range: [extent[0][k] - 1e-4 * size[k], extent[1][k] + 1e-4 * size[k]], color: colour("soft"),
+    gridcolor: colour("grid"), zeroline: false, showbackground: k === 2 && !ground, backgroundcolor: colour("floor"), showspikes: false, nticks: [8, 4, 3][(seen()[k] < Math.max(...seen()) / 3) + (seen()[k] < Math.max(...seen()) / 7)],
     tickfont: { size: 11 }, tickangle: 0,
   }]));
   const VIEWS = data.mapped  // from the south, as on the map
@@ -114,7 +123,7 @@
     const out = unit([a, b, c]), right = unit(cross([0, 0, 1], out)), up = cross(out, right);
     const corners = [];
     for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [-1, 1]) corners.push([x * half[0], y * half[1], z * half[2]]);
-    const pad = [1 - (data.mapped ? 150 : 110) / box.width, 1 - 100 / box.height];  // room for the axes' words
+    const pad = [1 - (data.mapped ? 140 : 110) / box.width, 1 - 100 / box.height];  // room for the axes' words
     let aim = [0, 0], distance = 4 * Math.hypot(...half);
     for (let round = 0; round < 30; round++) {
       const seen = corners.map((p) => {
@@ -153,7 +162,12 @@
   const move = () => {
     if (flat) flat.move(now);
     const [x, y, z] = fleetAt(now), [flown, colours] = trailAt(now);
-    return swift.move([{ index: trail, x: flown[0], y: flown[1], z: flown[2], colours }, { index: fleet, x, y, z }]);
+    const changes = [{ index: trail, x: flown[0], y: flown[1], z: flown[2], colours }, { index: fleet, x, y, z }];
+    if (rings && layers.separation) {
+      const [east, north, up] = ringsAround([x, y, z], rings);
+      changes.push({ index: separation, x: east, y: north, z: up });
+    }
+    return swift.move(changes);
   };
 
   // ---- time ----
@@ -248,6 +262,7 @@
       host.append(words);
     };
     if (index("terrain") >= 0) host.append(switched("terrain", true, (on) => { layers.terrain = on; return restyle(); }, "#c5b28f"));
+    if (ceiling >= 0) host.append(switched(`ceiling, ${data.space[ceiling].meta.above} m above ground`, true, (on) => { layers.ceiling = on; return restyle(); }, colour("ceiling")));
     for (const hard of [true, false]) {
       if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Keep out:" : "May be entered, at a risk:");
       data.kinds.forEach((kind, k) => {
@@ -258,7 +273,8 @@
     host.hidden = !host.childElementCount;
   };
   legend();
-  const LAYERS = { ...words.layers, trail: "Trail", names: "Names" };
+  const kept = { ...(index("tube") < 0 ? {} : { tube: "Tracking error" }), ...(rings ? { separation: "Separation" } : {}) };
+  const LAYERS = { ...words.layers, ...kept, trail: "Trail", names: "Names" };
   for (const [layer, title] of Object.entries(LAYERS)) {
     if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
     $("layers").append(switched(title, layers[layer], async (on) => {

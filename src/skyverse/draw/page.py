@@ -13,7 +13,7 @@ from skyverse.draw.scene_traces import in_space
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
 
 SLIDER_STEPS = 250
-_SCRIPTS = ("plotly_internals.js", "motion.js", "maps.js", "page.js")
+_SCRIPTS = ("plotly_internals.js", "motion.js", "margins.js", "maps.js", "page.js")
 _MAPS = """
   <section class="card map" aria-label="Map">
     <div class="bar"><h2>Map</h2><output id="where"></output></div>
@@ -49,7 +49,8 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
 def _layout(drawn: dict[str, Any]) -> str:
     unplanned = "" if drawn.get("planned", True) else " unplanned"
     if not drawn["mapped"]:
-        return f' class="{unplanned.strip()}"' if unplanned else ""
+        kind = unplanned.strip() or ("" if drawn["search"] else "direct")
+        return f' class="{kind}"' if kind else ""
     (west, south, _), (east, north, _) = drawn["extent"]
     kind = "mapped" if drawn["search"] else "mapped direct"
     return f' class="{kind}{unplanned}" style="--tall: {(north - south) / (east - west):.4f}"'
@@ -79,6 +80,8 @@ def scene_data(scene: Scene) -> dict[str, Any]:
             }
             for kind in scene.world.kinds
         ],
+        "separations": [list(axes) for axes in scene.separations],
+        "errors": [[track.error.horizontal, track.error.vertical] for track in scene.tracks],
         "makespan": makespan,
         "step": slider_step(makespan),
         "tracks": [

@@ -31,6 +31,8 @@ class Profile:
     ----------
     distance
         (n,) metres from the start, measured on the map.
+    times
+        (n,) seconds into the mission; ``None`` where there is no trajectory.
     points
         (n, 3) metres: the trajectory at these distances, or the path where there is no trajectory.
     ground
@@ -46,6 +48,7 @@ class Profile:
     """
 
     distance: Floats
+    times: Floats | None
     points: Floats
     ground: Floats | None
     clearance: float
@@ -56,14 +59,17 @@ class Profile:
 
 def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: int) -> Profile:
     """Return the profile of a track in about `most` points; its `distance` is empty where there is no path."""
-    line = track.positions if len(track.positions) else track.path
+    flies = len(track.positions) > 0
+    line = np.column_stack([track.positions, track.times]) if flies else track.path
     terrain = scenario.terrain
     length = float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
-    points = along([line], max(length / most, 1e-9))
+    found = along([line], max(length / most, 1e-9))
+    points = found[:, :3]
     distance = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1))])[: len(points)]
     below = None if terrain is None else terrain.height(points[:, :2])
     return Profile(
         distance=distance,
+        times=found[:, 3] if flies and len(found) else None,
         points=points,
         ground=below,
         clearance=scenario.ground_clearance,

@@ -6,11 +6,16 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.map_traces import closed
-from skyverse.draw.plotly_values import Trace, packed, plain, trace
+from skyverse.draw.margin_traces import MIN_DEVIATION
+from skyverse.draw.plotly_values import Trace, packed, plain, round_step, trace
 from skyverse.draw.profile import Profile
 from skyverse.draw.scene import Scene
-from skyverse.draw.track import Track
+from skyverse.draw.track import Track, few
 
+SECONDS_TOLD = 6
+"""About how many instants are told above a profile."""
+LEAST_GAP = 0.06
+"""The share of a profile's length that is kept between two instants."""
 _PLACE_IN_PROFILE = "%{fullData.name}<br>%{x:,.0f} m from the start<br>z %{y:,.1f} m"
 
 
@@ -22,10 +27,11 @@ def from_the_side(scene: Scene) -> list[dict[str, Any]]:
 
 def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]:
     """Return the traces of one UAV's profile, those in the background first."""
-    heights = [profile.points[:, 2]]
+    heights = []
     heights += [] if profile.ground is None else [profile.ground, profile.ground + profile.clearance]
     heights += [] if profile.band is None else [profile.band]
     heights += [] if profile.ceiling is None else [profile.ceiling]
+    heights += [profile.points[:, 2] - track.error.vertical, profile.points[:, 2] + track.error.vertical]
     heights += [crossing.levels for crossing in profile.crossings if scene.world.kinds[crossing.kind].solid]
     low, high = (float(edge([edge(values) for values in heights])) for edge in (np.min, np.max))
     margin = 0.06 * (high - low) or 1.0
@@ -39,8 +45,38 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
     if profile.ceiling is not None:
         points = {"x": packed(profile.distance), "y": packed(profile.ceiling)}
         traces.append(trace("scatter", "lines", "Ceiling above ground", points, None, {"role": "ceiling"}))
+    traces += _tube(track, profile)
     traces += _flight(track, profile)
-    return {"uav": uav, "traces": traces, "range": [floor, top]}
+    return {"uav": uav, "traces": traces, "range": [floor, top], "seconds": _seconds(profile)}
+
+
+def _seconds(profile: Profile) -> list[list[float]]:
+    """Return round instants of the mission, seconds, each with the distance along the path at which the UAV is then.
+
+    Of instants that would be written over each other, as where the UAV hovers, only the first is told.
+    """
+    if profile.times is None or profile.distance[-1] == 0 or profile.times[-1] <= profile.times[0]:
+        return []
+    first, last = float(profile.times[0]), float(profile.times[-1])
+    step = round_step((last - first) / SECONDS_TOLD)
+    instants = step * np.arange(np.ceil(first / step - 1e-9), last / step + 1e-9)
+    places = np.interp(instants, profile.times, profile.distance)
+    told: list[list[float]] = []
+    for instant, place in zip(instants.tolist(), places.tolist(), strict=True):
+        if not told or place - told[-1][1] > LEAST_GAP * profile.distance[-1]:
+            told.append([float(f"{instant:.6g}"), place])
+    return told
+
+
+def _tube(track: Track, profile: Profile) -> list[Trace]:
+    """Return the heights between which the UAV stays by its tracking error."""
+    up = track.error.vertical
+    if up == 0:
+        return []
+    line = np.column_stack([profile.distance, profile.points[:, 2]])
+    s, z = line[few(line, MIN_DEVIATION / 5 * up)].T
+    band = np.column_stack([np.r_[s, s[::-1]], np.r_[z + up, z[::-1] - up]])
+    return [_area(f"Tracking error, {up:g} m", closed([band]), {"role": "tube", "colour": track.colour})]
 
 
 def _crossings(profile: Profile, scene: Scene, number: int, floor: float, top: float) -> Trace | None:
@@ -72,19 +108,33 @@ def _edge(profile: Profile, level: Floats) -> Trace:
 
 
 def _flight(track: Track, profile: Profile) -> list[Trace]:
-    name, above = plain(track.name), {}
-    hover = _PLACE_IN_PROFILE + "<extra></extra>"
+    name, hover = plain(track.name), _PLACE_IN_PROFILE
+    more: list[Floats] = []
     if profile.ground is not None:
-        above = {"customdata": packed(profile.points[:, 2] - profile.ground)}
-        hover = _PLACE_IN_PROFILE + ", %{customdata:,.1f} m above ground<extra></extra>"
+        hover += f", %{{customdata[{len(more)}]:,.1f}} m above ground"
+        more.append(profile.points[:, 2] - profile.ground)
+    if profile.times is not None:
+        hover += f"<br>t = %{{customdata[{len(more)}]:,.1f}} s"
+        more.append(profile.times)
+    above = {"customdata": packed(np.column_stack(more))} if more else {}
+    hover += "<extra></extra>"
     points = {"x": packed(profile.distance), "y": packed(profile.points[:, 2])}
     style = {"color": track.colour, "width": 3}
     line = trace("scatter", "lines", name, points, hover, {"role": "flight"}, line=style, **above)
     points = {"x": profile.distance[[0, -1]].tolist(), "y": profile.points[[0, -1], 2].tolist()}
     marker = {"symbol": ["circle", "diamond"], "color": track.colour, "size": 11, "line": {"width": 1.5}}
     marks = {"marker": marker, "text": [f"{name}: start", f"{name}: end"]}
+    planned = [] if track.nominal is track.positions or not len(track.times) else [_planned(track)]
     ends = trace("scatter", "markers", "Start and end", points, "%{text}<extra></extra>", {"role": "ends"}, **marks)
-    return [line, ends]
+    return [*planned, line, ends]
+
+
+def _planned(track: Track) -> Trace:
+    """Return the line of a flight as it was planned, beside which it is drawn as flown."""
+    steps = np.linalg.norm(np.diff(track.nominal[:, :2], axis=0), axis=1)
+    points = {"x": packed(np.append(0.0, np.cumsum(steps))), "y": packed(track.nominal[:, 2])}
+    style = {"color": track.colour, "width": 1, "dash": "dash"}
+    return trace("scatter", "lines", f"{plain(track.name)}, as planned", points, None, {"role": "planned"}, line=style)
 
 
 def _area(name: str, line: Floats, meta: Trace) -> Trace:

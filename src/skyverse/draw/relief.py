@@ -12,6 +12,10 @@ from skyverse.model.shapes import Terrain
 MAX_SPACE_HEIGHTS = 200
 """The largest number of heights along each side of a picture in space."""
 
+LIGHT_RANGE = 0.6
+"""The least range of brightness, from 0 to 1, between lit and shaded slopes of a picture in space."""
+MAX_GAIN = 2.5
+"""How much the contrast of gentle slopes is raised at most."""
 _LEVEL_SHARE = 0.02
 """Ground whose heights differ by less than this share of its longer side looks level."""
 _MEADOW, _STRAW, _EARTH = (168, 187, 147), (205, 206, 164), (214, 194, 158)
@@ -61,15 +65,21 @@ def cleared(drawn: Relief, terrain: Terrain, points: Floats) -> Relief:
 
 
 def along(lines: Sequence[Floats], spacing: float) -> Floats:
-    """Return points, (n, 3), on lines, (k, 3) each, at most `spacing` metres apart on the map."""
-    points = [np.empty((0, 3))]
+    """Return points, (n, m), on lines, (k, m) each, at most `spacing` metres apart on the map.
+
+    The first two columns of a line are x and y; the others, such as z, are interpolated with them.
+    """
+    width = lines[0].shape[1] if lines else 3
+    points = [np.empty((0, width))]
     for line in lines:
         if len(line):
             lengths = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
             counts = np.ceil(lengths / spacing).astype(int) + 1
             where = [k + np.arange(n) / n for k, n in enumerate(counts)]
             at = np.concatenate([*where, [len(line) - 1.0]])
-            points.append(np.column_stack([np.interp(at, np.arange(len(line)), line[:, axis]) for axis in range(3)]))
+            points.append(
+                np.column_stack([np.interp(at, np.arange(len(line)), line[:, axis]) for axis in range(width)])
+            )
     return np.concatenate(points)
 
 
@@ -89,7 +99,11 @@ def tinted(drawn: Relief, exaggeration: float = 1.0) -> Floats:
 
 def relit(drawn: Relief, exaggeration: float = 1.0) -> Floats:
     """Return height and shading combined into one number, (n, m) from 0 to 1, for a colour scale."""
-    return 0.35 * _share(drawn) + 0.65 * shade(drawn, exaggeration)
+    light = shade(drawn, exaggeration)
+    dark, bright = np.quantile(light, (0.02, 0.98))
+    gain = min(LIGHT_RANGE / max(float(bright - dark), 1e-9), MAX_GAIN)
+    lit = np.clip(0.5 + max(gain, 1.0) * (light - (dark + bright) / 2), 0, 1)
+    return 0.45 * _share(drawn) + 0.55 * lit
 
 
 def _share(drawn: Relief) -> Floats:

@@ -10,11 +10,12 @@ import numpy as np
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
+from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.result import Provenance, Result, Status
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.verdict import Fault, Verdict, Violation
-from skyverse.space.named_columns import named_columns
+from skyverse.space.named_columns import NamedColumn, fleet_columns
 
 Thing = TypeVar("Thing")
 
@@ -80,7 +81,8 @@ class Scene:
     """All that a picture shows, of a scenario or of a mission.
 
     `spare_targets` are the names and positions of targets to which no UAV flies; `findings` are what is wrong. The
-    planning of a mission may have been `interrupted`.
+    planning of a mission may have been `interrupted`. The `columns` over starts and targets are those of a mission that
+    is proven.
     """
 
     scenario: Scenario
@@ -88,6 +90,7 @@ class Scene:
     spare_targets: tuple[tuple[str, Point], ...]
     findings: tuple[SceneFinding, ...]
     interrupted: bool = False
+    columns: tuple[NamedColumn, ...] = ()
     spare_note: ClassVar[str] = ""
     """What is said of a spare target besides its name."""
     spare_colour: ClassVar[str] = "#b5179e"
@@ -97,6 +100,18 @@ class Scene:
     def makespan(self) -> float | None:
         """Seconds until the last arrival; ``None`` where no UAV flies."""
         return max((track.arrival for track in self.tracks if track.arrival is not None), default=None)
+
+    @cached_property
+    def separations(self) -> tuple[tuple[float, float], ...]:
+        """Half the semi-axes, horizontal and vertical, of the ellipsoid that another such UAV must keep out of, metres.
+
+        Two UAVs of one kind are apart where these smaller ellipsoids around both do not meet. A UAV alone has none.
+        """
+        uavs = self.scenario.uavs
+        if len(uavs) < 2:
+            return ((0.0, 0.0),) * len(uavs)
+        kept = (kept_ellipsoid(uav, uav) for uav in uavs)
+        return tuple((aside / 2, up / 2) for aside, up in kept)
 
     @cached_property
     def world(self) -> DrawnWorld:
@@ -123,8 +138,7 @@ class MissionScene(Scene):
     where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path to it
     and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the lattice, but a
     lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end. The mission is
-    `proven` when its certificates say that the referee proved all of it at every instant; `columns` names those over
-    starts and targets in a sentence.
+    `proven` when its certificates say that the referee proved all of it at every instant.
     """
 
     bound: Literal["exact optimum", "lower bound"]
@@ -134,7 +148,6 @@ class MissionScene(Scene):
     totals: Totals
     complete: bool
     proven: bool
-    columns: str
     provenance: Provenance
     spare_note: ClassVar[str] = " (no UAV flies here)"
     spare_colour: ClassVar[str] = "#8a94a3"
@@ -170,7 +183,7 @@ def scene(mission: Mission) -> MissionScene:
         complete=not any(note and target is not None for note, target in zip(notes, targets, strict=True)),
         interrupted=mission.interrupted,
         proven=proven,
-        columns=named_columns(scenario, mission.assignment) if proven else "",
+        columns=tuple(fleet_columns(scenario, mission.assignment)) if proven else (),
         provenance=mission.provenance,
     )
 

@@ -9,7 +9,7 @@ from skyverse._typing import Floats
 from skyverse.model.result import Result
 from skyverse.model.scenario import Bounds, Target
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
+from skyverse.model.uav import UAV, TrackingError
 from skyverse.numerics.tolerances import DRAWN_DEVIATION
 
 Point = tuple[float, float, float]
@@ -34,6 +34,11 @@ class Track:
         (3,) metres, as in the scenario; `target` is ``None`` where none was assigned.
     arrival
         Seconds into the mission; ``None`` without a trajectory.
+    error
+        How far the UAV may stray from its nominal positions.
+    nominal
+        (k, 3) metres: the planned trajectory, or the path where there is none; of a mission that was flown, `positions`
+        are as flown.
     """
 
     name: str
@@ -46,6 +51,8 @@ class Track:
     target: Point | None
     target_name: str | None
     arrival: float | None
+    error: TrackingError
+    nominal: Floats
 
     def at(self, t: float) -> Floats:
         """Return the position at `t` seconds, (3,) metres; the UAV waits at its start and stays at its end."""
@@ -67,17 +74,20 @@ def track(
     times, positions = np.empty(0), np.empty((0, 3))
     if trajectory is not None and _sound(trajectory):
         times, positions = sample(trajectory, DRAWN_DEVIATION * max(np.subtract(bounds.max, bounds.min)))
+    path = np.empty((0, 3)) if result is None else result.path
     return Track(
         name=uav.name,
         colour=TRACK_COLOURS[number % len(TRACK_COLOURS)],
         lap=number // len(TRACK_COLOURS),
-        path=np.empty((0, 3)) if result is None else result.path,
+        path=path,
         times=times,
         positions=positions,
         start=uav.start,
         target=None if target is None else target.position,
         target_name=None if target is None else target.name,
         arrival=float(times[-1]) if len(times) else None,
+        error=uav.tracking_error,
+        nominal=positions if len(positions) else path,
     )
 
 

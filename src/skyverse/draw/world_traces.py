@@ -1,8 +1,11 @@
 """The world as plotly traces: the ground, a mesh and edges for each kind of shape, and the bounds."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from skyverse._typing import Floats
+from skyverse._typing import Floats, Ints
+from skyverse.draw.box_union import touching, united
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
@@ -10,7 +13,7 @@ from skyverse.draw.shape_geometry import outline, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.model.shapes import Box
 
-_SCALE = ("#5d6650", "#8f9170", "#bcae86", "#d8c9a8", "#ece5d8")
+_SCALE = ("#46573f", "#71835a", "#a8a877", "#cdb98e", "#e3d6bf", "#f6f3ee")
 """The colours of the ground, from low and shaded to high and lit."""
 
 
@@ -41,8 +44,7 @@ def kind(kind: ShapeKind, number: int) -> Trace:
     """Return all shapes of a kind as one mesh, which stays fast for thousands of shapes."""
     points, faces = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
     first = 0
-    for shape in kind.shapes:
-        corners, triangles = surface(shape, kind.sides)
+    for corners, triangles in _surfaces(kind):
         points.append(corners)
         faces.append(triangles + first)
         first += len(corners)
@@ -56,6 +58,17 @@ def kind(kind: ShapeKind, number: int) -> Trace:
         "hoverinfo": "skip",
         "meta": {"role": "kind", "kind": number},
     }
+
+
+def _surfaces(kind: ShapeKind) -> Iterator[tuple[Floats, Ints]]:
+    """Yield surfaces, points (n, 3) and triangles (m, 3); boxes that touch and are seen through have one together."""
+    together = set() if kind.solid else touching(kind.shapes)
+    whole = united([shape for k, shape in enumerate(kind.shapes) if k in together and isinstance(shape, Box)])
+    if whole is not None:
+        yield whole
+    for k, shape in enumerate(kind.shapes):
+        if whole is None or k not in together:
+            yield surface(shape, kind.sides)
 
 
 def edges(scene: Scene) -> list[Trace]:

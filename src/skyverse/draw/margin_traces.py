@@ -1,0 +1,111 @@
+"""What is kept around flights, as plotly traces: tracking errors, separations, and the ceiling above ground."""
+
+import numpy as np
+
+from skyverse._typing import Floats, Ints
+from skyverse.draw.plotly_values import Trace, packed, plain, trace
+from skyverse.draw.scene import Scene
+from skyverse.draw.shape_geometry import surface
+from skyverse.draw.track import Track, few
+from skyverse.model.shapes import Cylinder
+
+MIN_DEVIATION = 0.15
+"""The lines at the corners of a tube are drawn to this share of the tracking error."""
+MIN_COLUMN = 0.1
+"""The least radius of a drawn column, as a share of its height."""
+COLUMN_SIDES = 16
+"""Sides of the polygon that stands for a column's circle."""
+LEVEL = 1e-6
+"""A piece of a line that runs less than this share of its length horizontally is taken for a vertical one."""
+
+
+def tube(track: Track, number: int, tolerance: float) -> list[Trace]:
+    """Return the tube in which a UAV may stray from its trajectory; an empty list where it keeps to it exactly."""
+    aside, up = track.error.horizontal, track.error.vertical
+    line = track.nominal
+    if len(line) < 2 or aside + up == 0:
+        return []
+    line = line[few(line, max(tolerance, MIN_DEVIATION * min(reach for reach in (aside, up) if reach)))]
+    points, triangles = duct(line, aside, up)
+    named = f"{plain(track.name)}: tracking error"
+    return [_mesh(named, points, triangles, track.colour, {"role": "tube", "uav": number})]
+
+
+def duct(line: Floats, aside: float, up: float) -> tuple[Floats, Ints]:
+    """Return the surface that encloses an upright cylinder moved along a line (n, 3): points, (4 n, 3), and triangles.
+
+    Across the line it is a rectangle, as wide as the cylinder, and as high as the cylinder looks along the line: of the
+    radius `aside` and half the height `up`, metres, it reaches `up` above a level line, and `aside` beside a vertical
+    one.
+    """
+    ahead = np.gradient(line, axis=0)
+    flat, long = np.linalg.norm(ahead[:, :2], axis=1), np.linalg.norm(ahead, axis=1)
+    level = np.flatnonzero(flat > LEVEL * long)
+    east_north = np.tile((1.0, 0.0), (len(line), 1))
+    if len(level):  # where the line is vertical, the surface is turned as it is nearby
+        nearest = level[np.abs(np.arange(len(line))[:, None] - level).argmin(axis=1)]
+        east_north = ahead[nearest, :2] / flat[nearest, None]
+    steep = ahead[:, 2] / np.where(long > 0, long, 1)
+    gentle = np.sqrt(np.maximum(0, 1 - steep**2))
+    reach = aside * np.abs(steep) + up * gentle
+    left = aside * np.column_stack([-east_north[:, 1], east_north[:, 0], np.zeros(len(line))])
+    top = reach[:, None] * np.column_stack([-steep[:, None] * east_north, gentle])
+    corners = np.stack([line + left + top, line - left + top, line - left - top, line + left - top], axis=1)
+    first = 4 * np.arange(len(line) - 1)[:, None]
+    k, after = np.arange(4), (np.arange(4) + 1) % 4
+    walls = [(first + k, first + after, first + 4 + after), (first + k, first + 4 + after, first + 4 + k)]
+    last = 4 * (len(line) - 1)
+    ends = np.array([(0, 2, 1), (0, 3, 2), (last, last + 1, last + 2), (last, last + 2, last + 3)])
+    triangles = np.concatenate([np.stack(corner, axis=-1).reshape(-1, 3) for corner in walls] + [ends])
+    return corners.reshape(-1, 3), triangles
+
+
+def columns(scene: Scene) -> list[Trace]:
+    """Return the columns over starts and targets, in which the tracking error does not count for what lies below."""
+    made = []
+    for column in scene.columns:
+        track, (x, y, z) = scene.tracks[column.uav], column.foot
+        radius = max(track.error.horizontal, MIN_COLUMN * (column.top - z))
+        points, triangles = surface(Cylinder(centre=(x, y), radius=radius, low=z, high=column.top), COLUMN_SIDES)
+        named = f"{plain(track.name)}: column over its {column.end}"
+        made.append(_mesh(named, points, triangles, track.colour, {"role": "column", "uav": column.uav}))
+    return made
+
+
+def _mesh(name: str, points: Floats, triangles: Ints, colour: str, meta: Trace) -> Trace:
+    return {
+        "type": "mesh3d",
+        "name": name,
+        **{axis: packed(points[:, column]) for column, axis in enumerate("xyz")},
+        **{axis: packed(triangles[:, column]) for column, axis in enumerate("ijk")},
+        "color": colour,
+        "hoverinfo": "skip",
+        "meta": meta,
+    }
+
+
+def told(scene: Scene) -> str:
+    """Return sentences that say what the drawn margins are; empty where there are none."""
+    rings = "Rings: half the separation of each UAV." if separations(scene) else ""
+    straying = any(track.error.horizontal + track.error.vertical > 0 for track in scene.tracks)
+    tubes = "Tubes: how far UAVs may stray." if straying else ""
+    darker = "Darker at their ends: columns, where that does not count for what lies below." if scene.columns else ""
+    return " ".join(filter(None, [rings, tubes, darker]))
+
+
+def separations(scene: Scene) -> list[Trace]:
+    """Return the line of the rings of half the separation around the UAVs, which the page fills in as they move."""
+    if not any(aside for aside, _ in scene.separations):
+        return []
+    nowhere = {"x": [None], "y": [None], "z": [None]}
+    return [trace("scatter3d", "lines", "Separation", nowhere, None, {"role": "separation"}, line={"width": 2})]
+
+
+def ceiling(scene: Scene) -> list[Trace]:
+    """Return the ceiling above ground, of which the page makes a surface from that of the ground."""
+    most = scene.scenario.max_height
+    if most is None or scene.world.relief is None:
+        return []
+    meta = {"role": "ceiling", "above": most}
+    rim = trace("scatter3d", "lines", "Ceiling's rim", {"x": [], "y": [], "z": []}, None, {"role": "rim"})
+    return [{"type": "mesh3d", "name": f"Ceiling, {most:g} m above ground", "hoverinfo": "skip", "meta": meta}, rim]
