@@ -13,7 +13,7 @@ from skyverse.model.shapes import Box, Cylinder, Sphere
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
 from skyverse.referee import check_optimality, optimality
-from skyverse.referee.lattice import cheapest_path, judged_lattice, reachable_nodes
+from skyverse.referee.lattice import cheapest_path, free_moves, judged_lattice, reachable_nodes
 from skyverse.referee.world import referee_world
 
 PROVEN, REFUTED, UNDECIDED = Verdict.PROVEN, Verdict.REFUTED, Verdict.UNDECIDED
@@ -191,6 +191,14 @@ def blocked(scenario, places, grown):
     beside = np.linalg.norm(places[:, :2] - tower.centre, axis=1) < tower.radius + grown
     hits.append(beside & (places[:, 2] > tower.low - grown) & (places[:, 2] < tower.high + grown))
     return bool(np.any(hits))
+
+
+@pytest.mark.parametrize(("corner", "free"), [(1.6, True), (1.7, False), (4.0, False)])
+def test_a_move_is_free_where_its_block_keeps_clear_of_a_sphere(corner, free):
+    sphere = Sphere(centre=(2, 2, 2), radius=0.5)
+    judge = referee_world(room(0).model_copy(update={"obstacles": (sphere,)}))
+    found = free_moves(judge, np.array([[1.0, 1, 1]]), np.full((1, 3), corner), strict=True)
+    assert found.tolist() == [free]
 
 
 def test_diagonal_moves_over_terrain_stay_a_claim():

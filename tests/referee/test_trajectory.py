@@ -57,7 +57,9 @@ def test_the_top_speed_is_a_limit_that_may_be_reached(share, faults):
 def test_a_trajectory_starts_and_ends_where_it_should(end, miss, faults):
     waypoints = np.array([ALPHA, BEND, ALPHA_ENDS])
     waypoints[end, 1] += miss
-    assert [found.fault for found in check(SCENARIO, flying(stops(waypoints)))] == faults
+    found = check(SCENARIO, flying(stops(waypoints)))
+    assert [one.fault for one in found] == faults
+    assert all(one.time == 3.0 * end for one in found)
 
 
 @pytest.mark.parametrize(("apart", "faults"), [(0.5, []), (0.5 - 8e-7, []), (0.5 - 1.2e-6, [Fault.SEPARATION])])
