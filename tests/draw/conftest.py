@@ -12,8 +12,10 @@ from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
-from skyverse.model.verdict import Fault, Violation
+from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
 
+JUDGED = Certificate(Verdict.UNDECIDED, "There is no telling.")
+"""What a mission has that the referee judged, here without a proof."""
 PROVENANCE = Provenance("0.1.0", "MVO(universes=25)", "MaxIterations(4)", 1, "test")
 
 
@@ -84,6 +86,7 @@ def mission():
         ),
         violations=(),
         provenance=PROVENANCE,
+        apart=JUDGED,
     )
 
 
@@ -126,7 +129,7 @@ def grounded():
     """One UAV, a path, no trajectory, no history."""
     scenario = a_scenario((UAV(start=(5, -4, 3)),), (Target(position=(5, 1.5, 3)),))
     result = answered([(5, -4, 3), (5, 1.5, 3)], 12.0, 12.0, status=Status.OPTIMAL)
-    return Mission(scenario, (0,), (result,), (None,), (), PROVENANCE)
+    return Mission(scenario, (0,), (result,), (None,), (), PROVENANCE, apart=JUDGED)
 
 
 @pytest.fixture

@@ -318,6 +318,13 @@ def test_uavs_move_by_plotlys_own_way_where_its_scene_is_not_as_it_was(tmp_path,
     assert tab.errors == []
 
 
+def test_the_page_of_a_mission_that_was_read_says_that_nobody_judged_it(tmp_path):
+    sky.write(sky.plan_mission(sky.read("map1"), sky.Taut()), tmp_path / "m.json")
+    said = banner(scene(sky.read_mission(tmp_path / "m.json")))
+    assert "This mission has not been judged." in said
+    assert "found nothing wrong" not in said
+
+
 def test_a_page_says_that_all_is_proven_only_where_it_is():
     mission = sky.plan_mission(sky.read("map1"), sky.Taut())
     assert "this is proven" in banner(scene(mission))

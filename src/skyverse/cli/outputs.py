@@ -9,7 +9,7 @@ from skyverse.atomic import is_device
 from skyverse.errors import InputError
 
 DEFAULT_FOLDER = Path("out")
-"""Where files go whose place the user has not named."""
+"""Where files go whose place the user has not named, and which is made without a word."""
 
 
 def file_name(name: str) -> str:
@@ -26,7 +26,7 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: expected a folder, found a file") from None
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
-    if missing and folder != DEFAULT_FOLDER:
+    if missing and DEFAULT_FOLDER not in (folder, *folder.parents):
         print(f"Made the folder {folder}, which did not exist.", file=sys.stderr)
 
 

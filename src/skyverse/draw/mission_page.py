@@ -50,7 +50,10 @@ def page(scene: MissionScene) -> str:
 def banner(scene: MissionScene) -> str:
     """Return the referee's verdict and a card that says what the mission lacks."""
     found = scene.findings
-    if not found:
+    if not found and not scene.judged:
+        said = "What a file says of itself is not believed; skyverse show and skyverse check judge it."
+        verdict = card("warn", "?", "This mission has not been judged.", f"<p>{said}</p>")
+    elif not found:
         verdict = card("good", "✓", "The referee found nothing wrong.", _what_was_judged(scene))
     else:
         tone = "bad" if any(finding.severity == "error" for finding in found) else "warn"

@@ -138,7 +138,8 @@ class MissionScene(Scene):
     where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path to it
     and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the lattice, but a
     lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end. The mission is
-    `proven` when its certificates say that the referee proved all of it at every instant.
+    `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
+    the referee proved all of it at every instant.
     """
 
     bound: Literal["exact optimum", "lower bound"]
@@ -147,6 +148,7 @@ class MissionScene(Scene):
     notes: tuple[str, ...]
     totals: Totals
     complete: bool
+    judged: bool
     proven: bool
     provenance: Provenance
     spare_note: ClassVar[str] = " (no UAV flies here)"
@@ -182,6 +184,7 @@ def scene(mission: Mission) -> MissionScene:
         totals=_totals(mission.costs, tracks, [result for result in results if result is not None]),
         complete=not any(note and target is not None for note, target in zip(notes, targets, strict=True)),
         interrupted=mission.interrupted,
+        judged=mission.apart is not None,
         proven=proven,
         columns=tuple(fleet_columns(scenario, mission.assignment)) if proven else (),
         provenance=mission.provenance,
