@@ -8,7 +8,7 @@ from oracle import Motion, depth, excess, ground, norm, sampled
 from wild import OFF
 
 import skyverse as sky
-from skyverse.model.shapes import Sphere, Voxels
+from skyverse.model.shapes import Sphere, Terrain, Voxels
 
 IN_COLUMN = 2e-6
 """Metres beside the vertical line over a start or target within which a UAV is in its column."""
@@ -30,7 +30,11 @@ def narrowed(mission: sky.Mission, seed: int) -> sky.Mission:
         ]
         scenario = scenario.model_copy(update={"obstacles": tuple(closed)})
     if scenario.terrain is not None and rng.random() < 0.5:
-        highest = float((flown[:, 2] - ground(scenario.terrain, flown[:, :2])).max()) + float(rng.choice(OFF))
+        terrain = scenario.terrain
+        lowest = terrain.heights - np.where(rng.random(terrain.heights.shape) < 0.3, rng.uniform(0, 5), 0.0)
+        terrain = Terrain.model_validate(terrain.model_copy(update={"lowest": lowest}).model_dump())
+        scenario = scenario.model_copy(update={"terrain": terrain})
+        highest = float((flown[:, 2] - ground(terrain.lowest_ground, flown[:, :2])).max()) + float(rng.choice(OFF))
         scenario = scenario.model_copy(update={"max_height": max(highest, scenario.ground_clearance + 0.01)})
     inside = np.minimum(flown - scenario.bounds.min, scenario.bounds.max - flown).min()
     gap = min(float(-depth(scenario, flown).max()), float(inside), 3.0)

@@ -121,7 +121,8 @@ def depth(scenario: sky.Scenario, p: np.ndarray) -> np.ndarray:
         heights = ground(scenario.terrain, p[:, :2])
         deepest = np.maximum(deepest, heights + keep - p[:, 2])
         if scenario.max_height is not None:
-            deepest = np.maximum(deepest, p[:, 2] - heights - scenario.max_height)
+            lowest = ground(scenario.terrain.lowest_ground, p[:, :2])
+            deepest = np.maximum(deepest, p[:, 2] - lowest - scenario.max_height)
     return deepest
 
 

@@ -282,6 +282,10 @@ def test_a_profile_shows_the_ceiling_above_ground():
         assert free.ceiling is None
     roles = [trace["meta"]["role"] for trace in from_the_side(drawn)[0]["traces"]]
     assert roles.count("ceiling") == 1
+    terrain = below.scenario.terrain.model_copy(update={"lowest": below.scenario.terrain.heights - 2.5})
+    lower = dataclasses.replace(below, scenario=below.scenario.model_copy(update={"terrain": terrain}))
+    for profile in scene(lower).profiles:
+        np.testing.assert_allclose(profile.ceiling, profile.ground - 2.5 + 300)
 
 
 def test_a_profile_shows_what_is_crossed_and_nothing_beside():

@@ -98,6 +98,18 @@ def test_a_start_above_the_ceiling_is_unsafe_for_that_reason():
     assert sky.AStar().plan(sky.Problem(scenario)).status is not sky.Status.OPTIMAL
 
 
+def test_where_the_ceiling_comes_down_to_the_clearance_planning_says_that_there_is_no_room():
+    free = hills()
+    lowest = free.terrain.heights.copy()
+    lowest[10] -= 26.0  # across the whole ridge: 30 m above this is less than 5 m above the ground
+    terrain = sky.Terrain.model_validate(free.terrain.model_dump() | {"lowest": lowest})
+    cut = hills(terrain=terrain)
+    said = sky.World(cut).why_unsafe((200, 100, float(terrain.height((200, 100))) + 4.5))
+    assert said.endswith("no height keeps both: the ceiling is 4 m above the ground, and 5 m above it are required")
+    assert sky.AStar().plan(sky.Problem(cut)).status is sky.Status.NO_PATH
+    assert sky.AStar().plan(sky.Problem(free)).status is sky.Status.OPTIMAL
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_points_segments_and_lattice_moves_agree_with_samples_below_a_rough_ceiling(seed):
     rng = np.random.default_rng(seed)

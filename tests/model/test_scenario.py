@@ -144,6 +144,26 @@ def test_a_scenario_says_how_far_uavs_may_stray_how_fast_they_climb_and_how_high
         sky.Scenario.model_validate({**VALID, "uavs": [uav], "terrain": terrain, "max_height": 0.25})
 
 
+def test_a_terrain_says_from_which_surface_a_ceiling_is_counted():
+    terrain = {"origin": [0, 0], "step": [4, 3], "heights": [[2, 2], [2, 3]], "lowest": [[2, 1], [2, 2]]}
+    scenario = sky.Scenario.model_validate({**VALID, "terrain": terrain})
+    assert scenario.terrain.lowest_ground.heights.tolist() == terrain["lowest"]
+    assert scenario.terrain.lowest_ground.height((0, 3)) == 1
+    without = scenario.terrain.model_copy(update={"lowest": None})
+    assert without.lowest_ground is without
+    assert scenario.digest != scenario.model_copy(update={"terrain": without}).digest
+    for lowest, says in (
+        ([[2, 1], [2, 4]], r"lowest must not be above heights, but at \[1\]\[1\] they are 4 and 3"),
+        ([[2, 1, 0], [2, 2, 0]], r"lowest must have as many rows and numbers as heights, \(2, 2\), found \(2, 3\)"),
+        ([[2, 1], [2, None]], "expected"),
+    ):
+        with pytest.raises(ValidationError, match=says):
+            sky.Scenario.model_validate({**VALID, "terrain": terrain | {"lowest": lowest}})
+    old = {**VALID, "format": "skyverse/scenario/1", "terrain": terrain}
+    with pytest.raises(ValidationError, match=r"terrain\.lowest: 'skyverse/scenario/1' has no such field"):
+        sky.Scenario.model_validate(old)
+
+
 def test_no_limit_of_format_2_is_there_unless_it_is_given():
     scenario = sky.Scenario.model_validate({**VALID, "format": "skyverse/scenario/1"})
     assert scenario == sky.Scenario.model_validate(VALID)

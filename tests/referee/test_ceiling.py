@@ -55,6 +55,22 @@ def test_a_message_says_how_far_above_which_ceiling():
     )
 
 
+LOWER = ROUGH.model_copy(update={"lowest": ROUGH.heights - np.random.default_rng(4).uniform(0, 2, (5, 6))})
+
+
+@given(st.integers(0, 10_000), st.floats(4.0, 6.0))
+def test_the_ceiling_is_counted_from_the_lowest_heights_where_there_are_such(seed, most):
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform((0, 0, 3.5), (10, 10, 6.0), (2, 3))
+    positions = np.linspace(a, b, 2001)
+    excess = (positions[:, 2] - LOWER.lowest_ground.height(positions[:, :2]) - most).max()
+    excess = max(excess, (0.5 - (positions[:, 2] - LOWER.height(positions[:, :2]))).max())
+    if abs(excess) > 1e-4:
+        found = judged(under(most, LOWER), straight(a, b))
+        assert verdict(found) == ("refuted" if excess > 0 else "proven")
+        assert World(under(most, LOWER)).segments_free([a], [b]).tolist() == [excess < 0]
+
+
 CLOSED = (
     sky.Box(min=(4, 4, 0), max=(6, 6, 2), closed_above=True),
     sky.Cylinder(centre=(5, 5), radius=1, low=0, high=2, closed_above=True),

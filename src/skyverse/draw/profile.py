@@ -73,10 +73,16 @@ def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: 
         points=points,
         ground=below,
         clearance=scenario.ground_clearance,
-        ceiling=None if below is None or scenario.max_height is None else below + scenario.max_height,
+        ceiling=_ceiling(scenario, points),
         band=_band(scenario, below, len(points)),
         crossings=_crossings(distance, points, kinds) if len(points) else (),
     )
+
+
+def _ceiling(scenario: Scenario, points: Floats) -> Floats | None:
+    if scenario.terrain is None or scenario.max_height is None:
+        return None
+    return scenario.terrain.lowest_ground.height(points[:, :2]) + scenario.max_height
 
 
 def _band(scenario: Scenario, below: Floats | None, count: int) -> Floats | None:

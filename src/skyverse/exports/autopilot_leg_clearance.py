@@ -14,6 +14,15 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.global_positions import AltitudeReference, origin_of
+from skyverse.exports.ground_under_legs import (
+    breaks,
+    ceiling_margin,
+    greatest_height,
+    lowered,
+    second_differences,
+    steepest,
+    swell,
+)
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
@@ -196,25 +205,71 @@ class LegChecker:
             ends = np.stack([a, b])
             assert self.scenario.terrain is not None
             above = ends[:, 2] - self.scenario.terrain.height(ends[:, :2])
-            low, high = float(above.min()), float(above.max())
+            low = float(above.min())
             needed = self.scenario.ground_clearance - LEG_ALLOWANCE / 2
             if strays and self.error != NO_ERROR:
-                rise = self._rise(ends)
-                low, high = low - rise, high + rise
+                low -= self._rise(ends)
             if low < needed and foot is None:
                 return Checked(f"it is {low:.4g} m above ground, and {needed:.4g} m are required")
-            if self.scenario.max_height is not None and high > self.scenario.max_height + LEG_ALLOWANCE / 2:
-                most = self.scenario.max_height
-                return Checked(f"it is {high:.4g} m above ground, above the ceiling of {most:.4g} m")
+            most, high = self.scenario.max_height, self._highest_above_ground(ends, above, strays)
+            if most is not None and high > most:
+                return Checked(f"it may be {high:.5g} m above ground, above the ceiling of {most:.5g} m")
         return self._checked(a[None], b[None], self.apart(a, b), strays, foot)
 
     def _rise(self, ends: Floats) -> float:
         """Return how many metres the error takes, at most, of the heights above ground of a leg between two ends."""
         terrain, higher = self.scenario.terrain, self._higher
         assert terrain is not None
-        places = ends[0, :2] + _breaks(terrain, *ends)[:, None] * (ends[1] - ends[0])[:2]
+        places = ends[0, :2] + breaks(terrain, *ends)[:, None] * (ends[1] - ends[0])[:2]
         taken = higher.height(places) - terrain.height(places)
-        return float(taken.max() + _bends(taken).max() / 8)
+        return float(taken.max() + second_differences(taken).max() / 8)
+
+    def _highest_above_ground(self, ends: Floats, above: Floats, strays: bool) -> float:
+        """Return how high above the lowest ground a leg is at most that follows the ground, metres.
+
+        Parameters
+        ----------
+        ends
+            (2, 3) metres: the ends of the leg.
+        above
+            (2,) metres: how high they are above the ground.
+        strays
+            Whether the tracking error counts.
+        """
+        terrain = self.scenario.terrain
+        assert terrain is not None
+        lowest = self._lowest if strays else terrain.lowest_ground
+        at = breaks(terrain, *ends)
+        places = ends[0, :2] + at[:, None] * (ends[1] - ends[0])[:2]
+        between = terrain.height(places) - lowest.height(places)
+        high = above[0] + at * (above[1] - above[0]) + between
+        beside = (MAVLINK_ROUNDING + 1.1 * self._curved(ends)) * (steepest(terrain) + steepest(lowest))
+        return float(high.max() + second_differences(between).max() / 8) + beside + LEG_ALLOWANCE / 2
+
+    def below_ceiling(self, points: Floats) -> Floats:
+        """Return a curve's points (n, 3) metres, lowered where a leg might exceed the ceiling because of rounding.
+
+        What is above the ceiling stays there, and so does what is in a column over the UAV's own start or target.
+        """
+        most = self.scenario.max_height
+        if most is None:
+            return points
+        room = ceiling_margin(self.scenario)
+        if self.reference == "agl":
+            assert self.scenario.terrain is not None
+            room += MAVLINK_ROUNDING * steepest(self.scenario.terrain)
+        excess = greatest_height(points, self._lowest, most - room) - most + room
+        excess[excess > room + LEG_ALLOWANCE] = 0.0  # a waypoint cannot mend that
+        for foot, top in self.columns:
+            beside = np.abs(points[:, :2] - foot[:2]).max(axis=1) <= SAME_PLACE
+            excess[beside & (points[:, 2] <= top[2])] = 0.0
+        return points - np.maximum(excess, 0.0)[:, None] * np.array([0.0, 0.0, 1.0])
+
+    @cached_property
+    def _lowest(self) -> Terrain:
+        """The lowest ground, lowered by what it may fall, and the UAV rise, within the error."""
+        assert self.scenario.terrain is not None
+        return lowered(self.scenario.terrain.lowest_ground, self.error)
 
     @cached_property
     def _higher(self) -> Terrain:
@@ -269,16 +324,20 @@ class LegChecker:
         return self._apart[asked]
 
     def _bend(self, a: Floats, b: Floats, ends: Floats) -> float:
+        bent = self._curved(ends)
+        if self.reference == "agl":
+            assert self.scenario.terrain is not None
+            bent += swell(self.scenario.terrain, a, b)
+        return MAVLINK_ROUNDING + 1.1 * bent
+
+    def _curved(self, ends: Floats) -> float:
+        """Return how many metres a line between two ends, (2, 3) metres, bends because the Earth is round."""
         origin = origin_of(self.scenario)
-        level = float(np.linalg.norm((b - a)[:2]))
+        level = float(np.linalg.norm((ends[1] - ends[0])[:2]))
         globe = to_wgs84(origin, ends)
         globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the shorter way, also across the antimeridian
         middle = to_local(origin, globe.mean(axis=0, keepdims=True))[0]
-        bent = max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * MIN_EARTH_RADIUS))
-        if self.reference == "agl":
-            assert self.scenario.terrain is not None
-            bent += _swell(self.scenario.terrain, a, b)
-        return MAVLINK_ROUNDING + 1.1 * bent
+        return max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * MIN_EARTH_RADIUS))
 
     def _checked(
         self, starts: Floats, ends: Floats, extra: float, strays: bool = True, foot: Foot | None = None
@@ -301,19 +360,22 @@ class LegChecker:
         return Checked(None, (Segments(starts, ends, growth, strays, foot, touches),))
 
     def grown(self, extra: float) -> Scenario:
-        """Return the scenario with clearances, also below the ceiling, less the allowance plus `extra` metres."""
+        """Return the scenario with clearances less the allowance plus `extra` metres, and a ceiling as much lower."""
         clearance = max(self.scenario.clearance - LEG_ALLOWANCE, 0.0) + extra
         terrain, most = self.scenario.terrain, self.scenario.max_height
+        if self.reference == "agl":
+            terrain = most = None
         if terrain is not None:
             steep = extra + MAVLINK_ROUNDING * steepest(terrain)
             above = max(self.scenario.ground_clearance - ground_allowance(self.scenario), 0.0) + steep
-            terrain = None if self.reference == "agl" else terrain.model_copy(update={"clearance": above})
-            most = None if most is None or self.reference == "agl" else most + ground_allowance(self.scenario) - steep
+            if most is not None:
+                most -= extra + MAVLINK_ROUNDING * steepest(terrain.lowest_ground)
+            terrain = terrain.model_copy(update={"clearance": above})
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain, "max_height": most})
 
 
 def ground_allowance(scenario: Scenario) -> float:
-    """Return by how many metres an exported leg may come nearer to the ground, or the ceiling, than its clearance.
+    """Return by how many metres an exported leg may come nearer to the ground than its clearance.
 
     That is what rounding takes of the altitude, and sideways where the ground is steepest: starts and targets may lie
     on their limits.
@@ -332,36 +394,3 @@ def _middles(length: float, half: float) -> Floats:
     """Return the midpoints, as shares of a length, of the fewest equal parts that are at most 2 * `half` long."""
     count = max(math.ceil(length / (2 * half)), 1)
     return (np.arange(count) + 0.5) / count
-
-
-def steepest(terrain: Terrain) -> float:
-    """Return a bound of the ground's slope, from the slopes along the edges of its bilinear cells."""
-    east = np.abs(np.diff(terrain.heights, axis=0)).max() / terrain.step[0]
-    north = np.abs(np.diff(terrain.heights, axis=1)).max() / terrain.step[1]
-    return float(np.hypot(east, north))
-
-
-def _swell(terrain: Terrain, a: Floats, b: Floats) -> float:
-    """Return how many metres the ground under a leg deviates from the straight line between its heights at the ends."""
-    at = _breaks(terrain, a, b)
-    level = terrain.height(a[:2] + at[:, None] * (b - a)[:2])
-    off = level - (level[0] + at * (level[-1] - level[0]))
-    size = np.abs(off)
-    return float(np.max(np.maximum(np.maximum(size[:-2:2], size[1:-1:2]), size[2::2]) + _bends(off) / 2))
-
-
-def _breaks(terrain: Terrain, a: Floats, b: Floats) -> Floats:
-    """Return where a leg crosses the lines of a terrain's grid, and the middles between them, as shares, (2n + 1,)."""
-    shares = [0.0, 1.0]
-    for axis in range(2):
-        if a[axis] != b[axis]:
-            lines = (np.array([a[axis], b[axis]]) - terrain.origin[axis]) / terrain.step[axis]
-            whole = np.arange(math.ceil(lines.min()), math.floor(lines.max()) + 1)
-            shares += list((whole - lines[0]) / (lines[1] - lines[0]))
-    at = np.unique(np.clip(shares, 0.0, 1.0))
-    return np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
-
-
-def _bends(values: Floats) -> Floats:
-    """Return the second differences, (n,), of what is quadratic between `_breaks`: it exceeds them by 1/8 at most."""
-    return np.abs(values[:-2:2] - 2 * values[1:-1:2] + values[2::2])

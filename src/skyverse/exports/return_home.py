@@ -240,7 +240,7 @@ def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     low = min(max(float(plan.waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
     levels = [*np.linspace(low, top, ALTITUDES), float(plan.waypoints[:, 2].max())]
     if terrain is not None and scenario.max_height is not None:
-        grounds = terrain.height(plan.waypoints[:, :2])
+        grounds = terrain.lowest_ground.height(plan.waypoints[:, :2])
         levels += np.linspace(low, float(grounds.min()) + scenario.max_height - room, ALTITUDES).tolist()
     least, most = RETURN_ALTITUDES[plan.autopilot.name]
     altitudes = np.unique(np.floor(10 * (np.clip(levels, low, top) - home)) / 10)

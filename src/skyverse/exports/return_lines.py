@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import Foot, ground_allowance
+from skyverse.exports.autopilot_leg_clearance import Foot
 from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
 from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Bounds, Scenario
@@ -142,9 +142,9 @@ class ReturnSpace:
             above = scenario.ground_clearance - (1 - CLEARANCE_SHARE) * min(
                 scenario.clearance, scenario.ground_clearance
             )
-            most = None if scenario.max_height is None else scenario.max_height + ground_allowance(scenario)
             lowered = terrain.model_copy(update={"clearance": above})
-            self.ground = self.bare.model_copy(update={"terrain": lowered, "max_height": most, "obstacles": ()})
+            changes = {"terrain": lowered, "max_height": scenario.max_height, "obstacles": ()}
+            self.ground = self.bare.model_copy(update=changes)
         self._worlds: dict[tuple[bool, TrackingError], World] = {}
         self._beside: dict[tuple[Foot, TrackingError, float], World] = {}
 

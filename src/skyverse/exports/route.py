@@ -85,7 +85,7 @@ class Route:
         name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LEG_ALLOWANCE, 0)
         allowance = ground_allowance(scenario)
         low = max(scenario.ground_clearance - allowance, 0)
-        high = "" if scenario.max_height is None else f" and at most {scenario.max_height + allowance:.5g} m"
+        high = "" if scenario.max_height is None else f" and at most {scenario.max_height:.6g} m"
         ground = "" if scenario.terrain is None else f", at least {low:.4g} m{high} above ground"
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         held = int((self.holds > 0).sum())
@@ -129,14 +129,16 @@ def route(
     legs = certificate.legs
     scenario = legs.scenario
     said: str | Obstruction = ""
-    instants, curve = _samples(trajectory)
+    instants, flown = _samples(trajectory)
+    curve = legs.below_ceiling(flown)
+    lowered = float((flown - curve)[:, 2].max())
     foot, risen = curve[0], 0 if stops else _count_in_column(legs, curve)
     sunk = _count_in_column(legs, curve[::-1])
     instants, curve = instants[risen:], curve[risen:]
     stop_at = set()
     if sunk:  # it stops at the top of the column over the target, and flies straight down from there
-        flown = [*range(len(curve) - sunk), len(curve) - 1]
-        instants, curve = instants[flown], curve[flown]
+        kept = [*range(len(curve) - sunk), len(curve) - 1]
+        instants, curve = instants[kept], curve[kept]
         curve[-2, :2] = curve[-1, :2]
         stop_at = {len(curve) - 2}
     height = float(curve[0, 2] - foot[2]) if risen else 0.0
@@ -151,7 +153,7 @@ def route(
             if isinstance(found, Obstruction):
                 said = found
             elif len(found) <= MAX_WAYPOINTS:
-                return _made(uav, search, instants, found, climb)
+                return _made(uav, search, instants, found, climb, lowered)
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
@@ -177,14 +179,19 @@ def _sizes(radius: float, may_stop: bool) -> list[tuple[float, bool]]:
 
 
 def _made(
-    uav: int, search: WaypointPlacement, instants: Floats, found: list[tuple[int, Floats]], climb: float
+    uav: int,
+    search: WaypointPlacement,
+    instants: Floats,
+    found: list[tuple[int, Floats]],
+    climb: float,
+    lowered: float,
 ) -> Route:
     legs, curve, radius = search.legs, search.curve, search.radius
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
     # the takeoff does not count as a deviation
     ends = [(0, curve[0]), *found[1:]]
     bends = np.array([legs.apart(p, q) for p, q in pairwise(points)])
-    off = max(
+    off = lowered + max(
         float(distances_to_segment(curve[a : b + 1], p, q).max()) + legs.apart(p, q)
         for (a, p), (b, q) in pairwise(ends)
     )

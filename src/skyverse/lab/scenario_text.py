@@ -2,6 +2,7 @@
 
 from pydantic import BaseModel
 
+from skyverse.model.arrays import equal
 from skyverse.model.formats import NEW_IN_SCENARIO_2, SCENARIO_1, SCENARIO_2
 from skyverse.model.scenario import Scenario
 
@@ -16,14 +17,17 @@ def scenario_text(scenario: Scenario) -> str:
         "uavs": scenario.uavs,
         "obstacles": scenario.obstacles,
         "zones": scenario.zones,
+        "terrain": () if scenario.terrain is None else (scenario.terrain,),
     }
     if any(
-        getattr(entry, name) != type(entry).model_fields[name].default
+        not equal(getattr(entry, name), type(entry).model_fields[name].default)
         for part, names in NEW_IN_SCENARIO_2.items()
         for entry in parts[part]
         for name in names
     ):
         return scenario.model_dump_json()
-    added = {part: {"__all__": set(names)} for part, names in NEW_IN_SCENARIO_2.items() if part}
+    # a terrain without `lowest` does not write it
+    listed = {part: names for part, names in NEW_IN_SCENARIO_2.items() if part not in ("", "terrain")}
+    added = {part: {"__all__": set(names)} for part, names in listed.items()}
     text = scenario.model_dump_json(exclude={**added, **dict.fromkeys(NEW_IN_SCENARIO_2[""], True)})
     return text.replace(SCENARIO_2, SCENARIO_1, 1)

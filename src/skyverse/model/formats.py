@@ -21,8 +21,9 @@ NEW_IN_SCENARIO_2 = {
     "uavs": ("tracking_error", "max_climb", "max_descent", "vehicle"),
     "obstacles": ("closed_above",),
     "zones": ("closed_above",),
+    "terrain": ("lowest",),
 }
-"""The fields that version 2 brought, by the list whose entries have them; the scenario itself has those of ``""``."""
+"""The fields that version 2 brought, by the part that has them, or whose entries do; the scenario itself is ``""``."""
 
 
 def scenario_to_2(data: Any) -> Any:
@@ -45,10 +46,10 @@ def scenario_to_2(data: Any) -> Any:
 def _fields_of_scenario_2(data: dict[Any, Any]) -> Iterator[str]:
     """Yield the places of fields that only version 2 has."""
     for part, names in NEW_IN_SCENARIO_2.items():
-        entries = data.get(part) if part else [data]
-        for number, entry in enumerate(entries if isinstance(entries, list | tuple) else ()):
+        given = data.get(part) if part else data
+        for number, entry in enumerate(given if isinstance(given, list | tuple) else [given]):
             if isinstance(entry, dict):
-                place = f"{part}[{number}]." if part else ""
+                place = f"{part}." if part and entry is given else f"{part}[{number}]." if part else ""
                 yield from (f"{place}{name}" for name in names if name in entry)
 
 

@@ -74,7 +74,7 @@ MAX_INLINE_NUMBERS = 4096
 """Numbers at most that a file holds itself; larger arrays go to a side file."""
 
 
-def _written(array: NDArray[Any], info: SerializationInfo) -> object:
+def written(array: NDArray[Any], info: SerializationInfo) -> object:
     """Return an array as lists, or, if it is large and the writer has a `side` file, as a reference to that file."""
     side = (info.context or {}).get("side")
     if side is None or array.size <= MAX_INLINE_NUMBERS:
@@ -102,5 +102,5 @@ def _schema(depth: int) -> WithJsonSchema:
     return WithJsonSchema({"anyOf": [rows, _REFERENCE]})
 
 
-Occupied = Annotated[Bools, PlainValidator(_occupied), PlainSerializer(_written, when_used="json"), _schema(3)]
-Heights = Annotated[Floats, PlainValidator(_heights), PlainSerializer(_written, when_used="json"), _schema(2)]
+Occupied = Annotated[Bools, PlainValidator(_occupied), PlainSerializer(written, when_used="json"), _schema(3)]
+Heights = Annotated[Floats, PlainValidator(_heights), PlainSerializer(written, when_used="json"), _schema(2)]

@@ -223,7 +223,8 @@ class Scenario(Model):
     terrain
         The ground, which must cover the bounds.
     max_height
-        Metres above the terrain that no UAV may exceed; ``None`` where there is no such ceiling. It needs a terrain.
+        Metres above the terrain that no UAV may exceed; ``None`` where there is no such ceiling. It needs a terrain,
+        and is counted from `Terrain.lowest` where the terrain has it.
     objective
         The weights of the cost, or the name of a preset: ``"thesis"`` or ``"turns"``.
     sources

@@ -3,14 +3,25 @@
 A shape is an obstacle, or, if it has a risk, a zone that may be flown through. The ground is neither.
 """
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, PrivateAttr, Tag, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    PrivateAttr,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    Tag,
+    model_serializer,
+    model_validator,
+)
 
 from skyverse._typing import Floats
-from skyverse.model.grids import GridModel, Heights, Occupied
+from skyverse.model.grids import GridModel, Heights, Occupied, written
 from skyverse.model.polygon import edges_that_meet, is_inside
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Place, Point, Positive, Steps, listed
 
@@ -175,12 +186,47 @@ class Terrain(GridModel):
         (nx, ny) z in metres; ``heights[i][j]`` stands at ``origin + (i * step[0], j * step[1])``.
     clearance
         Metres above ground; the scenario's clearance if it is left out.
+    lowest
+        (nx, ny) z in metres, nowhere above `heights`: the surface that a ceiling above ground is counted from. It
+        belongs to ground whose `heights` were raised, so that a height above them is less than the height above the
+        real ground. If it is left out, a ceiling is counted from `heights`.
     """
 
     origin: Place
     step: Annotated[tuple[Positive, Positive], BeforeValidator(listed)]
     heights: Heights
     clearance: NonNegative | None = None
+    lowest: Annotated[Heights | None, Field(exclude=True)] = None
+
+    @model_serializer(mode="wrap")
+    def _with_lowest(self, dump: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        """Return the terrain's data, with `lowest` where it is given: arrays cannot be compared with a default."""
+        data: dict[str, Any] = dump(self)
+        if self.lowest is not None:
+            data["lowest"] = written(self.lowest, info) if info.mode == "json" else self.lowest
+        return data
+
+    @model_validator(mode="after")
+    def _lowest_below(self) -> Self:
+        if self.lowest is None:
+            return self
+        if self.lowest.shape != self.heights.shape:
+            raise ValueError(
+                f"lowest must have as many rows and numbers as heights, {self.heights.shape}, found {self.lowest.shape}"
+            )
+        above = np.argwhere(self.lowest > self.heights)
+        if len(above):
+            i, j = above[0]
+            raise ValueError(
+                f"lowest must not be above heights, but at [{i}][{j}] they are {self.lowest[i, j]:g} and "
+                f"{self.heights[i, j]:g}"
+            )
+        return self
+
+    @property
+    def lowest_ground(self) -> "Terrain":
+        """The surface that a ceiling above ground is counted from: a terrain whose heights are `lowest`, if given."""
+        return self if self.lowest is None else self.model_copy(update={"heights": self.lowest, "lowest": None})
 
     @property
     def extent(self) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -215,11 +215,15 @@ class Ceiling(GrownSolids):
 
 
 def ceiling_above_ground(scenario: Scenario, error: TrackingError = EXACT) -> Ceiling | None:
-    """Return the ceiling above the scenario's terrain for a UAV with an error, or ``None`` if there is none."""
+    """Return the ceiling above the scenario's terrain for a UAV with an error, or ``None`` if there is none.
+
+    It is counted from the terrain's `lowest` heights where these are given.
+    """
     terrain, most = scenario.terrain, scenario.max_height
     if terrain is None or most is None:
         return None
-    below = terrain.model_copy(update={"heights": -(terrain.heights + most), "clearance": 0.0})
+    base = terrain.heights if terrain.lowest is None else terrain.lowest
+    below = terrain.model_copy(update={"heights": -(base + most), "lowest": None, "clearance": 0.0})
     upside_down = grown_ground(scenario.model_copy(update={"terrain": below}), error)
     assert upside_down is not None
     return Ceiling(0.0, np.array([CEILING_NUMBER]), upside_down)

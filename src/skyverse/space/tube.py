@@ -59,7 +59,7 @@ def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:
     )
     for axis, step in enumerate(terrain.step):
         slope = _steepest_near(slope, axis, math.ceil(error.horizontal / step))
-    return terrain.model_copy(update={"heights": h + (error.horizontal * slope + error.vertical)})
+    return terrain.model_copy(update={"heights": h + (error.horizontal * slope + error.vertical), "lowest": None})
 
 
 def _steepest_near(slope: Floats, axis: int, reach: int) -> Floats:

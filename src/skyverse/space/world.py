@@ -275,9 +275,18 @@ class World:
         margin = self.space.clearance + self.space.ground.extra
         above = p[2] - ground.height(self.space.ground, p[0], p[1])
         counting = ", counting the tracking error" if straying else ""
+        if self._scenario.terrain is not None:
+            level = float(self._scenario.terrain.height(p[:2]))
+            required = margin + ground.height(self.space.ground, p[0], p[1]) - level
+            most = -ground.height(self.space.ceiling, p[0], p[1]) - level
+            if most < required - SURFACE_DEPTH:
+                room = f"the ceiling is {most:.4g} m above the ground, and {required:.4g} m above it are required"
+                return f"lies where no height keeps both: {room}{counting}"
         if above < margin - SURFACE_DEPTH:
             return f"lies {above:g} m above ground{counting}, but {margin:g} m are required"
         if above_ceiling(self.space, self.space.clearance - SURFACE_DEPTH, p):
+            assert self._scenario.terrain is not None
+            above = p[2] - float(self._scenario.terrain.lowest_ground.height(p[:2]))
             at = "reaches" if straying else f"lies {above:g} m above ground,"
             return f"{at} above the ceiling of {self._scenario.max_height:g} m{counting}"
         if not point_free(self.space, p):
@@ -324,7 +333,8 @@ def _upside_down_ceiling(scenario: Scenario) -> Terrain | None:
     """Return the ceiling above the terrain as a terrain of negative z, or ``None`` if there is none."""
     if scenario.terrain is None or scenario.max_height is None:
         return None
-    return scenario.terrain.model_copy(update={"heights": -(scenario.terrain.heights + scenario.max_height)})
+    below = scenario.terrain.lowest_ground
+    return below.model_copy(update={"heights": -(below.heights + scenario.max_height)})
 
 
 def _rows(points: ArrayLike) -> Floats:

@@ -265,11 +265,12 @@ def _survey(
 def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region: Rectangle) -> Terrain | None:
     """Return the ground over the region, if it is known, and tell how it differs from the rasters."""
     require_size(region, "the area")
+    most = 0.0 if options.max_height is None else options.max_height.metres
     if not rasters:
         ground = options.ground
-        return None if ground is None else level_ground(origin, region, ground.metres, options.ground_clearance)
+        return None if ground is None else level_ground(origin, region, ground.metres, options.ground_clearance, most)
     step, fill, clearance = options.terrain_step, options.fill_nodata, options.ground_clearance
-    relief, changes = read_terrain(rasters, origin, region, step=step, fill=fill, clearance=clearance)
+    relief, changes = read_terrain(rasters, origin, region, step=step, fill=fill, clearance=clearance, max_height=most)
     nx, ny = relief.heights.shape
     for raster in rasters:
         size = f"{region[2] - region[0]:g} m by {region[3] - region[1]:g} m"
@@ -279,6 +280,18 @@ def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region
         f"{changes.mean:.2f} m on average and {changes.most:.2f} m at most, so that no height of a file stands out"
     )
     options.on_note(Note("", made))
+    if most:
+        counted = (
+            f"the ceiling above ground is counted from a surface that no height of a file is below, "
+            f"{changes.mean_lowered:.2f} m below this ground on average and {changes.most_lowered:.2f} m at most"
+        )
+        options.on_note(Note("", counted))
+        assert relief.lowest is not None
+        kept = options.clearance if clearance is None else clearance
+        closed = float((relief.lowest + most < relief.heights + kept).mean())
+        if closed:
+            text = f"over {closed:.2%} of the ground no height is below the ceiling and {kept:g} m above the ground"
+            options.on_note(Note("", text))
     if changes.filled:
         options.on_note(Note("", f"{changes.filled:.2%} of the ground had no data, and was filled"))
     return relief
@@ -288,7 +301,8 @@ def _lowered(level: Origin, relief: Terrain) -> tuple[Origin, Terrain]:
     """Move the frame's zero to the lowest ground, in whole metres: only z changes."""
     down = float(np.floor(relief.heights.min()))
     lowered = level.model_copy(update={"altitude": level.altitude + down})
-    return lowered, relief.model_copy(update={"heights": relief.heights - down})
+    lowest = None if relief.lowest is None else relief.lowest - down
+    return lowered, relief.model_copy(update={"heights": relief.heights - down, "lowest": lowest})
 
 
 def _z_below(zero: Origin, point: tuple[float, float, float], altitude: float) -> float:

@@ -209,12 +209,12 @@ def low_points(
 def points_above_ceiling(
     points: Mapping[str, tuple[float, float, float]], terrain: Terrain | None, most: float
 ) -> list[BadPoint]:
-    """Return those points, given with their names, that are more than so many metres above the ground."""
+    """Return those points, given with their names, that are more than so many metres above the lowest ground."""
     if terrain is None:
         raise InputError("metres above ground need the ground", field="max_height", give=GIVE_GROUND)
-    found = []
+    found, ground = [], terrain.lowest_ground
     for name, (x, y, z) in points.items():
-        height = z - float(terrain.height((x, y)))
+        height = z - float(ground.height((x, y)))
         if height > most + 1e-6:
             text = f"expected a point at most {most:g} m above the ground, found it {height:.2f} m above"
             give = (Remedy("max_height", None, "that is higher"),)

@@ -1,4 +1,7 @@
-"""Rasters become the ground of a scenario: heights on a grid of the local frame, nowhere below those of the rasters."""
+"""Rasters become the ground of a scenario: heights on a grid of the local frame, nowhere below those of the rasters.
+
+A second grid of heights is nowhere above those of the rasters: ceilings above ground are counted from it.
+"""
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -10,7 +13,9 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
-from skyverse.maps.assembly.ground import z_at_altitude
+from skyverse.maps.assembly.ground import LOW_AIRSPACE, below_plumb_lines, z_at_altitude
+from skyverse.maps.assembly.node_neighbourhood import greatest_around_nodes
+from skyverse.maps.assembly.surface_excess import surface_excess
 from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import open_raster
@@ -25,6 +30,8 @@ STRIP_PIXELS = 500_000
 """Pixels that are handled together."""
 ROUNDING_LIFT = 1e-6
 """Metres that the ground is raised above a pixel's height, so that rounding does not leave it below."""
+TOLD_LIFT = 1e-3
+"""Metres: nodes that are raised by less do not count as raised in what is told."""
 _EDGE_PIXELS = 1e-3
 """Pixels that a place may lie outside of a raster and still be on its edge."""
 
@@ -43,6 +50,9 @@ class TerrainChanges:
         The share of nodes that had no data and were filled.
     step
         How far apart nodes are, metres.
+    most_lowered, mean_lowered
+        The most and the mean, over all nodes, by which the surface that ceilings are counted from is below the ground,
+        metres.
     """
 
     most: float
@@ -50,6 +60,8 @@ class TerrainChanges:
     share: float
     filled: float
     step: float
+    most_lowered: float
+    mean_lowered: float
 
 
 def read_terrain(
@@ -60,11 +72,15 @@ def read_terrain(
     step: float | None = None,
     fill: float | Literal["nearest"] | None = None,
     clearance: float | None = None,
+    max_height: float = 0.0,
 ) -> tuple[Terrain, TerrainChanges]:
     """Read the ground over a region of the local frame.
 
-    Where rasters overlap, the higher one counts. The bilinear surface of the result is nowhere in the region below
-    the height of a raster's pixel at the pixel's centre.
+    The surface of a raster is bilinear between the centres of its pixels, and level in the half pixels at its edge. The
+    bilinear surface of the result's `heights` is nowhere in the region below that of a raster, and that of its `lowest`
+    heights is nowhere above. Where rasters overlap, the higher one counts for the former and the lower one for the
+    latter. What is at most `max_height` above the `lowest` surface along the frame's z is at most that high above every
+    raster along the plumb line, too.
 
     Parameters
     ----------
@@ -82,6 +98,9 @@ def read_terrain(
         are refused when left out.
     clearance
         The terrain's own clearance, metres.
+    max_height
+        The height up to which heights above the `lowest` surface are to count along plumb lines, metres; at least
+        `LOW_AIRSPACE`.
 
     Raises
     ------
@@ -104,11 +123,12 @@ def read_terrain(
         x, y = np.linspace(x0, x1, nx), np.linspace(y0, y1, ny)
         found = [tile for file in files for tile in tiles(file, level, region, step)]
     grid = _TerrainGrid(x, y)
-    heights = np.full((nx, ny), np.nan)
+    heights, lowest = np.full((2, nx, ny), np.nan)
     covered = np.zeros((nx, ny), dtype=bool)
     for tile in found:
-        z, reached = grid.sample(tile)
+        z, reached = grid.sample(tile, tile.heights)
         heights = np.fmax(heights, z)
+        lowest = np.fmin(lowest, z if tile.lowest is tile.heights else grid.sample(tile, tile.lowest)[0])
         covered |= reached
     names = ", ".join(file.path for file in files)
     if not covered.all():
@@ -119,22 +139,31 @@ def read_terrain(
     holes = np.isnan(heights)
     if holes.any():
         heights = _filled(names, level, grid, heights, fill)
+        lowest = np.fmin(lowest, heights)
     lift = np.zeros_like(heights)
     for tile in found:
         grid.raise_to(tile, heights, lift)
+    lift += grid.excess(found, heights + lift, -1.0)
+    lowest = lowest - grid.excess(found, lowest, 1.0)
+    lowest = below_plumb_lines(lowest, grid.x, grid.y, max(LOW_AIRSPACE, max_height))
     terrain = Terrain(
         origin=(x0, y0),
         step=(float(x[1] - x[0]), float(y[1] - y[0])),
         heights=heights + lift - origin.altitude,
         clearance=clearance,
+        lowest=lowest - origin.altitude,
     )
-    raised = lift > 0
+    assert terrain.lowest is not None
+    lowered = terrain.heights - terrain.lowest
+    raised = lift > TOLD_LIFT
     return terrain, TerrainChanges(
         most=float(lift.max()),
         mean=float(lift.mean()),
         share=float(raised.mean()),
         filled=float(holes.mean()),
         step=float(max(terrain.step)),
+        most_lowered=float(lowered.max()),
+        mean_lowered=float(lowered.mean()),
     )
 
 
@@ -151,8 +180,22 @@ class _TerrainGrid:
         latitude, longitude, _ = to_wgs84(origin, [self.x[i], self.y[j], 0.0])[0]
         return f"latitude {latitude:.6f}, longitude {longitude:.6f}"
 
-    def sample(self, tile: Tile) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return z (nx, ny) at the nodes, interpolated between pixels' centres, and which nodes the tile covers."""
+    def excess(self, found: Sequence[Tile], heights: Floats, sign: float) -> Floats:
+        """Return how far nodes (nx, ny) have to move for their surface not to be beyond those of tiles, metres.
+
+        That is how far it is above them for a `sign` of 1, and below them for a `sign` of -1.
+        """
+        cells = np.zeros((len(self.x) - 1, len(self.y) - 1))
+        for tile in found:
+            beyond = surface_excess(tile, (self.x, self.y), heights, sign)
+            cells = np.maximum(cells, np.where(beyond > 0, beyond + ROUNDING_LIFT, 0.0))
+        return greatest_around_nodes(cells)
+
+    def sample(self, tile: Tile, values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return z (nx, ny) at the nodes, interpolated between pixels' centres, and which nodes the tile covers.
+
+        `values` are the heights of the tile's pixels, or the lowest ones of its blocks.
+        """
         shape = len(self.x), len(self.y)
         heights, covered = np.empty(shape), np.empty(shape, dtype=bool)
         many = max(1, STRIP_PIXELS // shape[1])
@@ -160,11 +203,13 @@ class _TerrainGrid:
             part = slice(first, first + many)
             column, row, altitude, column_up, row_up, altitude_up = tile.pixel.grid(self.x[part], self.y)
             rise = LEVELS[1] - LEVELS[0]
-            z = np.full_like(column, np.nanmean(tile.heights) if np.isfinite(tile.heights).any() else 0.0)
+            z = np.full_like(column, np.nanmean(values) if np.isfinite(values).any() else 0.0)
             # twice, as the vertical line through a node leans towards other pixels, the more the farther the origin is
             for _ in range(2):
                 share = (z - LEVELS[0]) / rise
-                found, inside = _between(tile, column + share * (column_up - column), row + share * (row_up - row))
+                found, inside = _between(
+                    tile, values, column + share * (column_up - column), row + share * (row_up - row)
+                )
                 there = LEVELS[0] + (found - altitude) / (altitude_up - altitude) * rise
                 z = np.where(np.isnan(there), z, there)
             heights[part], covered[part] = there, inside
@@ -265,16 +310,16 @@ class _PixelStrip:
                 yield x, y
 
 
-def _between(tile: Tile, column: Floats, row: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def _between(tile: Tile, values: Floats, column: Floats, row: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """Return heights between pixels' centres, ``nan`` outside and beside holes, and which places are inside."""
-    rows, columns = tile.heights.shape
+    rows, columns = values.shape
     x = (column - tile.corner[0]) / tile.block
     y = (row - tile.corner[1]) / tile.block
     inside = (x >= -_EDGE_PIXELS) & (x <= columns + _EDGE_PIXELS) & (y >= -_EDGE_PIXELS) & (y <= rows + _EDGE_PIXELS)
     x, y = np.clip(x - 0.5, 0, columns - 1), np.clip(y - 0.5, 0, rows - 1)
     i, j = np.minimum(x.astype(np.int64), columns - 2), np.minimum(y.astype(np.int64), rows - 2)
     u, v = x - i, y - j
-    h = tile.heights
+    h = values
     found = (1 - u) * ((1 - v) * h[j, i] + v * h[j + 1, i]) + u * ((1 - v) * h[j, i + 1] + v * h[j + 1, i + 1])
     return np.where(inside, found, np.nan), inside
 

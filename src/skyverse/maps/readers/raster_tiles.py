@@ -9,7 +9,7 @@ from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.chebyshev import ChebyshevMap
 from skyverse.maps.readers.raster import OpenRaster
-from skyverse.maps.readers.undeclared_nodata import highest_of_blocks, refuse_undeclared_nodata
+from skyverse.maps.readers.undeclared_nodata import extremes_of_blocks, refuse_undeclared_nodata
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Origin
 
@@ -31,6 +31,8 @@ class Tile:
     heights
         (rows, columns) metres above sea level, ``nan`` where there is no data. Where `block` is above 1, each is the
         greatest of `block` by `block` pixels.
+    lowest
+        (rows, columns) the same, but the least of the pixels of a block that have data.
     corner
         Column and row of the window's first pixel.
     block
@@ -42,6 +44,7 @@ class Tile:
     """
 
     heights: Floats
+    lowest: Floats
     corner: tuple[int, int]
     block: int
     local: ChebyshevMap
@@ -104,13 +107,13 @@ def tiles(raster: OpenRaster, origin: Origin, region: Rectangle, step: float) ->
         side = _longest_side(to_metres, (left, right), (top, bottom))
         block = _block((right - left) * (bottom - top), side, step)
         window = left, top, right - left, bottom - top
-        heights = highest_of_blocks(raster, window, block)
+        heights, lowest = extremes_of_blocks(raster, window, block)
         refuse_undeclared_nodata(raster, window, heights, block, side * block)
         if raster.ellipsoidal:
             if origin.geoid is None:
                 raise InputError(f"{raster.path}: its heights are counted from the ellipsoid", give=[GIVE_GEOID])
-            heights -= origin.geoid
-        found.append(Tile(heights, (left, top), block, to_metres, to_pixel))
+            heights, lowest = heights - origin.geoid, lowest - origin.geoid
+        found.append(Tile(heights, lowest, (left, top), block, to_metres, to_pixel))
     return found
 
 

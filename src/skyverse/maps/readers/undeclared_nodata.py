@@ -23,8 +23,11 @@ SURROUNDINGS = 300
 """Pixels around a doubtful window that are looked at as well."""
 
 
-def highest_of_blocks(raster: OpenRaster, window: Window, block: int) -> Floats:
-    """Read a window strip by strip, and return the greatest height of each block, ``nan`` where a pixel has no data.
+def extremes_of_blocks(raster: OpenRaster, window: Window, block: int) -> tuple[Floats, Floats]:
+    """Read a window strip by strip, and return the greatest and the least height of each block, metres.
+
+    Where a pixel has no data, the greatest height of its block is ``nan``; the least is that of the other pixels, and
+    ``nan`` if there are none.
 
     Parameters
     ----------
@@ -35,17 +38,19 @@ def highest_of_blocks(raster: OpenRaster, window: Window, block: int) -> Floats:
     """
     left, top, width, height = window
     if block == 1:
-        return raster.heights(left, top, width, height)
+        heights = raster.heights(left, top, width, height)
+        return heights, heights
     columns, rows = -(-width // block), -(-height // block)
-    pooled = np.empty((rows, columns))
+    highest, lowest = np.empty((2, rows, columns))
     strip = max(1, int(2e6 / (width * block)))
     for first in range(0, rows, strip):
         last = min(rows, first + strip)
         tall = min(height, last * block) - first * block
         part = raster.heights(left, top + first * block, width, tall)
         part = np.pad(part, ((0, (last - first) * block - tall), (0, columns * block - width)), mode="edge")
-        pooled[first:last] = part.reshape(last - first, block, columns, block).max(axis=(1, 3))
-    return pooled
+        part = part.reshape(last - first, block, columns, block)
+        highest[first:last], lowest[first:last] = part.max(axis=(1, 3)), np.fmin.reduce(part, axis=(1, 3))
+    return highest, lowest
 
 
 def refuse_undeclared_nodata(raster: OpenRaster, window: Window, heights: Floats, block: int, width: float) -> None:
@@ -77,7 +82,7 @@ def refuse_undeclared_nodata(raster: OpenRaster, window: Window, heights: Floats
     size = raster.data.width, raster.data.height
     wide = (*first, *(min(end, most) - begin for end, most, begin in zip(last, size, first, strict=True)))
     core = slice(above, above + rows), slice(before, before + columns)
-    found = undeclared_gap(highest_of_blocks(raster, wide, block), width, core, MIN_BORDER)
+    found = undeclared_gap(extremes_of_blocks(raster, wide, block)[0], width, core, MIN_BORDER)
     if found is not None:
         height, (row, column), share = found
         pixel = first[0] + (column + 0.5) * block, first[1] + (row + 0.5) * block

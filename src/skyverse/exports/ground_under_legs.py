@@ -1,0 +1,77 @@
+"""The ground under straight legs: how steep it is, how far it is off a straight line, and how far below a ceiling."""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Terrain
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import LEG_ALLOWANCE
+from skyverse.space.tube import raised
+
+
+def ceiling_margin(scenario: Scenario) -> float:
+    """Return how many metres below the ceiling above ground waypoints are, so that flown legs do not exceed it."""
+    slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain.lowest_ground)
+    return LEG_ALLOWANCE * (1 + slope)
+
+
+def lowered(terrain: Terrain, error: TrackingError) -> Terrain:
+    """Return a terrain that is at each place at least as low as the lowest one within an error, and half its height."""
+    higher = raised(terrain.model_copy(update={"heights": -terrain.heights}), error)
+    assert higher is not None
+    return higher.model_copy(update={"heights": -higher.heights})
+
+
+def greatest_height(points: Floats, terrain: Terrain, least: float) -> Floats:
+    """Return how high above a terrain a polyline (n, 3) is at most, on both legs at each vertex; (n,) metres.
+
+    Where that is no more than `least`, the height of the legs' ends may be returned.
+    """
+    above = points[:, 2] - terrain.height(points[:, :2])
+    if len(points) < 2:
+        return above
+    ends = np.stack([points[:-1], points[1:]], axis=1)
+    rise = steepest(terrain) * np.linalg.norm(ends[:, 1, :2] - ends[:, 0, :2], axis=1)
+    legs = np.maximum(above[:-1], above[1:])
+    for k in np.flatnonzero((rise > 0) & (legs + rise > least)):
+        at = breaks(terrain, *ends[k])
+        places = ends[k, 0] + at[:, None] * (ends[k, 1] - ends[k, 0])
+        height = places[:, 2] - terrain.height(places[:, :2])
+        legs[k] = height.max() + second_differences(height).max() / 8
+    return np.maximum(np.r_[legs, -np.inf], np.r_[-np.inf, legs])
+
+
+def steepest(terrain: Terrain) -> float:
+    """Return a bound of the ground's slope, from the slopes along the edges of its bilinear cells."""
+    east = np.abs(np.diff(terrain.heights, axis=0)).max() / terrain.step[0]
+    north = np.abs(np.diff(terrain.heights, axis=1)).max() / terrain.step[1]
+    return float(np.hypot(east, north))
+
+
+def swell(terrain: Terrain, a: Floats, b: Floats) -> float:
+    """Return how many metres the ground under a leg deviates from the straight line between its heights at the ends."""
+    at = breaks(terrain, a, b)
+    level = terrain.height(a[:2] + at[:, None] * (b - a)[:2])
+    off = level - (level[0] + at * (level[-1] - level[0]))
+    size = np.abs(off)
+    return float(np.max(np.maximum(np.maximum(size[:-2:2], size[1:-1:2]), size[2::2]) + second_differences(off) / 2))
+
+
+def breaks(terrain: Terrain, a: Floats, b: Floats) -> Floats:
+    """Return where a leg crosses the lines of a terrain's grid, and the middles between them, as shares, (2n + 1,)."""
+    shares = [0.0, 1.0]
+    for axis in range(2):
+        if a[axis] != b[axis]:
+            lines = (np.array([a[axis], b[axis]]) - terrain.origin[axis]) / terrain.step[axis]
+            whole = np.arange(math.ceil(lines.min()), math.floor(lines.max()) + 1)
+            shares += list((whole - lines[0]) / (lines[1] - lines[0]))
+    at = np.unique(np.clip(shares, 0.0, 1.0))
+    return np.sort(np.concatenate([at, (at[:-1] + at[1:]) / 2]))
+
+
+def second_differences(values: Floats) -> Floats:
+    """Return the second differences, (n,), of what is quadratic between `breaks`: it exceeds them by 1/8 at most."""
+    return np.abs(values[:-2:2] - 2 * values[1:-1:2] + values[2::2])

@@ -1,0 +1,74 @@
+"""What is exported stays at or below the ceiling above ground, rounding included, also where the flight touches it."""
+
+from dataclasses import replace
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.model.shapes import Terrain
+
+ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
+CEILING = 30.0
+ROUNDING = 0.016
+
+
+def cliff(lowest=True):
+    """A slope with a cliff of 10 m; the surface that ceilings are counted from is up to 6 m lower there."""
+    x = np.linspace(-300, 300, 61)
+    heights = np.where(x > 0, 10.0, 0.0)[:, None] + 0.05 * x[:, None] + np.zeros(61)
+    below = heights.copy()
+    below[28:34] -= 6.0
+    return Terrain(origin=(-300, -300), step=(10, 10), heights=heights, clearance=2.0, lowest=below if lowest else None)
+
+
+def touching(ground, error=0.0):
+    """A level flight that touches the ceiling lowered by an error."""
+    x = np.linspace(-100, 100, 81)
+    limit = ground.lowest_ground.height(np.column_stack([x, np.zeros(81)])) + CEILING - error
+    level = float(limit.min())
+    flight = handmade.along([(-100, 0, level), (100, 0, level)], 20)
+    mission = handmade.mission([flight], terrain=ground, origin=ORIGIN, clearance=0.5)
+    return replace(mission, scenario=mission.scenario.model_copy(update={"max_height": CEILING}))
+
+
+def greatest_height(scenario, points):
+    ways = np.linspace(points[:-1], points[1:], 2000).reshape(-1, 3)
+    below = scenario.terrain.lowest_ground.height(ways[:, :2])
+    return float((ways[:, 2] - below).max())
+
+
+@pytest.mark.parametrize("altitude", ["amsl", "agl"])
+@pytest.mark.parametrize("lowest", [False, True])
+def test_a_flight_that_touches_the_ceiling_is_exported_below_it(altitude, lowest):
+    mission = touching(cliff(lowest))
+    (route,) = sky.routes(mission, altitude=altitude)
+    assert f" and at most {CEILING:g} m above ground" in route.sentence(mission.scenario)
+    if altitude == "amsl":
+        assert greatest_height(mission.scenario, route.points) <= CEILING - ROUNDING
+    assert route.off >= float((mission.trajectories[0].at(np.zeros(1)).position - route.points[:1]).max())
+
+
+def test_heights_above_ground_are_held_against_the_lowest_ground_between_waypoints():
+    from skyverse.exports.autopilot_leg_clearance import LegChecker
+
+    mission = touching(cliff())
+    ground = mission.scenario.terrain
+    ends = np.array([(-80.0, 0, 0), (80.0, 0, 0)])
+    ends[:, 2] = ground.height(ends[:, :2])
+    legs = LegChecker(mission.scenario, "agl")
+    for above, clear in ((CEILING - 6 - 0.3, True), (CEILING - 6 + 0.1, False), (CEILING - 0.3, False)):
+        fault = legs.leg(*(ends + np.array([0, 0, above]))).fault
+        assert (fault is None) == clear
+        if not clear:
+            assert "above the ceiling of 30 m" in fault
+
+
+def test_a_straying_uav_is_exported_below_the_ceiling_with_its_error():
+    error = sky.TrackingError(horizontal=0.5, vertical=1.5)
+    mission = touching(cliff(), error=error.vertical + 1.0)
+    uav = mission.scenario.uavs[0].model_copy(update={"tracking_error": error})
+    mission = replace(mission, scenario=mission.scenario.model_copy(update={"uavs": (uav,)}))
+    (route,) = sky.routes(mission, altitude="amsl")
+    assert greatest_height(mission.scenario, route.points) <= CEILING - error.vertical
