@@ -122,16 +122,26 @@ def test_in_a_column_the_floor_of_the_bounds_is_exempt_but_not_their_sides():
 def test_of_many_prisms_those_about_a_column_keep_their_outlines():
     rng = np.random.default_rng(1)
     prisms = []
-    for x, y in rng.uniform(0, 19, (60, 2)):
+    for x, y in rng.uniform(5, 15, (60, 2)):
         corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)][: rng.integers(3, 5)]
         prisms.append(Prism(vertices=corners, low=0, high=rng.uniform(1, 30)))
     judged_in = world(*prisms)
     place, roof = np.array([10.0, 10.0, 6.0]), 6.0
     around = without_below(judged_in, place, roof)
     tall = tuple(one for one in prisms if one.high > roof)
+    (near,), (all_tall,) = around.others, world(*tall).others
+    assert len(near.obstacle) > 2
+    found, known = (np.hstack(kind.hulls()).tolist() for kind in (near, all_tall))
+    assert all(hull in known for hull in found)
     for height in np.linspace(6, 30, 40):
-        point = np.array([[10, 10, height]])
-        assert kept(around, point[0], height) == kept(world(*tall), point[0], height)
+        point = np.array([10, 10, height])
+        assert kept(around, point, height) == kept(world(*tall), point, height)
+
+
+@pytest.mark.parametrize("away", [0.0, 0.3, 1.2])
+def test_a_column_beside_the_middle_of_a_sphere_is_lower(away):
+    column = column_over(world(Sphere(centre=(10 + away, 10, 4), radius=1)), 0, FOOT)
+    assert column.top == pytest.approx(4 + np.sqrt((1 + 0.5 + np.hypot(1, 2)) ** 2 - away**2), abs=1e-5)
 
 
 def test_parts_in_columns_are_judged_without_the_error_and_with_it_among_what_is_not_exempt():
