@@ -5,15 +5,18 @@ import pytest
 
 from judged_clearance import world
 from skyverse.model.shapes import Terrain
-from skyverse.referee.ground import grown_ground
+from skyverse.referee.ground import ceiling_above_ground, grown_ground
 
 
 def test_the_steepness_is_one_and_the_steepest_slopes_along_both_axes():
     terrain = Terrain(origin=(0, 0), step=(5.0, 4.0), heights=[[0, 0, 0, 0], [1, 1, 1, 1], [1, 1, 2, 3]])
-    ground = grown_ground(world(terrain=terrain))
+    scenario = world(terrain=terrain).model_copy(update={"max_height": 5.0})
+    ground, ceiling = grown_ground(scenario), ceiling_above_ground(scenario)
     assert ground.slope == pytest.approx(2 / 5 + 1 / 4)
     assert ground.steepness == pytest.approx(1 + ground.slope)
+    assert ceiling.steepness == ground.steepness
     assert not ground.is_convex(0)
+    assert not ceiling.is_convex(0)
 
 
 def test_the_greatest_heights_are_those_of_squares_of_cells_of_all_sizes():
