@@ -288,6 +288,13 @@ def test_an_obstacle_is_called_by_its_kind_and_name(named, words):
     assert found.time is not None
 
 
+@pytest.mark.parametrize(("radius", "deeper"), [(0.1, 0), (1.0, 1)])
+def test_of_shapes_of_two_kinds_the_one_entered_deeper_is_told(radius, deeper):
+    shapes = Box(min=(2, 4.8, 4), max=(3, 5.2, 6)), Sphere(centre=(7, 5, 5), radius=radius)
+    met = legs(world(*shapes, clearance=0.0), (0, 5, 5), (10, 5, 5))
+    assert met.incursion.obstacle == deeper
+
+
 def test_the_ground_is_called_the_ground():
     ground = Terrain(origin=(0, 0), step=(10, 10), heights=np.full((2, 2), 2.0), clearance=3.0)
     scenario = world(terrain=ground)

@@ -31,7 +31,7 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault
 from skyverse.referee import check
-from skyverse.referee.path import costs_agree, judge_safety
+from skyverse.referee.path import costs_agree, judge_cost, judge_safety
 from skyverse.referee.world import referee_world
 
 
@@ -86,6 +86,16 @@ def test_going_straight_on_and_turning_back_are_no_turns():
 )
 def test_costs_agree_to_a_millionth_of_one_or_of_themselves(claimed, true, agree):
     assert costs_agree(claimed, true) is agree
+
+
+@pytest.mark.parametrize(("aside", "turns"), [(1e-8, 0), (1e-6, 1)])
+def test_whether_long_steps_turn_depends_on_their_angle_alone(aside, turns):
+    objective = SCENARIO.objective.model_copy(update={"divergence": 5.0})
+    judge = referee_world(SCENARIO.model_copy(update={"objective": objective}))
+    path = np.array([(0, 0, 0), (100, 0, 0), (200, aside, 0)])
+    terms = {"fuel": 3 * objective.fuel, "divergence": 5.0 * turns, "end": 0.0}
+    claimed = replace(VALID.results[0], cost=sum(terms.values()), terms=terms, bound=None, status=Status.COMPLETE)
+    assert list(judge_cost(judge, 0, path, path[-1], claimed)) == []
 
 
 def test_a_climb_is_priced_by_its_weight():
