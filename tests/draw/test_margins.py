@@ -2,6 +2,7 @@
 
 import base64
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -126,6 +127,18 @@ def test_the_ceiling_above_ground_is_in_the_picture(planned, grounded):
     assert ceiling["meta"]["above"] == 60.0
     assert drawn.world.high[2] >= drawn.world.relief.z.max() + 60
     assert of_role(in_space(scene(grounded)), "ceiling") == []
+    assert "base" not in ceiling["meta"]
+
+
+def test_the_ceiling_in_the_picture_stands_on_the_lowest_ground(planned):
+    ground = planned.scenario.terrain.model_copy(update={"lowest": planned.scenario.terrain.heights - 3})
+    below = replace(planned, scenario=planned.scenario.model_copy(update={"terrain": ground}))
+    drawn = scene(below)
+    (ceiling,) = of_role(in_space(drawn), "ceiling")
+    data = base64.b64decode(ceiling["meta"]["base"]["bdata"])
+    base = np.frombuffer(data, "<f4").reshape(drawn.world.relief.z.T.shape)
+    places = np.stack(np.meshgrid(drawn.world.relief.x, drawn.world.relief.y, indexing="ij"), axis=-1)
+    np.testing.assert_allclose(base, ground.height(places).T - 3, atol=1e-4)
 
 
 def test_a_profile_tells_the_time_at_each_place(planned):

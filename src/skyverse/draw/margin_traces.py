@@ -102,10 +102,16 @@ def separations(scene: Scene) -> list[Trace]:
 
 
 def ceiling(scene: Scene) -> list[Trace]:
-    """Return the ceiling above ground, of which the page makes a surface from that of the ground."""
-    most = scene.scenario.max_height
-    if most is None or scene.world.relief is None:
+    """Return the ceiling above ground, of which the page makes a surface.
+
+    The page knows the ground; where the ceiling is counted from a lower surface, that comes with it.
+    """
+    most, ground, drawn = scene.scenario.max_height, scene.scenario.terrain, scene.world.relief
+    if most is None or ground is None or drawn is None:
         return []
-    meta = {"role": "ceiling", "above": most}
+    meta: dict[str, object] = {"role": "ceiling", "above": most}
+    if ground.lowest is not None:
+        places = np.stack(np.meshgrid(drawn.x, drawn.y, indexing="ij"), axis=-1)
+        meta["base"] = packed(ground.lowest_ground.height(places).T)
     rim = trace("scatter3d", "lines", "Ceiling's rim", {"x": [], "y": [], "z": []}, None, {"role": "rim"})
     return [{"type": "mesh3d", "name": f"Ceiling, {most:g} m above ground", "hoverinfo": "skip", "meta": meta}, rim]

@@ -19,9 +19,9 @@ const ringsAround = ([x, y, z], separations) => {
   return rings;
 };
 
-// Return the mesh of the ceiling over the ground, which is a grid, and the line along its rim.
-const ceilingOver = (grid, above) => {
-  const z = grid.z.map((height) => height + above), { intensity, ...mesh } = meshed({ ...grid, z }, CEILING_POINTS);
+// Return the mesh of the ceiling over the ground, which is a grid, or over a lower base, and the line along its rim.
+const ceilingOver = (grid, { above, base }) => {
+  const z = (base ? decoded(base) : grid.z).map((height) => height + above), { intensity, ...mesh } = meshed({ ...grid, z }, CEILING_POINTS);
   const nx = grid.x.length, ny = grid.y.length, along = [];
   for (let i = 0; i < nx; i++) along.push([i, 0]);
   for (let j = 1; j < ny; j++) along.push([nx - 1, j]);

@@ -19,7 +19,7 @@
   const grid = ground && { x: decoded(ground.x), y: decoded(ground.y), z: decoded(ground.z), light: decoded(ground.surfacecolor) };
   if (ground) Object.assign(ground, { type: "mesh3d", ...meshed(grid, Infinity) }), delete ground.surfacecolor, delete ground.contours;
   const ceiling = index("ceiling"), separation = index("separation"), rings = separation < 0 ? null : data.separations;
-  if (ceiling >= 0) ceilingOver(grid, data.space[ceiling].meta.above).forEach((made, k) => Object.assign(data.space[ceiling + k], made));
+  if (ceiling >= 0) ceilingOver(grid, data.space[ceiling].meta).forEach((made, k) => Object.assign(data.space[ceiling + k], made));
   const swift = motion($("space"), grid);
   let stretch = data.stretch;
   let flat = null;
