@@ -41,6 +41,7 @@ templates_path = ["_templates"]
 html_theme = "furo"
 html_title = f"skyverse {release}"
 html_static_path = ["_static"]
+html_css_files = ["skyverse.css"]
 html_show_sourcelink = False
 default_role = "py:obj"
 myst_enable_extensions = ["colon_fence", "deflist"]
