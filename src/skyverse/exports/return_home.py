@@ -11,11 +11,9 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends
 from skyverse.exports.return_choice import ReturnChoice, lost_share
-from skyverse.exports.return_lines import ReturnLines, ReturnSpace, single
+from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.return_obstruction import Obstruction, obstruction
-from skyverse.exports.separation import kept_distance
 from skyverse.exports.way_home import (
-    LARGEST_PART,
     SAMPLES,
     Destination,
     Found,
@@ -25,9 +23,7 @@ from skyverse.exports.way_home import (
     rally_altitude,
 )
 from skyverse.model.scenario import Scenario
-from skyverse.model.timed_path import TimedPath
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING
-from skyverse.referee.timed_paths import pieces_apart
+from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
 MIN_RETURN_ALTITUDE = 5.0
 """Metres above home: no lower return altitude is chosen where there is room for it."""
@@ -39,8 +35,6 @@ REFINEMENTS = 3
 """How often the step below the lowest good altitude is halved."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
-SMALLEST_CROSSING = 0.25
-"""Metres: half the length of the shortest part of a flight of which it is asked whose paths its returns cross."""
 RETURN_ALTITUDES = {"px4": (0.1, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
 """Metres above home: the least and the greatest return altitude that files can name: `RTL_ALT`, `globalRTHHeight`."""
 
@@ -202,32 +196,6 @@ def _best_altitude(
         else:
             best = middle, lower
     return best
-
-
-def crossed(scenario: Scenario, one: Return, other: FlightPlan, path: TimedPath) -> bool:
-    """Tell whether it is not proven that a returning UAV keeps its separation from another one's whole path.
-
-    Returns from all of its flight count, and the descents down to where the UAV lands. Parts of the flight whose
-    returns may come too near are halved until they are small.
-    """
-    keep = kept_distance(scenario, one.plan.route.uav, other.route.uav)
-    parts: Parts | None = one.way.legs.whole(2 * LARGEST_PART)
-    tops = np.column_stack([one.way.places[:, :2], one.way.column])
-    if not pieces_apart(_timeless(tops, one.way.places, np.full(len(tops), MAVLINK_ROUNDING)), path, keep).all():
-        return True
-    while parts is not None and len(parts.leg):
-        lines, part = one.way.lines(parts)
-        near = ~pieces_apart(_timeless(*lines[:3]), path, keep)
-        if not pieces_apart(_timeless(*single(lines.of(near))[:3]), path, keep).all():
-            return True
-        parts = one.way.halved(parts.of(np.unique(part[near])), SMALLEST_CROSSING)
-    return parts is None
-
-
-def _timeless(starts: Floats, ends: Floats, growth: Floats) -> TimedPath:
-    """Return lines between (m, 3) metres, which are thickened by (m,) metres, as pieces of a path at any time."""
-    times = np.zeros((len(growth), 2))
-    return TimedPath(starts, ends, times, times, np.repeat(growth[:, None], 2, axis=1))
 
 
 def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:

@@ -1,11 +1,12 @@
 """What exports say of ways home: a sentence for each UAV, and why a mission cannot end with a return."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.return_choice import MAX_RALLY_POINTS
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import CLEARANCE_SHARE
+from skyverse.exports.separation import named_pairs
 from skyverse.model.scenario import Scenario
 from skyverse.space.tube import NO_ERROR
 
@@ -34,6 +35,17 @@ def return_sentence(scenario: Scenario, back: Return, met: Sequence[str]) -> str
     elif len(scenario.uavs) > 1:
         said += "; it keeps its separation from the paths of all others"
     return f"{said}."
+
+
+def pairs_sentences(scenario: Scenario, together: dict[tuple[int, int], bool]) -> Iterator[str]:
+    """Yield sentences on the pairs of UAVs that keep their separation when both return, and on those that may not."""
+    for apart, said in (
+        (True, "keep their separation also when both return, each at any instant: their ways home are apart in space"),
+        (False, "may come too close when both return at once: let one of them land before the other returns"),
+    ):
+        pairs = [pair for pair, found in together.items() if found == apart]
+        if pairs:
+            yield f"{named_pairs(scenario, pairs)} {said}."
 
 
 def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None]]) -> None:

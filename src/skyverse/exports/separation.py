@@ -78,7 +78,7 @@ class FleetApart:
             Apart.SCHEDULE: f"keep it only on schedule, NOT {self.tolerance.sentence()}",
             Apart.CLOSE: "come too close even on schedule",
         }
-        return f"{_named(scenario, self.of(kind))} {told[kind]}."
+        return f"{named_pairs(scenario, self.of(kind))} {told[kind]}."
 
 
 def fleet_apart(
@@ -90,13 +90,13 @@ def fleet_apart(
     referee judges whether they are apart at all times that the tolerance allows, and at last on schedule.
     """
     paths = [timed_path(scenario, plan, tolerance) for plan in plans]
-    boxes = [_box(path) for path in paths]
+    boxes = [path_box(path) for path in paths]
     pairs: dict[tuple[int, int], Apart] = {}
     doubtful = []
     for i, j in combinations(range(len(plans)), 2):
         pair = plans[i].route.uav, plans[j].route.uav
         keep = kept_distance(scenario, *pair)
-        if _beyond(boxes[i], boxes[j], keep) or paths_apart(paths[i], paths[j], keep, timed=False):
+        if beyond(boxes[i], boxes[j], keep) or paths_apart(paths[i], paths[j], keep, timed=False):
             pairs[pair] = Apart.SPACE
         elif paths_apart(paths[i], paths[j], keep, timed=True):
             pairs[pair] = Apart.TIMING
@@ -139,20 +139,21 @@ def _on_schedule(
     return tuple(violation for violation in found if any(set(pair) == set(violation.uavs) for pair in pairs))
 
 
-def _box(path: TimedPath) -> tuple[Floats, Floats]:
+def path_box(path: TimedPath) -> tuple[Floats, Floats]:
+    """Return the least and the greatest corner, (3,) metres each, of the box around a path, deviations counted."""
     off = path.deviation.max(axis=1)[:, None]
     low, high = np.minimum(path.starts, path.ends) - off, np.maximum(path.starts, path.ends) + off
     return low.min(axis=0), high.max(axis=0)
 
 
-def _beyond(first: tuple[Floats, Floats], second: tuple[Floats, Floats], keep: KeptDistance) -> bool:
+def beyond(first: tuple[Floats, Floats], second: tuple[Floats, Floats], keep: KeptDistance) -> bool:
     """Tell whether boxes about two paths are farther apart than the separation."""
     level, upright = keep.across + keep.error_across, keep.above + keep.error_above
     gap = np.maximum(first[0] - second[1], second[0] - first[1])
     return bool((gap > [level, level, upright]).any())
 
 
-def _named(scenario: Scenario, pairs: list[tuple[int, int]]) -> str:
+def named_pairs(scenario: Scenario, pairs: list[tuple[int, int]]) -> str:
     """Return the names of pairs of UAVs, or only how many they are."""
     if len(pairs) > MAX_NAMED:
         return f"{len(pairs)} pairs of UAVs"

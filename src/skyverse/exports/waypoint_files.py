@@ -16,9 +16,10 @@ from skyverse.exports.landing import landing_place, require_landings, stand
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
-from skyverse.exports.return_home import Return, certified, crossed, plan_return
+from skyverse.exports.return_home import Return, certified, plan_return
 from skyverse.exports.return_lines import ReturnSpace
-from skyverse.exports.return_sentences import require_returns, return_sentence
+from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentence
+from skyverse.exports.returns_apart import SweptReturns, crossed, returns_apart
 from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
@@ -56,10 +57,14 @@ class ExportCertificate:
         How each two UAVs keep their separation.
     returns
         The way home of each UAV that flies, ``None`` for an aeroplane.
+    returns_apart
+        Of each two UAVs but aeroplanes, by their indices, the lower first: whether they keep their separation when both
+        return, each at any instant of its flight.
     """
 
     apart: FleetApart
     returns: tuple[Return | None, ...]
+    returns_apart: dict[tuple[int, int], bool]
 
 
 def export_waypoints(
@@ -94,11 +99,14 @@ def export_waypoints(
         plans = [_returning(*each) for each in zip(plans, returns, strict=True)]
     notes = [*_proofs(scenario, plans, options)]
     apart = fleet_apart(scenario, plans)
-    on_certificate(ExportCertificate(apart, tuple(returns)))
+    swept = [None if back is None else SweptReturns(back) for back in returns]
+    together = returns_apart(scenario, [one for one in swept if one is not None])
+    on_certificate(ExportCertificate(apart, tuple(returns), together))
     if len(plans) > 1:
         _require_apart(scenario, apart, options, path)
         notes += apart.sentences(scenario)
-    notes += _return_notes(scenario, plans, returns)
+    notes += _return_notes(scenario, plans, swept)
+    notes += pairs_sentences(scenario, together)
     notes.append(_schedule_note(plans))
     for note in notes:
         on_note(note)
@@ -121,7 +129,9 @@ def _returning(plan: FlightPlan, back: Return | None) -> FlightPlan:
     return replace(plan, ending=np.stack([top, over, back.landing]))
 
 
-def _return_notes(scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[Return | None]) -> Iterator[str]:
+def _return_notes(
+    scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[SweptReturns | None]
+) -> Iterator[str]:
     """Yield a sentence on each UAV's way home, obstacles and other UAVs counted."""
     paths = [timed_path(scenario, plan) for plan in plans]
     for k, back in enumerate(returns):
@@ -133,7 +143,7 @@ def _return_notes(scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequ
             )
             continue
         others = [j for j in range(len(plans)) if j != k and crossed(scenario, back, plans[j], paths[j])]
-        yield return_sentence(scenario, back, [scenario.uavs[plans[j].route.uav].name for j in others])
+        yield return_sentence(scenario, back.back, [scenario.uavs[plans[j].route.uav].name for j in others])
 
 
 def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointOptions) -> list[FlightPlan]:
