@@ -1,6 +1,7 @@
 """What is kept around flights is drawn: tracking errors, columns, separations, the ceiling, and the time of a place."""
 
 import base64
+import dataclasses
 import re
 from dataclasses import replace
 
@@ -154,6 +155,19 @@ def test_a_profile_tells_the_time_at_each_place(planned):
     assert 3 <= len(instants) <= 8
     (flight,) = of_role(side["traces"], "flight")
     assert re.search(r"m above ground<br>t = %\{customdata\[1\]:,\.1f\} s", flight["hovertemplate"])
+
+
+def test_a_flight_is_drawn_beside_its_plan_and_the_error_around_the_plan(planned):
+    drawn = scene(planned)
+    track = drawn.tracks[0]
+    strayed = dataclasses.replace(track, positions=track.positions + np.array((0.0, 0.0, 0.7)))
+    flown = dataclasses.replace(drawn, tracks=(strayed, drawn.tracks[1]))
+    side, beside = from_the_side(flown)
+    (plan,), (band,) = of_role(side["traces"], "planned"), of_role(side["traces"], "tube")
+    np.testing.assert_allclose(columns_of(plan, "y")[:, 0], track.nominal[:, 2], atol=1e-3)
+    heights = columns_of(band, "y")[:, 0]
+    assert np.nanmax(heights) == pytest.approx(track.nominal[:, 2].max() + 2, abs=0.1)
+    assert of_role(beside["traces"], "planned") == []
 
 
 def test_a_path_without_a_trajectory_has_no_time(planned, grounded):

@@ -27,11 +27,11 @@ def from_the_side(scene: Scene) -> list[dict[str, Any]]:
 
 def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]:
     """Return the traces of one UAV's profile, those in the background first."""
-    heights = []
+    heights = [profile.points[:, 2]]
     heights += [] if profile.ground is None else [profile.ground, profile.ground + profile.clearance]
     heights += [] if profile.band is None else [profile.band]
     heights += [] if profile.ceiling is None else [profile.ceiling]
-    heights += [profile.points[:, 2] - track.error.vertical, profile.points[:, 2] + track.error.vertical]
+    heights += [track.nominal[:, 2] - track.error.vertical, track.nominal[:, 2] + track.error.vertical]
     heights += [crossing.levels for crossing in profile.crossings if scene.world.kinds[crossing.kind].solid]
     low, high = (float(edge([edge(values) for values in heights])) for edge in (np.min, np.max))
     margin = 0.06 * (high - low) or 1.0
@@ -45,7 +45,7 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
     if profile.ceiling is not None:
         points = {"x": packed(profile.distance), "y": packed(profile.ceiling)}
         traces.append(trace("scatter", "lines", "Ceiling above ground", points, None, {"role": "ceiling"}))
-    traces += _tube(track, profile)
+    traces += _tube(track)
     traces += _flight(track, profile)
     return {"uav": uav, "traces": traces, "range": [floor, top], "seconds": _seconds(profile)}
 
@@ -68,12 +68,12 @@ def _seconds(profile: Profile) -> list[list[float]]:
     return told
 
 
-def _tube(track: Track, profile: Profile) -> list[Trace]:
+def _tube(track: Track) -> list[Trace]:
     """Return the heights between which the UAV stays by its tracking error."""
     up = track.error.vertical
     if up == 0:
         return []
-    line = np.column_stack([profile.distance, profile.points[:, 2]])
+    line = _nominal(track)
     s, z = line[few(line, MIN_DEVIATION / 5 * up)].T
     band = np.column_stack([np.r_[s, s[::-1]], np.r_[z + up, z[::-1] - up]])
     return [_area(f"Tracking error, {up:g} m", closed([band]), {"role": "tube", "colour": track.colour})]
@@ -129,10 +129,16 @@ def _flight(track: Track, profile: Profile) -> list[Trace]:
     return [*planned, line, ends]
 
 
+def _nominal(track: Track) -> Floats:
+    """Return the flight as planned, (n, 2): metres from the start, measured on the map, and z."""
+    steps = np.linalg.norm(np.diff(track.nominal[:, :2], axis=0), axis=1)
+    return np.column_stack([np.append(0.0, np.cumsum(steps)), track.nominal[:, 2]])
+
+
 def _planned(track: Track) -> Trace:
     """Return the line of a flight as it was planned, beside which it is drawn as flown."""
-    steps = np.linalg.norm(np.diff(track.nominal[:, :2], axis=0), axis=1)
-    points = {"x": packed(np.append(0.0, np.cumsum(steps))), "y": packed(track.nominal[:, 2])}
+    line = _nominal(track)
+    points = {"x": packed(line[:, 0]), "y": packed(line[:, 1])}
     style = {"color": track.colour, "width": 1, "dash": "dash"}
     return trace("scatter", "lines", f"{plain(track.name)}, as planned", points, None, {"role": "planned"}, line=style)
 
