@@ -182,6 +182,23 @@ def test_long_legs_count_the_curvature_of_earth(length):
     assert off <= legs.apart(a, b) <= 2 * off + 0.02
 
 
+def test_long_legs_along_a_slope_count_that_the_ground_rises_beside_them():
+    length, slope = 5_000.0, 2.0
+    ground = Terrain(origin=(-6e3, -6e3), step=(12e3, 12e3), heights=[[12e3, -12e3], [12e3, -12e3]], clearance=5.0)
+    a, b = np.array([0.0, 0.0, 100.0]), np.array([length, 0.0, 100.0])
+    origin = Origin(latitude=60, longitude=10, altitude=0)
+    mission = handmade.mission(
+        [handmade.along([a, b], 400)], terrain=ground, origin=origin, low=(-5e3, -5e3, -9e3), high=(6e3, 5e3, 9e3)
+    )
+    from skyverse.exports.autopilot_leg_clearance import LegChecker
+
+    globe = to_wgs84(origin, np.stack([a, b]))
+    points = to_local(origin, globe[0] + np.linspace(0, 1, 101)[:, None] * (globe[1] - globe[0]))
+    lower = 100 - (points[:, 2] - ground.height(points[:, :2]))
+    assert lower.max() > 1.0  # the line in latitude and longitude is to the side where the ground is higher
+    assert lower.max() <= LegChecker(mission.scenario, "amsl").apart(a, b) <= 2 * lower.max() * (1 + 1 / slope)
+
+
 def test_scenarios_without_an_origin_say_how_to_give_one(tmp_path):
     mission = handmade.mission([handmade.along([(0, 0, 50), (60, 0, 50)], 20)])
     for suffix in ("plan", "waypoints", "wpml.kmz", "kml", "kmz", "geojson", "gpx", "geo.csv"):

@@ -272,6 +272,14 @@ class LegChecker:
         return lowered(self.scenario.terrain.lowest_ground, self.error)
 
     @cached_property
+    def _slope(self) -> float:
+        """The steepest slope of the ground and of the ceiling above it; 0 where altitudes follow the ground."""
+        terrain = self.scenario.terrain
+        if terrain is None or self.reference == "agl":
+            return 0.0
+        return max(steepest(terrain), steepest(terrain.lowest_ground))
+
+    @cached_property
     def _higher(self) -> Terrain:
         """The terrain, raised by what it may rise, and the UAV sink, within the error."""
         higher = raised(self.scenario.terrain, self.error)
@@ -291,7 +299,6 @@ class LegChecker:
         if long == 0 or max(np.linalg.norm(np.cross(side, on)) for side in (p, q)) / long < MIN_GROWTH / 10:
             return Checked(None)  # there is no corner
         apart = max(self.apart(before, at), self.apart(at, after))
-        slope = 0.0 if self.reference == "agl" or self.scenario.terrain is None else steepest(self.scenario.terrain)
         fault: str | Segments | None = None
         for width in np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER):
             deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
@@ -299,7 +306,7 @@ class LegChecker:
             sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
             starts = at + sides.reshape(-1, 3)
             # every possible way is at most this far from one of the lines to `after`, and nearer towards the end
-            between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 + slope)
+            between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 + self._slope)
             whole = np.broadcast_to(after, starts.shape)
             hopeless = self._checked(starts, whole, apart)
             if hopeless.fault is not None:
@@ -313,9 +320,10 @@ class LegChecker:
         return Checked(fault)
 
     def apart(self, a: Floats, b: Floats) -> float:
-        """Return how many metres a flown leg can deviate from the straight line in local metres.
+        """Return by how many metres a flown leg can be nearer to something than the straight line in local metres.
 
-        It covers great circles, which PX4 follows, and straight lines in latitude and longitude.
+        It covers great circles, which PX4 follows, and straight lines in latitude and longitude. Where these are to the
+        side, the ground may be higher by its slope, and the ceiling lower.
         """
         ends = np.stack([a, b])
         asked = ends.tobytes()
@@ -324,7 +332,7 @@ class LegChecker:
         return self._apart[asked]
 
     def _bend(self, a: Floats, b: Floats, ends: Floats) -> float:
-        bent = self._curved(ends)
+        bent = self._curved(ends) * (1 + self._slope)
         if self.reference == "agl":
             assert self.scenario.terrain is not None
             bent += swell(self.scenario.terrain, a, b)
