@@ -87,7 +87,7 @@ def in_version_1(scenario):
     """A scenario's data without the fields that version 2 brought."""
     told = scenario | {"format": "skyverse/scenario/1"}
     for part, names in NEW_IN_SCENARIO_2.items():
-        if part:
+        if part and told[part] is not None:
             told[part] = [{k: v for k, v in entry.items() if k not in names} for entry in told[part]]
     return {k: v for k, v in told.items() if k not in NEW_IN_SCENARIO_2[""]}
 

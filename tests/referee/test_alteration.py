@@ -57,6 +57,18 @@ def test_an_altered_ground_is_told_in_numbers():
     assert any("terrain.heights differs in 1 of 77 numbers" in one.message for one in found)
 
 
+def test_a_second_ground_that_only_one_of_both_has_is_told():
+    heights = np.zeros((11, 7))
+    grounds = (Terrain(origin=(0, 0), step=(1, 1), heights=heights, lowest=lowest) for lowest in (None, heights - 1))
+    one, two = (SCENARIO.model_copy(update={"terrain": ground}) for ground in grounds)
+    for true, embedded, words in (
+        (one, two, "terrain.lowest is given in the mission only"),
+        (two, one, "terrain.lowest is missing in the mission"),
+    ):
+        found = check(true, replace(VALID, scenario=embedded))
+        assert any(words in violation.message for violation in found)
+
+
 def test_a_mission_without_a_scenario_is_refused():
     (found,) = check(SCENARIO, replace(VALID, scenario=None))
     assert found.message == "The mission embeds no scenario."

@@ -34,8 +34,7 @@ def _differences(place: str, ours: object, theirs: object) -> Iterator[str]:
             for name in type(ours).model_fields:
                 inner = f"{place}.{name}" if place else name
                 yield from _differences(inner, getattr(ours, name), getattr(theirs, name))
-    elif isinstance(ours, np.ndarray):
-        theirs = np.asarray(theirs)
+    elif isinstance(ours, np.ndarray) and isinstance(theirs, np.ndarray):
         if ours.shape != theirs.shape:
             yield f"{place} has shape {theirs.shape} in the mission, not {ours.shape}"
         elif not np.array_equal(ours, theirs):
@@ -45,6 +44,8 @@ def _differences(place: str, ours: object, theirs: object) -> Iterator[str]:
             yield f"{place} has {len(theirs)} entries in the mission, not {len(ours)}"
         for k, (one, other) in enumerate(zip(ours, theirs, strict=False)):
             yield from _differences(f"{place}[{k}]", one, other)
+    elif isinstance(ours, np.ndarray) or isinstance(theirs, np.ndarray):
+        yield f"{place} is {'missing' if theirs is None else 'given'} in the mission{'' if theirs is None else ' only'}"
     elif ours != theirs:
         yield f"{place} is {_shown(theirs)} in the mission, not {_shown(ours)}"
 
