@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 import skyverse as sky
 from handmade import mission, straight
 from skyverse import cli
+from skyverse.flight.fly_many_until_safe import _kept
 from skyverse.flight.run import fly_run, prepare
 from skyverse.flight.vehicle import vehicle_of
 from skyverse.flight.weather import weather_of
@@ -178,6 +180,12 @@ def test_a_mission_that_is_too_tight_is_refused_in_one_sentence():
     assert re.match(r"Refused: by hand at \d+% of its speed is too tight for a wind of 8 m/s, gusts", flown.refusal)
     assert "there is no way left" in flown.refusal
     assert "\n" not in flown.refusal
+
+
+def test_what_a_mission_says_that_the_referee_found_excuses_nothing():
+    told = (sky.Violation(sky.Fault.SEPARATION, (0, 1), "They come too close."),)
+    assert not _kept(replace(THROUGH, violations=told), replace(THROUGH, violations=told))
+    assert _kept(replace(THROUGH, violations=told), replace(THROUGH, violations=()))
 
 
 def test_safe_missions_are_left_alone():
