@@ -63,14 +63,17 @@ for uav, target, result in zip(scenario.uavs, mission.assignment, mission.result
     print(f"{uav.name} to {scenario.targets[target].name}: {result.cost:.1f} ({shares}), gap {result.gap:.1%}")
 
 # %%
-# Let the referee judge it, and write the files.
+# Let the referee judge it, and write the files. They hold all but what the referee proved, which `certify` proves anew.
 
 print(sky.check(scenario, mission))
 sky.write(mission, folder / "courtyard.json")
 sky.write(mission, folder / "courtyard.waypoints.csv")
 sky.write(mission, folder / "courtyard.csv", rate=10)
 sky.write_html(mission, folder / "courtyard.html")
-assert sky.read_mission(folder / "courtyard.json") == mission
+again = sky.read_mission(folder / "courtyard.json")
+assert again.results == mission.results
+assert again.trajectories == mission.trajectories
+assert sky.certify(scenario, again).trajectories == mission.certificates
 print(sorted(path.name for path in folder.iterdir()))
 
 # %%
