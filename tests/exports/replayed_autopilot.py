@@ -1,6 +1,7 @@
 """An autopilot that flies exported files, read from their text: small steps of time, and no code of the exporter."""
 
 import json
+import math
 import re
 import zipfile
 from dataclasses import dataclass, field
@@ -78,31 +79,32 @@ def read_wpml(path, origin, home, above):
 
 def fly(orders, climb, descent, factor, braking=2.5, until=10_000.0):
     """Positions every `STEP` seconds: straight to each place, turning within its radius, at rest where it stays."""
-    at, track = orders.home.copy(), []
-    track += [at.copy()] * round(orders.delay / STEP)
+    x, y, z = orders.home.tolist()
+    track = [(x, y, z)] * round(orders.delay / STEP)
     legs = zip(orders.places, orders.speeds, orders.radii, orders.stays, strict=True)
     for k, (place, speed, radius, stay) in enumerate(legs):
         last = k == len(orders.places) - 1
         rest = orders.stops or stay > 0 or k == 0 or last
-        pace = 0.0 if orders.stops or k == 1 else np.inf
+        pace = 0.0 if orders.stops or k == 1 else math.inf
+        to = place.tolist()
         while True:
-            way = place - at
-            length = float(np.linalg.norm(way))
+            east, north, up = to[0] - x, to[1] - y, to[2] - z
+            level = math.hypot(east, north)
+            length = math.hypot(level, up)
             if length < 1e-9 or (not rest and length <= radius) or len(track) * STEP > until:
                 break
-            level, up = float(np.hypot(*way[:2])), float(way[2])
-            most = speed * factor * length / level if level > 1e-9 else np.inf
+            most = speed * factor * length / level if level > 1e-9 else math.inf
             if up:
                 most = min(most, (climb if up > 0 else descent) * length / abs(up))
             if k:
                 pace = min(pace + braking * STEP, most)
-                most = min(pace, np.sqrt(2 * braking * length) + 0.01) if rest else pace
-            at = at + way * min(most * STEP / length, 1.0)
-            track.append(at.copy())
-        track += [at.copy()] * round(stay / STEP)
+                most = min(pace, math.sqrt(2 * braking * length) + 0.01) if rest else pace
+            share = min(most * STEP / length, 1.0)
+            x, y, z = x + share * east, y + share * north, z + share * up
+            track.append((x, y, z))
+        track += [(x, y, z)] * round(stay / STEP)
     if orders.land is not None:
-        for z in np.arange(at[2], orders.land, -descent * STEP):
-            track.append(np.array([*at[:2], z]))
+        track += [(x, y, low) for low in np.arange(z, orders.land, -descent * STEP)]
     return np.array(track)
 
 
