@@ -84,6 +84,11 @@ ON_ROOF = (10, 10, 5.5)
         (sky.Box(min=(11, 6, 0), max=(12, 14, 4), closed_above=True), False),
         (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool)), True),
         (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 6), bool)), False),
+        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), kind="no-fly zone"), False),  # nothing stands on airspace
+        (sky.Cylinder(centre=(10, 10), radius=0.4, low=0, high=4, kind="Restricted"), False),
+        (sky.Prism(vertices=[(9, 9), (12, 9), (12, 11)], low=0, high=1.4, kind="danger area"), True),  # far below
+        (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool), kind="geofence"), False),
+        (sky.Sphere(centre=(10, 10, 4), radius=1, kind="no-fly zone"), False),
     ],
 )
 @pytest.mark.parametrize("end", ["start", "target"])
@@ -113,7 +118,7 @@ def slope(rise):
     return scenario(start=start, target=target, terrain=terrain, bounds={"min": (0, 0, -5), "max": (40, 20, 120)})
 
 
-@pytest.mark.parametrize(("rise", "free"), [(0.5, True), (1.2, True), (1.4, False), (3.0, False)])
+@pytest.mark.parametrize(("rise", "free"), [(0.5, True), (1.0, True), (1.01, False), (1.2, False), (3.0, False)])
 def test_ground_that_rises_too_steeply_beside_a_start_is_a_wall(rise, free):
     given = slope(rise)
     mission = sky.plan_mission(given, sky.Taut())

@@ -97,16 +97,68 @@ def test_a_column_ends_where_the_uav_may_stray_from_what_lies_below(kind):
     assert column_over(world(below, error=sky.TrackingError()), 0, FOOT - [0, 0, 1]) is None
 
 
-@pytest.mark.parametrize(("rise", "top"), [(0.0, 2.5), (0.7, 3.2), (1.45, 3.95), (1.55, None), (4.0, None)])
-def test_a_column_over_sloping_ground_is_no_higher_than_clearance_and_errors(rise, top):
+@pytest.mark.parametrize(("rise", "kept_up_to"), [(0.0, 2.5), (0.7, 3.2), (1.0, 3.5), (1.01, None), (1.45, None)])
+def test_in_a_column_ground_is_exempt_unless_it_is_steeper_than_45_degrees(rise, kept_up_to):
     terrain = Terrain(origin=(0, 0), step=(20, 20), heights=np.array([[0.0, 0.0], [20 * rise, 20 * rise]]))
     judged_in = world(terrain=terrain, bounds={"min": (0, 0, -10), "max": (20, 20, 200)}, max_height=100)
     foot = np.array([10.0, 10.0, 10 * rise + 0.5])
     column = column_over(judged_in, 0, foot)
-    assert (None if column is None else column.top) == (None if top is None else pytest.approx(10 * rise + top))
-    if column is not None:
-        assert kept(column.beside, foot, column.top)
+    assert kept(column.beside, foot, column.top) == (kept_up_to is not None)
+    if kept_up_to is not None:
+        assert column.top == pytest.approx(10 * rise + kept_up_to)
         assert not kept(column.beside, foot, foot[2] + 99)  # the ceiling
+
+
+@pytest.mark.parametrize(("rise", "there_is_one"), [(1.45, True), (1.55, False), (4.0, False)])
+def test_a_column_is_no_higher_than_clearance_and_errors(rise, there_is_one):
+    terrain = Terrain(origin=(0, 0), step=(20, 20), heights=np.array([[0.0, 0.0], [20 * rise, 20 * rise]]))
+    judged_in = world(terrain=terrain, bounds={"min": (0, 0, -10), "max": (20, 20, 200)})
+    assert (column_over(judged_in, 0, np.array([10.0, 10.0, 10 * rise + 0.5])) is not None) == there_is_one
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "exempt"),
+    [
+        (9.99, 10.0, True),  # the cells from x = 11 to 13, y = 9 to 11 are steep, and the error is 1 m
+        (10.01, 10.0, False),
+        (13.99, 10.5, False),
+        (14.01, 10.5, True),
+        (12.5, 7.99, True),
+        (12.5, 8.01, False),
+        (12.0, 11.99, False),
+        (12.0, 12.01, True),
+        (10.2, 8.2, True),  # beyond the corner
+        (10.4, 8.4, False),
+        (13.6, 11.6, False),
+        (13.8, 11.8, True),
+    ],
+)
+def test_only_ground_within_the_error_counts_as_steep(x, y, exempt):
+    heights = np.zeros((21, 21))
+    heights[12, 10] = 0.75
+    judged_in = world(terrain=Terrain(origin=(0, 0), step=(1, 1), heights=heights))
+    foot = np.array([x, y, 0.5])
+    column = column_over(judged_in, 0, foot)
+    assert kept(column.beside, foot, column.top) == exempt
+
+
+def test_without_a_horizontal_error_no_ground_is_beside_a_column():
+    terrain = Terrain(origin=(0, 0), step=(1, 1), heights=np.add.outer(2.0 * np.arange(21), np.zeros(21)))
+    judged_in = world(
+        terrain=terrain, error=sky.TrackingError(vertical=2.0), bounds={"min": (0, 0, 0), "max": (20, 20, 80)}
+    )
+    foot = np.array([10.0, 10.0, 20.5])
+    assert kept(column_over(judged_in, 0, foot).beside, foot, 22.5)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_in_a_column_airspace_that_ends_below_keeps_the_error(kind):
+    below = beside(kind, -0.5, 4.0)
+    for name, exempt in (("building", True), (None, True), ("no-fly zone", False), ("Restricted airspace", False)):
+        judged_in = world(below.model_copy(update={"kind": name}))
+        foot = FOOT - [0, 0, 1]
+        column = column_over(judged_in, 0, foot)
+        assert kept(column.beside, foot, foot[2] + 1) == exempt if column is not None else not exempt
 
 
 def test_in_a_column_the_floor_of_the_bounds_is_exempt_but_not_their_sides():

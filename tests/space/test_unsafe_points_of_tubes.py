@@ -33,7 +33,7 @@ def test_a_start_and_a_target_beside_or_below_what_does_not_end_above_are_told()
     assert start.field == "uavs[0].start"
     assert start.reason == (
         "is 1 m too near obstacles[0] for the clearance of 0.5 m and the tracking error of 1 m horizontally and 1.5 m "
-        "vertically, from which only what lies below it is exempt"
+        "vertically, from which only ground and roofs below it are exempt"
     )
     assert start.nearest == (12, 5, 4)
     assert target.field == "targets[0].position"
@@ -49,11 +49,22 @@ def test_a_start_too_near_a_wall_is_told_by_how_much_and_where_the_nearest_place
     assert z == 0.5
 
 
-def test_a_start_beside_steep_ground_is_told_how_high_it_would_have_to_climb():
+def test_a_start_beside_steep_ground_is_told_so_and_how_high_it_would_have_to_climb():
     terrain = {"origin": (0, 0), "step": (10, 12), "heights": [[0, 0], [0, 0], [30, 30]]}
-    given = scenario((9.5, 5, 0.5), terrain=terrain, bounds={"min": (0, 0, 0), "max": (20, 12, 60)}, obstacles=())
-    (bad,) = unsafe_points(given)
-    assert bad.reason == (
+    around = {"bounds": {"min": (0, 0, 0), "max": (20, 12, 60)}, "obstacles": ()}
+    (within,) = unsafe_points(scenario((9.5, 5, 0.5), terrain=terrain, **around))
+    assert within.reason == (
+        "is within its tracking error of ground that is steeper than 45 degrees: it would have to be 4.5 m higher"
+    )
+    (near,) = unsafe_points(scenario((8.9, 5, 0.5), terrain=terrain, **around))
+    assert near.reason == (
         "is beside ground that rises so steeply that it may stray by its tracking error only from 4.5 m above; "
         "no more than 3 m are allowed"
     )
+
+
+def test_a_start_over_airspace_is_told_that_only_ground_and_roofs_are_exempt():
+    zone = sky.Box(min=(0, 0, 0), max=(5, 5, 1), kind="no-fly zone")
+    (bad,) = unsafe_points(scenario((3, 3, 1.5), obstacles=(zone,)))
+    assert bad.reason.startswith("is 1.5 m too near obstacles[0] (no-fly zone) for the clearance of 0.5 m and")
+    assert bad.reason.endswith("from which only ground and roofs below it are exempt")

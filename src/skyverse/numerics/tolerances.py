@@ -40,6 +40,9 @@ QUADRATURE = 1e-9
 SURFACE_DEPTH = 1e-9
 """Metres that a point may lie inside a grown obstacle, or outside the bounds: coordinates in km round by less."""
 
+REACH_ROUNDING = 1e-9
+"""Relative: cells of the ground this much beyond the tracking error count as within it, clear of all rounding."""
+
 FACE_PLANE = 1e-9
 """Metres: a point this near to the plane of a face counts as lying in it, because bends are rounded to edges."""
 

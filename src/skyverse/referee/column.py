@@ -1,9 +1,10 @@
 """The columns over a UAV's own start and target, in which its error does not count for what lies below.
 
 A UAV that stands on the ground or on a roof is nearer to it than its clearance and its tracking error. So where it
-flies straight up from its start, or straight down to its target, the ground, the bounds' floor, and obstacles that end,
-grown by the clearance alone, no higher than the start or target are exempt from the error, not from the clearance.
-Everything else, beside or above, keeps both. The column ends where the UAV may stray from what lies below.
+flies straight up from its start, or straight down to its target, the bounds' floor, ground that is nowhere steeper than
+45 degrees within the horizontal error, and obstacles that end, grown by the clearance alone, no higher than the start
+or target are exempt from the error, not from the clearance. Everything else, beside or above, keeps both, and so does
+airspace below, which carries nobody. The column ends where the UAV may stray from what lies below.
 """
 
 from collections.abc import Iterator
@@ -14,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
+from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes
 from skyverse.referee.ground import Ceiling, GrownGround
 from skyverse.referee.prisms import GrownPrisms
 from skyverse.referee.round_solids import GrownCylinders, GrownSpheres
 from skyverse.referee.solids import GrownSolids
-from skyverse.referee.tolerances import COLUMN_REACH, COLUMN_SLACK, LET_PASS
+from skyverse.referee.tolerances import COLUMN_REACH, COLUMN_SLACK, EXEMPT_SLOPE, LET_PASS
 from skyverse.referee.tube import EXACT, narrower, shorter
 from skyverse.referee.world import RefereeWorld
 
@@ -68,12 +70,15 @@ def column_over(world: RefereeWorld, uav: int, place: Floats) -> Column | None:
 def without_below(world: RefereeWorld, place: Floats, roof: float) -> RefereeWorld:
     """Return what there is about the vertical line through a place, (3,) metres, but for what lies below.
 
-    Left out are the ground, what the error takes of the bounds' floor, and shapes that end, as given, no higher than
-    `roof`, metres; also all shapes that the line does not meet.
+    Left out are what the error takes of the bounds' floor, the ground if it is not steep, and shapes, but not airspace,
+    that end, as given, no higher than `roof`, metres; also all shapes that the line does not meet.
     """
     low = np.array([*world.low[:2], world.nominal.low[2]])
     kinds = [kind if _is_terrain(kind) else kind.of(_met(world, kind, place, roof)) for kind in world.others]
-    others = tuple(kind for kind in kinds if not isinstance(kind, GrownGround) and len(kind.obstacle))
+    floor_counts = world.ground is not None and (
+        world.ground.steepest_about(place, world.error.horizontal) > EXEMPT_SLOPE
+    )
+    others = tuple(kind for kind in kinds if (floor_counts or not isinstance(kind, GrownGround)) and len(kind.obstacle))
     boxes = world.boxes.of(_met(world, world.boxes, place, roof))
     return replace(world, low=low, boxes=boxes, others=others)
 
@@ -83,12 +88,18 @@ def _is_terrain(kind: GrownSolids) -> bool:
 
 
 def _met(world: RefereeWorld, kind: GrownSolids, place: Floats, roof: float) -> Indices:
-    """Return the numbers of the shapes of a kind above a roof that a vertical line may meet."""
+    """Return the numbers of the shapes of a kind that a vertical line may meet, above a roof or airspace."""
     line = np.array([*place[:2], 0.0])
     reach = np.array([COLUMN_REACH, COLUMN_REACH, np.inf])
     pairs = [found[:, 1] for found in kind.tree.overlapping((line - reach)[None], (line + reach)[None])]
     near = np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *pairs]))
-    return near[_tops(kind, near, world.error) > roof]
+    return near[(_tops(kind, near, world.error) > roof) | _airspace(world, kind, near)]
+
+
+def _airspace(world: RefereeWorld, kind: GrownSolids, which: Indices) -> NDArray[np.bool_]:
+    """Tell which shapes, (n,), are airspace, which nothing stands on."""
+    obstacles = world.scenario.obstacles
+    return np.array([is_airspace(obstacles[number].kind) for number in kind.obstacle[which]], dtype=np.bool_)
 
 
 def _tops(kind: GrownSolids, which: Indices, error: TrackingError) -> Floats:
@@ -113,7 +124,8 @@ def _ends_of_what_is_below(world: RefereeWorld, place: Floats, roof: float) -> I
             for pairs in kind.tree.overlapping(place[None], place[None]):
                 which = pairs[:, 1]
                 held = kind.depth(np.broadcast_to(place, (len(which), 1, 3)), which) > 0
-                for shape in which[held & (_tops(kind, which, world.error) <= roof)]:
+                held &= (_tops(kind, which, world.error) <= roof) & ~_airspace(world, kind, which)
+                for shape in which[held]:
                     yield _top(kind, int(shape), place)
 
 

@@ -13,7 +13,7 @@ from skyverse.referee.polynomial import Polynomials
 from skyverse.referee.solids import GrownSolids
 from skyverse.referee.subdivision import MAX_DEPTH
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON, SEAM_SEARCH
-from skyverse.referee.tube import EXACT, raised_heights
+from skyverse.referee.tube import EXACT, raised_heights, steepest_in_cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +89,19 @@ class GrownGround(GrownSolids):
         cell = self._cell(places)
         (h, a, b, e), (u, v) = self._surface(cell), self._shares(places, cell).T
         return h + a * u + b * v + e * u * v
+
+    def steepest_about(self, place: Floats, radius: float) -> float:
+        """Return the steepest slope of the cells that are nearer to a place than a radius, metres; 0 without any."""
+        reach, cells = np.array([radius, radius]), np.array(self.heights.shape) - 1
+        first, last = self._cell(place[:2] - reach), self._cell(place[:2] + reach)
+        cell = np.stack(np.meshgrid(*map(np.arange, first, last + 1), indexing="ij"), axis=-1)
+        corner = self.origin + cell * self.step
+        # the cells at the rim go on beyond it
+        low = np.where(cell == 0, -np.inf, corner)
+        high = np.where(cell == cells - 1, np.inf, corner + self.step)
+        beside = np.linalg.norm(np.maximum(np.maximum(low - place[:2], place[:2] - high), 0.0), axis=-1)
+        h = self.heights[first[0] : last[0] + 2, first[1] : last[1] + 2]
+        return float(steepest_in_cells(h, self.step)[beside < radius].max(initial=0.0))
 
     def heights_along(self, a: Floats, b: Floats) -> tuple[Floats, Floats]:
         """Cut the straight leg from a to b, (3,) metres, where it passes from one cell to the next.

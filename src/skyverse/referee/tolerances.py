@@ -73,3 +73,6 @@ COLUMN_SLACK = 2e-3
 
 AIRSPEED_BAND = 0.01
 """Share of an aeroplane's speed that its speed over ground may be off: this much every autopilot corrects at once."""
+
+EXEMPT_SLOPE = 1 + 1e-9
+"""Metres of height a metre: ground up to this slope, of 45 degrees and rounding, lies below a column and not beside."""

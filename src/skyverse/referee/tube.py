@@ -40,6 +40,16 @@ def narrower(radius: Floats, error: TrackingError) -> Floats:
     return radius - (np.hypot(error.horizontal, error.vertical) - error.horizontal)
 
 
+def steepest_in_cells(h: Floats, step: Floats) -> Floats:
+    """Return the steepest slopes (n, m), metres of height a metre, of the cells between heights h (n + 1, m + 1).
+
+    Within a cell the ground is nowhere steeper than its steeper edges along x and along y together.
+    """
+    east, north = np.abs(h[1:] - h[:-1]) / step[0], np.abs(h[:, 1:] - h[:, :-1]) / step[1]
+    slope: Floats = np.sqrt(np.maximum(east[:, 1:], east[:, :-1]) ** 2 + np.maximum(north[1:], north[:-1]) ** 2)
+    return slope
+
+
 def raised_heights(terrain: Terrain, error: TrackingError) -> Floats:
     """Return heights (nx, ny), metres, that are nowhere lower than the highest ground within the radius and the error.
 
@@ -48,9 +58,7 @@ def raised_heights(terrain: Terrain, error: TrackingError) -> Floats:
     the steepest slope of these, and so is every place between the corners.
     """
     radius, h = error.horizontal, terrain.heights
-    east = np.abs(h[1:] - h[:-1]) / terrain.step[0]
-    north = np.abs(h[:, 1:] - h[:, :-1]) / terrain.step[1]
-    steepest = np.sqrt(np.maximum(east[:, 1:], east[:, :-1]) ** 2 + np.maximum(north[1:], north[:-1]) ** 2)
+    steepest = steepest_in_cells(h, np.array(terrain.step))
     reach = [int(np.ceil(radius / step)) for step in terrain.step]
     for axis in (0, 1):
         more = min(reach[axis], steepest.shape[axis])

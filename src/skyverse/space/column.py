@@ -1,8 +1,9 @@
 """The column over a start or target: from there straight up to where a UAV may stray from its nominal position.
 
 A UAV that stands on the ground or on a roof cannot keep its tracking error and the clearance from it. It takes off and
-lands in a column in which the error does not count for what lies below: the ground, the bounds' floor, and obstacles
-that end, grown by the clearance, no higher than the start or target. From all else it keeps both.
+lands in a column in which the error does not count for what lies below: the bounds' floor, the ground where it is
+nowhere steeper than 45 degrees within the horizontal error, and obstacles that end, grown by the clearance, no higher
+than the start or target. From all else it keeps both, also from airspace below, on which nothing stands.
 """
 
 import numpy as np
@@ -79,7 +80,7 @@ def why_no_column(nominal: World, world: World, point: ArrayLike) -> str | None:
         return None
     must = (
         f"the clearance of {clearance:g} m and the tracking error of {error.horizontal:g} m horizontally and "
-        f"{error.vertical:g} m vertically, from which only what lies below it is exempt"
+        f"{error.vertical:g} m vertically, from which only ground and roofs below it are exempt"
     )
     beside = beside_column(nominal, world, foot)
     most = highest_top(nominal, error, foot)
@@ -89,9 +90,13 @@ def why_no_column(nominal: World, world: World, point: ArrayLike) -> str | None:
             number = beside.blocker((*foot[:2], height))
             if number is not None:
                 return f"is {_too_near(beside, foot, top):.3g} m too near {beside.named(number)} for {must}"
+            ground = beside.way_out_above((*foot[:2], height)) if beside.is_steep_about(foot) else None
+            if ground is not None:
+                higher = f"it would have to be {ground - height:.3g} m higher"
+                return f"is within its tracking error of ground that is steeper than 45 degrees: {higher}"
             reason = beside.why_unsafe((*foot[:2], height))
             if reason is not None:
-                return f"{reason}; only what lies below a start or target is exempt from the error"
+                return f"{reason}; only ground and roofs below a start or target are exempt from the error"
         above = None if world.free(top)[0] else world.way_out_above(top)
         if above is None:
             break

@@ -13,6 +13,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.model.shapes import Cylinder, Prism, Sphere, Terrain
 from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import REACH_ROUNDING
 
 NO_ERROR = TrackingError()
 """The error of a UAV that keeps to its nominal position."""
@@ -51,15 +52,47 @@ def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:
     """
     if terrain is None or error == NO_ERROR:
         return terrain
-    (dx, dy), h = terrain.step, terrain.heights
-    along_x, along_y = np.abs(np.diff(h, axis=0)) / dx, np.abs(np.diff(h, axis=1)) / dy
-    slope = np.hypot(
-        np.maximum(along_x[:, :-1], along_x[:, 1:]),
-        np.maximum(along_y[:-1], along_y[1:]),
-    )
+    h = terrain.heights
+    slope = _steepest_in_cells(h, terrain.step)
     for axis, step in enumerate(terrain.step):
         slope = _steepest_near(slope, axis, math.ceil(error.horizontal / step))
     return terrain.model_copy(update={"heights": h + (error.horizontal * slope + error.vertical), "lowest": None})
+
+
+def steepest_within(terrain: Terrain, place: Floats, radius: float) -> float:
+    """Return the steepest slope, metres of height a metre, of the cells of a terrain that are nearer to x, y.
+
+    Parameters
+    ----------
+    terrain
+        The terrain.
+    place
+        (2,) metres.
+    radius
+        Metres. Where it is 0, no cell is nearer, and the answer is 0.
+    """
+    near, parts = radius * (1.0 + REACH_ROUNDING), []
+    for axis, (origin, step) in enumerate(zip(terrain.origin, terrain.step, strict=True)):
+        first, last = np.floor((place[axis] + np.array([-near, near]) - origin) / step).astype(int)
+        cells = terrain.heights.shape[axis] - 1
+        index = np.arange(max(first - 1, 0), min(last + 1, cells - 1) + 1)
+        low = origin + index * step
+        parts.append((index, np.maximum(np.maximum(low - place[axis], place[axis] - low - step), 0.0)))
+    (i, aside), (j, along) = parts
+    if not (len(i) and len(j)):
+        return 0.0
+    h = terrain.heights[i[0] : i[-1] + 2, j[0] : j[-1] + 2]
+    slope = _steepest_in_cells(h, terrain.step)
+    return float(slope[np.hypot(aside[:, None], along) < near].max(initial=0.0))
+
+
+def _steepest_in_cells(h: Floats, step: tuple[float, float]) -> Floats:
+    """Return the steepest slope in each cell between heights (n, m), metres of height a metre, (n - 1, m - 1)."""
+    along_x, along_y = np.abs(np.diff(h, axis=0)) / step[0], np.abs(np.diff(h, axis=1)) / step[1]
+    return np.asarray(
+        np.hypot(np.maximum(along_x[:, :-1], along_x[:, 1:]), np.maximum(along_y[:-1], along_y[1:])),
+        dtype=np.float64,
+    )
 
 
 def _steepest_near(slope: Floats, axis: int, reach: int) -> Floats:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
+from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
 from skyverse.model.uav import TrackingError
@@ -23,7 +24,7 @@ from skyverse.space.obstacles import (
     with_margin,
 )
 from skyverse.space.seams import avoids_seams, bounds_are_wide, within_bounds
-from skyverse.space.tube import NO_ERROR, inner_bounds, raised, stretch_boxes, stretched
+from skyverse.space.tube import NO_ERROR, inner_bounds, raised, steepest_within, stretch_boxes, stretched
 from skyverse.space.voxels import merged
 
 
@@ -192,10 +193,11 @@ class World:
         )
 
     def beside(self, place: ArrayLike, roof: float, reach: float = BESIDE) -> "World":
-        """Return the world of the vertical line through a place, without what lies below.
+        """Return the world of the vertical line through a place, without what lies below and carries a UAV.
 
-        It has neither the ground nor the bounds' floor less the error, nor obstacles that end, as given, no higher than
-        z = `roof`. Of all others it has those that the line meets if they are grown by `reach` metres more.
+        It has neither the bounds' floor less the error, nor obstacles that end, as given, no higher than z = `roof`,
+        unless they are airspace, nor the ground, unless that `is_steep_about` the place. Of all other obstacles it has
+        those that the line meets if they are grown by `reach` metres more.
 
         Parameters
         ----------
@@ -211,20 +213,34 @@ class World:
         is_sphere = space.solids.kind[:, 0] == solids.SPHERE
         tops = space.boxes[:, 5] - taller, space.solids.bounds[:, 5] - np.where(is_sphere, wider, taller)
         boxes, others = (
-            np.flatnonzero((table[:, :2] - grown <= xy).all(1) & (xy <= table[:, 3:5] + grown).all(1) & (top > roof))
-            for table, top in zip((space.boxes, space.solids.bounds), tops, strict=True)
+            np.flatnonzero((table[:, :2] - grown <= xy).all(1) & (xy <= table[:, 3:5] + grown).all(1))
+            for table in (space.boxes, space.solids.bounds)
+        )
+        boxes, others = (
+            np.array([k for k in near if top[k] > roof or self._is_airspace(number[k])], dtype=np.int64)
+            for near, top, number in zip((boxes, others), tops, (self._boxes, self._solids), strict=True)
         )
         table = space.boxes[boxes]
         index, order = tree.build(table)
         shapes = [self._shapes[k] for k in others]
         round_, rank = solids.make_solids(shapes)
-        low, none = np.array([*space.low[:2], self.low[2]]), ground.make_ground(None)
+        low = np.array([*space.low[:2], self.low[2]])
+        floor = space.ground if self.is_steep_about(place) else ground.make_ground(None)
         found = World.__new__(World)
         found._scenario, found.error, found.low, found.high = self._scenario, error, self.low, self.high
         found._boxes, found._solids = self._boxes[boxes][order], self._solids[others][rank]
         found._shapes = [shapes[k] for k in rank]
-        found.space = space._replace(low=low, boxes=table[order], tree=index, solids=round_, ground=none)
+        found.space = space._replace(low=low, boxes=table[order], tree=index, solids=round_, ground=floor)
         return found
+
+    def is_steep_about(self, place: ArrayLike) -> bool:
+        """Tell whether the ground is steeper than 45 degrees somewhere within the horizontal error of a place (3,)."""
+        terrain = self._scenario.terrain
+        return terrain is not None and steepest_within(terrain, _rows(place)[0, :2], self.error.horizontal) > 1.0
+
+    def _is_airspace(self, number: int) -> bool:
+        """Tell whether an obstacle is a part of the air, on which nothing can stand."""
+        return is_airspace(self._scenario.obstacles[number].kind)
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of (m, 3) points in metres whether it is safe; (m,) booleans."""
