@@ -38,9 +38,9 @@ def heights_above_ground(mission, back):
     home, altitude, found = back.plan.home, back.altitude, []
     flight = back.plan.predicted()
     for at in flight.at(np.linspace(back.plan.arrivals[0], back.plan.arrivals[-1], 100)).position:
-        goals = np.array([home, *back.rally])
+        goals = np.array([home, *back.rally_points])
         goal = goals[np.argmin(np.hypot(*(goals[:, :2] - at[:2]).T))]
-        level = {"px4": goal[2] + altitude, "ardupilot": max(home[2], goal[2]) + altitude, "dji": home[2] + altitude}
+        level = {"px4": goal[2] + altitude, "ardupilot": max(home[2] + altitude, goal[2]), "dji": home[2] + altitude}
         top = max(at[2], level[back.plan.autopilot.name])
         across = np.linspace([*at[:2], top], [*goal[:2], top], 200)
         found.append(across[:, 2] - handmade.under(mission.scenario, across))

@@ -208,9 +208,9 @@ def test_of_an_aeroplane_it_is_told_from_when_to_when_no_way_home_is_proven(tmp_
 
 def returned(back, place):
     """Places on the way home from one place, but for the descent in the column, where nobody strays."""
-    goals = np.array([back.plan.home, *back.rally])
+    goals = np.array([back.plan.home, *back.rally_points])
     goal = goals[np.argmin(np.hypot(*(goals[:, :2] - place[:2]).T))]
-    level = max(back.plan.home[2] + back.altitude, goal[2] + back.altitude, place[2])  # the file raises rally points
+    level = max(back.plan.home[2] + back.altitude, goal[2], place[2])  # the file raises rally points
     if back.plan.autopilot.name == "px4":
         level = max(goal[2] + back.altitude, place[2])
     shares = np.linspace(0, 1, 300)[:, None]

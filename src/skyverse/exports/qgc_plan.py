@@ -11,6 +11,7 @@ from skyverse.draw.shape_geometry import footprint
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions, home_on_globe, origin_of
 from skyverse.exports.mavlink_items import MISSION_FRAME, End, MissionItem, mission_items
+from skyverse.exports.return_destinations import rally_rows
 from skyverse.exports.return_home import Return
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
@@ -48,7 +49,7 @@ def plan_text(
         "vehicleType": 2 if wing is None else 1,
         "version": 2,
     }
-    rally = [] if back is None else global_positions(scenario, route.uav, back.rally_points, "home", flight.home).rows
+    rally = [] if back is None else rally_rows(scenario, back.plan, back.rally_points)
     plan = {
         "fileType": "Plan",
         "geoFence": fence,

@@ -8,22 +8,24 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, joined_parts
 from skyverse.exports.landing import ground_level, surface_below
+from skyverse.exports.return_destinations import Destination, above_surface, destination, far_enough_from_home
 from skyverse.exports.return_lines import ReturnSpace
-from skyverse.exports.way_home import Destination, Found, WayHome, above_surface, destination
+from skyverse.exports.way_home import Found, WayHome
 from skyverse.model.scenario import Scenario
 
 MAX_RALLY_POINTS = {"px4": 5, "ardupilot": 5, "dji": 0}
 """How many rally points are added at most: DJI takes none, and each is a place to keep clear of people."""
 FEW_METRES = 5.0
 """A return altitude above home below this is taken only if it is better."""
-PLACES, SAMPLES = 24, 96
-"""How many places below a flight are tried as rally points, and from how many places of it."""
+RALLY_PLACES = 24
+"""How many places below a flight are tried as rally points."""
+COUNTED_PLACES = 96
+"""Places of a flight from which the return to each of those is tried."""
 SEARCHED_CHOICES = 3
 """How many choices of an altitude and rally points are searched."""
 NEARBY_PLACES = 5
@@ -73,14 +75,13 @@ class ReturnChoice:
     def _promising(self, altitudes: Sequence[float]) -> Iterator[WayHome]:
         """Yield ways home, each at another altitude: first that with the fewest samples without, then rally points."""
         flight = self.way([], altitudes[0]).legs
-        below = [*flight.middles(flight.samples(PLACES)), self.plan.waypoints[-1]]
-        rally = [self._destination(place) for place in below] if self.most else []
-        samples = joined_parts([flight.samples(SAMPLES), flight.last_place()])
-        weights = np.r_[np.ones(SAMPLES), float(SAMPLES)]  # the end counts most: there a UAV stays
+        rally = self._destinations(flight.middles(flight.samples(RALLY_PLACES))) if self.most else []
+        samples = joined_parts([flight.samples(COUNTED_PLACES), flight.last_place()])
+        weights = np.r_[np.ones(COUNTED_PLACES), float(COUNTED_PLACES)]  # the end counts most: there a UAV stays
         choices = []
         for altitude in altitudes:
             way = self.way(rally, altitude)
-            chosen, cost = _chosen(way.away(samples), way.reaches(samples), weights, self.most)
+            chosen, cost = _chosen(way, samples, weights, self.most)
             choices.append((cost, len(chosen), altitude < FEW_METRES, altitude, chosen))
         for _, _, _, altitude, chosen in sorted(choices)[:SEARCHED_CHOICES]:
             yield self.way([rally[k - 1] for k in chosen[1:]], altitude)
@@ -90,6 +91,8 @@ class ReturnChoice:
         while len(found.lost.leg) and len(way.destinations) <= self.most and way.can_climb(found.lost):
             rally = way.destinations[1:]
             ways = [self.way([*rally, place], way.altitude) for place in self._below(way, found.lost)]
+            if not ways:
+                break
             blocked = [one.blocked(found.lost) + one.blocked() for one in ways]
             better = ways[blocked.index(min(blocked))]
             tried = better.search()
@@ -101,14 +104,18 @@ class ReturnChoice:
     def _below(self, way: WayHome, lost: Parts) -> list[Destination]:
         """Return places to land at, spread over some parts of the flight, and below its end."""
         some = np.unique(np.linspace(0, len(lost.leg) - 1, NEARBY_PLACES).round().astype(int))
-        return [self._destination(place) for place in [*way.legs.middles(lost.of(some)), self.plan.waypoints[-1]]]
+        return self._destinations(way.legs.middles(lost.of(some)))
 
-    def _destination(self, place: Floats) -> Destination:
-        """Return where a UAV lands below a place (3,), metres."""
-        uav = self.plan.route.uav
-        surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
-        low = min(above_surface(self.scenario, surface), float(place[2]))
-        return destination(self.scenario, self.space, uav, np.array([*place[:2], surface]), low)
+    def _destinations(self, above: Floats) -> list[Destination]:
+        """Return where a UAV may land below places (n, 3), metres, and below its end, but for what is near home."""
+        uav, found = self.plan.route.uav, []
+        for place in [*above, self.plan.waypoints[-1]]:
+            if not far_enough_from_home(self.scenario, self.plan.home, place):
+                continue
+            surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
+            low = min(above_surface(self.scenario, surface), float(place[2]))
+            found.append(destination(self.scenario, self.space, uav, np.array([*place[:2], surface]), low))
+        return found
 
 
 def lost_share(way: WayHome, found: Found) -> tuple[bool, float]:
@@ -121,17 +128,17 @@ def lost_share(way: WayHome, found: Found) -> tuple[bool, float]:
     return bool(last.any()), way.legs.metres(lost)
 
 
-def _chosen(away: Floats, reach: NDArray[np.bool_], weights: Floats, most: int) -> tuple[list[int], float]:
-    """Return which columns make a good set of destinations, the first always, and the weight of what they leave out.
+def _chosen(way: WayHome, samples: Parts, weights: Floats, most: int) -> tuple[list[int], float]:
+    """Return which destinations of a way home make a good set, the first always, and the weight of what they leave out.
 
-    A UAV at row i returns to the nearest destination of the set, by the metres `away`, (n, k), and gets there where
-    `reach`, (n, k). At most so many destinations are added, always the one that helps most.
+    From a sample there is a way home if the UAV gets to all destinations of the set to which it may return; otherwise
+    the sample's weight, (n,), counts. At most so many destinations are added, always the one that helps most.
     """
-    rows = np.arange(len(away))
+    away, reach = way.away(samples), way.reaches(samples)
 
     def cost(chosen: list[int]) -> float:
-        nearest = np.array(chosen)[np.argmin(away[:, chosen], axis=1)]
-        return float(weights[~reach[rows, nearest]].sum())
+        taken = way.taken(away[:, chosen], np.zeros(len(away)))
+        return float(weights[(taken & ~reach[:, chosen]).any(axis=1)].sum())
 
     chosen = [0]
     least = cost(chosen)

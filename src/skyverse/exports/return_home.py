@@ -11,17 +11,10 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends
 from skyverse.exports.return_choice import ReturnChoice, lost_share
+from skyverse.exports.return_destinations import Destination, above_surface, destination, rally_points
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.return_obstruction import Obstruction, obstruction
-from skyverse.exports.way_home import (
-    SAMPLES,
-    Destination,
-    Found,
-    WayHome,
-    above_surface,
-    destination,
-    rally_altitude,
-)
+from skyverse.exports.way_home import TRIED_PLACES, Found, WayHome
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
@@ -61,7 +54,9 @@ class Return:
     lines
         The lines that prove it.
     level
-        z at which it returns from its last waypoint, metres, and `landing`, (3,) metres, where it then lands.
+        z at which it returns from its last waypoint to the nearest destination, metres.
+    landings
+        (k, 3) metres: where it may land then, the nearest first; several where they are about equally near.
     """
 
     plan: FlightPlan
@@ -72,7 +67,12 @@ class Return:
     proven: bool
     lines: ReturnLines
     level: float
-    landing: Floats
+    landings: Floats
+
+    @property
+    def landing(self) -> Floats:
+        """(3,) metres: where it lands if it returns from its last waypoint to the nearest destination."""
+        return np.asarray(self.landings[0])
 
     @property
     def altitude(self) -> float:
@@ -87,7 +87,7 @@ class Return:
     @property
     def rally_points(self) -> Floats:
         """(k, 3) metres: the same as files have them, for ArduPilot at the altitude at which it returns there."""
-        return self.rally + np.array([0.0, 0.0, rally_altitude(self.plan.autopilot, self.altitude)])
+        return rally_points(self.way.scenario, self.plan, self.rally, self.altitude)
 
     @property
     def everywhere(self) -> bool:
@@ -126,8 +126,10 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
         choice = ReturnChoice(scenario, space, plan, base, end)
         way, found = choice.best([*altitudes, *lower], (way, found))
     last = plan.waypoints[-1]
-    nearest = int(np.argmin(np.linalg.norm((way.places - last)[:, :2], axis=1)))
-    level = max(float(last[2]), float(way.levels[nearest]))
+    away = np.linalg.norm((way.places - last)[:, :2], axis=1)
+    order = np.argsort(away)
+    landings = way.places[order[way.taken(away[None], np.zeros(1))[0][order]]]
+    level = max(float(last[2]), float(way.levels[order[0]]))
     spans = _spans(found.lost, plan)
     lost = np.array([(begin, end) for begin, end, _ in spans]).reshape(-1, 2)
     met = tuple(obstruction(space, way, found.lost.of(parts)) for _, _, parts in spans)
@@ -136,7 +138,7 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     if spans and top > way.altitude:
         above = WayHome(scenario, space, plan, way.destinations, end, top)
         highest = obstruction(space, above, found.lost.of(spans[-1][2]))
-    return Return(plan, way, lost, met, highest, True, found.lines, level, way.places[nearest])
+    return Return(plan, way, lost, met, highest, True, found.lines, level, landings)
 
 
 def certified(scenario: Scenario, space: ReturnSpace, returns: Sequence[Return]) -> list[Return]:
@@ -174,7 +176,7 @@ def _best_altitude(
     best: tuple[WayHome, Found] | None = None
     blocked = []
     for one in ways:
-        blocked.append(one.blocked() + SAMPLES * one.blocked(one.legs.last_place()))
+        blocked.append(one.blocked() + TRIED_PLACES * one.blocked(one.legs.last_place()))
         if blocked[-1]:
             continue
         found = one.search()

@@ -61,7 +61,16 @@ def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None
             field="end",
             give=stay,
         )
-    lost = [back for _, back in backs if back is not None and not back.ends_safely]
+    flown = [back for _, back in backs if back is not None]
+    unsure = [back for back in flown if back.ends_safely and len(back.landings) > 1]
+    if unsure:
+        names = ", ".join(scenario.uavs[back.plan.route.uav].name for back in unsure)
+        raise InputError(
+            f"{names}: from the end, home and rally points are about equally near: it is not known where it lands",
+            field="end",
+            give=stay,
+        )
+    lost = [back for back in flown if not back.ends_safely]
     if not lost:
         return
     names = ", ".join(scenario.uavs[back.plan.route.uav].name for back in lost)

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Autopilot
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends, flown_legs, joined_parts
+from skyverse.exports.return_destinations import Destination, may_be_taken, return_levels
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace, joined, single
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
@@ -31,72 +31,12 @@ CUT_SHARE = 2.5
 """A part is halved across the cut of a corner only above so many times the smallest size: few corners are cut."""
 SMALLEST_LOST = 0.5
 """Metres: the same where the way home is blocked from the middle of the part."""
-SAMPLES = 64
+TRIED_PLACES = 64
 """Places of a flight from which an altitude is tried before it is searched."""
 NEAR_HOME = 50.0
 """Metres from home within which a DJI aircraft returns without a climb, as its manual says; both are checked there."""
 LANDS_AT_ONCE = 5.0
 """Metres from home within which a DJI aircraft lands where it is."""
-COLUMN_STEP = 0.25
-"""Metres between the heights above a landing place at which a straying UAV is tried."""
-
-
-class Destination(NamedTuple):
-    """A place to land at.
-
-    Attributes
-    ----------
-    place
-        (3,) metres.
-    low
-        z down to which the descent is checked, metres: what is below cannot keep the clearance.
-    column
-        z of the top of the column over it, metres, in which the tracking error does not count for what lies below.
-    roof
-        z of the highest roof that lies below, metres.
-    """
-
-    place: Floats
-    low: float
-    column: float
-    roof: float
-
-
-def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats, low: float) -> Destination:
-    """Return a place to land at with its column, which ends as low as a UAV may stray that has a tracking error."""
-    error, roof = scenario.uavs[uav].tracking_error, low - scenario.clearance
-    if error == NO_ERROR:
-        return Destination(place, low, low, roof)
-    highest = scenario.clearance + error.horizontal + error.vertical
-    levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
-    points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
-    none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
-    off = none + MAVLINK_ROUNDING
-    lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, np.full(len(levels), -np.inf))
-    free = space.free(lines, error)
-    return Destination(place, low, float(levels[np.argmax(free)]) if free.any() else low, roof)
-
-
-def above_surface(scenario: Scenario, surface: float) -> float:
-    """Return z at which a UAV keeps both clearances above a surface on which it lands, metres."""
-    return surface + max(scenario.clearance, scenario.ground_clearance)
-
-
-def return_level(autopilot: Autopilot, home: Floats, destination: Destination, altitude: float) -> float:
-    """Return z at which a UAV below it returns to a destination.
-
-    PX4 counts the return altitude from its destination, DJI's aircraft from home. ArduPilot counts it from home, too,
-    but returns to a rally point at the altitude of that if it is higher, and the file gives it `rally_altitude`.
-    """
-    above = float(destination.place[2]) + altitude
-    if autopilot.name == "px4":
-        return above
-    return max(float(home[2]) + altitude, above)
-
-
-def rally_altitude(autopilot: Autopilot, altitude: float) -> float:
-    """Return how high above its ground a file places a rally point, metres."""
-    return altitude if autopilot.name == "ardupilot" else 0.0
 
 
 class Found(NamedTuple):
@@ -107,7 +47,7 @@ class Found(NamedTuple):
 
 
 class WayHome:
-    """Checks the return of one UAV at one return altitude, to the nearest of some destinations.
+    """Checks the return of one UAV at one return altitude, to each of some destinations that its autopilot may choose.
 
     Parameters
     ----------
@@ -135,8 +75,8 @@ class WayHome:
         self.scenario, self.space, self.plan = scenario, space, plan
         self.destinations, self.end, self.altitude = tuple(destinations), end, altitude
         self.legs = flown_legs(plan, scenario, end.low)
-        self.levels = np.array([return_level(plan.autopilot, plan.home, one, altitude) for one in destinations])
         self.places = np.array([one.place for one in destinations])
+        self.levels = return_levels(scenario, plan, self.places, altitude)
         self.low = np.array([one.low for one in destinations])
         self.column = np.array([one.column for one in destinations])
         self.roof = np.array([one.roof for one in destinations])
@@ -172,14 +112,14 @@ class WayHome:
 
     def blocked(self, parts: Parts | None = None) -> int:
         """Return from how many parts, or places spread evenly over the flight, the way home meets something."""
-        parts = self.legs.samples(SAMPLES) if parts is None else parts
+        parts = self.legs.samples(TRIED_PLACES) if parts is None else parts
         lines, part = self.lines(parts)
         return int(self._hopeless(lines, part, len(parts.leg)).sum())
 
     def can_climb(self, parts: Parts) -> bool:
         """Tell whether the climb is clear from any of some parts, so that another destination may help there."""
         lines, part = self.lines(parts)
-        _, first = np.unique(part, return_index=True)  # the climb to the nearest destination stands first
+        _, first = np.unique(part, return_index=True)  # a climb stands first
         return bool(self.space.free(lines.of(first), self.error).any())
 
     def _hopeless(self, lines: ReturnLines, part: NDArray[np.intp], count: int) -> NDArray[np.bool_]:
@@ -191,9 +131,13 @@ class WayHome:
     def lines(self, parts: Parts) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines that stand for the returns from parts of the flight, and the part of each line."""
         away, legs = self.away(parts), self.legs
-        half = sum(legs.spread(parts, slice(3))) + legs.off[parts.leg]
-        part, goal = np.nonzero(away <= (away.min(axis=1) + 2 * half)[:, None])
+        half = sum(legs.spread(parts, slice(2))) + legs.off[parts.leg]
+        part, goal = np.nonzero(self.taken(away, half))
         return self._lines(parts, away[part, goal], part, goal, part)
+
+    def taken(self, away: Floats, half: Floats) -> NDArray[np.bool_]:
+        """Tell which destinations may be returned to, (n, k), by a UAV `half` (n,) metres off places so far `away`."""
+        return may_be_taken(self.scenario, self.plan.autopilot, away, half + self.error.horizontal)
 
     def away(self, parts: Parts) -> Floats:
         """Return how far the middles of parts are from each destination, seen from above, (n, k) metres."""

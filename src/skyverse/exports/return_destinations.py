@@ -1,0 +1,142 @@
+"""Where a returning UAV may land: at home or at rally points, and which of them its autopilot may choose."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats
+from skyverse.exports.autopilot_leg_clearance import MIN_EARTH_RADIUS
+from skyverse.exports.autopilots import Autopilot
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.global_positions import global_positions
+from skyverse.exports.return_lines import ReturnLines, ReturnSpace
+from skyverse.model.scenario import Scenario
+from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.space.tube import NO_ERROR
+
+WHOLE_METRES = 1e-3
+"""Metres by which an altitude may exceed a whole number of metres and still be rounded down to that."""
+COLUMN_STEP = 0.25
+"""Metres between the heights above a landing place at which a straying UAV is tried."""
+NEARER_BY = {"px4": 2.0, "ardupilot": 0.0, "dji": 0.0}
+"""Metres by which a rally point must be nearer than what was looked at before it (`MIN_DIST_THRESHOLD` of PX4)."""
+IGNORED_NEAR_HOME = 10.0
+"""Metres from home within which PX4 ignores rally points (`MAX_DIST_FROM_HOME_FOR_LAND_APPROACHES`)."""
+DISTANCE_ERROR = 0.01
+"""The share of a distance by which an autopilot may reckon it wrong, and this in another way for each destination.
+
+PX4 reckons on a sphere of 6,371,000 m and ArduPilot on one of 6,378,100 m: at the equator a metre to the north is one
+of 1.0057 or 1.0067 m to them. The rest is for heights above the ellipsoid, and for places far from the origin.
+"""
+
+
+class Destination(NamedTuple):
+    """A place to land at.
+
+    Attributes
+    ----------
+    place
+        (3,) metres.
+    low
+        z down to which the descent is checked, metres: what is below cannot keep the clearance.
+    column
+        z of the top of the column over it, metres, in which the tracking error does not count for what lies below.
+    roof
+        z of the highest roof that lies below, metres.
+    """
+
+    place: Floats
+    low: float
+    column: float
+    roof: float
+
+
+def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats, low: float) -> Destination:
+    """Return a place to land at with its column, which ends as low as a UAV may stray that has a tracking error."""
+    error, roof = scenario.uavs[uav].tracking_error, low - scenario.clearance
+    if error == NO_ERROR:
+        return Destination(place, low, low, roof)
+    highest = scenario.clearance + error.horizontal + error.vertical
+    levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
+    points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
+    none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
+    off = none + MAVLINK_ROUNDING
+    lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, np.full(len(levels), -np.inf))
+    free = space.free(lines, error)
+    return Destination(place, low, float(levels[np.argmax(free)]) if free.any() else low, roof)
+
+
+def above_surface(scenario: Scenario, surface: float) -> float:
+    """Return z at which a UAV keeps both clearances above a surface on which it lands, metres."""
+    return surface + max(scenario.clearance, scenario.ground_clearance)
+
+
+def rally_points(scenario: Scenario, plan: FlightPlan, places: Floats, altitude: float) -> Floats:
+    """Return rally points as files have them, (k, 3) metres, for the places (k, 3) where a UAV lands.
+
+    PX4 returns at the return altitude, metres above home, above where it lands. ArduPilot counts it from home, but
+    returns at the altitude of the rally point if that is higher, and lands there all the same. It keeps altitudes of
+    rally points in whole metres above home: there a rally point stands at the next such altitude, to a millimetre.
+    """
+    if plan.autopilot.name != "ardupilot" or not len(places):
+        return places
+    points = places + np.array([0.0, 0.0, altitude])
+    above = global_positions(scenario, plan.route.uav, points, "home", plan.home).altitude
+    points[:, 2] += np.ceil(above - WHOLE_METRES) - above
+    return points
+
+
+def rally_rows(scenario: Scenario, plan: FlightPlan, points: Floats) -> list[tuple[float, float, float]]:
+    """Return latitude, longitude and metres above home of rally points (k, 3); for ArduPilot in whole metres."""
+    rows = global_positions(scenario, plan.route.uav, points, "home", plan.home).rows
+    if plan.autopilot.name == "ardupilot":
+        return [(latitude, longitude, float(round(altitude))) for latitude, longitude, altitude in rows]
+    return rows
+
+
+def return_levels(scenario: Scenario, plan: FlightPlan, places: Floats, altitude: float) -> Floats:
+    """Return z at which a UAV below it returns to each place (k, 3), home first, at an altitude above home; metres.
+
+    DJI's aircraft count the return altitude from home; for the others see `rally_points`.
+    """
+    level = float(plan.home[2]) + altitude
+    if plan.autopilot.name == "px4":
+        return np.asarray(places[:, 2] + altitude)
+    return np.maximum(level, np.r_[level, rally_points(scenario, plan, places[1:], altitude)[:, 2]])
+
+
+def may_be_taken(scenario: Scenario, autopilot: Autopilot, away: Floats, doubt: Floats) -> NDArray[np.bool_]:
+    """Tell which destinations an autopilot may return to from each of some places, (n, k).
+
+    It takes the nearest as it reckons distances, PX4 one that is up to `NEARER_BY` farther.
+
+    Parameters
+    ----------
+    scenario, autopilot
+        What is given.
+    away
+        (n, k) metres from places of the flight to each destination.
+    doubt
+        (n,) metres by which the UAV may be beside each place.
+    """
+    wrong = away * reckoning_error(scenario, away) + 2 * MAVLINK_ROUNDING
+    nearest = (away + wrong).min(axis=1) + NEARER_BY[autopilot.name] + 2 * doubt
+    return np.asarray(away - wrong <= nearest[:, None] + SAME_PLACE)
+
+
+def reckoning_error(scenario: Scenario, away: Floats) -> Floats:
+    """Return the share by which an autopilot may reckon distances `away` wrong, metres.
+
+    PX4 1.14 takes a degree of longitude to be everywhere as long as it is where the UAV is.
+    """
+    origin = scenario.frame.origin
+    tilt = 0.0 if origin is None else abs(float(np.tan(np.radians(origin.latitude))))
+    return np.minimum(DISTANCE_ERROR + 1.1 * away * tilt / MIN_EARTH_RADIUS, 1.0)
+
+
+def far_enough_from_home(scenario: Scenario, home: Floats, place: Floats) -> bool:
+    """Tell whether PX4 does not ignore a rally point at a place because it is near home."""
+    away = np.linalg.norm((place - home)[None, :2], axis=1)
+    least = away * (1 - reckoning_error(scenario, away)) - 2 * MAVLINK_ROUNDING
+    return bool(least[0] > IGNORED_NEAR_HOME)
