@@ -30,8 +30,9 @@ def test_waypoints_keep_the_tracking_error_from_obstacles():
     planned = mission()
     (route,) = routes(planned)
     assert (
-        "clear of every obstacle by 0.48 m and its tracking error (which does not count for the ground and roofs below "
-        "in the column over its start up to z = 2.001 m), at most"
+        "straight legs proven: with its tracking error (which does not count for the ground and roofs below in the "
+        "column over its start up to z = 2.001 m) it stays inside the bounds and keeps at least 0.48 m from every "
+        "obstacle."
     ) in route.sentence(planned.scenario)
     assert route.points[0] == pytest.approx((9, 12, 0.5))
     world = World(planned.scenario.model_copy(update={"clearance": 0.48}), ERROR)

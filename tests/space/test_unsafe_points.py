@@ -113,3 +113,12 @@ def test_under_a_ceiling_that_follows_the_ground_the_place_below_it_is_told():
     (found,) = unsafe_points(with_starts(low, (10, 10, 9)))
     assert World(low).free(found.nearest)[0]
     assert 6.9 < found.nearest[2] <= 7
+
+
+def test_a_place_is_called_the_nearest_only_where_no_uav_has_a_tracking_error():
+    exact = with_starts(TOWN, (6, 6, 2))
+    straying = exact.uavs[0].model_copy(update={"tracking_error": sky.TrackingError(horizontal=0.3, vertical=0.3)})
+    (found,) = unsafe_points(exact)
+    assert "; the nearest free place is (" in found.sentence
+    (found,) = unsafe_points(exact.model_copy(update={"uavs": (straying,)}))
+    assert "; a free place is (" in found.sentence

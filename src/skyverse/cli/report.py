@@ -24,6 +24,7 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     """Print what became of each UAV, the verdict, and where the files are."""
     from skyverse.model.digest import short
+    from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.named_columns import named_columns
 
     results = [result for result in mission.results if result is not None]
@@ -93,7 +94,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     if not mission.violations:
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
-            print("Proven at every instant: clear of obstacles, in bounds, within limits, apart.")
+            print(f"Proven at every instant: {what_is_proven(mission.scenario)}.")
             columns = named_columns(mission.scenario, mission.assignment)
             if columns:
                 print(columns)

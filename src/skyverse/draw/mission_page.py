@@ -10,6 +10,7 @@ from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
 from skyverse.model.digest import short
 from skyverse.model.result import Status
+from skyverse.model.what_is_proven import what_is_proven
 from skyverse.space.named_columns import columns_sentence
 
 _AXIS = """
@@ -80,7 +81,7 @@ def _what_was_judged(scene: MissionScene) -> str:
     if flights == 0:
         return "<p>There are no trajectories; it judged the paths alone.</p>"
     things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
-    proven = " At every instant they are clear of obstacles, in bounds, within limits and apart: this is proven."
+    proven = f" Proven at every instant: {what_is_proven(scene.scenario)}."
     world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
     claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
     named = columns_sentence(scene.scenario, scene.columns)

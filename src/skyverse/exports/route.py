@@ -82,24 +82,33 @@ class Route:
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
-        name, clearance = scenario.uavs[self.uav].name, max(scenario.clearance - LEG_ALLOWANCE, 0)
-        allowance = ground_allowance(scenario)
-        low = max(scenario.ground_clearance - allowance, 0)
-        high = "" if scenario.max_height is None else f" and at most {scenario.max_height:.6g} m"
-        ground = "" if scenario.terrain is None else f", at least {low:.4g} m{high} above ground"
+        vehicle, held = scenario.uavs[self.uav], int((self.holds > 0).sum())
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
-        held = int((self.holds > 0).sum())
-        error = scenario.uavs[self.uav].tracking_error
-        beside = " and its tracking error" if error.horizontal or error.vertical else ""
-        start = scenario.uavs[self.uav].start
-        over = [("start" if tuple(foot) == start else "target", top[2]) for foot, top in self.columns]
-        tops = " and ".join(f"over its {noun} up to z = {top:.4g} m" for noun, top in over)
-        beside += f" (which does not count for the ground and roofs below in the column {tops})" if tops else ""
         cut += f" but at {held}, where it stops" if held else ""
+        error = vehicle.tracking_error
+        it = "with its tracking error" if error.horizontal or error.vertical else "it"
+        over = [("start" if tuple(foot) == vehicle.start else "target", top[2]) for foot, top in self.columns]
+        tops = " and ".join(f"over its {noun} up to z = {top:.4g} m" for noun, top in over)
+        it += f" (which does not count for the ground and roofs below in the column {tops})" if tops else ""
+        it += " it" if it != "it" else ""
+        without = "" if scenario.obstacles else "; the scenario has no obstacles"
         return (
-            f"{name}: {len(self.points)} waypoints, {cut}: straight legs proven within bounds and clear of every "
-            f"obstacle by {clearance:.4g} m{ground}{beside}, at most {self.off:.3g} m off the trajectory."
+            f"{vehicle.name}: {len(self.points)} waypoints, {cut}, at most {self.off:.3g} m off the trajectory; "
+            f"straight legs proven: {it} {_what_is_kept(scenario)}{without}."
         )
+
+
+def _what_is_kept(scenario: Scenario) -> str:
+    """Say what legs keep: the bounds, and the distances from obstacles and ground where there are any."""
+    kept = []
+    if scenario.obstacles:
+        kept.append(f"{max(scenario.clearance - LEG_ALLOWANCE, 0):.4g} m from every obstacle")
+    if scenario.terrain is not None:
+        kept.append(f"{max(scenario.ground_clearance - ground_allowance(scenario), 0):.4g} m above ground")
+    said = ["stays inside the bounds"]
+    said += [f"keeps at least {' and '.join(kept)}"] if kept else []
+    said += [] if scenario.max_height is None else [f"stays at most {scenario.max_height:.6g} m above ground"]
+    return " and ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
 
 
 def route(

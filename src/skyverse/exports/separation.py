@@ -72,10 +72,11 @@ class FleetApart:
 
     def sentence(self, scenario: Scenario, kind: Apart) -> str:
         """Return the sentence on the pairs of one kind."""
+        at = self.tolerance.sentence()
         told = {
             Apart.SPACE: "keep their separation whatever the timing: their paths are apart in space",
-            Apart.TIMING: f"keep it by timing, {self.tolerance.sentence()}, if they start at the same time",
-            Apart.SCHEDULE: f"keep it only on schedule, NOT {self.tolerance.sentence()}",
+            Apart.TIMING: f"keep their separation by timing, {at}, if they start at the same time",
+            Apart.SCHEDULE: f"keep their separation only on schedule, NOT {at}",
             Apart.CLOSE: "come too close even on schedule",
         }
         return f"{named_pairs(scenario, self.of(kind))} {told[kind]}."

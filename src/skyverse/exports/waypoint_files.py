@@ -105,6 +105,8 @@ def export_waypoints(
     if len(plans) > 1:
         _require_apart(scenario, apart, options, path)
         notes += apart.sentences(scenario)
+        if options.end == "rtl" and not apart.only(Apart.SPACE):
+            notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
     notes += _return_notes(scenario, plans, swept)
     notes += pairs_sentences(scenario, together)
     notes.append(_schedule_note(plans))

@@ -116,10 +116,13 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
     if scenario.max_height is not None:
         ground = f"{scenario.ground_clearance:.6g} to {scenario.max_height:.6g} m above ground, "
+    clear, without = f"clear of every obstacle by {scenario.clearance:.6g} m, ", ""
+    if not scenario.obstacles:
+        clear, without = "", ", which has no obstacles"
     return (
-        f"{vehicle.name} is clear of every obstacle by {scenario.clearance:.6g} m, {ground}inside the bounds "
-        f"and within its limits of {kept}, at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
-        f"{_where(scenario, digest)}{_for_every_flight(vehicle.tracking_error, columns)}."
+        f"{vehicle.name} is {clear}{ground}inside the bounds and within its limits of {kept}, "
+        f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
+        f"{_where(scenario, digest)}{without}{_for_every_flight(vehicle.tracking_error, columns)}."
     )
 
 

@@ -46,7 +46,9 @@ class UnsafePoint(NamedTuple):
     reason
         The end of a sentence that says why it is unsafe, as in ``"lies inside obstacles[3] ..."``.
     nearest
-        The nearest free place, to within about one per cent of its distance; ``None`` if there is none.
+        A free place; ``None`` if there is none.
+    noun
+        What to call that place; see `free_place_noun`.
     on_earth
         Latitude, longitude, degrees, and metres above sea of the nearest free place, where the frame is on Earth.
     """
@@ -56,6 +58,7 @@ class UnsafePoint(NamedTuple):
     position: Place
     reason: str
     nearest: Place | None
+    noun: str = "the nearest free place"
     on_earth: Place | None = None
 
     @property
@@ -73,7 +76,7 @@ class UnsafePoint(NamedTuple):
         if self.on_earth is not None:
             latitude, longitude, sea = self.on_earth
             also = f" or {latitude:.7f},{longitude:.7f},{sea:.2f} m amsl"
-        return f"{self.reason}; the nearest free place is {written(self.nearest)}{also}, {away:.3g} m away"
+        return f"{self.reason}; {self.noun} is {written(self.nearest)}{also}, {away:.3g} m away"
 
 
 def unsafe_points(scenario: Scenario, world: World | None = None) -> list[UnsafePoint]:
@@ -105,8 +108,18 @@ def unsafe_points(scenario: Scenario, world: World | None = None) -> list[Unsafe
             reason = reason or _reason(scenario, strict, point)
         nearest = _nearest_safe(scenario, worlds, uavs, point)
         reason = reason or _reason(scenario, world, point)
-        found.append(UnsafePoint(field, name, point, reason, nearest, _on_earth(scenario, nearest)))
+        noun = free_place_noun(uavs)
+        found.append(UnsafePoint(field, name, point, reason, nearest, noun, _on_earth(scenario, nearest)))
     return found
+
+
+def free_place_noun(uavs: Sequence[UAV]) -> str:
+    """Return what to call a free place for any of these UAVs.
+
+    It is the nearest, to within about one per cent of its distance, where none of them has a tracking error. With one,
+    a place from which the UAV can stray or leave by a column is sought on circles, and another may be nearer.
+    """
+    return "the nearest free place" if all(uav.tracking_error == NO_ERROR for uav in uavs) else "a free place"
 
 
 def _on_earth(scenario: Scenario, place: Place | None) -> Place | None:
@@ -141,9 +154,9 @@ def _nearest_safe(
     point: Place,
     allowed: AreFree | None = None,
 ) -> Place | None:
-    """Return the free place nearest to a point that some UAV can leave: it may stray from there, or has a column.
+    """Return a free place that some UAV can leave: it may stray from there, or has a column.
 
-    If it cannot leave the nearest free place, places with a column are sought on circles at the height of that.
+    It is the free place nearest to a point, or, if no UAV can leave that, a place on a circle at the height of it.
     """
     place = nearest_free(worlds[NO_ERROR], point, allowed)
     if place is None or not uavs or any(_can_leave(scenario, worlds, uav, place) for uav in uavs):

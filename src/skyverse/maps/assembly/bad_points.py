@@ -82,10 +82,10 @@ def _unsafe(scenario: Scenario) -> list[tuple[str, Point, str]]:
 def _sentences(
     known: Sequence[BadPoint], scenario: Scenario, ends: EndsApart, altitudes: Mapping[Point, Altitude]
 ) -> list[str]:
-    """Return what is wrong with each point, and the nearest place for it that is free and apart from the others."""
-    from skyverse.space.unsafe_points import SafePlaces
+    """Return what is wrong with each point, and a place for it that is free and apart from the others."""
+    from skyverse.space.unsafe_points import SafePlaces, free_place_noun
 
-    places = SafePlaces(_narrowed(scenario))
+    places, noun = SafePlaces(_narrowed(scenario)), free_place_noun(scenario.uavs)
     sentences = []
     for bad in known:
         roof = "" if bad.roof is None else f", whose roof is at {_height(scenario, (*bad.point[:2], bad.roof))}"
@@ -94,7 +94,7 @@ def _sentences(
             hint = "no place here is free"
         else:
             ends.move(bad.name, bad.point, place)
-            hint = f"the nearest free place is {_told(scenario, bad, place, altitudes.get(bad.point))}"
+            hint = f"{noun} is {_told(scenario, bad, place, altitudes.get(bad.point))}"
         sentences.append(f"{bad.name}: {bad.text}{roof}; {hint}")
     return sentences
 

@@ -1,0 +1,14 @@
+"""What a proven mission keeps, in a few words: only what its scenario has."""
+
+from skyverse.model.scenario import Scenario
+
+
+def what_is_proven(scenario: Scenario) -> str:
+    """Return what is proven of the flights of a scenario's UAVs, as in ``clear of obstacles, in bounds and apart``."""
+    kept = ["clear of obstacles"] if scenario.obstacles else []
+    kept += ["clear of the ground"] if scenario.terrain is not None else []
+    kept += ["below the ceiling above ground"] if scenario.max_height is not None else []
+    kept += ["in bounds", "within limits"]
+    kept += ["apart"] if len(scenario.uavs) > 1 else []
+    without = "" if scenario.obstacles else "; the scenario has no obstacles"
+    return f"{', '.join(kept[:-1])} and {kept[-1]}{without}"

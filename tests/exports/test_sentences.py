@@ -1,0 +1,56 @@
+"""What exports say of legs and of pairs of UAVs can be read in one way only."""
+
+import re
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.exports.routes import routes
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+pytestmark = pytest.mark.usefixtures("unjudged")
+
+ORIGIN = Origin(latitude=46.8, longitude=9.8, altitude=1500.0, geoid=52.0)
+LEVEL = Terrain(origin=(-340.0, -340.0), step=(20.0, 20.0), heights=np.zeros((35, 35)), clearance=2.0)
+TOWER = ((-10.0, 200.0, 0.0), (10.0, 220.0, 40.0))
+STRAIGHT = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
+
+
+def legs_sentence(mission, **changes):
+    scenario = mission.scenario.model_copy(update=changes)
+    moved = sky.Mission(scenario, mission.assignment, mission.results, mission.trajectories, (), mission.provenance)
+    (route,) = routes(moved)
+    return route.sentence(scenario)
+
+
+def test_legs_tell_what_they_keep_and_what_they_do_not_exceed():
+    mission = handmade.mission([STRAIGHT], origin=ORIGIN, terrain=LEVEL, boxes=[TOWER])
+    said = legs_sentence(mission, max_height=120.0)
+    assert re.search(
+        r"straight legs proven: it stays inside the bounds, keeps at least 0\.48 m from every obstacle and 1\.98\d* m "
+        r"above ground and stays at most 120 m above ground\.$",
+        said,
+    ), said
+    (uav,) = mission.scenario.uavs
+    straying = uav.model_copy(update={"tracking_error": sky.TrackingError(horizontal=1.6, vertical=3.0)})
+    said = legs_sentence(mission, max_height=120.0, uavs=(straying,))
+    assert "proven: with its tracking error it stays inside the bounds, keeps" in said
+
+
+def test_legs_say_nothing_of_obstacles_where_there_are_none():
+    said = legs_sentence(handmade.mission([STRAIGHT], origin=ORIGIN))
+    assert said.endswith("straight legs proven: it stays inside the bounds; the scenario has no obstacles.")
+
+
+def test_pairs_that_depend_on_the_schedule_are_said_to_keep_their_separation_only_then(tmp_path):
+    across = handmade.along([(0, -100, 50), (0, 100, 50)], 40, 40.0)
+    crossing = handmade.mission([STRAIGHT, across], origin=ORIGIN, terrain=LEVEL)
+    for end, told in (("loiter", False), ("rtl", True)):
+        notes = []
+        sky.export(crossing, tmp_path / f"{end}.plan", end=end, on_note=notes.append)
+        (pair,) = [note for note in notes if "only on schedule" in note or "by timing" in note]
+        assert pair.startswith("uav-1 and uav-2 keep their separation ")
+        assert told == any(note.startswith("These paths contain the returns that end the mission") for note in notes)
