@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -21,9 +21,6 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.problem import Airspace
 from skyverse.space.column import why_no_column
 from skyverse.space.tube import NO_ERROR
-
-TOUCHDOWN = 1.0
-"""Metres: the last part of a descent, which no clearance can hold for, is the clearance and this."""
 
 
 def surface_below(scenario: Scenario, place: Floats, floor: float | None = None) -> float:
@@ -75,33 +72,50 @@ def ground_level(scenario: Scenario, uav: int) -> float | None:
 def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` if a descent from the last waypoint comes too near to an obstacle beside it.
 
-    It keeps the tracking error as well, but for what lies below in the column over the place where the UAV lands.
+    Down to the clearance above where the UAV lands it keeps the clearance, and the tracking error but for what lies
+    below in the column over that place; and above ground down to the ground clearance, if that is larger.
     """
-    airspace: Airspace | None = None
-    exact = LegCertificate(LegChecker(scenario, "amsl"))
+    descents = [_Descents(scenario, max(scenario.clearance, scenario.ground_clearance))]
+    if scenario.terrain is not None and scenario.ground_clearance > scenario.clearance:
+        among = scenario.model_copy(update={"terrain": None, "max_height": None})
+        descents.append(_Descents(among, scenario.clearance))
     for plan in plans:
+        for down in descents:
+            down.require(plan)
+
+
+class _Descents:
+    """Judges descents down to a height above where UAVs land, metres."""
+
+    def __init__(self, scenario: Scenario, height: float) -> None:
+        self.scenario, self.height = scenario, height
+        self.exact = LegCertificate(LegChecker(scenario, "amsl"))
+
+    @cached_property
+    def airspace(self) -> Airspace:
+        """The space in which columns are looked for."""
+        return Airspace(self.scenario)
+
+    def require(self, plan: FlightPlan) -> None:
+        """Raise `InputError` if one descent comes too near to anything."""
+        scenario, exact = self.scenario, self.exact
         uav, lowest = plan.route.uav, plan.ending[-1].copy()
-        lowest[2] = min(lowest[2] + max(scenario.clearance, scenario.ground_clearance), plan.waypoints[-1][2])
-        error = scenario.uavs[uav].tracking_error
+        lowest[2] = min(lowest[2] + self.height, plan.waypoints[-1][2])
+        name, error = scenario.uavs[uav].name, scenario.uavs[uav].tracking_error
         certificate = exact
         if error != NO_ERROR:
-            airspace = airspace or Airspace(scenario)
-            own = airspace.of(uav)
-            why = why_no_column(airspace.world, own.world, lowest)
+            own = self.airspace.of(uav)
+            why = why_no_column(self.airspace.world, own.world, lowest)
             if why is not None:
-                name = scenario.uavs[uav].name
                 raise InputError(f"{name}: it cannot land below its last waypoint: its place there {why}", field="end")
             columns = ((lowest, own.column_top(lowest)), *plan.route.columns)
             legs = LegChecker(scenario, "amsl", error, columns, exact.legs.worlds)
             certificate = LegCertificate(legs, exact.worlds)
-        end = lowest.copy()
-        end[2] = min(lowest[2] + TOUCHDOWN, plan.waypoints[-1][2])
-        descent = Polyline(np.stack([plan.waypoints[-1], end]), 0.0, np.ones(2))
+        descent = Polyline(np.stack([plan.waypoints[-1], lowest]), 0.0, np.ones(2))
         unproven = certificate.refused([descent])
         trouble = certificate.legs.trouble(*descent)
         if trouble is not None or unproven:
             said = "it could not be proven" if trouble is None else certificate.sentence(trouble[1])
-            name = scenario.uavs[uav].name
             raise InputError(f"{name}: it cannot land below its last waypoint: {said}", field="end")
 
 

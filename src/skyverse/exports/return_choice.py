@@ -13,7 +13,7 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, joined_parts
 from skyverse.exports.landing import ground_level, surface_below
-from skyverse.exports.return_destinations import Destination, above_surface, destination, far_enough_from_home
+from skyverse.exports.return_destinations import Destination, destination, far_enough_from_home
 from skyverse.exports.return_lines import ReturnSpace
 from skyverse.exports.way_home import Found, WayHome
 from skyverse.model.scenario import Scenario
@@ -113,8 +113,8 @@ class ReturnChoice:
             if not far_enough_from_home(self.scenario, self.plan.home, place):
                 continue
             surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
-            low = min(above_surface(self.scenario, surface), float(place[2]))
-            found.append(destination(self.scenario, self.space, uav, np.array([*place[:2], surface]), low))
+            below = np.array([*place[:2], surface])
+            found.append(destination(self.scenario, self.space, uav, below, float(place[2])))
         return found
 
 

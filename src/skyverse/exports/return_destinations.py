@@ -32,44 +32,53 @@ of 1.0057 or 1.0067 m to them. The rest is for heights above the ellipsoid, and 
 
 
 class Destination(NamedTuple):
-    """A place to land at.
+    """A place to land at, below which or above which a flight may begin or end.
 
     Attributes
     ----------
     place
         (3,) metres.
+    foot
+        z at which the flight is above it, metres: that of the start over home.
     low
-        z down to which the descent is checked, metres: what is below cannot keep the clearance.
+        z down to which the descent keeps above ground, metres.
+    bottom
+        z down to which it keeps clear of obstacles, metres: what is below cannot keep the clearance.
     column
         z of the top of the column over it, metres, in which the tracking error does not count for what lies below.
-    roof
-        z of the highest roof that lies below, metres.
+    roof, foot_roof
+        z of the highest roof that lies below `bottom`, and below `foot`, metres.
     """
 
     place: Floats
+    foot: float
     low: float
+    bottom: float
     column: float
     roof: float
+    foot_roof: float
 
 
-def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats, low: float) -> Destination:
-    """Return a place to land at with its column, which ends as low as a UAV may stray that has a tracking error."""
-    error, roof = scenario.uavs[uav].tracking_error, low - scenario.clearance
+def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats, foot: float) -> Destination:
+    """Return a place (3,) to land at, with its column, which ends as low as a UAV may stray that has a tracking error.
+
+    `foot` is z at which the flight is above it, metres, or the place itself where nobody lands.
+    """
+    error, clearance = scenario.uavs[uav].tracking_error, scenario.clearance
+    low = min(float(place[2]) + max(clearance, scenario.ground_clearance), foot)
+    bottom = min(float(place[2]) + clearance, low)
+    roofs = bottom - clearance, foot - clearance
     if error == NO_ERROR:
-        return Destination(place, low, low, roof)
-    highest = scenario.clearance + error.horizontal + error.vertical
+        return Destination(place, foot, low, bottom, low, *roofs)
+    highest = clearance + error.horizontal + error.vertical
     levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
     points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
     none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
     off = none + MAVLINK_ROUNDING
     lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, np.full(len(levels), -np.inf))
     free = space.free(lines, error)
-    return Destination(place, low, float(levels[np.argmax(free)]) if free.any() else low, roof)
-
-
-def above_surface(scenario: Scenario, surface: float) -> float:
-    """Return z at which a UAV keeps both clearances above a surface on which it lands, metres."""
-    return surface + max(scenario.clearance, scenario.ground_clearance)
+    column = float(levels[np.argmax(free)]) if free.any() else low
+    return Destination(place, foot, low, bottom, column, *roofs)
 
 
 def rally_points(scenario: Scenario, plan: FlightPlan, places: Floats, altitude: float) -> Floats:

@@ -11,7 +11,7 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends
 from skyverse.exports.return_choice import ReturnChoice, lost_share
-from skyverse.exports.return_destinations import Destination, above_surface, destination, rally_points
+from skyverse.exports.return_destinations import Destination, destination, rally_points
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.return_obstruction import Obstruction, obstruction
 from skyverse.exports.way_home import TRIED_PLACES, Found, WayHome
@@ -117,7 +117,8 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
         return None
     uav, start = plan.route.uav, plan.route.points[0]
     base = destination(scenario, space, uav, np.array([*start[:2], plan.home[2]]), float(start[2]))
-    end = destination(scenario, space, uav, *_last_place(scenario, plan))
+    below = plan.ending[0] if len(plan.ending) == 1 else plan.waypoints[-1]
+    end = destination(scenario, space, uav, below, float(plan.waypoints[-1][2]))
     way, found = _best_altitude(scenario, space, plan, base, end)
     if len(found.lost.leg):
         altitudes = _altitudes(scenario, plan)
@@ -150,14 +151,6 @@ def certified(scenario: Scenario, space: ReturnSpace, returns: Sequence[Return])
     if proven(returns):
         return list(returns)
     return [replace(one, proven=proven([one])) for one in returns]
-
-
-def _last_place(scenario: Scenario, plan: FlightPlan) -> tuple[Floats, float]:
-    """Return where a flight ends, (3,) metres, and z down to which it keeps the clearance."""
-    if len(plan.ending) == 1:
-        place = plan.ending[0]
-        return place, min(above_surface(scenario, float(place[2])), float(plan.waypoints[-1][2]))
-    return plan.waypoints[-1], float(plan.waypoints[-1][2])
 
 
 def _best_altitude(

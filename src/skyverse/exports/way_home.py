@@ -77,9 +77,8 @@ class WayHome:
         self.legs = flown_legs(plan, scenario, end.low)
         self.places = np.array([one.place for one in destinations])
         self.levels = return_levels(scenario, plan, self.places, altitude)
-        self.low = np.array([one.low for one in destinations])
         self.column = np.array([one.column for one in destinations])
-        self.roof = np.array([one.roof for one in destinations])
+        self.below = np.array([(one.column, one.low, one.bottom, one.roof) for one in destinations])
         self.error = scenario.uavs[plan.route.uav].tracking_error
 
     def search(self) -> Found:
@@ -168,7 +167,7 @@ class WayHome:
         free = _Deviation(*(column[part] + bow for column in (half + rise, aside, above + rise, off, rise)))
         across = _Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
         lines = _Lines(named, box[0][part], box[1][part], strays=self.error != NO_ERROR)
-        column, roof = self._column(at)
+        column, roof = self._column(at, box[0][part, 2])
         lowest, top, over = at.copy(), at.copy(), self.places[goal].copy()
         top[:, 2] = over[:, 2] = np.maximum(at[:, 2], level)
         lowest[:, 2] = np.clip(column, at[:, 2], top[:, 2])
@@ -177,8 +176,8 @@ class WayHome:
         lines.add_in_column(at, lowest, across, lowest[:, 2] > at[:, 2], roof, ground=False)
         lines.add(top, over, across, every)
         highest = np.maximum(over[:, 2], box[1][part, 2])
-        below = self.column[goal], self.low[goal], self.roof[goal]
-        lines.descend(over, highest, *below, _Deviation(*[bend] * 5), every)
+        below = self.below[goal].T
+        lines.descend(over, highest, below, _Deviation(*[bend] * 5), every)
         if self.plan.autopilot.name == "dji":
             flat = over.copy()
             flat[:, 2] = at[:, 2]
@@ -187,15 +186,19 @@ class WayHome:
             lines.add(at, flat, free, near & outside)
             lines.add_in_column(at, flat, free, near & ~outside, roof)
             close = away - half[part] <= LANDS_AT_ONCE
-            lines.descend(at, box[1][part, 2], *below, free, close, whole=True)
+            lines.descend(at, box[1][part, 2], below, free, close, whole=True)
         return lines.made()
 
-    def _column(self, places: Floats) -> tuple[Floats, Floats]:
-        """Return z up to which places (n, 3) are in the column over the own start or the flight's end, and its roof."""
+    def _column(self, places: Floats, lowest: Floats) -> tuple[Floats, Floats]:
+        """Return z up to which places are in the column over the own start or the flight's end, and its roof.
+
+        `places` (n, 3) stand for parts of the flight that go down to `lowest`, (n,), metres.
+        """
         top, roof = np.full((2, len(places)), -np.inf)
         for one in (self.destinations[0], self.end):
             held = (np.abs(places[:, :2] - one.place[:2]).max(axis=1) <= SAME_PLACE) & (one.column > top)
-            top[held], roof[held] = one.column, one.roof
+            top[held] = one.column
+            roof[held] = np.where(lowest >= one.foot - SAME_PLACE, one.foot_roof, one.roof)[held]
         return top, roof
 
 
@@ -270,19 +273,23 @@ class _Lines:
         self,
         above: Floats,
         top: Floats,
-        column: Floats,
-        low: Floats,
-        roof: Floats,
+        below: Floats,
         off: _Deviation,
         some: NDArray[np.bool_],
         *,
         whole: bool = False,
     ) -> None:
-        """Add vertical lines below places (m, 3), from z = `top` to `low`; those below `column` are in a column."""
-        levels = [top, np.minimum(column, top), np.minimum(low, top)]
-        first, second, third = (np.column_stack([above[:, :2], level]) for level in levels)
+        """Add vertical lines under places (m, 3) that are at z = `top`.
+
+        `below`, (4, m) metres, are z of the tops of columns, z down to which lines keep above ground, and among
+        obstacles, and z of the roofs of the columns.
+        """
+        *ends, roof = below
+        levels = [top, *(np.minimum(level, top) for level in ends)]
+        first, second, third, last = (np.column_stack([above[:, :2], level]) for level in levels)
         self.add(first, second, off, some & (levels[0] > levels[1]), whole=whole)
         self.add_in_column(second, third, off, some & (levels[1] > levels[2]), roof, whole=whole)
+        self.add_in_column(third, last, off, some & (levels[2] > levels[3]), roof, ground=False, whole=whole)
 
     def made(self) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines that were added, and the part of each."""

@@ -1,0 +1,97 @@
+"""Descents keep clear of what stands beside, down to the clearance above where a UAV lands."""
+
+from dataclasses import replace
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+pytestmark = pytest.mark.usefixtures("unjudged")
+
+ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+ERROR = sky.TrackingError(horizontal=1.5, vertical=2.0)
+OUT = [(0, 0, 12), (100, 0, 12)]
+
+
+def flat(clearance):
+    return Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=clearance)
+
+
+def flight(x, away, high, *, ground=1.0, error=None):
+    """A flight 12 m above a plain, with a wall so far beyond the place (x, 0) that is so high; clearance 1 m."""
+    near, far = (x + away, x + away + 1) if x else (-away - 1, -away)
+    wall = ((near, -10, -5), (far, 10, high))
+    mission = handmade.mission(
+        [handmade.along(OUT, 20)], boxes=[wall], clearance=1.0, origin=ORIGIN, terrain=flat(ground)
+    )
+    uavs = tuple(
+        uav.model_copy(update={"tracking_error": error or uav.tracking_error}) for uav in mission.scenario.uavs
+    )
+    return replace(mission, scenario=mission.scenario.model_copy(update={"uavs": uavs}))
+
+
+def way_home(mission, folder):
+    seen = []
+    sky.export(mission, folder / "m.wpml.kmz", on_certificate=seen.append)
+    (back,) = seen[0].returns
+    assert back.proven
+    return back
+
+
+@pytest.mark.parametrize(
+    ("away", "high", "clear"), [(0.3, 9.0, False), (0.3, 1.4, False), (0.3, 0.2, True), (0.8, 9.0, True)]
+)
+@pytest.mark.parametrize("ground", [0.5, 5.0])
+def test_the_descent_at_home_keeps_half_the_clearance_from_a_wall_that_is_lower_than_the_start(
+    tmp_path, away, high, clear, ground
+):
+    """The start is 12 m above the ground on which the UAV lands; the lines end 1 m above that."""
+    back = way_home(flight(0, away, high, ground=ground), tmp_path)
+    assert (len(back.lost) == 0) == clear
+    if not clear:
+        assert {why.where for why in back.reasons} == {"descent"}
+        assert back.reasons[0].what == "obstacle 0"
+
+
+@pytest.mark.parametrize(
+    ("away", "high", "clear"), [(1.6, 9.0, False), (1.6, 0.4, False), (1.6, -0.1, True), (2.1, 9.0, True)]
+)
+def test_it_keeps_the_tracking_error_from_that_wall_as_well(tmp_path, away, high, clear):
+    back = way_home(flight(0, away, high, error=ERROR), tmp_path)
+    assert (len(back.lost) == 0) == clear
+
+
+@pytest.mark.parametrize(
+    ("away", "high", "ground", "lands"),
+    [
+        (0.3, 0.9, 1.0, False),
+        (0.3, -0.2, 1.0, True),
+        (1.1, 9.0, 1.0, True),
+        (0.3, 3.0, 5.0, False),
+        (0.9, 3.0, 5.0, False),
+        (1.1, 3.0, 5.0, True),
+    ],
+)
+def test_a_landing_keeps_the_clearance_from_walls_down_to_the_clearance_above_ground(
+    tmp_path, away, high, ground, lands
+):
+    mission = flight(100, away, high, ground=ground)
+    if lands:
+        sky.export(mission, tmp_path / "m.plan", end="land")
+    else:
+        with pytest.raises(sky.InputError, match=r"cannot land below its last waypoint: .*obstacle 0"):
+            sky.export(mission, tmp_path / "m.plan", end="land")
+
+
+@pytest.mark.parametrize(("away", "lands"), [(1.6, False), (2.4, False), (2.6, True)])
+def test_a_landing_keeps_the_tracking_error_from_walls_where_the_ground_is_kept_farther(tmp_path, away, lands):
+    mission = flight(100, away, 3.0, ground=5.0, error=ERROR)
+    if lands:
+        sky.export(mission, tmp_path / "m.plan", end="land")
+    else:
+        with pytest.raises(sky.InputError, match=r"cannot land below its last waypoint: .*obstacles\[0\]"):
+            sky.export(mission, tmp_path / "m.plan", end="land")
