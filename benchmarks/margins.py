@@ -1,19 +1,15 @@
 """Margins for the missions of `certificates.py`: tracking errors, ceilings, climb limits, obstacles closed above."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from columns import Kept, too_near_steep_ground
 from oracle import Motion, depth, excess, ground, norm, sampled
 from wild import OFF
 
 import skyverse as sky
-from skyverse.model.shapes import Sphere, Terrain, Voxels
+from skyverse.model.shapes import Sphere, Terrain
 
-IN_COLUMN = 2e-6
-"""Metres beside the vertical line over a start or target within which a UAV is in its column."""
-OVER_COLUMN = 3e-3
-"""Metres that a UAV may be above its column, which is no higher than the clearance and both errors."""
 PER_INSTANT = 4
 
 
@@ -72,61 +68,22 @@ def astray(difference: np.ndarray, axes: tuple[float, float], errors: tuple[floa
     return [f"{who} are proven apart, but come to {least:.9g} within their errors"] if least < 1 - 1e-5 else []
 
 
-def by_columns(mission: sky.Mission, uav: int, motion: Motion) -> Iterator[tuple[sky.Scenario, np.ndarray]]:
-    """Yield the positions (n, 3) of a flight with what they must keep clear of within the error.
-
-    That is the scenario, but without what lies below for positions straight above the UAV's start or target.
-    """
-    scenario, target = mission.scenario, mission.assignment[uav]
-    error = scenario.uavs[uav].tracking_error
-    highest = scenario.clearance + error.horizontal + error.vertical + OVER_COLUMN
-    feet = [scenario.uavs[uav].start] + ([] if target is None else [scenario.targets[target].position])
-    p = motion.position
-    left = np.ones(len(p), dtype=bool)
-    for foot in feet if scenario.uavs[uav].fixed_wing is None else []:
-        height = p[:, 2] - foot[2]
-        held = np.abs(p[:, :2] - foot[:2]).max(axis=1) <= IN_COLUMN
-        held &= (height >= -IN_COLUMN) & (height <= highest)
-        yield without_below(scenario, foot[2] - scenario.clearance + IN_COLUMN), p[held]
-        left &= ~held
-    yield scenario, p[left]
-
-
-def without_below(scenario: sky.Scenario, roof: float) -> sky.Scenario:
-    """Return a scenario without the ground, the floor of its bounds, and all that ends no higher than a z, metres."""
-    kept = []
-    for shape in scenario.obstacles:
-        if isinstance(shape, Voxels) and not shape.closed_above:
-            tops = shape.origin[2] + shape.step[2] * (np.arange(shape.occupied.shape[2]) + 1)
-            kept.append(shape.model_copy(update={"occupied": shape.occupied & (tops > roof)}))
-        elif shape.closed_above or top_of(shape) > roof:
-            kept.append(shape)
-    x, y, _ = scenario.bounds.min
-    bounds = scenario.bounds.model_copy(update={"min": (x, y, -np.inf)})
-    terrain = scenario.terrain
-    if terrain is not None:
-        terrain = terrain.model_copy(update={"clearance": -np.inf})
-    return scenario.model_copy(update={"obstacles": tuple(kept), "bounds": bounds, "terrain": terrain})
-
-
-def top_of(shape: sky.Box | sky.Cylinder | sky.Prism | Sphere) -> float:
-    """Return the z at which a shape ends, metres."""
-    if isinstance(shape, Sphere):
-        return shape.centre[2] + shape.radius
-    return shape.max[2] if isinstance(shape, sky.Box) else shape.high
-
-
-def strays(scenario: sky.Scenario, uav: sky.UAV, positions: np.ndarray, seed: int) -> dict[sky.Fault, float]:
-    """Return the largest excess of random places within the tracking error of positions (n, 3)."""
-    error = uav.tracking_error
-    if error == sky.TrackingError() or not len(positions):
+def strays(mission: sky.Mission, uav: int, kept: Kept) -> dict[sky.Fault, float]:
+    """Return the largest excess of random places within the tracking error of positions over what they must keep."""
+    vehicle = mission.scenario.uavs[uav]
+    error = vehicle.tracking_error
+    if error == sky.TrackingError() or not len(kept.positions):
         return {}
-    rng = np.random.default_rng(seed)
-    nominal = np.repeat(positions[:: len(positions) // 20_000 + 1], PER_INSTANT, axis=0)
+    rng = np.random.default_rng(uav)
+    nominal = np.repeat(kept.positions[:: len(kept.positions) // 20_000 + 1], PER_INSTANT, axis=0)
     turn = rng.uniform(0, 2 * np.pi, len(nominal))
     aside = error.horizontal * rng.choice([1.0, 1.0, 0.5], len(nominal))
     up = error.vertical * rng.choice([-1.0, 1.0, 0.3], len(nominal))
     strayed = nominal + np.column_stack([aside * np.cos(turn), aside * np.sin(turn), up])
     still = np.zeros_like(strayed)
-    found = excess(scenario, uav, Motion(strayed, still, still, still))
-    return {fault: found[fault].max() for fault in (sky.Fault.TRAJECTORY_BOUNDS, sky.Fault.TRAJECTORY_CLEARANCE)}
+    found = excess(kept.scenario, vehicle, Motion(strayed, still, still, still))
+    worst = {fault: found[fault].max() for fault in (sky.Fault.TRAJECTORY_BOUNDS, sky.Fault.TRAJECTORY_CLEARANCE)}
+    if kept.foot is not None:
+        steep = too_near_steep_ground(mission, kept.foot, strayed)
+        worst[sky.Fault.TRAJECTORY_CLEARANCE] = max(worst[sky.Fault.TRAJECTORY_CLEARANCE], steep)
+    return worst

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.model.shapes import Terrain
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.space.unsafe_points import unsafe_points
 
@@ -145,9 +146,12 @@ def wild(seed):
     error = sky.TrackingError(horizontal=rng.uniform(0, 2), vertical=rng.uniform(0, 3))
     rise = rng.choice([0.0, 0.0, 0.3, 1.0, 2.0])
     terrain = {"origin": (0, 0), "step": (20, 20), "heights": np.array([[0, 0], [0, 0], [20 * rise, 20 * rise]])}
-    shapes, places = [], []
+    if rng.random() < 0.3:
+        terrain = {"origin": (0, 0), "step": (2, 2), "heights": rng.uniform(-2, rng.choice([-0.5, 0.5, 1.5]), (21, 11))}
+    shapes, places, ground = [], [], Terrain.model_validate(terrain)
     for x in (10.0, 30.0):
-        place = np.array([x + rng.uniform(-2, 2), 10.0, max(rise * (x + 2 - 20), 0)])
+        place = np.array([x + rng.uniform(-2, 2), 10.0, 0.0])
+        place[2] = max(float(ground.height(place[:2])), 0.0)
         if rng.random() < 0.5:
             place[2] += 3
             shapes.append(sky.Box(min=(x - 3, 7, 0), max=(x + 3, 13, place[2])))
@@ -165,6 +169,7 @@ def wild(seed):
                 shapes.append(sky.Box(min=low, max=(place[0] + dx + wide, 10 + dy + long, top)))
         places.append((*place[:2], place[2] + 0.5 + rng.choice([0.0, 0.1, 1.0])))
     bounds = {"min": (0, 0, 0), "max": (40, 20, 80)}
+    shapes = [one.model_copy(update={"kind": "no-fly zone" if rng.random() < 0.1 else None}) for one in shapes]
     return scenario(*shapes, start=places[0], target=places[1], error=error, terrain=terrain, bounds=bounds)
 
 
@@ -215,13 +220,19 @@ def test_strayed_flights_come_near_nothing_but_what_lies_below_in_their_columns(
             np.minimum(aside, error.horizontal),
             error.vertical * np.clip(rng.uniform(-1.5, 1.5, len(nominal)), -1, 1),
         )
-        near = too_near(given, nominal + np.column_stack([aside * np.cos(turn), aside * np.sin(turn), up]))
+        strayed = nominal + np.column_stack([aside * np.cos(turn), aside * np.sin(turn), up])
+        near = too_near(given, strayed)
         for foot in (given.uavs[0].start, given.targets[0].position):
             height = nominal[:, 2] - foot[2]
             held = (np.abs(nominal[:, :2] - foot[:2]).max(axis=1) < 1e-6) & (height > -1e-6)
             held &= height < given.clearance + error.horizontal + error.vertical + 2e-3
-            exempt = np.array([*(top_of(shape) + given.clearance <= foot[2] + 1e-6 for shape in given.obstacles), True])
-            near &= ~(exempt[:, None] & held[None])
+            roofs = [
+                shape.kind is None and top_of(shape) + given.clearance <= foot[2] + 1e-6 for shape in given.obstacles
+            ]
+            rise = given.terrain.height(strayed[:, :2]) + given.clearance - foot[2]
+            seen_flatter = rise <= np.hypot(*(strayed[:, :2] - foot[:2]).T) + 1e-5  # than 45 degrees
+            near[:-1] &= ~(np.array(roofs, dtype=bool)[:, None] & held[None])
+            near[-1] &= ~(seen_flatter & held)
         assert not near.any(), seed
         assert not too_near(given, nominal).any(), seed
     assert proven >= 20
