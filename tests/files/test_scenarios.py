@@ -98,7 +98,7 @@ def test_a_file_by_hand_reads_as_it_says(tmp_path):
         ("max: [4, 3, 2]", "max: [4, 3, -2]", ["bounds", "z runs from 0 to -2"]),
         ("0.25", "wide", ["clearance", "found 'wide'"]),
         ("0.25", "true", ["clearance", "found True"]),
-        ("0.25", "-1", ["clearance", "greater than or equal to 0", "found -1"]),
+        ("0.25", "-1", ["clearance", "expected 0 or more", "found -1"]),
         ("step: [0.5, 0.5, 0.5]", "step: [0.5, 9, 0.5]", ["lattice.step is 9 m along y", "3 m"]),
         ("step: [0.5, 0.5, 0.5]", "step: [0.5, 0.5, 0.5], connectivity: 8", ["lattice.connectivity", "found 8"]),
         ("name: yard", "name: yard\nobjective: cheap", ["objective", "'cheap'", "thesis, turns"]),

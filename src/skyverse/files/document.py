@@ -18,6 +18,7 @@ from skyverse.documents.yaml import load_yaml
 from skyverse.errors import InputError, first_line, printable, shown, unreadable
 from skyverse.files.grid_archive import GridArchive, arrays_beside
 from skyverse.model.scenario import Scenario
+from skyverse.model.wrong_values import complaint
 
 
 def read_text(path: Path) -> str:
@@ -140,13 +141,15 @@ def explained(source: object, error: ValidationError, known: set[str]) -> InputE
     place = _place(first["loc"])
     found = first["input"]
     if first["type"] in _UNKNOWN_KEY_ERRORS:
-        near = difflib.get_close_matches(str(first["loc"][-1]), known, n=1)
+        key, kind = str(first["loc"][-1]), next((part for part in first["loc"][-2:-1] if part in _SHAPE_TAGS), None)
+        if kind is not None and key in known:
+            return InputError(f"{source}: {place}: a {kind} has no such key; the key 'shape' says what a shape is")
+        near = difflib.get_close_matches(key, known - {key}, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         return InputError(f"{source}: {place}: there is no such key{hint}")
     if first["type"] == "missing":
         return InputError(f"{source}: {place}: is missing")
-    said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", first["msg"].removeprefix("Value error, ").rstrip("."))
-    said = said[:1].lower() + said[1:] if said[1:2].islower() else said
+    said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", complaint(first))
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     but = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {shown(found, 60)}"
     return InputError(f"{source}: {place + ': ' if place else ''}{said}{but}{more}")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError, shown
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
+from skyverse.model.wrong_values import complaint
 
 if TYPE_CHECKING:
     from skyverse.model.uav import UAV
@@ -70,8 +71,6 @@ class FleetLimits:
             return UAV.model_validate(own | given)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
-            said = first["msg"].removeprefix("Value error, ")
-            said = said.replace("Input should be a ", "expected a ").replace("Input should be", "expected a number")
             found = "" if isinstance(first["input"], dict) else f", found {shown(first['input'])}"
             place = str(first["loc"][0]) if first["loc"] else ""
-            raise InputError(f"{uav.name}: {said}{found}", field=place or None) from None
+            raise InputError(f"{uav.name}: {complaint(first)}{found}", field=place or None) from None

@@ -1,0 +1,66 @@
+"""Values that cannot be used are named in one sentence of skyverse's own, whatever pydantic calls them."""
+
+import copy
+
+import pytest
+
+import skyverse as sky
+from skyverse.files.scenarios import scenario_from_data
+from skyverse.model.fleet_limits import FleetLimits
+
+GIVEN = {
+    "name": "yard",
+    "bounds": {"min": [0, 0, 0], "max": [10, 10, 10]},
+    "clearance": 0.5,
+    "lattice": {"step": [1, 1, 1]},
+    "obstacles": [{"min": [4, 4, 0], "max": [5, 5, 5]}],
+    "uavs": [{"start": [1, 1, 1]}],
+    "targets": [{"position": [9, 9, 9]}],
+}
+CASES = [
+    (("clearance",), -1, "clearance: expected 0 or more, found -1"),
+    (("clearance",), "two", "clearance: expected a number, found 'two'"),
+    (("clearance",), None, "clearance: expected a number, found None"),
+    (("clearance",), float("nan"), "clearance: expected a finite number, found nan"),
+    (("name",), 3, "name: expected a text, found 3"),
+    (("name",), "", "name: expected a text that is not empty, found ''"),
+    (("uavs",), "x", "uavs: expected a list, found 'x'"),
+    (("uavs", 0, "start"), [1, 2, 3, 4], "uavs[0].start: expected 3 values at most, found [1, 2, 3, 4]"),
+    (("uavs", 0, "start"), [1, 2], "uavs[0].start[2]: is missing"),
+    (("uavs", 0, "priority"), 1.5, "uavs[0].priority: expected a whole number, found 1.5"),
+    (("uavs", 0, "fixed_wing"), True, "uavs[0].fixed_wing: expected a mapping of keys to values, found True"),
+    (("uavs", 0, "max_speed"), 0, "uavs[0].max_speed: expected 0.001 or more, found 0"),
+    (("lattice", "connectivity"), 7, "lattice.connectivity: expected 6 or 26, found 7"),
+    (("lattice", "step"), [1, 0, 1], "lattice.step[1]: expected a number above 0, found 0"),
+    (("bounds",), [1, 2], "bounds: expected a mapping of keys to values, found [1, 2]"),
+    (("frame",), {"origin": {"latitude": 99}}, "frame.origin.latitude: expected at most 90, found 99"),
+    (
+        ("obstacles", 0),
+        {"shape": "cube"},
+        "obstacles[0]: expected a shape that is one of 'box', 'cylinder', 'sphere', 'prism', 'voxels', found ",
+    ),
+    (
+        ("obstacles", 0),
+        {"low": 0, "min": [0, 0, 0], "max": [1, 1, 1]},
+        "obstacles[0].low: a box has no such key; the key 'shape' says what a shape is",
+    ),
+    (("cleerance",), 1, "cleerance: there is no such key; did you mean 'clearance'?"),
+]
+
+
+@pytest.mark.parametrize(("place", "value", "sentence"), CASES)
+def test_a_wrong_value_is_named_with_what_was_expected(place, value, sentence):
+    data = copy.deepcopy(GIVEN)
+    at = data
+    for part in place[:-1]:
+        at = at[part]
+    at[place[-1]] = value
+    with pytest.raises(sky.InputError) as refused:
+        scenario_from_data("yard.yaml", data)
+    assert str(refused.value).startswith(f"yard.yaml: {sentence}")
+
+
+def test_limits_of_a_fleet_say_what_they_expect():
+    (uav,) = scenario_from_data("yard.yaml", GIVEN).uavs
+    with pytest.raises(sky.InputError, match=r"max_speed: uav-1: expected 0\.001 or more, found -3"):
+        FleetLimits(max_speed=-3.0).limit(uav)
