@@ -17,6 +17,7 @@ from skyverse.cli.export import export
 from skyverse.cli.fly import fly
 from skyverse.cli.missions import check, show
 from skyverse.cli.option_names import for_command_line
+from skyverse.cli.outputs import settle_folders
 from skyverse.cli.plan import plan
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
@@ -55,7 +56,10 @@ def main(words: Sequence[str] | None = None) -> None:
     """Run a command line, by default that of this process, and end the process with its exit code."""
     given = sys.argv[1:] if words is None else words
     try:
-        code = _run(given)
+        try:
+            code = _run(given)
+        finally:
+            settle_folders()
         sys.stdout.flush()  # what cannot be written is told here, and not by Python when it ends
     except BrokenPipeError:
         code = _output_closed()

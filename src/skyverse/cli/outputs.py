@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from skyverse.atomic import is_device
@@ -10,6 +11,8 @@ from skyverse.errors import InputError
 
 DEFAULT_FOLDER = Path("out")
 """Where files go whose place the user has not named, and which is made without a word."""
+_MADE: list[Path] = []
+"""The folders that were made, those above first."""
 
 
 def file_name(name: str) -> str:
@@ -18,16 +21,27 @@ def file_name(name: str) -> str:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it, unless they exist; say so, as the user may have misspelt one that does."""
-    missing = not folder.exists()
+    """Make a folder and those above it, unless they exist; `settle_folders` tells of them."""
+    missing = [one for one in (*reversed(folder.parents), folder) if not one.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
         raise InputError(f"{folder}: expected a folder, found a file") from None
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
-    if missing and DEFAULT_FOLDER not in (folder, *folder.parents):
-        print(f"Made the folder {folder}, which did not exist.", file=sys.stderr)
+    _MADE.extend(missing)
+
+
+def settle_folders() -> None:
+    """Remove the folders that were made and hold nothing; tell of the others, as each may be a misspelt one."""
+    for folder in reversed(_MADE):
+        with suppress(OSError):
+            folder.rmdir()  # only where it is empty
+    left = [folder for folder in _MADE if folder.exists() and not any(folder in one.parents for one in _MADE)]
+    for folder in left:
+        if DEFAULT_FOLDER not in (folder, *folder.parents):
+            print(f"Made the folder {folder}, which did not exist.", file=sys.stderr)
+    _MADE.clear()
 
 
 def refuse_output(path: Path, *read: str | Path) -> None:

@@ -19,11 +19,12 @@ from skyverse.exports.file_names import (
 )
 from skyverse.exports.geo_csv import geo_csv_text
 from skyverse.exports.geojson import geojson_text
-from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
+from skyverse.exports.global_positions import AltitudeReference, with_origin
 from skyverse.exports.gpx import gpx_text
 from skyverse.exports.judgement import require_not_refuted
 from skyverse.exports.kml import kml_text
 from skyverse.exports.mavlink_items import End
+from skyverse.exports.requirements import require_format, require_radius_and_takeoff
 from skyverse.exports.ros import as_text, path_message, trajectory_message
 from skyverse.exports.sampling import sample_trajectories
 from skyverse.exports.skybrush import show_csv
@@ -117,6 +118,11 @@ def export(
     """
     path = Path(path)
     suffix = export_suffix(path)
+    if suffix in ALTITUDE_REFERENCES:
+        placed = with_origin(mission, origin, str(path))
+        require_format(mission, placed, suffix, altitude, autopilot, str(path))
+    if suffix in ROUTE_SUFFIXES:
+        require_radius_and_takeoff(radius, takeoff)
     given = mission.scenario if scenario is None else scenario
     for note in require_not_refuted(mission, given, path, allow_close=allow_close):
         on_note(note)
@@ -127,7 +133,6 @@ def export(
         write(mission, path, rate=SAMPLE_RATES[".csv"] if rate is None else rate)
         return [path]
     if suffix in ROUTE_SUFFIXES:
-        placed = with_origin(mission, origin, str(path))
         options = WaypointOptions(
             altitude, radius, takeoff, end, autopilot, apart_in_space=apart_in_space, allow_close=allow_close
         )
@@ -147,8 +152,6 @@ def export(
         for file, flight in zip(files, flights, strict=True):
             write_text(file, as_text(message(flight), file.suffix))
         return files
-    require_reference(mission.scenario, altitude, ALTITUDE_REFERENCES[suffix], str(path))
-    placed = with_origin(mission, origin, str(path))
     texts: dict[str, Callable[[], str]] = {
         ".geojson": lambda: geojson_text(placed, flights, str(path)),
         ".gpx": lambda: gpx_text(placed, flights),

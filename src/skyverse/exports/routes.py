@@ -1,6 +1,5 @@
 """The waypoints of all UAVs of a mission, proven as an autopilot flies them, one by one and against each other."""
 
-import math
 from functools import partial
 from typing import get_args
 
@@ -13,6 +12,7 @@ from skyverse.exports.flight_plan import flight_plans
 from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.landing import stand
 from skyverse.exports.leg_certificate import LegCertificate, require_homes
+from skyverse.exports.requirements import require_plausible_homes, require_radius_and_takeoff
 from skyverse.exports.route import Route, route
 from skyverse.exports.separation import fleet_apart
 from skyverse.model.mission import Mission
@@ -53,10 +53,8 @@ def routes(
     if altitude == "home":
         flying = [k for k, trajectory in enumerate(mission.trajectories) if trajectory is not None]
         require_homes(scenario, [k for k in flying if scenario.uavs[k].fixed_wing is None])
-    for noun, value, least, most in (("radius", radius, 0.05, 1000.0), ("takeoff", takeoff, 0.0, math.inf)):
-        if not (math.isfinite(value) and least <= value <= most):
-            until = f"to {most:g}" if most < math.inf else "on"
-            raise InputError(f"expected metres from {least:g} {until}, found {value!r}", field=noun)
+    require_radius_and_takeoff(radius, takeoff)
+    require_plausible_homes(scenario)
     certificates = leg_certificates(mission, scenario, altitude)
     search = [
         partial(route, certificates[k], k, trajectory, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)

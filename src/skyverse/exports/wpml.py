@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
 from skyverse.exports.kml import KML
@@ -54,11 +53,6 @@ def wpml_parts(
     scenario: Scenario, plan: FlightPlan, part: range, reference: AltitudeReference, end: End, back: Return | None
 ) -> dict[str, str]:
     """Return the texts of the files in the archive, by name, for a part of a plan's waypoints."""
-    vehicle = scenario.uavs[plan.route.uav]
-    if vehicle.fixed_wing is not None:
-        raise InputError(f"{vehicle.name}: DJI's waylines are for multirotors, and it is an aeroplane")
-    if reference == "amsl":
-        geoid_of(scenario, "DJI's waylines, above the sea")
     last = part[-1] == len(plan.waypoints) - 1
     wayline = _Wayline(scenario, plan, part, reference, end if last else "loiter", back)
     return {"wpmz/template.kml": _template(wayline), "wpmz/waylines.wpml": _waylines(wayline)}

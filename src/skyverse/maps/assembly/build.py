@@ -49,6 +49,7 @@ from skyverse.model.scenario import (
 from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
+from skyverse.model.wrong_values import complaint
 
 NO_UNIT = Sentence("heights without a unit taken as metres", give=[Remedy("Raster.unit", "ft", "to take them as feet")])
 
@@ -153,7 +154,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
             sources=tuple(licensed(sources, options.licences or {})),
         )
     except ValidationError as error:
-        raise InputError(f"{options.name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
+        raise InputError(f"{options.name}: {complaint(error.errors()[0])}") from None
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
     return built
