@@ -42,6 +42,13 @@ def terms(scenario, *points):
     return cost.terms_of_legs(scenario, cost.make_rates(scenario), path, path[-1])
 
 
+def test_a_place_twice_in_a_row_hides_no_turn():
+    corner = (0, 0, 0), (5, 0, 0), (5, 5, 0)
+    assert terms(field(divergence=3), *corner)["divergence"] == 3
+    assert terms(field(divergence=3), corner[0], corner[0], *corner, corner[2]) == terms(field(divergence=3), *corner)
+    assert terms(field(divergence=3), corner[0], corner[1], *corner[1:]) == terms(field(divergence=3), *corner)
+
+
 whole = st.integers(0, 20).map(lambda n: n / 2)
 places = st.tuples(whole, whole, whole)
 anywhere = st.tuples(*[st.floats(0, 10)] * 3)

@@ -245,8 +245,10 @@ def legs(rates: Rates, path: Floats, goal: Floats) -> Floats:
         a, b = path[i - 1], path[i]
         dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
         size = norm(dx, dy, dz)
+        if size == 0.0:  # a place twice in a row hides no turn
+            continue
         shares[0] += rates.metre * size
-        if i > 1:
+        if size_before > 0.0:
             ex, ey, ez = a[0] - before[0], a[1] - before[1], a[2] - before[2]
             cx, cy, cz = ey * dz - ez * dy, ez * dx - ex * dz, ex * dy - ey * dx
             if norm(cx, cy, cz) > COLLINEAR * size_before * size:

@@ -74,6 +74,13 @@ def test_going_straight_on_and_turning_back_are_no_turns():
     assert check(METRES, in_metres(result(path, 2 * (8.9 + 0.9 + 1 + 1), 1.0))) == []
 
 
+def test_a_place_twice_in_a_row_hides_no_turn():
+    path = [(0, 4, 1), (6, 4, 1), (6, 4, 1), (9, 4, 2)]
+    assert check(METRES, in_metres(result(path, 2 * (6 + 10**0.5), 1.0))) == []
+    unpriced = in_metres(result(path, 2 * (6 + 10**0.5), 0.0))
+    assert [found.fault for found in check(METRES, unpriced)] == [Fault.COST]
+
+
 @pytest.mark.parametrize(
     ("claimed", "true", "agree"),
     [

@@ -137,6 +137,7 @@ def judge_cost(world: RefereeWorld, uav: int, path: Floats, goal: Floats, result
     """Yield what is wrong with the cost of a path (n, 3) towards a goal node (3,), with its terms and its bound."""
     name, objective = world.scenario.uavs[uav].name, world.scenario.objective
     steps = np.diff(path, axis=0)
+    steps = steps[steps.any(axis=1)]  # a place twice in a row hides no turn
     lengths = _norms(steps)
     crossed = _norms(np.cross(steps[:-1], steps[1:])) if len(steps) > 1 else np.zeros(0)
     turns = np.count_nonzero(crossed > STRAIGHT * lengths[:-1] * lengths[1:])
