@@ -6,6 +6,7 @@ measured how long the referee takes to judge the mission, and how long an export
 waypoints and has them proven. Numbers on the command line are the UAVs of each fleet (20 and 100).
 """
 
+import re
 import sys
 import tempfile
 import time
@@ -114,7 +115,7 @@ def measured(uavs: int) -> list[str]:
         files = sky.export(mission, Path(folder) / "city.plan", allow_close=True, on_note=notes.append)
         clocks.append((time.perf_counter(), time.process_time()))
     assert not [v for v in violations if v.fault.value.endswith("too close") and len(v.uavs) == 1]
-    waypoints = sum(int(note.split(": ")[1].split()[0]) for note in notes[: len(files)])
+    waypoints = sum(int(found[1]) for note in notes if (found := re.search(r": (\d+) waypoints", note)))
     seconds = [[end - start for start, end in zip(*pair, strict=True)] for pair in pairwise(clocks)]
     taken = [f"{wall:.1f} ({processor:.1f})" for wall, processor in seconds]
     return [str(uavs), *taken, f"{len(files)} files, {waypoints} waypoints"]

@@ -121,6 +121,11 @@ def climb(scenario, route):
     return route.waypoints[0][2] - (ground if vehicle.home is None else vehicle.home)
 
 
+def takeoff_seconds(height, name):
+    """How long a climb takes by default: ArduPilot's at 2.5 m/s, PX4's at 1.5 m/s up to 10 m and at 3 m/s above."""
+    return height / 2.5 if name == "ardupilot" else min(height, 10) / 1.5 + max(height - 10, 0) / 3
+
+
 def under(scenario, points):
     """The height of the bilinear ground, by SciPy."""
     from scipy.interpolate import RegularGridInterpolator

@@ -2,6 +2,7 @@
 
 import itertools
 
+import handmade_exports as handmade
 import numpy as np
 import pytest
 import replayed_autopilot as autopilot
@@ -45,10 +46,10 @@ def test_uavs_that_start_at_different_heights_meet_on_schedule_after_their_climb
 def test_each_uav_is_above_its_home_when_its_trajectory_begins(tmp_path, suffix):
     mission, notes = audited(), []
     files = sky.export(mission, tmp_path / f"c.{suffix}", altitude="home", allow_close=True, on_note=notes.append)
-    rate = {"plan": 1.5, "waypoints": 2.5}[suffix]
+    name = {"plan": "px4", "waypoints": "ardupilot"}[suffix]
     read = {"plan": autopilot.read_plan, "waypoints": autopilot.read_waypoints}[suffix]
     orders = [read(file.read_text(), ORIGIN) for file in files]
-    up = [o.delay + (o.places[0][2] - o.home[2]) / rate for o in orders]
+    up = [o.delay + handmade.takeoff_seconds(o.places[0][2] - o.home[2], name) for o in orders]
     begin = [flight.start for flight in mission.trajectories]
     assert up[0] - begin[0] == pytest.approx(up[1] - begin[1], abs=0.01)
     (told,) = [note for note in notes if note.startswith("All times are of the exported schedule: ")]
@@ -92,8 +93,6 @@ def test_paths_that_cross_are_refused_where_they_are_to_be_apart_in_space(tmp_pa
 @pytest.mark.usefixtures("unjudged")
 def test_waylines_of_more_than_99_waypoints_are_split_and_each_begins_where_the_last_ended(tmp_path):
     import zipfile
-
-    import handmade_exports as handmade
 
     turns = [(10.0 * k, 8.0 * (k % 2), 50.0) for k in range(-14, 15)]
     corners = [(x, y + 20.0 * row, 50.0 + row) for row in range(8) for x, y, _ in (turns if row % 2 else turns[::-1])]

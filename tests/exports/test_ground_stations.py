@@ -110,8 +110,9 @@ def test_plans_read_by_mavsdk_have_the_same_places_in_the_same_frame(stations, t
             same_places(mission, route, above, [(i.x / 1e7, i.y / 1e7, i.z) for i in flown])
             assert all(i.param2 == pytest.approx(route.radius) for i in flown if i.command == WAYPOINT)
             waits = [i.param1 for i in read.mission_items if i.command == DELAY]
-            rate = 2.5 if above == "agl" else 1.5  # of ArduPilot, and of PX4
-            begins.append(sum(waits) + handmade.climb(mission.scenario, route) / rate - route.times[0])
+            name = "ardupilot" if above == "agl" else "px4"
+            seconds = handmade.takeoff_seconds(handmade.climb(mission.scenario, route), name)
+            begins.append(sum(waits) + seconds - route.times[0])
             assert [i.command for i in read.mission_items][-1] == LOITER
             assert len(read.rally_items) <= 5
             assert len(read.geofence_items) == 4

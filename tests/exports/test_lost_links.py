@@ -69,6 +69,8 @@ def test_parameters_that_ardupilot_has_renamed_are_written_in_both_units(tmp_pat
         "RTL_ALT": "RTL_ALT_M",
         "RTL_ALT_FINAL": "RTL_ALT_FINAL_M",
         "RTL_CLIMB_MIN": "RTL_CLIMB_MIN_M",
+        "RTL_SPEED": "RTL_SPEED_MS",
+        "WPNAV_SPEED": "WP_SPD",
         "WPNAV_SPEED_UP": "WP_SPD_UP",
         "WPNAV_SPEED_DN": "WP_SPD_DN",
         "WPNAV_ACCEL": "WP_ACC",

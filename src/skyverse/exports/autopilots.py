@@ -1,7 +1,8 @@
 """What is known of the autopilots that fly exported waypoints: PX4, ArduPilot Copter and DJI's.
 
-The rates of PX4 and ArduPilot are the defaults of the named parameters; an export writes them into a parameter file, so
-that they hold. DJI documents none for waylines, and its file cannot set any: there they are assumptions.
+The rates of PX4 and ArduPilot are the defaults of the named parameters, and their limits are the largest values that
+these parameters may have by their documentation; an export writes the rates into a parameter file, so that they hold.
+DJI documents none for waylines, and its file cannot set any: there they are assumptions.
 """
 
 import math
@@ -23,12 +24,20 @@ class Rates(NamedTuple):
         m/s: of the first climb, and up and down on legs.
     acceleration
         m/s^2: horizontally, to start and to stop.
+    takeoff_height
+        Metres above home from which the first climb goes on at the rate of `climb`.
     """
 
     takeoff: float
     climb: float
     descent: float
     acceleration: float
+    takeoff_height: float = math.inf
+
+    def takeoff_seconds(self, height: float) -> float:
+        """Return how long the first climb takes to a height in metres."""
+        slow = min(height, self.takeoff_height)
+        return slow / self.takeoff + (height - slow) / self.climb
 
 
 class Autopilot(NamedTuple):
@@ -40,6 +49,8 @@ class Autopilot(NamedTuple):
         What options and sentences call it.
     rates
         Its rates where the UAV states none.
+    limits
+        The highest rates that it can be told to fly at.
     stops
         Whether it stops at every waypoint, and so cuts no corner.
     waits_above
@@ -56,6 +67,7 @@ class Autopilot(NamedTuple):
     name: AutopilotName
     title: str
     rates: Rates
+    limits: Rates
     stops: bool
     waits_above: bool
     max_speed: float
@@ -64,11 +76,40 @@ class Autopilot(NamedTuple):
 
 
 AUTOPILOTS: dict[AutopilotName, Autopilot] = {
-    # MPC_TKO_SPEED, MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_ACC_HOR
-    "px4": Autopilot("px4", "PX4", Rates(1.5, 3.0, 1.5, 3.0), False, False, math.inf, 700),
-    # WPNAV_SPEED_UP for takeoff and climb, WPNAV_SPEED_DN, WPNAV_ACCEL
-    "ardupilot": Autopilot("ardupilot", "ArduPilot", Rates(2.5, 2.5, 1.5, 2.5), False, False, math.inf, 700),
-    "dji": Autopilot("dji", "DJI", Rates(3.0, 3.0, 2.0, 2.5), True, True, 15.0, 99, (1.2, 1500.0)),
+    # rates: MPC_TKO_SPEED, MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_ACC_HOR; below MPC_LAND_ALT1 for takeoff
+    # the highest speed: MPC_XY_VEL_MAX and MPC_XY_CRUISE
+    "px4": Autopilot(
+        "px4",
+        "PX4",
+        rates=Rates(1.5, 3.0, 1.5, 3.0, takeoff_height=10.0),
+        limits=Rates(5.0, 8.0, 4.0, 15.0),
+        stops=False,
+        waits_above=False,
+        max_speed=20.0,
+        max_waypoints=700,
+    ),
+    # rates: WPNAV_SPEED_UP for takeoff and climb, WPNAV_SPEED_DN, WPNAV_ACCEL; the highest speed: WPNAV_SPEED
+    "ardupilot": Autopilot(
+        "ardupilot",
+        "ArduPilot",
+        rates=Rates(2.5, 2.5, 1.5, 2.5),
+        limits=Rates(10.0, 10.0, 5.0, 5.0),
+        stops=False,
+        waits_above=False,
+        max_speed=20.0,
+        max_waypoints=700,
+    ),
+    "dji": Autopilot(
+        "dji",
+        "DJI",
+        rates=Rates(3.0, 3.0, 2.0, 2.5),
+        limits=Rates(math.inf, math.inf, math.inf, math.inf),
+        stops=True,
+        waits_above=True,
+        max_speed=15.0,
+        max_waypoints=99,
+        rises=(1.2, 1500.0),
+    ),
 }
 
 
@@ -91,14 +132,15 @@ def autopilot_for(suffix: str, altitude: AltitudeReference, asked: AutopilotName
 
 
 def rates_of(vehicle: UAV, autopilot: Autopilot) -> Rates:
-    """Return the rates of a UAV under an autopilot: no faster than the UAV itself climbs and descends.
+    """Return the rates of a UAV under an autopilot: no faster than the UAV itself and its autopilot climb and descend.
 
     An aeroplane does not stop, and its climb is limited by its angle: for it, all rates are infinite.
     """
     if vehicle.fixed_wing is not None:
         return Rates(math.inf, math.inf, math.inf, math.inf)
-    usual = autopilot.rates
-    climb = usual.climb if vehicle.max_climb is None else vehicle.max_climb
-    descent = usual.descent if vehicle.max_descent is None else vehicle.max_descent
+    usual, most = autopilot.rates, autopilot.limits
+    climb = usual.climb if vehicle.max_climb is None else min(vehicle.max_climb, most.climb)
+    descent = usual.descent if vehicle.max_descent is None else min(vehicle.max_descent, most.descent)
     takeoff = climb if usual.takeoff == usual.climb else min(usual.takeoff, climb)
-    return Rates(takeoff, climb, descent, min(usual.acceleration, vehicle.max_acceleration))
+    acceleration = min(usual.acceleration, vehicle.max_acceleration)
+    return Rates(takeoff, climb, descent, acceleration, usual.takeoff_height)

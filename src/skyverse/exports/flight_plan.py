@@ -17,8 +17,8 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import MIN_LEG_DURATION, SAME_PLACE
 
-MIN_SPEED = 0.1
-"""m/s: no slower speed is commanded."""
+MIN_SPEED = 0.2
+"""m/s: no slower speed is commanded. Copter ignores a command to fly slower."""
 SPEED_CHANGE = 1.01
 """A new speed is commanded where it differs from the last by more than this factor."""
 
@@ -41,6 +41,8 @@ class FlightPlan:
         Seconds that it waits at the first waypoint instead, where a file cannot tell its autopilot to wait below.
     speeds
         (m,) m/s: the commanded speed of each of the m legs after the take-off.
+    top_speed
+        m/s: the highest speed that may be commanded, at which it returns.
     ending
         (k, 3) metres: where it flies after the last waypoint, to land there or at home; empty where it stays.
     """
@@ -52,6 +54,7 @@ class FlightPlan:
     delay: float
     hover: float
     speeds: Floats
+    top_speed: float
     ending: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
@@ -92,7 +95,11 @@ class FlightPlan:
     def _motion(self) -> "_Motion":
         made = _Motion(self.home, self.delay)
         waypoints, stops, holds = self.waypoints, self.full_stops, self.route.waypoint_holds
-        made.fly(waypoints[0], self.rates.takeoff, np.inf, 0.0)
+        rise = waypoints[0] - self.home
+        height = float(np.linalg.norm(rise))
+        low = min(self.rates.takeoff_height / height, 1.0) if height else 1.0
+        made.fly(self.home + low * rise, self.rates.takeoff, np.inf, 0.0)
+        made.fly(waypoints[0], self.rates.climb, np.inf, 0.0)
         made.arrivals.append(made.knots[-1])
         made.wait(self.hover)
         for k, (to, speed) in enumerate(zip(turning_points(self.route, stops), self.speeds, strict=True), 1):
@@ -101,7 +108,7 @@ class FlightPlan:
             made.arrivals.append(made.knots[-1])
             made.wait(float(holds[k]))
         for to in self.ending:
-            made.fly(to, attainable_speed(made.at, to, float(self.speeds[-1]), self.rates), np.inf, 0.0)
+            made.fly(to, attainable_speed(made.at, to, self.top_speed, self.rates), np.inf, 0.0)
         return made
 
 
@@ -166,7 +173,7 @@ def flight_plans(
     """
     rates = [rates_of(scenario.uavs[one.uav], autopilot) for one in flown]
     climbs = [
-        float(np.linalg.norm(one.waypoints[0] - home)) / rate.takeoff
+        rate.takeoff_seconds(float(np.linalg.norm(one.waypoints[0] - home)))
         for one, rate, home in zip(flown, rates, homes, strict=True)
     ]
     late = max((climb - float(one.times[0]) for one, climb in zip(flown, climbs, strict=True)), default=0.0)
@@ -174,10 +181,10 @@ def flight_plans(
     for one, rate, home, climb in zip(flown, rates, homes, climbs, strict=True):
         delay = round(max(max(late, 0.0) + float(one.times[0]) - climb, 0.0), 3)
         wait = (0.0, delay) if autopilot.waits_above else (delay, 0.0)
-        limit = min(scenario.uavs[one.uav].max_speed, autopilot.max_speed)
         wing = scenario.uavs[one.uav].fixed_wing
-        blank = FlightPlan(one, autopilot, rate, home, *wait, np.ones(len(one.waypoints) - 1))
-        speeds = _speeds(blank, limit) if wing is None else np.full(len(blank.speeds), wing.speed)
+        top = max(min(scenario.uavs[one.uav].max_speed, autopilot.max_speed), MIN_SPEED) if wing is None else wing.speed
+        blank = FlightPlan(one, autopilot, rate, home, *wait, np.ones(len(one.waypoints) - 1), top)
+        speeds = _speeds(blank) if wing is None else np.full(len(blank.speeds), wing.speed)
         made.append(replace(blank, speeds=speeds))
     return made
 
@@ -198,7 +205,7 @@ def attainable_speed(a: Floats, b: Floats, speed: float, rates: Rates) -> float:
     return min(speed, limit * length / abs(up)) if up else speed
 
 
-def _speeds(plan: FlightPlan, limit: float) -> Floats:
+def _speeds(plan: FlightPlan) -> Floats:
     """Return the commanded speeds by which a UAV keeps to the times of its route, as far as it can."""
     route, stops = plan.route, plan.full_stops
     places = np.concatenate([route.waypoints[:1], turning_points(route, stops)])
@@ -212,7 +219,7 @@ def _speeds(plan: FlightPlan, limit: float) -> Floats:
         if stopped:  # solve time = length / speed + stopped * speed / (2 * acceleration), the slower solution
             root = max(time**2 - 2 * stopped * length / acceleration, 0.0)
             wanted = (time - np.sqrt(root)) * acceleration / stopped
-        speed = round(float(np.clip(wanted, MIN_SPEED, max(limit, MIN_SPEED))), 3)
+        speed = round(float(np.clip(wanted, MIN_SPEED, plan.top_speed)), 3)
         kept = speeds and speeds[-1] / SPEED_CHANGE <= speed <= speeds[-1] * SPEED_CHANGE
         speeds.append(speeds[-1] if kept else speed)
     return np.array(speeds)

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from skyverse.atomic import write_text
-from skyverse.exports.autopilots import Autopilot, Rates
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.return_home import Return
 
@@ -20,6 +19,10 @@ DESCEND_ALTITUDE = 5.0
 
 PX4_HOLD, PX4_RETURN = 1, 2
 """Values of PX4's `NAV_RCL_ACT` and `NAV_DLL_ACT`."""
+PX4_MAX_SPEED = 12.0
+"""m/s: PX4's default of `MPC_XY_VEL_MAX`, which is only raised."""
+PX4_SPEED_MARGIN = 1.1
+"""By which factor PX4 may fly faster than commanded to catch up, as far as it takes that."""
 FS_RETURN = 1
 """The value of ArduPilot's `FS_THR_ENABLE` and `FS_GCS_ENABLE`: always return."""
 FS_MISSION_GOES_ON, FS_PILOT_GOES_ON = 0b11, 0b10000
@@ -38,20 +41,35 @@ class Parameter(NamedTuple):
 def parameters(plan: FlightPlan, back: Return | None) -> list[Parameter]:
     """Return the parameters that make an autopilot fly as predicted, and return as proven; ``None`` for aeroplanes."""
     returning = [] if back is None else [*_return_parameters(back), *_link_parameters(back)]
-    return [*_rate_parameters(plan.autopilot, plan.rates), *returning]
+    return [*_rate_parameters(plan), *returning]
 
 
-def _rate_parameters(autopilot: Autopilot, rates: Rates) -> list[Parameter]:
+def _rate_parameters(plan: FlightPlan) -> list[Parameter]:
+    """Return the parameters of rates and speeds, in an order in which none is clipped while they are set one by one."""
+    rates, speed = plan.rates, plan.top_speed
     if not math.isfinite(rates.climb):
         return []  # an aeroplane's rates are its own
-    if autopilot.name == "px4":
+    if plan.autopilot.name == "px4":
+        most = min(max(PX4_SPEED_MARGIN * speed, PX4_MAX_SPEED), plan.autopilot.max_speed)
         return [
+            # where these are not negative, they set all those below anew
+            Parameter("SYS_VEHICLE_RESP", -0.4),
+            Parameter("MPC_XY_VEL_ALL", -10.0),
+            Parameter("MPC_Z_VEL_ALL", -3.0),
+            # the maxima, by which PX4 clips those below and keeps them clipped
+            Parameter("MPC_XY_VEL_MAX", most),
+            Parameter("MPC_Z_VEL_MAX_UP", rates.climb),
+            Parameter("MPC_Z_VEL_MAX_DN", rates.descent),
+            Parameter("MPC_XY_CRUISE", speed),
             Parameter("MPC_TKO_SPEED", rates.takeoff),
+            Parameter("MPC_LAND_ALT1", rates.takeoff_height),
             Parameter("MPC_Z_V_AUTO_UP", rates.climb),
             Parameter("MPC_Z_V_AUTO_DN", rates.descent),
             Parameter("MPC_ACC_HOR", rates.acceleration),
         ]
     return [
+        *_both_names("WPNAV_SPEED", "WP_SPD", speed),
+        *_both_names("RTL_SPEED", "RTL_SPEED_MS", speed, whole=True),
         *_both_names("WPNAV_SPEED_UP", "WP_SPD_UP", rates.climb),
         *_both_names("WPNAV_SPEED_DN", "WP_SPD_DN", rates.descent),
         *_both_names("WPNAV_ACCEL", "WP_ACC", rates.acceleration),

@@ -9,7 +9,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.timing import USUAL_TOLERANCE, TimingTolerance, timed_path
+from skyverse.exports.timing import TimingTolerance, timed_path, tolerance_for
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.model.verdict import Certificate, Verdict, Violation
@@ -82,14 +82,13 @@ class FleetApart:
         return f"{named_pairs(scenario, self.of(kind))} {told[kind]}."
 
 
-def fleet_apart(
-    scenario: Scenario, plans: Sequence[FlightPlan], tolerance: TimingTolerance = USUAL_TOLERANCE
-) -> FleetApart:
+def fleet_apart(scenario: Scenario, plans: Sequence[FlightPlan]) -> FleetApart:
     """Judge each two UAVs that fly exported plans.
 
     Separation is counted with the tracking errors of both UAVs. Of the pairs whose paths are not apart in space, the
     referee judges whether they are apart at all times that the tolerance allows, and at last on schedule.
     """
+    tolerance = tolerance_for(plans)
     paths = [timed_path(scenario, plan, tolerance) for plan in plans]
     boxes = [path_box(path) for path in paths]
     pairs: dict[tuple[int, int], Apart] = {}

@@ -1,5 +1,6 @@
 """When a UAV may be where, if its autopilot climbs and flies faster or slower than the flight plan expects."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +37,19 @@ USUAL_TOLERANCE = TimingTolerance()
 """What an export allows for."""
 
 
-def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance = USUAL_TOLERANCE) -> TimedPath:
+def tolerance_for(plans: Sequence[FlightPlan]) -> TimingTolerance:
+    """Return the usual tolerance, wider where a UAV climbs or descends slower or faster than that by its flight plan.
+
+    The rates of flight plans may be off by the same share as speeds.
+    """
+    usual = USUAL_TOLERANCE
+    rates = [rate for plan in plans for rate in plan.rates[:3] if np.isfinite(rate)]
+    slowest = min([usual.slowest_climb, *((1 - usual.speed) * rate for rate in rates)])
+    fastest = max([usual.fastest_climb, *((1 + usual.speed) * rate for rate in rates)])
+    return usual._replace(slowest_climb=slowest, fastest_climb=fastest)
+
+
+def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance) -> TimedPath:
     """Return the path of a flight plan with the earliest and the latest time at which the UAV may be where.
 
     At the earliest it cuts every corner and nowhere slows down; at the latest it flies to every waypoint and stops.
@@ -72,8 +85,7 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance 
         turned = reach
     at = waypoints[-1]
     for to in plan.ending:
-        speed = scenario.uavs[route.uav].max_speed
-        swift, slow = leg_seconds(at, to, speed, plan.rates, tolerance)
+        swift, slow = leg_seconds(at, to, plan.top_speed, plan.rates, tolerance)
         made.add(at, to, early, early + swift, late, np.inf)
         at, early, late = to, early + swift, np.inf
     circle = wing.turn_radius if wing is not None else 0.0

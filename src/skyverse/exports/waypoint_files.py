@@ -107,7 +107,7 @@ def export_waypoints(
         notes += apart.sentences(scenario)
         if options.end == "rtl" and not apart.only(Apart.SPACE):
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
-    notes += _return_notes(scenario, plans, swept)
+    notes += _return_notes(scenario, plans, swept, apart)
     notes += pairs_sentences(scenario, together)
     notes.append(_schedule_note(plans))
     for note in notes:
@@ -132,10 +132,10 @@ def _returning(plan: FlightPlan, back: Return | None) -> FlightPlan:
 
 
 def _return_notes(
-    scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[SweptReturns | None]
+    scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[SweptReturns | None], apart: FleetApart
 ) -> Iterator[str]:
     """Yield a sentence on each UAV's way home, obstacles and other UAVs counted."""
-    paths = [timed_path(scenario, plan) for plan in plans]
+    paths = [timed_path(scenario, plan, apart.tolerance) for plan in plans]
     for k, back in enumerate(returns):
         if back is None:
             name, end = scenario.uavs[plans[k].route.uav].name, float(plans[k].arrivals[-1])
