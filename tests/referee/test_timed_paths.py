@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from skyverse.model.timed_path import TimedPath
-from skyverse.referee.timed_paths import KeptDistance, nearest_points, paths_apart, pieces_apart
+from skyverse.referee.segments import nearest_points
+from skyverse.referee.timed_paths import KeptDistance, paths_apart, pieces_apart
 
 
 def path(points, times, late=0.0, deviation=0.0):

@@ -107,8 +107,10 @@ def _tops(kind: GrownSolids, which: Indices, error: TrackingError) -> Floats:
     match kind:
         case GrownBoxes():
             return shorter(kind.high[which, 2], error)
-        case GrownCylinders() | GrownPrisms():
+        case GrownCylinders():
             return shorter(kind.high[which], error)
+        case GrownPrisms():
+            return shorter(kind.outlines.high[which], error)
         case GrownSpheres():
             return kind.centre[which, 2] + narrower(kind.radius[which], error)
     raise TypeError(f"{type(kind).__name__} has no tops")

@@ -14,6 +14,7 @@ from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.integrals import Enclosure, curve_length, flight_energy
 from skyverse.referee.polynomial import bernstein
 from skyverse.referee.positions import position_text, position_tuple
+from skyverse.referee.segments import share_of
 from skyverse.referee.solids import distance_error
 from skyverse.referee.subdivision import find_peaks
 from skyverse.referee.tolerances import LET_PASS
@@ -106,8 +107,8 @@ def _farthest(part: Floats, starts: Floats, ends: Floats) -> Floats:
     count, legs = part.shape[1], len(starts)
     found = np.empty(len(part))
     for some in blocks(len(part), DISTANCES_AT_ONCE, count * legs):
-        points = part[some].reshape(-1, 3)
-        distances = _distances(points, starts, ends).reshape(-1, count, legs)
+        points = np.concatenate(part[some])
+        distances = _distances(points, starts, ends).reshape(len(part[some]), count, legs)
         found[some] = distances.max(axis=1).min(axis=1)
     return found
 
@@ -117,8 +118,8 @@ def _distances(points: Floats, starts: Floats, ends: Floats) -> Floats:
     ways = ends - starts
     squares = np.sum(ways**2, axis=1)
     reach = [points[:, None, axis] - starts[:, axis] for axis in range(3)]
-    along = sum(reach[axis] * ways[:, axis] for axis in range(3))
-    share = np.clip(along / np.where(squares > 0, squares, 1.0), 0.0, 1.0)
+    along = np.asarray(sum(reach[axis] * ways[:, axis] for axis in range(3)))
+    share = share_of(along, squares)
     return np.sqrt(sum((reach[axis] - share * ways[:, axis]) ** 2 for axis in range(3)))
 
 

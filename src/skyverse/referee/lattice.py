@@ -83,7 +83,7 @@ def judged_lattice(world: RefereeWorld, *, strict: bool) -> RefereeLattice:
     steps = np.array([move for move in product((-1, 0, 1), repeat=3) if move > (0, 0, 0)], dtype=np.intp)
     if connectivity == 6:
         steps = steps[np.count_nonzero(steps, axis=1) == 1]
-    index = np.stack(np.meshgrid(*(np.arange(n) for n in shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    index = np.argwhere(np.ones(shape, dtype=bool))
     places = world.first_node + index * world.step
     usable = np.ones(shape, dtype=bool)
     if world.error != EXACT:  # then the bounds do not end where the lattice does

@@ -140,20 +140,13 @@ class _Judge:
         ends = [np.array(self.scenario.uavs[uav].start), np.array(self.scenario.targets[target].position)]
         for place, column in zip(ends, columns_of(world, uav, target), strict=True):
             place[2] = place[2] if column is None else column.top
-        corners = [[lattice.node(node) for node in self._cell_corners(uav, place)] for place in ends]
+        corners = [[lattice.node(node) for node in _cell_corners(lattice, place)] for place in ends]
         starts, goals = ({node for node in nodes if node is not None} for nodes in corners)
         if not reachable_nodes(lattice, starts) & goals:
             sentence = f"{claim} on the lattice, which joins no nodes next to its start and its target."
             return self._certificate(Verdict.PROVEN, sentence)
         sentence = f"{claim}, {AS_CLAIMED}: a path on the lattice joins nodes next to its start and its target."
         return self._undecided(sentence)
-
-    def _cell_corners(self, uav: int, place: Floats) -> list[Floats]:
-        """Return the lattice nodes at the corners of the cell that holds a place (3,), metres."""
-        world, lattice = self.lattice(uav, strict=False)
-        share = (place - world.first_node) / world.step
-        corners = np.unique(list(product(*zip(np.floor(share), np.ceil(share), strict=True))), axis=0)
-        return [world.first_node + corner * world.step for corner in corners if (corner < lattice.shape).all()]
 
     def _search(self, uav: int, start: Floats, goal: Floats, strict: bool) -> tuple[float, list[int]]:
         """Return the price of the cheapest path between two nodes, in the objective's unit, and its nodes."""
@@ -211,3 +204,10 @@ def _farther(scenario: Scenario) -> Scenario:
     if scenario.max_height is not None:
         changes["max_height"] = scenario.max_height - LATTICE_MARGIN
     return scenario.model_copy(update=changes)
+
+
+def _cell_corners(lattice: RefereeLattice, place: Floats) -> list[Floats]:
+    """Return the nodes of a lattice at the corners of the cell that holds a place (3,), metres."""
+    share = (place - lattice.low) / lattice.step
+    corners = np.unique(list(product(*zip(np.floor(share), np.ceil(share), strict=True))), axis=0)
+    return [lattice.low + corner * lattice.step for corner in corners if (corner < lattice.shape).all()]

@@ -32,12 +32,20 @@ class Outlines(NamedTuple):
     high: Floats
     thickness: Floats
 
+    def of(self, some: Indices) -> "Outlines":
+        """Return those of some of the prisms, given by their numbers (k,)."""
+        count = self.edges[some]
+        first = np.cumsum(count) - count
+        edge = np.arange(count.sum()) + np.repeat(self.first[some] - first, count)
+        rows = (self.low[some], self.high[some], self.thickness[some])
+        return Outlines(self.p[edge], self.q[edge], first, count, *rows)
+
 
 def outlines_of(prisms: Sequence[Prism]) -> Outlines:
     """Return the outlines of prisms."""
     rings = [ring for prism in prisms for ring in (prism.vertices, *prism.holes)]
-    p = np.array([corner for ring in rings for corner in ring]).reshape(-1, 2)
     size = np.array([len(ring) for ring in rings], dtype=np.intp)
+    p = np.reshape([corner for ring in rings for corner in ring], (int(size.sum()), 2))
     following, begins = np.arange(1, len(p) + 1), np.cumsum(size) - size
     following[begins + size - 1] = begins
     edges = np.array([len(prism.vertices) + sum(map(len, prism.holes)) for prism in prisms], dtype=np.intp)

@@ -123,7 +123,7 @@ def fleet_separation(scenario: Scenario, targets: Sequence[int | None], motion: 
     ellipsoids = np.array([scenario.uavs[uav].ellipsoid for uav in motion.uavs])
     keep = np.maximum(ellipsoids[:, None], ellipsoids[None])
     strays = [scenario.uavs[uav].tracking_error for uav in motion.uavs]
-    errors = np.array([(stray.horizontal, stray.vertical) for stray in strays]).reshape(-1, 2)
+    errors = np.reshape([(stray.horizontal, stray.vertical) for stray in strays], (len(strays), 2))
     keep[(keep <= LET_PASS).any(axis=2)] = 0.0  # without a separation none is kept
     rim = np.divide(errors[:, None] + errors[None], keep, np.zeros_like(keep), where=keep > 0)
     keep *= 1.0 + np.hypot(rim[..., :1], rim[..., 1:])

@@ -10,7 +10,9 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.shapes import Prism
 from skyverse.model.uav import TrackingError
 from skyverse.referee.closed_above import SolidShapes
-from skyverse.referee.solids import Chords, GrownSolids, chords, distance_to_segment, grown, vertical_depth
+from skyverse.referee.outlines import Outlines
+from skyverse.referee.segments import distance_to_segment
+from skyverse.referee.solids import Chords, GrownSolids, chords, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS, OUTLINE_CONTACT, SEAM_SEARCH
 from skyverse.referee.tube import EXACT, taller
 
@@ -24,56 +26,38 @@ class GrownPrisms(GrownSolids):
 
     Attributes
     ----------
-    p, q
-        (e, 2) metres: the ends of the edges of all outlines and holes, one prism's after another's.
-    first, edges
-        (m,) the index of each prism's first edge, and how many edges it has.
-    low, high
-        (m,) altitudes as given, metres.
+    outlines
+        Their outlines, with the altitudes between which they lie before they grow.
     grown_by
         (m,) metres that must be kept from the polygon on all sides.
     grown_low, grown_high
         (m,) altitudes of the grown prisms, metres.
-    thickness
-        (m,) mean thickness of the grown prisms seen from above, metres.
     """
 
-    p: Floats
-    q: Floats
-    first: Indices
-    edges: Indices
-    low: Floats
-    high: Floats
+    outlines: Outlines
     grown_by: Floats
     grown_low: Floats
     grown_high: Floats
-    thickness: Floats
 
     def of(self, some: Indices) -> Self:
         """Return some of the prisms, given by their numbers (k,)."""
-        count = self.edges[some]
-        first = np.cumsum(count) - count
-        edge = np.arange(count.sum()) + np.repeat(self.first[some] - first, count)
-        names = ("obstacle", "edges", "low", "high", "grown_by", "grown_low", "grown_high", "thickness")
-        rows = {name: getattr(self, name)[some] for name in names}
-        return replace(self, p=self.p[edge], q=self.q[edge], first=first, **rows)
+        rows = {name: getattr(self, name)[some] for name in ("obstacle", "grown_by", "grown_low", "grown_high")}
+        return replace(self, outlines=self.outlines.of(some), **rows)
 
     def thicknesses(self) -> Floats:
         """Return how thin the grown prisms are, also those on slanted slivers, (m,) metres."""
-        return np.minimum(super().thicknesses(), self.thickness)
+        return np.minimum(super().thicknesses(), self.outlines.thickness + 2 * self.clearance)
 
     def hulls(self) -> tuple[Floats, Floats]:
         """Return the corners of boxes about the grown prisms."""
-        if not len(self.first):
-            return np.zeros((0, 3)), np.zeros((0, 3))
-        low, high = np.minimum.reduceat(self.p, self.first), np.maximum.reduceat(self.p, self.first)
+        p, first = self.outlines.p, self.outlines.first
+        low, high = np.minimum.reduceat(p, first), np.maximum.reduceat(p, first)
         level = np.maximum(self.grown_by, 0.0)[:, None]
         return np.column_stack([low - level, self.grown_low]), np.column_stack([high + level, self.grown_high])
 
     def is_convex(self, which: int) -> bool:
         """Tell whether a prism has one outline, without holes, that turns one way only."""
-        edges = slice(self.first[which], self.first[which] + self.edges[which])
-        p, q = self.p[edges], self.q[edges]
+        p, q, *_ = self.outlines.of(np.array([which]))
         (a, b), (c, d) = (q - p).T, (np.roll(q, -1, axis=0) - q).T
         turns = a * d - b * c
         return bool((np.roll(p, -1, axis=0) == q).all() and ((turns >= 0).all() or (turns <= 0).all()))
@@ -82,7 +66,7 @@ class GrownPrisms(GrownSolids):
         """Return how deep parts may be inside: a part outside is beside the polygon, below or above."""
         depth = vertical_depth(part, self.grown_low[which], self.grown_high[which])
         some = np.flatnonzero(~(depth <= -2 * SEAM_SEARCH))
-        ends = np.cumsum(self.edges[which[some]])
+        ends = np.cumsum(self.outlines.edges[which[some]])
         for these in np.split(some, np.flatnonzero(np.diff(ends // EDGES_AT_ONCE)) + 1):
             chord = chords(part[these, :, :2])
             depth[these] = np.minimum(depth[these], self._level_depth(chord, which[these]))
@@ -93,7 +77,7 @@ class GrownPrisms(GrownSolids):
         point = position[None, :2]
         deep = self._level_depth(Chords(point, point, np.zeros(1)), np.array([which]))[0]
         level = float(self.grown_by[which] - deep)
-        return max(level, float(self.low[which] - position[2]), float(position[2] - self.high[which]))
+        return max(level, float(self.outlines.low[which] - position[2]), float(position[2] - self.outlines.high[which]))
 
     def _level_depth(self, chord: Chords, which: Indices) -> Floats:
         """Return how deep thick chords may be inside grown polygons seen from above, (n,) metres.
@@ -101,13 +85,12 @@ class GrownPrisms(GrownSolids):
         Outside, the distance to the polygon is the distance to its nearest edge. Inside, no point is deeper than its
         distance from any one edge, and along a chord that distance is largest at one of its ends.
         """
-        if not len(which):
-            return np.zeros(0)
-        count = self.edges[which]
+        outlines = self.outlines
+        count = outlines.edges[which]
         begins = np.cumsum(count) - count
         of = np.repeat(np.arange(len(which)), count)
-        edge = np.arange(len(of)) - begins[of] + self.first[which][of]
-        a, b, p, q = chord.a[of], chord.b[of], self.p[edge], self.q[edge]
+        edge = np.arange(len(of)) - begins[of] + outlines.first[which][of]
+        a, b, p, q = chord.a[of], chord.b[of], outlines.p[edge], outlines.q[edge]
         from_a, from_b = distance_to_segment(a, p, q), distance_to_segment(b, p, q)
         from_edge = np.minimum(distance_to_segment(p, a, b), distance_to_segment(q, a, b))
         nearest = np.minimum.reduceat(np.minimum(np.minimum(from_a, from_b), from_edge), begins)
@@ -139,11 +122,9 @@ def _ray_crosses(a: Floats, p: Floats, q: Floats) -> Indices:
 
 def grown_prisms(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownPrisms:
     """Return all prisms, for a UAV with a tracking error."""
-    p, q, first, edges, low, high, thickness = shapes.outlines
     clearance = shapes.clearance + error.horizontal
-    low, high = taller(low, high, error)
+    low, high = taller(shapes.outlines.low, shapes.outlines.high, error)
     # a wall thinner than what is let pass is still a wall, as in `grown`
-    thickness = thickness + 2 * clearance
-    grown_by = clearance - np.minimum(LET_PASS, thickness / 4)
-    ends = grown(low, high, clearance)
-    return GrownPrisms(clearance, shapes.of(Prism)[1], p, q, first, edges, low, high, grown_by, *ends, thickness)
+    grown_by = clearance - np.minimum(LET_PASS, (shapes.outlines.thickness + 2 * clearance) / 4)
+    outlines = shapes.outlines._replace(low=low, high=high)
+    return GrownPrisms(clearance, shapes.of(Prism)[1], outlines, grown_by, *grown(low, high, clearance))

@@ -8,7 +8,8 @@ from skyverse._typing import Floats, Indices
 from skyverse.model.shapes import Cylinder, Sphere
 from skyverse.model.uav import TrackingError
 from skyverse.referee.closed_above import SolidShapes
-from skyverse.referee.solids import GrownSolids, chords, distance_to_segment, grown, vertical_depth
+from skyverse.referee.segments import distance_to_segment
+from skyverse.referee.solids import GrownSolids, chords, grown, vertical_depth
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, taller, wider
 
@@ -87,7 +88,7 @@ def grown_spheres(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownSph
     """Return all spheres, for a UAV with a tracking error."""
     spheres, number = shapes.of(Sphere)
     radius = wider(np.array([sphere.radius for sphere in spheres]), error)
-    centre = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
+    centre = np.reshape([sphere.centre for sphere in spheres], (len(spheres), 3))
     clearance = shapes.clearance + error.horizontal
     return GrownSpheres(clearance, number, centre, radius, _grown_radius(radius, clearance))
 
@@ -95,7 +96,7 @@ def grown_spheres(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownSph
 def grown_cylinders(shapes: SolidShapes, error: TrackingError = EXACT) -> GrownCylinders:
     """Return all cylinders, for a UAV with a tracking error."""
     cylinders, number = shapes.of(Cylinder)
-    rows = np.array([(*one.centre, one.radius, one.low, one.high) for one in cylinders]).reshape(-1, 5)
+    rows = np.reshape([(*one.centre, one.radius, one.low, one.high) for one in cylinders], (len(cylinders), 5))
     centre, (radius, low, high) = rows[:, :2], rows[:, 2:].T
     clearance = shapes.clearance + error.horizontal
     low, high = taller(low, high, error)

@@ -22,8 +22,8 @@ REACH = SEAM_SEARCH / 2
 """Metres: how far from the curve a second one is sought."""
 COARSE = REACH / 2
 """Metres: the side of the first cubes."""
-MAX_CUTS = 4
-"""How often cubes are cut into eight that are neither closed nor open."""
+MAX_SIZES = 5
+"""Sizes of cubes at most: those that are neither closed nor open are cut into eight."""
 MAX_CUBES = 2**15
 """Cubes beyond which nothing is proven, which bounds the time."""
 MAX_WAY_PARTS = 64
@@ -97,13 +97,13 @@ def _parts_space(world: RefereeWorld, way: _Way, b: Floats, error: Floats) -> bo
     """Tell whether closed cubes surely part the space at the begin of a way from that at its end."""
     low, high = way.low.min(axis=0) - REACH, way.high.max(axis=0) + REACH
     near = _shapes_near(world, low - COARSE, high + COARSE, b, error)
-    count = np.ceil((high - low) / COARSE).astype(int)
-    if count.prod() > MAX_CUBES:
+    count = np.ceil((high - low) / COARSE)
+    if not count.prod() <= MAX_CUBES:  # nor where numbers are too large to be counted
         return False
     half = COARSE / 2
-    middle = low + half + np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1).reshape(-1, 3) * COARSE
+    middle = low + half + np.argwhere(np.ones(count.astype(np.intp), dtype=bool)) * COARSE
     halves, is_open = np.full(len(middle), half), np.zeros(len(middle), dtype=bool)
-    for _ in range(MAX_CUTS + 1):
+    for _ in range(MAX_SIZES):
         near_way = (_gaps(middle, halves, way.low, way.high) <= REACH).any(axis=1)
         closed, surely_open = _judged(world, near, middle, halves)
         kept = near_way & (is_open | ~closed)
@@ -113,8 +113,8 @@ def _parts_space(world: RefereeWorld, way: _Way, b: Floats, error: Floats) -> bo
         cut = np.flatnonzero(~is_open)
         if _joined(way, middle[is_open], halves[is_open]) or len(middle) + 7 * len(cut) > MAX_CUBES:
             return False
-        finer = (middle[cut, None] + CORNERS / 2 * halves[cut, None, None]).reshape(-1, 3)
-        middle = np.concatenate([middle[is_open], finer])
+        finer = middle[cut, None] + CORNERS / 2 * halves[cut, None, None]
+        middle = np.concatenate([middle[is_open], *finer])
         halves = np.concatenate([halves[is_open], np.repeat(halves[cut] / 2, 8)])
         is_open = np.arange(len(middle)) < np.count_nonzero(is_open)
     return False
@@ -161,7 +161,7 @@ def _closed_by_two(
     The sum of two concave functions is nowhere smaller than at a corner. Where the sum of two depths is above 0, so is
     one of the depths.
     """
-    corners = (middle[:, None] + CORNERS * halves[:, None, None]).reshape(-1, 3)
+    corners = np.reshape(middle[:, None] + CORNERS * halves[:, None, None], (len(CORNERS) * len(middle), 3))
     depths = list(_beyond_bounds(world, corners).T)
     for kind, shape, wrong in near:
         if kind.is_convex(shape):
@@ -169,7 +169,7 @@ def _closed_by_two(
     closed = np.zeros(len(middle), dtype=bool)
     for k, one in enumerate(depths):
         for other in depths[: k + 1]:
-            closed |= (one + other).reshape(-1, 8).min(axis=1) > 0
+            closed |= (one + other).reshape(len(middle), len(CORNERS)).min(axis=1) > 0
     return closed
 
 

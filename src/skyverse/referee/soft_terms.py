@@ -95,10 +95,8 @@ def risk_term(scenario: Scenario, path: Floats) -> tuple[float, float, float]:
 
 def _zone_hulls(zones: Sequence[AnyShape]) -> tuple[Floats, Floats]:
     """Return the corners (m, 3), (m, 3) of boxes about zones, metres."""
-    return (
-        np.array([_hull(zone)[0] for zone in zones]).reshape(-1, 3),
-        np.array([_hull(zone)[1] for zone in zones]).reshape(-1, 3),
-    )
+    corners = np.reshape([_hull(zone) for zone in zones], (len(zones), 2, 3))
+    return corners[:, 0], corners[:, 1]
 
 
 def _hull(zone: AnyShape) -> tuple[Floats, Floats]:

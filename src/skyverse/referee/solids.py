@@ -143,14 +143,6 @@ def chords(part: Floats) -> Chords:
     return Chords(first + low * unit, first + high * unit, off)
 
 
-def distance_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:
-    """Return the distances (n,) of points (n, d) from the segments between a (n, d) and b (n, d), metres."""
-    way = b - a
-    square = np.sum(way**2, axis=1)
-    share = np.clip(np.sum((points - a) * way, axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    return np.sqrt(np.sum((a + share[:, None] * way - points) ** 2, axis=1))
-
-
 def distance_error(b: Floats, error: Floats, farthest: float) -> Floats:
     """Return bounds (n,) on the errors of distances to the chords of pieces and of all their parts, metres.
 

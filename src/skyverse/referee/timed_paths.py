@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.model.timed_path import TimedPath
 from skyverse.referee.blocks import blocks
+from skyverse.referee.segments import nearest_points
 from skyverse.referee.tolerances import LET_PASS, MACHINE_EPSILON
 
 MAX_PARTS = 20_000
@@ -157,31 +158,3 @@ def _halved(a: _Parts, b: _Parts, near: NDArray[np.bool_], longer: NDArray[np.bo
         left, right = np.where(halve, middle, end), np.where(halve, middle, begin)
         made.append(_Parts(np.tile(piece, 2), np.r_[begin, right], np.r_[left, end]))
     return made[0], made[1]
-
-
-def nearest_points(p: Floats, q: Floats, r: Floats, s: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return where segments p-q and r-s, (m, 3) metres, are nearest: both shares and the distance, (m,) each.
-
-    The squared distance is convex in both shares. Its least value is inside, where both derivatives are 0, or on an
-    edge of the unit square; the least of all candidates is taken, so that rounding only ever chooses among distances.
-    """
-    u, v, w = q - p, s - r, p - r
-    uu, uv, vv, uw, vw = (np.einsum("ij,ij->i", x, y) for x, y in ((u, u), (u, v), (v, v), (u, w), (v, w)))
-    inner = _share(uv * vw - vv * uw, uu * vv - uv * uv)
-    candidates = []
-    for share in (np.zeros(len(p)), np.ones(len(p)), inner):
-        other = _share(vw + share * uv, vv)
-        candidates.append((_share(other * uv - uw, uu), other))
-    candidates += [(_share(other * uv - uw, uu), other) for other in (np.zeros(len(p)), np.ones(len(p)))]
-    shares, others = (np.array(column) for column in zip(*candidates, strict=True))
-    between = np.linalg.norm(w + shares[..., None] * u - others[..., None] * v, axis=2)
-    best = np.argmin(between, axis=0)
-    rows = np.arange(len(p))
-    return shares[best, rows], others[best, rows], between[best, rows]
-
-
-def _share(part: Floats, whole: Floats) -> Floats:
-    """Return which shares parts are of wholes, between 0 and 1; 0 of a whole that is nothing."""
-    some = whole > 0
-    share: Floats = np.clip(np.where(some, part, 0.0) / np.where(some, whole, 1.0), 0.0, 1.0)
-    return share

@@ -56,7 +56,7 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
         safe.append(_judge_clearance(judged_in, uav, part, position))
     answers = safe + [_judge_limit(name, uav, curve, limit) for limit in flight_limits(vehicle, curve)]
     wrong = [answer.violation for answer in answers if answer.violation is not None]
-    violations += wrong if len(parts) == 1 else _one_of_each(wrong)
+    violations += _one_of_each(wrong)
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
         violations.append(_undecided(name, uav, undecided[0]))

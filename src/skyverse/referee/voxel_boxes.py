@@ -33,11 +33,12 @@ def disjoint_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
 def overlapping_boxes(occupied: NDArray[np.bool_]) -> tuple[Ints, Ints]:
     """Return boxes as `disjoint_boxes` does, but with overlaps, so that every border between cells is inside some box.
 
-    A point inside the voxels may lie on the border of two, four or eight cells. Boxes are therefore also made of all
-    pairs of neighbouring cells along each axis, along two axes, and along all three.
+    A point inside the voxels may lie on the border of two, four or eight cells. Boxes hold whole runs of cells along x,
+    and so all borders within these. They are therefore also made of all pairs of neighbouring cells along y, along z,
+    and along both.
     """
     firsts, beyonds = [], []
-    for axes in ((), (0,), (1,), (2,), (0, 1), (0, 2), (1, 2), (0, 1, 2)):
+    for axes in ((), (1,), (2,), (1, 2)):
         together = occupied
         for axis in axes:
             last = together.shape[axis] - 1
