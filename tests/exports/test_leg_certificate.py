@@ -9,6 +9,7 @@ import pytest
 import skyverse as sky
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.leg_certificate import LegCertificate
+from skyverse.exports.leg_segments import Segments
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 from skyverse.space.world import World
@@ -89,7 +90,7 @@ def test_search_and_referee_agree_on_legs_among_shapes_of_all_kinds(seed):
     found = [proof.legs.trouble(*line) for line in lines]
     assert 5 < sum(fault is None for fault in found) < 55
     assert proof.refused(lines) == set()  # what the search took for clear
-    faults = [fault[1] for fault in found if fault is not None and not isinstance(fault[1], str)]
+    faults = [fault[1] for fault in found if fault is not None and isinstance(fault[1], Segments)]
     assert all("obstacle" in proof.sentence(fault) for fault in faults)  # and what it took for blocked
 
 
@@ -170,3 +171,27 @@ def test_no_leg_is_proven_that_leads_between_a_grown_shape_and_the_bounds_that_i
     for z in (handmade.LOW[2], handmade.LOW[2] - 0.002):
         line = np.array([(-40, 0, z), (40, 0, z)]), 0.0, np.zeros(2)
         assert proof.legs.trouble(*line) is not None
+
+
+def test_what_cannot_be_exported_is_told_with_the_leg_and_the_place():
+    wall = ((30, -200, -50), (31, 200, 150))
+    flight = handmade.along([(0, 0, 50), (60, 0, 50)], 20)
+    with pytest.raises(
+        sky.InputError,
+        match=r"leg \d from \(\d+\.\d\d, 0\.00, 50\.00\) to .*obstacle 0 there, position \(30, 0, 50\); ",
+    ):
+        sky.routes(handmade.mission([flight], boxes=[wall], origin=ORIGIN), takeoff=0)
+    hill = np.zeros((13, 13))
+    hill[6, 6] = 47.0
+    terrain = Terrain(origin=(-300, -300), step=(50, 50), heights=hill, clearance=10.0)
+    over = handmade.mission([handmade.along([(-100, 0, 50), (100, 0, 50)], 20)], terrain=terrain, origin=ORIGIN)
+    with pytest.raises(sky.InputError, match=r"it may be .* m above ground, .*, at \(-?0\.00, 0\.00, 50\.00\)"):
+        sky.routes(over, altitude="agl", takeoff=0)
+
+
+def test_what_the_referee_cannot_decide_is_told_with_the_place(monkeypatch):
+    mission, _ = around_a_tower()
+    proof = certificate(mission)
+    fault = Segments(np.array([[-40.0, 60, 15]]), np.array([[40.0, 60, 15.257]]), 0.02)
+    said = proof.sentence(fault)
+    assert said.endswith("could not be decided between (-40.00, 60.00, 15.00) and (40.00, 60.00, 15.26)")

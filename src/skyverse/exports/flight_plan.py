@@ -10,8 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import towards
 from skyverse.exports.autopilots import Autopilot, Rates, rates_of
+from skyverse.exports.leg_segments import towards
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory

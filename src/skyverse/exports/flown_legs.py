@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import MIN_EARTH_RADIUS, towards
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
+from skyverse.exports.leg_segments import towards
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING
 

@@ -8,7 +8,7 @@ from skyverse._typing import Floats
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.tolerances import LEG_ALLOWANCE
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING
 from skyverse.space.tube import raised
 
 
@@ -16,6 +16,16 @@ def ceiling_margin(scenario: Scenario) -> float:
     """Return how many metres below the ceiling above ground waypoints are, so that flown legs do not exceed it."""
     slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain.lowest_ground)
     return LEG_ALLOWANCE * (1 + slope)
+
+
+def ground_allowance(scenario: Scenario) -> float:
+    """Return by how many metres an exported leg may come nearer to the ground than its clearance.
+
+    That is what rounding takes of the altitude, and sideways where the ground is steepest: starts and targets may lie
+    on their limits.
+    """
+    slope = 0.0 if scenario.terrain is None else steepest(scenario.terrain)
+    return LEG_ALLOWANCE + MAVLINK_ROUNDING * slope
 
 
 def lowered(terrain: Terrain, error: TrackingError) -> Terrain:

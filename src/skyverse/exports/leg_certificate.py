@@ -10,8 +10,9 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.autopilot_leg_clearance import Foot, LegChecker, Segments
+from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.global_positions import home
+from skyverse.exports.leg_segments import Foot, Segments, Shortfall, place_text
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.clearance import judge_segments
@@ -81,27 +82,28 @@ class LegCertificate:
             found.add(number)
         return found
 
-    def sentence(self, fault: str | Segments) -> str:
-        """Return a fault in words."""
-        if isinstance(fault, str):
-            return fault
+    def sentence(self, fault: Shortfall | Segments) -> str:
+        """Return a fault in words, with the place."""
+        if isinstance(fault, Shortfall):
+            return f"it {fault.said}, at {place_text(fault.place)}"
         world = self._world(fault.growth, fault.strays, fault.foot)
         incursion = judge_segments(world, fault.starts, fault.ends).incursion
         if incursion is None:
             seam = _seam(world, fault.starts[0], fault.ends[0])
             if seam is not None:
                 return seam.sentence(world.scenario, "it", "there").rstrip(".")
-            return "whether it keeps the clearance could not be decided"
-        return incursion.sentence(world.scenario, named("it", world.error), "there")
+            ends = " and ".join(place_text(end) for end in (fault.starts[0], fault.ends[0]))
+            return f"whether it keeps the clearance could not be decided between {ends}"
+        return incursion.sentence(world.scenario, named("it", world.error), "there").rstrip(".")
 
     def _world(self, growth: float, strays: bool, foot: Foot | None) -> RefereeWorld:
         key = growth, self.legs.error if strays else NO_ERROR
         if key not in self.worlds:
             shapes = next((world.shapes for world in self.worlds.values()), None)
-            self.worlds[key] = referee_world(self.legs.grown(growth), key[1], shapes=shapes)
+            self.worlds[key] = referee_world(self.legs.search.grown(growth), key[1], shapes=shapes)
         if foot is None:
             return self.worlds[key]
-        return without_below(self.worlds[key], np.array(foot), self.legs.roof(foot) + LET_PASS)
+        return without_below(self.worlds[key], np.array(foot), self.legs.search.roof(foot) + LET_PASS)
 
 
 def _seam(world: RefereeWorld, start: Floats, end: Floats) -> Seam | None:

@@ -7,7 +7,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.exports.autopilot_leg_clearance import LegChecker, ground_allowance
+from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.exports.ground_under_legs import ground_allowance
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
 from skyverse.model.scenario import Scenario
@@ -197,19 +198,20 @@ def _made(
 ) -> Route:
     legs, curve, radius = search.legs, search.curve, search.radius
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
-    # the takeoff does not count as a deviation
-    ends = [(0, curve[0]), *found[1:]]
-    bends = np.array([legs.apart(p, q) for p, q in pairwise(points)])
-    off = lowered + max(
-        float(distances_to_segment(curve[a : b + 1], p, q).max()) + legs.apart(p, q)
-        for (a, p), (b, q) in pairwise(ends)
-    )
     holds = np.array([2 + radius if k in search.stopped else 0.0 for k, _ in found])
+    flown = np.concatenate([curve[:1], points[1:]])  # the takeoff does not count as a deviation
+    bends = legs.bends(flown, radius, holds)
+    away = [
+        distances_to_segment(curve[a : b + 1], *ends).max()
+        for (a, b), ends in zip(pairwise([k for k, _ in found]), pairwise(flown), strict=True)
+    ]
+    off = lowered + float(np.max(away + bends))
     times = times + np.cumsum(np.r_[0.0, holds[:-1]])
     if climb:
         holds = np.r_[0.0, holds]
         points = np.concatenate([search.begin, points])
         times = np.concatenate([times[:1], times])
+    bends = legs.bends(points, radius, holds)[1 if climb else 0 :]
     return Route(uav, points, times, radius, climb, off, holds, bends, legs.columns)
 
 

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import LegChecker, Segments
+from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.exports.leg_segments import Segments, Shortfall, place_text
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, STRAIGHT_ON
 
 MAX_WAYPOINTS = 700
@@ -22,7 +23,7 @@ class Obstruction(NamedTuple):
     """Why no waypoints were found: the leg or corner of the last attempt, in words, and its fault."""
 
     where: str
-    fault: str | Segments
+    fault: Shortfall | Segments
 
 
 class WaypointPlacement:
@@ -73,8 +74,7 @@ class WaypointPlacement:
                 self._thin()
                 return self.nodes
             where, fault = found
-            at = ", ".join(f"{value:.6g}" for value in points[where % len(points)])
-            obstruction = Obstruction(f"the {'corner at' if where >= len(points) else 'leg from'} ({at})", fault)
+            obstruction = Obstruction(_named(points, where), fault)
             if len(self.nodes) > 2 * MAX_WAYPOINTS or not self._repair(where):
                 break
         return obstruction
@@ -107,7 +107,7 @@ class WaypointPlacement:
         return distances_to_segment(self.curve[a + 1 : b], p if i else self.curve[0], q), a
 
     def _swells(self, i: int, j: int) -> bool:
-        return self.legs.apart(self.nodes[i][1], self.nodes[j][1]) > MAX_SWELL
+        return self.legs.swell(self.nodes[i][1], self.nodes[j][1]) > MAX_SWELL
 
     def _repair(self, where: int) -> bool:
         """Split a leg that leaves the curve, or move its waypoints outwards; return whether anything was changed."""
@@ -174,6 +174,14 @@ class WaypointPlacement:
                 self.nodes = without
             else:
                 k += 1
+
+
+def _named(points: Floats, where: int) -> str:
+    """Name a leg or corner of a polyline, as `LegChecker.trouble` counts them, and its place to the centimetre."""
+    k = where % len(points)
+    if where >= len(points):
+        return f"the corner at the end of leg {k}, {place_text(points[k])}"
+    return f"leg {k + 1} from {place_text(points[k])} to {place_text(points[k + 1])}"
 
 
 def distances_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:

@@ -1,0 +1,102 @@
+"""Legs and corners with altitudes above ground are clear as they are flown, over every ground that may be known."""
+
+import numpy as np
+import pytest
+import terrain_follower as follower
+
+import skyverse as sky
+from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.exports.leg_certificate import LegCertificate, Polyline
+from skyverse.model.shapes import Terrain
+
+ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
+ALLOWANCE = 0.02
+EXACT, GNSS = sky.TrackingError(), sky.TrackingError(horizontal=1.5, vertical=1.0)
+
+
+def rough(rng, gap):
+    """Rough ground, and one below it that is lower by up to some metres."""
+    step = float(rng.choice([4.0, 10.0, 40.0]))
+    count = int(400 / step) + 1
+    x = np.linspace(0, 400, count)
+    heights = rng.uniform(0, 0.5 * step, (count, count)) + 0.2 * x[:, None] * rng.uniform(-1, 1)
+    heights += np.where(x > rng.uniform(100, 300), rng.uniform(0, 15), 0.0)[:, None]  # a cliff
+    lowest = heights - rng.uniform(0, gap, heights.shape) if gap else None
+    return Terrain(origin=(-200, -200), step=(step, step), heights=heights, clearance=2.0, lowest=lowest)
+
+
+def random_case(seed):
+    """A scenario, the heights above ground of a polyline in it, an acceptance radius, and stops."""
+    rng = np.random.default_rng(seed)
+    terrain = rough(rng, float(rng.choice([0.0, 1.5])))
+    boxes = []
+    for _ in range(12):
+        middle, half = rng.uniform(-130, 130, 2), rng.uniform(2, 15, 2)
+        base = float(terrain.height(middle))
+        boxes.append(sky.Box(min=(*(middle - half), base - 40), max=(*(middle + half), base + rng.uniform(5, 20))))
+    places = rng.uniform(-120, 120, (5, 2))
+    above = np.column_stack([places, rng.uniform(0, 12, 5)])
+    scenario = sky.Scenario(
+        name="rough",
+        bounds=sky.Bounds(min=(-200, -200, -300), max=(200, 200, 400)),
+        clearance=1.0,
+        terrain=terrain,
+        obstacles=boxes,
+        max_height=200.0,
+        lattice=sky.Lattice(step=(20, 20, 20)),
+        uavs=[{"start": (0, 0, 350)}],
+        targets=[{"position": (10, 0, 350)}],
+        frame=sky.Frame(origin=ORIGIN),
+    )
+    return scenario, above, float(rng.choice([0.5, 2.0, 6.0])), (rng.random(5) < 0.2).astype(float), rng
+
+
+def proven(scenario, error, above, radius, stops, lift=0.0):
+    """Whether a polyline, given by heights above ground that are raised by some metres, is proven."""
+    points = above.copy()
+    points[:, 2] += lift + follower.height(scenario.terrain, scenario.terrain.heights, above[:, :2])
+    proof = LegCertificate(LegChecker(scenario, "agl", error))
+    line = Polyline(points, radius, stops)
+    return proof.legs.trouble(*line) is None and not proof.refused([line])
+
+
+def least_lift(scenario, error, above, radius, stops):
+    """The least metres, to a centimetre, by which a polyline can be raised so that it is proven."""
+    low, high = -12.0, 60.0
+    assert proven(scenario, error, above, radius, stops, high)
+    while high - low > 0.01:
+        middle = (low + high) / 2
+        if proven(scenario, error, above, radius, stops, middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def assert_clear_as_flown(seed, error):
+    scenario, above, radius, stops, rng = random_case(seed)
+    above[:, 2] += least_lift(scenario, error, above, radius, stops)
+    nominal = follower.ways(above, radius, stops, rng, steps=400, count=8)
+    high = []
+    for _ in range(6):
+        points = follower.flown(scenario, nominal, error, rng)
+        obstacle, ground, ceiling = follower.rooms(scenario, points)
+        assert obstacle >= -ALLOWANCE
+        assert ground >= -ALLOWANCE
+        high.append(scenario.max_height - ceiling)
+    # the lowest ceiling below which it is proven is not below what is flown
+    limit = max(high) - 0.01
+    assert not proven(scenario.model_copy(update={"max_height": limit}), error, above, radius, stops)
+    higher = scenario.model_copy(update={"max_height": limit + 40.0})
+    assert proven(higher, error, above, radius, stops)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_is_proven_with_altitudes_above_ground_is_clear_as_flown(seed):
+    assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 300))
+def test_what_is_proven_of_many_more_is_clear_as_flown(seed):
+    assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])
