@@ -44,7 +44,7 @@ def greatest_height(scenario, points):
 def test_a_flight_that_touches_the_ceiling_is_exported_below_it(altitude, lowest):
     mission = touching(cliff(lowest))
     (route,) = sky.routes(mission, altitude=altitude)
-    assert f" and at most {CEILING:g} m above ground" in route.sentence(mission.scenario)
+    assert f" and stays at most {CEILING:g} m above ground" in route.sentence(mission.scenario)
     if altitude == "amsl":
         assert greatest_height(mission.scenario, route.points) <= CEILING - ROUNDING
     assert route.off >= float((mission.trajectories[0].at(np.zeros(1)).position - route.points[:1]).max())

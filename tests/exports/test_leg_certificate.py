@@ -120,7 +120,7 @@ def test_a_route_below_a_ceiling_says_how_high_above_ground_it_was_proven_to_sta
     most = float(np.concatenate(heights).max()) + 20.0
     below = replace(mission, scenario=mission.scenario.model_copy(update={"max_height": most}))
     for route in sky.routes(below):
-        assert f" m and at most {most:.6g} m above ground" in route.sentence(below.scenario)
+        assert f" stays at most {most:.6g} m above ground" in route.sentence(below.scenario)
     low = replace(mission, scenario=mission.scenario.model_copy(update={"max_height": most - 25.0}))
     with pytest.raises(sky.InputError):
         sky.routes(low)

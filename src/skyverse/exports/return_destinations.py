@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilot_leg_clearance import MIN_EARTH_RADIUS
 from skyverse.exports.autopilots import Autopilot
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import global_positions
+from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
