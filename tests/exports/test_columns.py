@@ -61,7 +61,7 @@ def test_a_return_that_lands_in_a_column_keeps_the_error_from_walls_but_not_from
     space = ReturnSpace(scenario(*([] if away is None else [wall(away - 0.25, high)])))  # half the clearance is kept
     top, foot = np.array([[*START[:2], 7.5]]), np.array([START])
     little, yes = np.array([0.01]), np.array([True])
-    line = ReturnLines(top, foot, little, little, little, foot, top, ~yes, yes, np.array([5.0]))
+    line = ReturnLines(top, foot, little, little, little, foot, top, ~yes, yes, np.array([5.0]), np.zeros((1, 2)))
     assert space.free(line, ERROR).tolist() == [clear]
     assert space.proven([(ERROR, line)]) == clear
     everywhere = line._replace(roof=np.array([-np.inf]))

@@ -84,7 +84,7 @@ def exported(mission, folder, suffix="plan", **how):
 
 def with_rally_point(back, place, altitude):
     """The same flight with one rally point."""
-    goal = destination(back.way.scenario, back.way.space, 0, np.array(place), place[2] + 1.0)
+    goal = destination(back.way.scenario, back.way.space, back.plan, np.array(place), place[2] + 1.0)
     home, end = back.way.destinations[0], back.way.end
     return WayHome(back.way.scenario, back.way.space, back.plan, [home, goal], end, altitude)
 

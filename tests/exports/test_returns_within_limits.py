@@ -100,7 +100,9 @@ def test_no_return_is_proven_that_leads_between_shapes_that_touch_when_they_are_
     blocks = [((30, -299, -50), (31, -gap, 150)), ((30, gap, -50), (31, 200, 150))]
     mission = handmade.mission([handmade.along(STRAIGHT_ON, 10)], boxes=blocks, clearance=2.0, origin=ORIGIN)
     ends, little, yes = np.array([[0.0, 0.0, 10.0], [60.0, 0.0, 10.0]]), np.array([0.01]), np.array([True])
-    line = ReturnLines(ends[:1], ends[1:], little, little, little, ends[:1], ends[1:], yes, yes, np.array([-np.inf]))
+    line = ReturnLines(
+        ends[:1], ends[1:], little, little, little, ends[:1], ends[1:], yes, yes, np.array([-np.inf]), np.zeros((1, 2))
+    )
     space = ReturnSpace(mission.scenario)
     assert space.proven([(sky.TrackingError(), line)]) == proven
     assert space.free(line, sky.TrackingError()).tolist() == [proven]

@@ -253,7 +253,17 @@ def test_half_the_ground_clearance_is_kept_where_that_is_smaller_than_the_cleara
         level = np.array([[-100.0, 0.0, height], [100.0, 0.0, height]])
         two, yes = np.array([2.0]), np.array([True])
         low = ReturnLines(
-            level[:1], level[1:], two, two, two, level[:1] - 2, level[1:] + 2, yes, yes, np.array([-np.inf])
+            level[:1],
+            level[1:],
+            two,
+            two,
+            two,
+            level[:1] - 2,
+            level[1:] + 2,
+            yes,
+            yes,
+            np.array([-np.inf]),
+            np.zeros((1, 2)),
         )
         (judged,) = certified(mission.scenario, ReturnSpace(mission.scenario), [replace(back, lines=low)])
         assert judged.proven == proven

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from skyverse.atomic import write_text
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.return_destinations import ACCEPTANCE
 from skyverse.exports.return_home import Return
 
 SUFFIXES = {"px4": ".params", "ardupilot": ".param"}
@@ -15,6 +16,8 @@ REAL, WHOLE = 9, 6
 
 DESCEND_ALTITUDE = 5.0
 """Metres above where it lands: PX4 waits there before it lands."""
+LEAST_MIN_DIST = 0.5
+"""Metres from where it lands: PX4 1.14 may return lower if it is nearer, or within its acceptance radius."""
 
 
 PX4_HOLD, PX4_RETURN = 1, 2
@@ -84,7 +87,7 @@ def _both_names(until: str, since: str, metres: float, *, whole: bool = False) -
 
 def _return_parameters(back: Return) -> list[Parameter]:
     """Return the parameters that make an autopilot return straight, at one altitude, and land."""
-    altitude = back.altitude
+    altitude, accepted = back.altitude, ACCEPTANCE[back.plan.autopilot.name]
     if back.plan.autopilot.name == "px4":
         return [
             Parameter("RTL_TYPE", 0, whole=True),
@@ -92,6 +95,9 @@ def _return_parameters(back: Return) -> list[Parameter]:
             Parameter("RTL_CONE_ANG", 0, whole=True),
             Parameter("RTL_DESCEND_ALT", min(altitude, DESCEND_ALTITUDE)),
             Parameter("RTL_LAND_DELAY", 0),
+            Parameter("RTL_MIN_DIST", LEAST_MIN_DIST),
+            Parameter("NAV_ACC_RAD", accepted.radius),
+            Parameter("NAV_MC_ALT_RAD", accepted.altitude),
         ]
     return [
         *_both_names("RTL_ALT", "RTL_ALT_M", altitude, whole=True),

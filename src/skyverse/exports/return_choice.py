@@ -114,7 +114,7 @@ class ReturnChoice:
                 continue
             surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
             below = np.array([*place[:2], surface])
-            found.append(destination(self.scenario, self.space, uav, below, float(place[2])))
+            found.append(destination(self.scenario, self.space, self.plan, below, float(place[2])))
         return found
 
 

@@ -31,6 +31,17 @@ of 1.0057 or 1.0067 m to them. The rest is for heights above the ellipsoid, and 
 """
 
 
+class Acceptance(NamedTuple):
+    """When an autopilot goes on with its return: how far it may be beside, and above or below, metres."""
+
+    radius: float
+    altitude: float
+
+
+ACCEPTANCE = {"px4": Acceptance(1.0, 0.5), "ardupilot": Acceptance(0.0, 0.0), "dji": Acceptance(0.0, 0.0)}
+"""`NAV_ACC_RAD` and `NAV_MC_ALT_RAD` of PX4, as its parameter file has them; the others come to a stop first."""
+
+
 class Destination(NamedTuple):
     """A place to land at, below which or above which a flight may begin or end.
 
@@ -59,23 +70,25 @@ class Destination(NamedTuple):
     foot_roof: float
 
 
-def destination(scenario: Scenario, space: ReturnSpace, uav: int, place: Floats, foot: float) -> Destination:
-    """Return a place (3,) to land at, with its column, which ends as low as a UAV may stray that has a tracking error.
+def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place: Floats, foot: float) -> Destination:
+    """Return a place (3,) to land at, with its column, which ends as low as a UAV may stray or be beside its descent.
 
     `foot` is z at which the flight is above it, metres, or the place itself where nobody lands.
     """
-    error, clearance = scenario.uavs[uav].tracking_error, scenario.clearance
+    error, clearance = scenario.uavs[plan.route.uav].tracking_error, scenario.clearance
+    acceptance = ACCEPTANCE[plan.autopilot.name]
     low = min(float(place[2]) + max(clearance, scenario.ground_clearance), foot)
     bottom = min(float(place[2]) + clearance, low)
     roofs = bottom - clearance, foot - clearance
-    if error == NO_ERROR:
+    if error == NO_ERROR and not acceptance.radius:
         return Destination(place, foot, low, bottom, low, *roofs)
-    highest = clearance + error.horizontal + error.vertical
+    highest = clearance + error.horizontal + error.vertical + acceptance.radius
     levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
     points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
     none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
     off = none + MAVLINK_ROUNDING
-    lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, np.full(len(levels), -np.inf))
+    lax = np.tile([acceptance.radius, 0.0], (len(levels), 1))
+    lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, none - np.inf, lax)
     free = space.free(lines, error)
     column = float(levels[np.argmax(free)]) if free.any() else low
     return Destination(place, foot, low, bottom, column, *roofs)

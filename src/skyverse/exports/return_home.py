@@ -115,10 +115,10 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     """
     if scenario.uavs[plan.route.uav].fixed_wing is not None:
         return None
-    uav, start = plan.route.uav, plan.route.points[0]
-    base = destination(scenario, space, uav, np.array([*start[:2], plan.home[2]]), float(start[2]))
+    start = plan.route.points[0]
+    base = destination(scenario, space, plan, np.array([*start[:2], plan.home[2]]), float(start[2]))
     below = plan.ending[0] if len(plan.ending) == 1 else plan.waypoints[-1]
-    end = destination(scenario, space, uav, below, float(plan.waypoints[-1][2]))
+    end = destination(scenario, space, plan, below, float(plan.waypoints[-1][2]))
     way, found = _best_altitude(scenario, space, plan, base, end)
     if len(found.lost.leg):
         altitudes = _altitudes(scenario, plan)

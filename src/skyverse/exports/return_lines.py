@@ -58,6 +58,8 @@ class ReturnLines(NamedTuple):
     roof
         (m,) metres: in the latter case, z of the highest roof that is exempt from the error, as is the ground; minus
         infinity elsewhere.
+    lax
+        (m, 2) metres by which the UAV may be beside the line, and above or below it, as its autopilot accepts that.
     """
 
     starts: Floats
@@ -70,6 +72,7 @@ class ReturnLines(NamedTuple):
     ground: NDArray[np.bool_]
     strays: NDArray[np.bool_]
     roof: Floats
+    lax: Floats
 
     def of(self, some: NDArray[np.bool_] | NDArray[np.intp]) -> "ReturnLines":
         """Return some of the lines."""
@@ -88,6 +91,14 @@ def single(lines: ReturnLines) -> ReturnLines:
     return lines._replace(growth=none, aside=none, above=none, low=low, high=high)
 
 
+class VerticalColumn(NamedTuple):
+    """A vertical line at x, y, and z of the highest roof below it that is exempt from the tracking error; metres."""
+
+    x: float
+    y: float
+    roof: float
+
+
 class LineGroup(NamedTuple):
     """Lines that are asked for in the same world.
 
@@ -102,14 +113,14 @@ class LineGroup(NamedTuple):
     growth
         Metres by which they are thickened beside.
     column
-        x, y and the roof of the column in which they are, where what lies below is exempt; metres.
+        The column in which they are, where what lies below is exempt.
     """
 
     some: NDArray[np.bool_]
     ground: bool
     deviation: TrackingError
     growth: float
-    column: Foot | None = None
+    column: VerticalColumn | None = None
 
 
 class ReturnSpace:
@@ -146,7 +157,7 @@ class ReturnSpace:
             changes = {"terrain": lowered, "max_height": scenario.max_height, "obstacles": ()}
             self.ground = self.bare.model_copy(update=changes)
         self._worlds: dict[tuple[bool, TrackingError], World] = {}
-        self._beside: dict[tuple[Foot, TrackingError, float], World] = {}
+        self._beside: dict[tuple[VerticalColumn, TrackingError, float], World] = {}
 
     @cached_property
     def solids(self) -> "ReturnSpace":
@@ -172,8 +183,8 @@ class ReturnSpace:
             return world
         key = group.column, group.deviation, group.growth
         if key not in self._beside:
-            x, y, roof = group.column
-            self._beside[key] = world.beside((x, y, roof), roof + SURFACE_DEPTH, group.growth + BESIDE)
+            lift = group.column.roof + SURFACE_DEPTH
+            self._beside[key] = world.beside(group.column, lift, group.growth + BESIDE)
         return self._beside[key]
 
     def _asked(self, ground: bool) -> Scenario:
@@ -190,13 +201,17 @@ class ReturnSpace:
         return free
 
     def in_bounds(self, lines: ReturnLines, error: TrackingError) -> NDArray[np.bool_]:
-        """Tell for each line whether it is within bounds, (m,)."""
+        """Tell for each line whether it is within bounds, (m,).
+
+        Where a UAV may be beside a line, it has not left the way by which it came, which is a line of its own.
+        """
         bounds = self.scenario.bounds
+        upright = lines.lax[:, 1:] * [0.0, 0.0, 1.0]
         reach = lines.strays[:, None] * np.array([error.horizontal, error.horizontal, error.vertical])
         below = reach.copy()
         below[lines.roof > -np.inf, 2] = 0.0
-        within = (lines.low - below >= np.array(bounds.min) - SURFACE_DEPTH) & (
-            lines.high + reach <= np.array(bounds.max) + SURFACE_DEPTH
+        within = (lines.low - below - upright >= np.array(bounds.min) - SURFACE_DEPTH) & (
+            lines.high + reach + upright <= np.array(bounds.max) + SURFACE_DEPTH
         )
         return np.asarray(within.all(axis=1))
 
@@ -204,12 +219,16 @@ class ReturnSpace:
         """Yield which of the lines that are `asked` for, (m,), share a world."""
         growth, aside, above = (rounded_up(column) for column in (lines.growth, lines.aside, lines.above))
         held = lines.roof > -np.inf
-        columns = np.column_stack([lines.starts[:, :2].round(COLUMN_DECIMALS), lines.roof, growth])
-        for x, y, roof, more in np.unique(columns[asked & held], axis=0).tolist():
-            yield LineGroup(asked & (columns == (x, y, roof, more)).all(axis=1), False, error, more, (x, y, roof))
-        for strays in (True, False):
-            own = error if strays else NO_ERROR
-            of = asked & (lines.strays == strays) & ~held
+        columns = np.column_stack([lines.starts[:, :2].round(COLUMN_DECIMALS), lines.roof, growth, lines.lax])
+        for key in np.unique(columns[asked & held], axis=0).tolist():
+            x, y, roof, more, *lax = key
+            column = VerticalColumn(x, y, roof)
+            yield LineGroup(asked & (columns == key).all(axis=1), False, _strayed(error, *lax), more, column)
+        kinds = np.column_stack([lines.lax, lines.strays])
+        for kind in np.unique(kinds[asked & ~held], axis=0).tolist():
+            *lax, strays = kind
+            own = _strayed(error if strays else NO_ERROR, *lax)
+            of = asked & (kinds == kind).all(axis=1) & ~held
             for more in np.unique(growth[of]).tolist():
                 yield LineGroup(of & (growth == more), False, own, more)
             of = of & lines.ground
@@ -224,7 +243,9 @@ class ReturnSpace:
 
         Shapes are grown by the width of seams, too, so that nothing leads between two that touch.
         """
-        wanted: dict[tuple[bool, TrackingError, float, Foot | None], list[tuple[Floats, Floats]]] = defaultdict(list)
+        wanted: dict[tuple[bool, TrackingError, float, VerticalColumn | None], list[tuple[Floats, Floats]]] = (
+            defaultdict(list)
+        )
         for error, lines in each:
             if not self.in_bounds(lines, error).all():
                 return False
@@ -246,13 +267,18 @@ class ReturnSpace:
             world = referee_world(given, deviation, shapes=shapes.get(ground))
             shapes[ground] = world.shapes
             if column is not None:
-                world = without_below(world, np.array(column), column[2] + LET_PASS)
+                world = without_below(world, np.array(column), column.roof + LET_PASS)
             for first in range(0, len(starts), SEGMENTS_AT_ONCE):
                 batch = slice(first, first + SEGMENTS_AT_ONCE)
                 judged = judge_segments(world, starts[batch], ends[batch])
                 if judged.incursion is not None or not judged.peaks.proven[0]:
                     return False
         return True
+
+
+def _strayed(error: TrackingError, beside: float, upright: float) -> TrackingError:
+    """Return a tracking error with metres more to the side, and up and down."""
+    return TrackingError(horizontal=error.horizontal + beside, vertical=error.vertical + upright)
 
 
 def rounded_up(growth: Floats) -> Floats:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts
+from skyverse.exports.return_destinations import ACCEPTANCE
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import ReturnLines, single
 from skyverse.exports.separation import beyond, kept_distance, path_box
@@ -38,7 +39,8 @@ class SweptReturns:
         self.back, self.uav = back, back.plan.route.uav
         self.parts = back.way.legs.whole(2 * LARGEST_PART)
         tops = np.column_stack([back.way.places[:, :2], back.way.column])
-        self.landings = timeless(tops, back.way.places, np.full(len(tops), MAVLINK_ROUNDING))
+        off = MAVLINK_ROUNDING + ACCEPTANCE[back.plan.autopilot.name].radius
+        self.landings = timeless(tops, back.way.places, np.full(len(tops), off))
 
     @cached_property
     def lines(self) -> tuple[ReturnLines, NDArray[np.intp]]:
@@ -117,7 +119,7 @@ def returns_apart(scenario: Scenario, returns: Sequence[SweptReturns]) -> dict[t
 
 def swept(lines: ReturnLines) -> TimedPath:
     """Return lines of returns as pieces of a path at any time."""
-    return timeless(lines.starts, lines.ends, lines.growth)
+    return timeless(lines.starts, lines.ends, lines.growth + np.hypot(*lines.lax.T))
 
 
 def timeless(starts: Floats, ends: Floats, growth: Floats) -> TimedPath:

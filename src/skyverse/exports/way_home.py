@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends, flown_legs, joined_parts
-from skyverse.exports.return_destinations import Destination, may_be_taken, return_levels
+from skyverse.exports.part_lines import Deviation, PartLines
+from skyverse.exports.return_destinations import ACCEPTANCE, Destination, may_be_taken, return_levels
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace, joined, single
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
 from skyverse.space.tube import NO_ERROR
 
 LARGEST_PART = 16.0
@@ -163,10 +164,10 @@ class WayHome:
         bend = bends(self.scenario, away + half[part])
         knows = (box[1][:, 2] + rise)[part] <= level  # it climbs to a level that it knows
         bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
-        known = _Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
-        free = _Deviation(*(column[part] + bow for column in (half + rise, aside, above + rise, off, rise)))
-        across = _Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
-        lines = _Lines(named, box[0][part], box[1][part], strays=self.error != NO_ERROR)
+        known = Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
+        free = Deviation(*(column[part] + bow for column in (half + rise, aside, above + rise, off, rise)))
+        across = Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
+        lines = PartLines(named, box[0][part], box[1][part], strays=self.error != NO_ERROR)
         column, roof = self._column(at, box[0][part, 2])
         lowest, top, over = at.copy(), at.copy(), self.places[goal].copy()
         top[:, 2] = over[:, 2] = np.maximum(at[:, 2], level)
@@ -174,10 +175,14 @@ class WayHome:
         every = np.ones(len(part), dtype=np.bool_)
         lines.add(lowest, top, across, every, ground=False)
         lines.add_in_column(at, lowest, across, lowest[:, 2] > at[:, 2], roof, ground=False)
-        lines.add(top, over, across, every)
+        radius, upright = ACCEPTANCE[self.plan.autopilot.name]
+        climbs = box[0][part, 2] < level
+        lag = np.where(climbs, upright / 2, 0.0)  # it goes on below the level, and climbs the rest on its way
+        lower = np.column_stack([np.zeros((len(part), 2)), lag])
+        lines.add(top - lower, over - lower, across, every, lax=np.column_stack([0 * lag, lag]))
         highest = np.maximum(over[:, 2], box[1][part, 2])
         below = self.below[goal].T
-        lines.descend(over, highest, below, _Deviation(*[bend] * 5), every)
+        lines.descend(over, highest, below, Deviation(*[bend] * 5), every, lax=(radius, 0.0))
         if self.plan.autopilot.name == "dji":
             flat = over.copy()
             flat[:, 2] = at[:, 2]
@@ -200,98 +205,3 @@ class WayHome:
             top[held] = one.column
             roof[held] = np.where(lowest >= one.foot - SAME_PLACE, one.foot_roof, one.roof)[held]
         return top, roof
-
-
-class _Deviation(NamedTuple):
-    """How far a UAV may be off lines, (m,) metres each.
-
-    Attributes
-    ----------
-    growth, aside, above
-        From a line that stands for a part of the flight: in any direction, to the side, and up and down.
-    bent_aside, bent_above
-        The same from the line of the place in the part from which it returns.
-    """
-
-    growth: Floats
-    aside: Floats
-    above: Floats
-    bent_aside: Floats
-    bent_above: Floats
-
-
-class _Lines:
-    """Lines for parts of a flight, (m,) numbers of parts, which lie in boxes (m, 3); `strays` if the UAV does."""
-
-    def __init__(self, part: NDArray[np.intp], low: Floats, high: Floats, *, strays: bool) -> None:
-        self.part, self.low, self.high, self.strays = part, low, high, strays
-        self.found: list[tuple[ReturnLines, NDArray[np.intp]]] = []
-
-    def add(
-        self,
-        starts: Floats,
-        ends: Floats,
-        off: _Deviation,
-        some: NDArray[np.bool_],
-        *,
-        ground: bool = True,
-        strays: bool = True,
-        whole: bool = True,
-        roof: float | Floats = -np.inf,
-    ) -> None:
-        """Add lines between starts and ends, (m, 3) metres, but only `some` of them.
-
-        Where they lead from the `whole` part of the flight, they lie within the bounds as far as the part does.
-        """
-        low, high = np.minimum(starts, ends), np.maximum(starts, ends)
-        if whole:  # below, the flight itself is proven to be within bounds
-            low[:, :2], high = np.minimum(low, self.low)[:, :2], np.maximum(high, self.high)
-        beside, upright = (np.maximum(one - LEG_ALLOWANCE, 0.0) for one in off[3:])
-        reach = np.column_stack([beside, beside, upright])
-        counts, errs = (np.full(len(some), flag) for flag in (ground, strays))
-        roofs = np.broadcast_to(roof, some.shape)
-        lines = ReturnLines(starts, ends, *off[:3], low - reach, high + reach, counts, errs, roofs)
-        self.found.append((lines.of(some), self.part[some]))
-
-    def add_in_column(
-        self,
-        starts: Floats,
-        ends: Floats,
-        off: _Deviation,
-        some: NDArray[np.bool_],
-        roof: Floats,
-        *,
-        ground: bool = True,
-        whole: bool = True,
-    ) -> None:
-        """Add lines that are in a column over roofs, (m,) metres: without the error, and with it but for the roofs."""
-        self.add(starts, ends, off, some, ground=ground, strays=False, whole=whole)
-        if self.strays:
-            self.add(starts, ends, off, some, ground=False, whole=whole, roof=roof)
-
-    def descend(
-        self,
-        above: Floats,
-        top: Floats,
-        below: Floats,
-        off: _Deviation,
-        some: NDArray[np.bool_],
-        *,
-        whole: bool = False,
-    ) -> None:
-        """Add vertical lines under places (m, 3) that are at z = `top`.
-
-        `below`, (4, m) metres, are z of the tops of columns, z down to which lines keep above ground, and among
-        obstacles, and z of the roofs of the columns.
-        """
-        *ends, roof = below
-        levels = [top, *(np.minimum(level, top) for level in ends)]
-        first, second, third, last = (np.column_stack([above[:, :2], level]) for level in levels)
-        self.add(first, second, off, some & (levels[0] > levels[1]), whole=whole)
-        self.add_in_column(second, third, off, some & (levels[1] > levels[2]), roof, whole=whole)
-        self.add_in_column(third, last, off, some & (levels[2] > levels[3]), roof, ground=False, whole=whole)
-
-    def made(self) -> tuple[ReturnLines, NDArray[np.intp]]:
-        """Return the lines that were added, and the part of each."""
-        lines, parts = zip(*self.found, strict=True)
-        return joined(lines), np.concatenate(parts)

@@ -1,0 +1,95 @@
+"""PX4 goes on with its return before it is quite where it should be; its parameter file says how far before."""
+
+from dataclasses import replace
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+pytestmark = pytest.mark.usefixtures("unjudged")
+
+ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+FLAT = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=1.0)
+BESIDE, BELOW = 1.0, 0.5
+
+
+def exported(mission, folder, suffix="plan"):
+    seen = []
+    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append)
+    (back,) = seen[0].returns
+    assert back.proven
+    return back
+
+
+def parameters(folder):
+    rows = [row.split("\t") for row in (folder / "m.params").read_text().splitlines() if row[0] != "#"]
+    return {row[2]: float(row[3]) for row in rows}
+
+
+def test_the_parameter_file_says_how_near_is_near_enough(tmp_path):
+    exported(handmade.mission([handmade.along([(0, 0, 10), (50, 0, 10)], 20)], origin=ORIGIN), tmp_path)
+    values = parameters(tmp_path)
+    assert values["NAV_ACC_RAD"] == BESIDE
+    assert values["NAV_MC_ALT_RAD"] == BELOW
+    assert values["RTL_MIN_DIST"] <= BESIDE  # PX4 1.14 would return lower within that
+
+
+def gap(box, points):
+    return float(np.maximum(np.array(box[0]) - points, points - np.array(box[1])).max(axis=1).min())
+
+
+def as_px4(place, home, level):
+    """The way over the wall if PX4 goes on 0.5 m below the return altitude, and climbs the rest at once or evenly."""
+    shares = np.linspace(0, 1, 2000)[:, None]
+    start, over = np.array([*place[:2], max(level - BELOW, place[2])]), np.array([*home[:2], level])
+    flat = np.array([*home[:2], start[2]])
+    return np.concatenate([start + shares * (over - start), start + shares * (flat - start)])
+
+
+def test_a_wall_is_passed_with_half_the_clearance_also_below_the_return_altitude(tmp_path):
+    wall = ((30, -200, -50), (31, 200, 50.0))
+    flight = handmade.along([(0, 0, 10), (0, 0, 70), (60, 0, 70), (60, 0, 10)], 10)
+    back = exported(handmade.mission([flight], boxes=[wall], clearance=1.0, origin=ORIGIN), tmp_path)
+    assert len(back.lost) == 0
+    level = back.plan.home[2] + parameters(tmp_path)["RTL_RETURN_ALT"]
+    for place in ((60.0, 0.0, 10.0), (60.0, 0.0, level - 0.2), (40.0, 0.0, 30.0)):
+        assert gap(wall, as_px4(np.array(place), back.plan.home, level)) >= 0.5 - 0.02
+
+
+@pytest.mark.parametrize(
+    ("suffix", "away", "clear"), [("plan", 1.2, False), ("plan", 1.8, True), ("waypoints", 1.2, True)]
+)
+def test_a_descent_that_begins_before_it_is_over_home_keeps_clear_of_walls(tmp_path, suffix, away, clear):
+    """The wall stands between home and the flight, lower than the return; PX4 descends beside it, or onto it."""
+    wall = ((away, -10, -5), (away + 1, 10, 6))
+    flight = handmade.along([(0, 0, 12), (100, 0, 12)], 20)
+    mission = handmade.mission([flight], boxes=[wall], clearance=1.0, origin=ORIGIN, terrain=FLAT)
+    back = exported(mission, tmp_path, suffix)
+    beside = np.array([[BESIDE, 0.0, z] for z in np.linspace(1, 12, 100)])
+    assert (gap(wall, beside) >= 0.5) == (away >= BESIDE + 0.5)
+    assert (len(back.lost) == 0) == clear
+    if not clear:
+        assert {why.where for why in back.reasons} == {"descent"}
+
+
+def test_a_flight_along_the_bounds_may_return_along_them(tmp_path):
+    mission = handmade.mission([handmade.along([(0, 0, 12), (100, 0, 12)], 20)], origin=ORIGIN, terrain=FLAT)
+    low = mission.scenario.bounds.model_copy(update={"min": (-300.0, 0.0, -50.0)})
+    narrow = replace(mission, scenario=mission.scenario.model_copy(update={"bounds": low}))
+    assert len(exported(narrow, tmp_path).lost) == 0
+
+
+@pytest.mark.parametrize("degrees", [20, 40])
+def test_a_uav_returns_to_a_home_on_a_slope(tmp_path, degrees):
+    """Beside home the ground is nearer to it than the clearance that it keeps there."""
+    heights = np.tan(np.radians(degrees)) * np.linspace(-320, 320, 33)[:, None] * np.ones((1, 33))
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=1.0)
+    flight = handmade.along([(0, 0, 12), (0, 100, 12)], 20)
+    mission = handmade.mission([flight], clearance=1.0, origin=ORIGIN, terrain=ground)
+    back = exported(mission, tmp_path)
+    assert len(back.lost) == 0
+    assert back.plan.home[2] == 0.0
