@@ -1,5 +1,6 @@
 """Return altitudes are chosen with rally points, where from home alone there is no way home at every instant."""
 
+import re
 from dataclasses import replace
 
 import handmade_exports as handmade
@@ -77,3 +78,26 @@ def test_where_there_is_none_it_is_said_why_and_for_which_autopilot_there_may_be
     said = str(caught.value)
     assert "the air above the ceiling of 50 m above ground" in said
     assert "export for PX4, which counts its return altitude from where it lands" in said
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_every_place_where_it_may_land_is_told_with_the_altitude_of_the_return(tmp_path, suffix):
+    mission, notes, seen = along_a_slope(120.0), [], []
+    sky.export(mission, tmp_path / f"m.{suffix}", end="rtl", on_note=notes.append, on_certificate=seen.append)
+    (back,) = seen[0].returns
+    (told,) = [note for note in notes if "may land at" in note]
+    numbers = re.findall(
+        r"at ([-\d.]+), ([-\d.]+), ([-\d.]+) m above mean sea level, returning there at ([\d.]+) m", told
+    )
+    places = np.array(numbers, dtype=float)
+    there = [handmade.local(ORIGIN, [lat], [lon], [sea])[0] for lat, lon, sea, _ in places]
+    np.testing.assert_allclose(there, [back.plan.home, *back.rally], atol=0.2)
+    above_home = places[:, 3] - places[0, 2]
+    assert above_home[0] == pytest.approx(back.altitude, abs=0.11)
+    if suffix == "plan":  # PX4 counts from where it lands
+        assert places[:, 3] - places[:, 2] == pytest.approx(np.full(len(places), back.altitude), abs=0.11)
+    else:
+        written = [float(row.split("\t")[3]) for row in (tmp_path / "m.ral").read_text().splitlines() if row[0] == "R"]
+        assert above_home[1:] == pytest.approx(np.maximum(written, back.altitude), abs=0.11)
+    (returns,) = [note for note in notes if "it returns at" in note]
+    assert f"m above {'where it lands' if suffix == 'plan' else 'home'}, to the nearest" in returns

@@ -54,3 +54,17 @@ def test_pairs_that_depend_on_the_schedule_are_said_to_keep_their_separation_onl
         (pair,) = [note for note in notes if "only on schedule" in note or "by timing" in note]
         assert pair.startswith("uav-1 and uav-2 keep their separation ")
         assert told == any(note.startswith("These paths contain the returns that end the mission") for note in notes)
+
+
+def test_a_last_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
+    wall = ((0.0, -300.0, 0.0), (1.0, 300.0, 300.0))
+    corners = [(-100, 0, 50), (-100, 310, 50), (100, 310, 50), (100, 0, 50)]
+    flights = [handmade.along(corners, 60), handmade.along([(-100, -100, 50), (-50, -100, 50)], 40)]
+    mission = handmade.mission(flights, origin=ORIGIN, boxes=[wall], low=(-400, -400, 0), high=(400, 400, 290))
+    notes = []
+    sky.export(mission, tmp_path / "m.wpml.kmz", on_note=notes.append)
+    assert any("NOT from t = " in note for note in notes)
+    assert notes[-1] == "WARNING: no way home is proven at every instant of the flight of uav-1: see above."
+    notes = []
+    sky.export(handmade.mission([STRAIGHT], origin=ORIGIN), tmp_path / "m.plan", on_note=notes.append)
+    assert not any("WARNING" in note for note in notes)

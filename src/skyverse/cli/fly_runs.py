@@ -38,7 +38,8 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
         print(f"A UAV was {flown.outside.max():.3f} m out of bounds at most.")
     wind = ", ".join(f"{speed:g}" for speed in flown.wind)
     weather = [f"wind {wind} m/s", f"noise {flown.noise:g} m", flown.disturbances.sentence, f"seed {flown.seed}"]
-    print(f"the vehicle reaches {flown.radius:.3g} m; {', '.join(filter(None, weather))}; {flown.runs} runs")
+    size = f"the vehicle's propellers reach {flown.radius:.3g} m from its centre"
+    print(f"{size}; {', '.join(filter(None, weather))}; {flown.runs} runs")
     for sentence in flown.rounds:
         print(sentence)
     for touch in flown.touches[:MOST_TOUCHES]:

@@ -21,7 +21,6 @@ PLACEHOLDERS = {
     "fill_nodata": "METRES",
     "geoid": "METRES",
     "ground": "'0 m amsl'",
-    "max_height": "'120 m agl'",
     "origin": "latitude,longitude,altitude",
     "soft_zones": "FILE=RISK",
     "terrain": "FILE",

@@ -105,11 +105,13 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
 
 def _report_flights(mission: "Mission") -> None:
     """Print what is flown, beside the price of the path, and how far from the path."""
+    from skyverse.model.seconds import told_seconds
+
     rows = []
     for uav, flight in zip(mission.scenario.uavs, mission.flights, strict=False):
         if flight is not None:
             energy = "-" if flight.energy is None else f"{flight.energy / 1000:.4g} kJ/kg"
-            numbers = [f"{flight.length:.6g} m", f"{flight.time:.4g} s", energy, f"{flight.deviation:.3g} m"]
+            numbers = [f"{flight.length:.6g} m", told_seconds(flight.time), energy, f"{flight.deviation:.3g} m"]
             rows.append([uav.name, *numbers])
     if rows:
         table(["uav", "is flown", "in", "with", "off the path by at most"], rows)

@@ -6,8 +6,10 @@ from skyverse.errors import InputError, Remedy
 from skyverse.exports.return_choice import MAX_RALLY_POINTS
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import CLEARANCE_SHARE
+from skyverse.exports.return_places import COUNTED_FROM
 from skyverse.exports.separation import named_pairs
 from skyverse.model.scenario import Scenario
+from skyverse.model.seconds import told_seconds
 from skyverse.space.tube import NO_ERROR
 
 MAX_TOLD = 3
@@ -21,7 +23,7 @@ def return_sentence(scenario: Scenario, back: Return, met: Sequence[str]) -> str
         kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
     if not back.proven:
         return f"{vehicle.name}: whether it comes home by itself could not be proven."
-    said = f"{vehicle.name}: it returns at {back.altitude:.4g} m above home"
+    said = f"{vehicle.name}: it returns at {back.altitude:.4g} m above {COUNTED_FROM[back.plan.autopilot.name]}"
     if len(back.rally):
         said += f", to the nearest of home and {len(back.rally)} rally point{'s' * (len(back.rally) > 1)}"
     said += f", but NOT {_lost_text(scenario, back)}: then there is no way home; otherwise" if len(back.lost) else ""
@@ -85,7 +87,8 @@ def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None
 def _lost_text(scenario: Scenario, back: Return) -> str:
     """Return from when to when there is no way home, and what is in the way then."""
     spans = [
-        f"from t = {begin:.4g} s to {end:.4g} s" + (f" ({why.sentence(scenario)})" if why is not None else "")
+        f"from t = {told_seconds(begin)} to {told_seconds(end)}"
+        + (f" ({why.sentence(scenario)})" if why is not None else "")
         for (begin, end), why in zip(back.lost.tolist(), back.obstructions, strict=True)
     ]
     more = f" and {len(spans) - MAX_TOLD} more times" if len(spans) > MAX_TOLD else ""
@@ -98,12 +101,14 @@ def _reason(scenario: Scenario, back: Return) -> str:
     if not back.proven or not len(back.lost):
         return f"{name}: it could not be proven."
     (begin, end), why = back.lost[-1].tolist(), back.obstructions[-1]
-    said = f"{name}, from t = {begin:.4g} s to its end at {end:.4g} s"
+    said = f"{name}, from t = {told_seconds(begin)} to its end at {told_seconds(end)}"
     top = back.highest
     same = why is not None and top is not None and top.what == why.what
     if why is not None:
         higher = f", and so at {top.altitude:.4g} m, the highest that was tried," if same and top is not None else ""
-        said += f": at {why.altitude:.4g} m above home{higher} {why.sentence(scenario)}"
+        said += (
+            f": at {why.altitude:.4g} m above {COUNTED_FROM[back.plan.autopilot.name]}{higher} {why.sentence(scenario)}"
+        )
     if top is not None and not same:
         said += f"; at {top.altitude:.4g} m, the highest that was tried, {top.sentence(scenario)}"
     return f"{said}."

@@ -18,6 +18,7 @@ from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
 from skyverse.exports.return_home import Return, certified, plan_return
 from skyverse.exports.return_lines import ReturnSpace
+from skyverse.exports.return_places import places_sentence
 from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentence
 from skyverse.exports.returns_apart import SweptReturns, crossed, returns_apart
 from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
@@ -28,6 +29,7 @@ from skyverse.exports.wpl import rally_text, waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
+from skyverse.model.seconds import told_seconds
 from skyverse.numerics.tolerances import SAME_PLACE
 
 MAX_HALVINGS = 6
@@ -112,7 +114,12 @@ def export_waypoints(
     notes.append(_schedule_note(plans))
     for note in notes:
         on_note(note)
-    return list(_written(path, suffix, scenario, plans, returns, options, on_note))
+    files = list(_written(path, suffix, scenario, plans, returns, options, on_note))
+    backs = zip(plans, returns, strict=True)
+    without = [scenario.uavs[plan.route.uav].name for plan, back in backs if back is None or not back.everywhere]
+    if without:
+        on_note(f"WARNING: no way home is proven at every instant of the flight of {', '.join(without)}: see above.")
+    return files
 
 
 def _returns(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[Return | None]:
@@ -140,12 +147,15 @@ def _return_notes(
         if back is None:
             name, end = scenario.uavs[plans[k].route.uav].name, float(plans[k].arrivals[-1])
             yield (
-                f"{name}: no way home is proven from t = 0 s to {end:.4g} s, its whole flight, for it is an aeroplane: "
-                "neither its return nor the circles that it flies at home; choose the altitude of its return yourself."
+                f"{name}: no way home is proven from t = 0 s to {told_seconds(end)}, its whole flight, for it is an "
+                "aeroplane: neither its return nor the circles that it flies at home; choose the altitude of its "
+                "return yourself."
             )
             continue
         others = [j for j in range(len(plans)) if j != k and crossed(scenario, back, plans[j], paths[j])]
         yield return_sentence(scenario, back.back, [scenario.uavs[plans[j].route.uav].name for j in others])
+        if back.back.proven:
+            yield places_sentence(scenario, back.back)
 
 
 def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointOptions) -> list[FlightPlan]:
@@ -214,7 +224,7 @@ def _schedule_note(plans: Sequence[FlightPlan]) -> str:
     late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in plans)
     return (
         "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
-        f"{max(late, 0.0) + 0.0:.3g} s later than in the mission, when all take-offs have ended."
+        f"{told_seconds(max(late, 0.0))} later than in the mission, when all take-offs have ended."
     )
 
 

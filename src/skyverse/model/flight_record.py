@@ -136,11 +136,12 @@ class Flight(ArrayRecord):
         scenario = self.mission.scenario
         if self.safe:
             ground = scenario.ground_clearance - self.margin
-            over = "" if scenario.terrain is None else f" and {ground:.3g} m above ground"
+            kept = [f"{scenario.clearance - self.margin:.3g} m to every obstacle"] if scenario.obstacles else []
+            kept += [] if scenario.terrain is None else [f"{ground:.3g} m above ground"]
+            left = f"at least {' and '.join(kept)} were left, " if kept else ""
             return (
-                f"Safe: {scenario.clearance - self.margin:.3g} m or more were left to every obstacle{over}, no UAV "
-                f"strayed more than {self.margin:.3g} m out of bounds or off its target, nor two by more than that "
-                "each into their separation."
+                f"Safe: {left}no UAV strayed more than {self.margin:.3g} m out of bounds or off its target, nor two by "
+                "more than that each into their separation."
             )
         things = "1 thing" if len(self.violations) == 1 else f"{len(self.violations)} things"
         return f"Not safe: {things} went wrong."

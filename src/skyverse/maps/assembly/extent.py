@@ -104,7 +104,7 @@ def high_points(points: Iterable[tuple[str, tuple[float, float, float]]], top: f
             name,
             point,
             f"expected a point below the ceiling, found it {point[2] - top:.1f} m above",
-            give=(Remedy("ceiling", None, "that is higher"),),
+            give=(Remedy("ceiling", None, "to raise it"),),
         )
         for name, point in points
         if point[2] > top

@@ -190,7 +190,8 @@ def _require(least: float, **numbers: float | None) -> None:
     """Raise `InputError` for a number that is too small or too large."""
     for name, value in numbers.items():
         if value is not None and not least <= value <= MAX_NUMBER:
-            raise InputError(f"expected a number from {least:g} on, found {value:g}", field=name)
+            limits = f"from {least:g} on" if value < least else f"of at most {MAX_NUMBER:,.0f}"
+            raise InputError(f"expected a number {limits}, found {value:,.12g}", field=name)
 
 
 def documentation(options: type) -> dict[str, str]:

@@ -217,6 +217,6 @@ def points_above_ceiling(
         height = z - float(ground.height((x, y)))
         if height > most + 1e-6:
             text = f"expected a point at most {most:g} m above the ground, found it {height:.2f} m above"
-            give = (Remedy("max_height", None, "that is higher"),)
+            give = (Remedy("max_height", None, "to raise it"),)
             found.append(BadPoint(name, (x, y, z), text, give=give))
     return found

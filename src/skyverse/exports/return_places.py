@@ -1,0 +1,54 @@
+"""The places where a returning UAV may land, as a pilot looks them up: on the globe, with the return altitude."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse.exports.global_positions import origin_of
+from skyverse.exports.return_home import Return
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.scenario import Scenario
+
+COUNTED_FROM = {"px4": "where it lands", "ardupilot": "home", "dji": "home"}
+"""What each autopilot counts its return altitude from; ArduPilot's rally points have altitudes of their own."""
+
+
+class ReturnPlace(NamedTuple):
+    """Where a UAV may land.
+
+    Attributes
+    ----------
+    name
+        ``"home"``, or ``"rally point 1"`` and so on.
+    latitude, longitude
+        WGS84 degrees.
+    ground
+        Metres above mean sea level of where it lands.
+    level
+        Metres above mean sea level over that place at which it returns there, unless it is higher already.
+    """
+
+    name: str
+    latitude: float
+    longitude: float
+    ground: float
+    level: float
+
+
+def return_places(scenario: Scenario, back: Return) -> list[ReturnPlace]:
+    """Return the places where a UAV may land, home first."""
+    places, origin = back.way.places, origin_of(scenario)
+    above = np.column_stack([places[:, :2], back.way.levels])
+    rows = np.column_stack([to_wgs84(origin, places), to_wgs84(origin, above)[:, 2]]).tolist()
+    names = ["home", *(f"rally point {number}" for number in range(1, len(places)))]
+    return [ReturnPlace(name, *row) for name, row in zip(names, rows, strict=True)]
+
+
+def places_sentence(scenario: Scenario, back: Return) -> str:
+    """Return a sentence on where a UAV may land, and at which altitude it returns there."""
+    told = [
+        f"{place.name} at {place.latitude:.6f}, {place.longitude:.6f}, {place.ground:.1f} m above mean sea level, "
+        f"returning there at {place.level:.1f} m"
+        for place in return_places(scenario, back)
+    ]
+    return f"{scenario.uavs[back.plan.route.uav].name} may land at {'; at '.join(told)}, or higher if it is higher."
