@@ -9,6 +9,8 @@ from skyverse.model.shapes import Box
 from skyverse.referee.boxes import deepest_in_boxes, grown_boxes
 from skyverse.referee.closed_above import solid_shapes
 
+THICK = Box(min=(5, 0, 0), max=(7, 6, 4))
+
 
 def test_a_path_may_end_just_before_the_thinnest_wall():
     wall = Box(min=(5, 0, 0), max=(5 + 1e-7, 6, 4))
@@ -47,3 +49,19 @@ def test_the_segment_test_agrees_with_dense_sampling(start, end, corner, sides, 
         np.testing.assert_allclose(met.position, on_segment, atol=1e-12)
         assert (met.position > low).all()
         assert (met.position < high).all()
+
+
+def test_only_the_part_of_a_segment_that_is_flown_is_inside_a_box():
+    boxes = grown_boxes(solid_shapes(SCENARIO.model_copy(update={"obstacles": (THICK,), "clearance": 0.0})))
+    starts = np.array([[4.0, 1.0, 2.0], [4.0, 3.0, 2.0], [8.0, 3.0, 2.0]])
+    ends = np.array([[5.5, 1.0, 2.0], [4.5, 3.0, 2.0], [9.0, 3.0, 2.0]])  # on, they would be in the middle of it
+    met = deepest_in_boxes(boxes, starts, ends)
+    assert met.segment == 0
+    assert met.position.tolist() == [5.5, 1.0, 2.0]
+    assert met.gap == -0.5
+
+
+def test_the_farthest_coordinate_of_boxes_bounds_their_rounding():
+    boxes = grown_boxes(solid_shapes(SCENARIO.model_copy(update={"obstacles": (THICK,), "clearance": 0.5})))
+    assert boxes.farthest == boxes.grown_high.max() == np.abs([boxes.grown_low, boxes.grown_high]).max()
+    assert boxes.error(np.zeros((1, 2, 3)), np.array([1e-9]))[0] > 1e-9

@@ -12,10 +12,10 @@ from hypothesis.extra import numpy as arrays
 from handmade import mission, straight
 from skyverse.model.scenario import Bounds
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import FixedWing
+from skyverse.model.uav import UAV, FixedWing
 from skyverse.model.verdict import Fault, Verdict
 from skyverse.referee import certify, check
-from skyverse.referee.continuity import ends_of_pieces
+from skyverse.referee.continuity import _rounding, ends_of_pieces
 from skyverse.referee.curve import PolynomialCurve
 
 PLACES = st.integers(-(10**6), 10**6).map(lambda number: 0.7 * number)
@@ -166,3 +166,11 @@ def test_short_pieces_do_not_make_a_uav_faster_on_average():
         judged = mission(replace(flight, coefficients=rows), **CREEPING)
         if Fault.CONTINUITY not in faults(judged):
             assert way <= 0.01 * (1 + 1e-5) * flight.end + 1e-6
+
+
+def test_rounding_is_bounded_by_what_the_piece_before_allows():
+    curve = PolynomialCurve(np.array([0.0, 1.0, 11.0, 111.0]), np.zeros((3, 6, 3)))
+    vehicle = UAV(start=(0, 0, 0), max_speed=1.0, max_acceleration=2.0, max_jerk=3.0)
+    huge = np.full((2, 4, 3), 1e15)
+    rates = np.array([1.0, 2.0, 3.0])
+    np.testing.assert_allclose(_rounding(vehicle, curve, huge), 1e-6 * np.array([rates, 10 * rates]), rtol=1e-12)

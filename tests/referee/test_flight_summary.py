@@ -11,7 +11,7 @@ from skyverse.model.uav import FixedWing
 from skyverse.model.verdict import Fault
 from skyverse.referee import check
 from skyverse.referee.curve import PolynomialCurve
-from skyverse.referee.flight_summary import judge_flight_summary
+from skyverse.referee.flight_summary import _distances, judge_flight_summary
 from skyverse.referee.integrals import flight_energy
 from skyverse.trajectory.summary import largest_distance
 
@@ -117,3 +117,17 @@ def test_an_aeroplane_has_no_energy_that_is_known():
 def test_a_malformed_flight_is_not_summarised():
     torn = flying(replace(VALID.trajectories[0], knots=np.array([0.0, 0.0, 1.0])))
     assert {found.fault for found in check(SCENARIO, stating(ALPHAS, torn))} == {Fault.TRAJECTORY_SHAPE, Fault.FLIGHT}
+
+
+def test_distances_from_legs_are_those_from_many_points_of_them():
+    rng = np.random.default_rng(2)
+    starts = rng.uniform(-1, 1, (40, 3))
+    ends = starts + rng.uniform(-1, 1, (40, 3)) * rng.choice([0.0, 1e-3, 0.1, 1.0, 30.0], (40, 1))
+    points = rng.uniform(-2, 2, (50, 3))
+    shares = np.linspace(0, 1, 4001)[:, None, None]
+    legs = starts + shares * (ends - starts)
+    found = _distances(points, starts, ends)
+    for k, point in enumerate(points):
+        least = np.linalg.norm(legs - point, axis=2).min(axis=0)
+        assert (found[k] <= least + 1e-12).all()
+        assert (found[k] >= least - 0.01).all()

@@ -7,6 +7,13 @@ from judged_clearance import world
 from skyverse.model.shapes import Terrain
 from skyverse.referee.ground import ceiling_above_ground, grown_ground
 
+EPS = float(np.finfo(float).eps)
+
+
+def on(terrain):
+    """Return a terrain as the referee's ground, without any clearance."""
+    return grown_ground(world(clearance=0.0).model_copy(update={"terrain": terrain}))
+
 
 def test_the_steepness_is_one_and_the_steepest_slopes_along_both_axes():
     terrain = Terrain(origin=(0, 0), step=(5.0, 4.0), heights=[[0, 0, 0, 0], [1, 1, 1, 1], [1, 1, 2, 3]])
@@ -27,3 +34,39 @@ def test_the_greatest_heights_are_those_of_squares_of_cells_of_all_sizes():
         for i, j in np.ndindex(squares.shape):
             nodes = (slice(n << k, (n + 1 << k) + 1) for n in (i, j))
             assert squares[i, j] == heights[tuple(nodes)].max()
+
+
+@pytest.mark.parametrize("below", [5e-6, 0.5])
+def test_a_place_over_low_ground_is_above_it_however_little_it_is_below_the_highest_around(below):
+    heights = np.zeros((4, 4))
+    heights[1, 1] = 2.0
+    ground = on(Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights))
+    depth = ground.depth(np.array([[[1.9, 1.9, 2.0 - below]]]), np.array([0]))[0]
+    assert depth == pytest.approx(0.02 - 2 + below, abs=1e-5)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize("count", [1, 2, 6])
+def test_rounding_errors_of_depths_are_bounded_from_both_sides(size, count):
+    ground = on(Terrain(origin=(0, 0), step=(1.0, 1.0), heights=np.zeros((3, 3))))
+    bound = float(ground.error(np.full((1, count, 3), size), np.zeros(1))[0])
+    assert (45 * count + 64) * EPS * size <= bound <= (90 * count + 200) * EPS * size
+    assert float(ground.error(np.zeros((1, count, 3)), np.full(1, 1e-3))[0]) == pytest.approx(1e-3)
+
+
+def test_the_steepest_slope_about_a_place_is_that_of_the_cells_nearer_than_the_radius():
+    rng = np.random.default_rng(3)
+    heights, step = rng.uniform(0, 3, (9, 7)), np.array([1.5, 0.8])
+    ground = on(Terrain(origin=(-2, 1), step=tuple(step), heights=heights))
+    i, j = np.meshgrid(np.arange(8), np.arange(6), indexing="ij")
+    corner = np.array([-2, 1]) + np.stack([i, j], axis=-1) * step
+    for _ in range(200):
+        place, radius = rng.uniform((-2, 1), (10, 5.8)), rng.uniform(0, 4)
+        nearest = np.clip(place, corner, corner + step)
+        some = np.argwhere(np.hypot(*np.moveaxis(nearest - place, -1, 0)) < radius)
+        expected = 0.0
+        for a, b in some:
+            h = heights[a : a + 2, b : b + 2]
+            east, north = np.abs(h[1] - h[0]).max() / step[0], np.abs(h[:, 1] - h[:, 0]).max() / step[1]
+            expected = max(expected, np.hypot(east, north))
+        assert ground.steepest_about(place, radius) == pytest.approx(expected)

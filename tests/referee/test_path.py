@@ -31,7 +31,7 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Fault
 from skyverse.referee import check
-from skyverse.referee.path import costs_agree, judge_cost, judge_safety
+from skyverse.referee.path import _without_straight_nodes, costs_agree, judge_cost, judge_safety
 from skyverse.referee.world import referee_world
 
 
@@ -180,3 +180,18 @@ def test_a_seam_is_refuted_also_where_rounding_leaves_the_clearance_elsewhere_un
     assert faults(ball) == [Fault.UNDECIDED]
     assert faults(*halves) == [Fault.PATH_CLEARANCE]
     assert faults(ball, *halves) == [Fault.UNDECIDED, Fault.PATH_CLEARANCE]
+
+
+@pytest.mark.parametrize(("field", "node"), [("start", 0), ("goal", -1)])
+def test_ends_that_are_wrong_are_told_where_they_are(field, node):
+    elsewhere = np.array([np.nan, 4.0, 1.0])
+    found = [one for one in check(SCENARIO, alpha(**{field: elsewhere})) if one.fault is Fault.PATH_ENDS]
+    assert [one.position for one in found] == [tuple(STRAIGHT[node])]
+
+
+def test_nodes_between_equal_steps_are_left_out_and_no_others():
+    steps = [(1, 0, 0), (1, 0, 0), (1, 1, 1), (2, 2, 2), (-1, 0, 1), (-1, 0, 1), (-1, 0, 1)]
+    path = np.cumsum([(0.0, 0, 0), *steps], axis=0)
+    np.testing.assert_array_equal(_without_straight_nodes(path), path[[0, 2, 3, 4, 7]])
+    for short in (path[:1], path[:2], path[[0, 2]]):
+        np.testing.assert_array_equal(_without_straight_nodes(short), short)

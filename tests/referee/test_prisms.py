@@ -57,3 +57,18 @@ def test_a_sliver_gives_way_by_a_quarter_of_its_thickness_at_most():
 
 def test_of_no_prisms_there_are_no_boxes():
     assert [corners.shape for corners in grown().hulls()] == [(0, 3), (0, 3)]
+
+
+@pytest.mark.parametrize("below", [5e-6, 0.5])
+def test_a_place_beside_a_prism_is_outside_however_little_it_is_below_the_roof(below):
+    assert grown("square").depth(np.array([[[5.0, 1.0, 3.0 - below]]]), np.array([0]))[0] == pytest.approx(-3, abs=1e-5)
+
+
+def test_some_prisms_keep_their_own_outlines_and_altitudes():
+    prisms = grown(*OUTLINES, clearance=0.25)
+    some = prisms.of(np.array([4, 2]))
+    for name, k in (("L", 0), ("courtyard", 1)):
+        (alone,) = (grown(name, clearance=0.25),)
+        for one, other in zip(some.outlines.of(np.array([k])), alone.outlines, strict=True):
+            assert one.tolist() == other.tolist()
+        assert [corners[k].tolist() for corners in some.hulls()] == [corners[0].tolist() for corners in alone.hulls()]

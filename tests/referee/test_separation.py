@@ -318,3 +318,12 @@ def test_a_fleet_is_judged_as_its_pairs_are():
     for i, j in combinations(range(12), 2):
         pair = {fault for uavs, fault in found if uavs == (i, j)}
         assert pair == {violation.fault for violation in between(fleet(flights[i], flights[j], separation=(0.5, 0.8)))}
+
+
+@pytest.mark.parametrize(("at_start", "at_end"), [(0.2, 0.3), (0.3, 0.2)])
+def test_of_starts_and_targets_given_too_close_the_nearer_are_told(at_start, at_end):
+    one = stops((0, 0, 0), (0, 0, 9), (20, 0, 9))
+    other = stops((at_start, 0, 0), (at_start, 9, 0), (20 + at_end, 0, 9))
+    (told,) = [found for found in between(fleet(one, other)) if found.fault is Fault.GIVEN]
+    assert f"{min(at_start, at_end):g} m" in told.message
+    assert told.time == (0.0 if at_start < at_end else 2.0)

@@ -112,3 +112,16 @@ def test_of_a_climb_what_is_steeper_than_the_limit_is_paid_upwards_and_downwards
     due = np.sqrt(2) * np.radians(25) + 2 * np.radians(70)
     for way in (path, path[::-1]):
         assert climb_term(sky.ClimbLimit(angle=20, weight=3.0), way) == pytest.approx(due)
+
+
+def test_the_risk_as_it_is_is_that_of_the_path_as_it_is():
+    box = Box(min=(1, 2, 3), max=(8, 7, 6), risk=2.0)
+    as_it_is, least, most = risk_term(world(box), np.array([[0.0, 3.0, 3.5], [5.0, 6.0, 5.0]]))
+    length = np.linalg.norm([5.0, 3.0, 1.5])
+    assert as_it_is == pytest.approx(2 * length * 4 / 5, abs=1e-12)
+    assert least < as_it_is - 1e-8
+    assert most > as_it_is + 1e-8
+
+
+def test_zones_of_which_there_are_none_have_no_risk():
+    assert risk_term(world(), np.array([[0.0, 3.0, 3.5], [9.0, 6.0, 5.0]])) == (0.0, 0.0, 0.0)

@@ -5,7 +5,9 @@ import pytest
 
 from skyverse.model.timed_path import TimedPath
 from skyverse.referee.segments import nearest_points
-from skyverse.referee.timed_paths import KeptDistance, paths_apart, pieces_apart
+from skyverse.referee.timed_paths import KeptDistance, _needed, paths_apart, pieces_apart
+
+EPS = float(np.finfo(float).eps)
 
 
 def path(points, times, late=0.0, deviation=0.0):
@@ -143,3 +145,13 @@ def test_paths_that_touch_for_long_are_given_up_and_not_proven():
     along = path([(0, 0, 0), (1e3, 0, 0)], [0, 1])
     bent = path([(0, 1 - 1e-6, 0), (1e3, 1 - 1e-6, 0)], [0, 1])
     assert not paths_apart(along, bent, KeptDistance(1.0, 1.0), timed=False)
+
+
+def test_what_must_be_kept_grows_by_what_rounding_far_away_takes():
+    def needed(*places):
+        near, far = path([(0, 0, 0), (1, 0, 0)], [0, 1]), path(places, [0, 1])
+        return [_needed(one, other, KeptDistance(10.0, 1.0))[2] for one, other in ((near, far), (far, near))]
+
+    assert needed((0, 0, 0), (1, 0, 0)) == pytest.approx([10 - 1e-6] * 2, abs=1e-12)
+    for one in needed((0, 0, 0), (0, 0, 1e7)):  # stretched tenfold along z
+        assert 10 + 8 * EPS * 1e8 - 1e-6 <= one <= 10 + 200 * EPS * 1e8

@@ -92,14 +92,11 @@ class GrownGround(GrownSolids):
 
     def steepest_about(self, place: Floats, radius: float) -> float:
         """Return the steepest slope of the cells that are nearer to a place than a radius, metres; 0 without any."""
-        reach, cells = np.array([radius, radius]), np.array(self.heights.shape) - 1
-        first, last = self._cell(place[:2] - reach), self._cell(place[:2] + reach)
+        first, last = self._cell(place[:2] - radius), self._cell(place[:2] + radius)
         cell = np.stack(np.meshgrid(*map(np.arange, first, last + 1), indexing="ij"), axis=-1)
         corner = self.origin + cell * self.step
-        # the cells at the rim go on beyond it
-        low = np.where(cell == 0, -np.inf, corner)
-        high = np.where(cell == cells - 1, np.inf, corner + self.step)
-        beside = np.linalg.norm(np.maximum(np.maximum(low - place[:2], place[:2] - high), 0.0), axis=-1)
+        beyond = np.maximum(np.maximum(corner - place[:2], place[:2] - corner - self.step), 0.0)
+        beside = np.linalg.norm(beyond, axis=-1)
         h = self.heights[first[0] : last[0] + 2, first[1] : last[1] + 2]
         return float(steepest_in_cells(h, self.step)[beside < radius].max(initial=0.0))
 
