@@ -11,7 +11,7 @@ from skyverse.exports.corner_lines import is_straight, search_corner
 from skyverse.exports.global_positions import origin_of
 from skyverse.exports.leg_bends import bend, tilt
 from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall, towards
-from skyverse.exports.obstacle_search import ObstacleSearch, growth_of
+from skyverse.exports.obstacle_search import ObstacleSearch, growths_of
 from skyverse.exports.terrain_following import Band, Lines, Strips, TerrainFollowing, covered
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
@@ -100,6 +100,8 @@ class FollowedLegs:
 
         def judge(starts: Floats, ends: Floats, between: float) -> Checked:
             band = self.following.band(Lines(starts, ends), reach.near + between, strays=True)
+            if between == 0.0:
+                return self._along_middle(band, reach.beside, True, None)
             return self._clear(band, reach.beside, between, True, None)
 
         return search_corner(cut, here, on, radius, 0.0, judge)
@@ -199,11 +201,10 @@ class FollowedLegs:
 
     def _clear(self, band: Band, beside: float, between: float, strays: bool, foot: Foot | None) -> Checked:
         """Return what is found of obstacles beside a band: within `beside` metres to the side, and `between` around."""
+        middle = self._along_middle(band, beside + between, strays, foot)
+        if middle.fault is not None:
+            return middle
         least = beside + between
-        starts, ends, _ = covered(band, Strips.middles(band))
-        met = np.flatnonzero(self.search.blocked(starts, ends, np.full(len(starts), least), strays, foot))[:1]
-        if len(met):
-            return self.search.checked(starts[met], ends[met], least, strays, foot)
         strips, clear = Strips.of_lines(band), []
         while len(strips.first):
             starts, ends, half = covered(band, strips)
@@ -221,9 +222,14 @@ class FollowedLegs:
         starts, ends, extra = (np.concatenate(column) for column in zip(*clear, strict=True))
         return self._grouped(starts, ends, extra, strays, foot)
 
+    def _along_middle(self, band: Band, beside: float, strays: bool, foot: Foot | None) -> Checked:
+        """Return what is found of the middle of a band: where that is not clear, no finer strips are."""
+        starts, ends, _ = covered(band, Strips.middles(band))
+        return self.search.checked(starts, ends, beside, strays, foot)
+
     def _grouped(self, starts: Floats, ends: Floats, extra: Floats, strays: bool, foot: Foot | None) -> Checked:
         """Return what is found of segments, (n, 3) each, that are grown by `extra` metres, (n,)."""
-        growths, found = np.array([growth_of(one) for one in extra]), list[Segments]()
+        growths, found = growths_of(extra), list[Segments]()
         for growth in np.unique(growths):
             some = growths == growth
             checked = self.search.checked(starts[some], ends[some], extra[some], strays, foot)

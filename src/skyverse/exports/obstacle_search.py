@@ -1,6 +1,5 @@
 """Searches segments for obstacles with the planners' world, which is fast; the referee proves what is exported."""
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +14,9 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
+
+AT_ONCE = 64
+"""Segments that are searched for the first that is blocked: what comes after it is searched again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,15 +82,17 @@ class ObstacleSearch:
         """Tell of each segment, grown by `extra`, (n,), whether it meets an obstacle or leaves the bounds, (n,)."""
         world = self.world(strays, foot)
         found = self._room(world, starts, ends) < _least_room(extra)
-        growths = np.array([growth_of(one) for one in extra])
+        growths = growths_of(extra)
         for growth in np.unique(growths):
-            some = np.flatnonzero((growths == growth) & ~found)
-            while len(some):
-                met = world.first_crossing(starts[some], ends[some], float(growth))
-                if met is None:
-                    break
-                found[some[met]] = True
-                some = some[met + 1 :]
+            every = np.flatnonzero((growths == growth) & ~found)
+            for some in np.split(every, range(AT_ONCE, len(every), AT_ONCE)):
+                k, a, b = 0, starts[some], ends[some]
+                while k < len(some):
+                    met = world.first_crossing(a[k:], b[k:], float(growth))
+                    if met is None:
+                        break
+                    found[some[k + met]] = True
+                    k += met + 1
         return found
 
     def _room(self, world: World, starts: Floats, ends: Floats) -> Floats:
@@ -109,9 +113,14 @@ class ObstacleSearch:
         return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain, "max_height": most})
 
 
+def growths_of(extra: Floats) -> Floats:
+    """Return the least `MIN_GROWTH` times powers of two that are not below `extra`, metres: few worlds are needed."""
+    return np.asarray(MIN_GROWTH * 2.0 ** np.maximum(np.ceil(np.log2(extra / MIN_GROWTH)), 0.0))
+
+
 def growth_of(extra: float) -> float:
-    """Return the least `MIN_GROWTH` times a power of two that is not below `extra`, metres: few worlds are needed."""
-    return MIN_GROWTH * 2.0 ** max(0, math.ceil(math.log2(extra / MIN_GROWTH)))
+    """Return that of one number."""
+    return float(growths_of(np.array(extra)))
 
 
 def _room_of(world: World, points: Floats) -> Floats:
