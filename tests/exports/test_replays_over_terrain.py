@@ -81,8 +81,8 @@ def assert_clear_as_replayed(tmp_path, seed, error):
 
 @pytest.mark.parametrize("error", [EXACT, GNSS], ids=["exact", "strays"])
 def test_files_for_ardupilot_are_clear_as_replayed_over_every_ground(tmp_path, error):
-    said = [assert_clear_as_replayed(tmp_path, seed, error) for seed in range(10)]
-    assert said.count("clear") >= 5
+    said = [assert_clear_as_replayed(tmp_path, seed, error) for seed in range(6)]
+    assert said.count("clear") >= 3
 
 
 @pytest.mark.slow

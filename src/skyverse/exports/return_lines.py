@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
-from skyverse.exports.leg_segments import Foot
 from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.uav import TrackingError
