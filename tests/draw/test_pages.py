@@ -236,6 +236,16 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     assert tab.requests == [target.as_uri()]
 
 
+@pytest.mark.parametrize("chart", ["map", "profile"])
+def test_the_words_below_a_chart_are_not_written_over_its_axis(tmp_path, tab, chart):
+    tab.set_viewport_size({"width": 1400, "height": 1600})
+    opened(tab, town(5), tmp_path)
+    title = f"document.querySelector('#{chart} .xtitle').getBoundingClientRect()"
+    words = f"document.getElementById('{'mapped' if chart == 'map' else 'sideways'}').getBoundingClientRect()"
+    assert tab.evaluate(f"{title}.height") > 0
+    until(tab, f"{title}.bottom <= {words}.top + 1")
+
+
 def test_plotly_still_has_the_private_interfaces_that_the_page_uses(tmp_path, tab):
     opened(tab, town(5), tmp_path)
     for chart in ("map", "profile"):

@@ -100,6 +100,8 @@ def cost_table(scene: MissionScene) -> str:
     if scene.bound == "lower bound":
         optimum = ("Bound", "no path costs less; it may be far below the best one")
     heights = "least and greatest height of the flight above the terrain, at the profile's points"
+    if scene.scenario.terrain is not None and scene.scenario.terrain.lowest is not None:
+        heights = "least height of the flight above the raised terrain, greatest above its lowest heights"
     columns = [
         ("Cost", " + ".join(terms), [number(cost, places) for cost in costs]),
         (*optimum, [number(cost, places) for cost in optima]),
@@ -125,11 +127,11 @@ def cost_table(scene: MissionScene) -> str:
 
 
 def _height(profile: Profile) -> str:
-    """Return the least and the greatest height of a path above the terrain."""
+    """Return the least height of a path above the terrain, and the greatest above what a ceiling is counted from."""
     if profile.ground is None or not len(profile.distance):
         return NO_VALUE
-    above = profile.points[:, 2] - profile.ground
-    return f"{number(above.min(), 1)} to {number(above.max(), 1)} m"
+    z, lowest = profile.points[:, 2], profile.ground if profile.lowest is None else profile.lowest
+    return f"{number((z - profile.ground).min(), 1)} to {number((z - lowest).max(), 1)} m"
 
 
 def _written(form: str, value: float | None) -> str:

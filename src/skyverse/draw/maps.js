@@ -44,6 +44,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
       contours?.meta.step ? `Contour lines every ${contours.meta.step} m.` : "", "Scale equal on both axes.",
       degrees ? "Point at a place for its latitude and longitude." : "",
     ].filter(Boolean).join(" ");
+    await Plotly.Plots.resize("map");  // the words below it may have taken a line of its height
     $("map").on("plotly_relayout", move);
   };
   const restyle = () => ($("map").data ? Plotly.restyle("map", { visible: traces.map(visible) }) : null);
@@ -155,6 +156,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     const plane = internals.plane($("profile"));
     const times = plane && (plane.height / (range[1] - range[0])) / (plane.width / (1.02 * end || 1));
     $("sideways").textContent = `● start, ◆ end.${end && plane ? ` ${scaled(times)}` : ""}${seconds.length ? " Above: seconds into the mission." : ""}`;
+    await Plotly.Plots.resize("profile");  // the words below it may have taken a line of its height
     const { positions: [x, y], times: instants } = tracks[uav];
     const sums = [0];
     for (let k = 1; k < x.length; k++) sums.push(sums[k - 1] + Math.hypot(x[k] - x[k - 1], y[k] - y[k - 1]));

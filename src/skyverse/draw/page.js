@@ -107,8 +107,8 @@
     gridcolor: colour("grid"), zeroline: false, showbackground: k === 2 && !ground, backgroundcolor: colour("floor"), showspikes: false, nticks: [8, 4, 3][(seen()[k] < Math.max(...seen()) / 3) + (seen()[k] < Math.max(...seen()) / 7)],
     tickfont: { size: 11 }, tickangle: 0,
   }]));
-  const VIEWS = data.mapped  // from the south, as on the map
-    ? { overview: [0.36, -0.8, 0.5], side: [0, -1, 0.3], end: [1, -0.08, 0.3], above: [0, -0.015, 1] }
+  const VIEWS = data.mapped  // from the south, as on the map, but for an overview from where no mountain hides the flight
+    ? { overview: [...data.overview, 0.5], side: [0, -1, 0.3], end: [1, -0.08, 0.3], above: [0, -0.015, 1] }
     : { overview: [0.8, -0.36, 0.5], side: [1, -0.08, 0.36], end: [0.3, -1, 0.42], above: [0.3, -0.015, 1] };
   const camera = (view) => {
     // Along the longer horizontal side, aimed and near so that all eight corners just fit (plotly sees 45 degrees).

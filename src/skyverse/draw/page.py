@@ -5,6 +5,7 @@ import re
 from importlib.resources import files
 from typing import Any
 
+from skyverse.draw.first_view import first_view
 from skyverse.draw.map_traces import from_above
 from skyverse.draw.plotly_values import flat, round_step
 from skyverse.draw.profile_traces import from_the_side
@@ -96,7 +97,8 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         ],
     }
     if scene.world.mapped:
-        drawn |= {"map": from_above(scene), "profiles": from_the_side(scene)}
+        overview = first_view(scene.world, scene.tracks, scene.scenario.terrain)
+        drawn |= {"map": from_above(scene), "profiles": from_the_side(scene), "overview": overview}
     return drawn
 
 

@@ -37,6 +37,8 @@ class Profile:
         (n, 3) metres: the trajectory at these distances, or the path where there is no trajectory.
     ground
         (n,) z of the ground below, metres; ``None`` without a terrain.
+    lowest
+        (n,) z of the ground from which the ceiling is counted, nowhere above `ground`; ``None`` where that is `ground`.
     clearance
         Metres above ground that paths must keep.
     ceiling
@@ -51,6 +53,7 @@ class Profile:
     times: Floats | None
     points: Floats
     ground: Floats | None
+    lowest: Floats | None
     clearance: float
     ceiling: Floats | None
     band: Floats | None
@@ -72,6 +75,7 @@ def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: 
         times=found[:, 3] if flies and len(found) else None,
         points=points,
         ground=below,
+        lowest=None if terrain is None or terrain.lowest is None else terrain.lowest_ground.height(points[:, :2]),
         clearance=scenario.ground_clearance,
         ceiling=_ceiling(scenario, points),
         band=_band(scenario, below, len(points)),

@@ -113,6 +113,9 @@ def _flight(track: Track, profile: Profile) -> list[Trace]:
     if profile.ground is not None:
         hover += f", %{{customdata[{len(more)}]:,.1f}} m above ground"
         more.append(profile.points[:, 2] - profile.ground)
+    if profile.lowest is not None:
+        hover += f" as raised, %{{customdata[{len(more)}]:,.1f}} m above the lowest that it may be"
+        more.append(profile.points[:, 2] - profile.lowest)
     if profile.times is not None:
         hover += f"<br>t = %{{customdata[{len(more)}]:,.1f}} s"
         more.append(profile.times)
