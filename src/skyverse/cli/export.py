@@ -8,6 +8,7 @@ from skyverse.cli.judgement import judging_scenario
 from skyverse.cli.option_types import FLAG, SIGNED
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
+from skyverse.errors import InputError
 
 
 def export(
@@ -26,6 +27,7 @@ def export(
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None,
     apart_in_space: Annotated[bool, FLAG] = False,
     allow_close: Annotated[bool, FLAG] = False,
+    page: Path | None = None,
 ) -> None:
     """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
 
@@ -71,12 +73,19 @@ def export(
         Refuse paths that are not apart in space, so that UAVs keep apart whatever the timing.
     allow_close
         Export even if UAVs come too close to each other, as planned or as their autopilots fly waypoints.
+    page
+        A web page to write as well, .html: the mission, where UAVs may land when they return, and what is proven of
+        their waypoints.
     """
     import skyverse as sky
     from skyverse.model.scenario import require_geoid
 
     read = sky.read_mission(mission)
     refuse_output(output, mission)
+    if page is not None:
+        if page.suffix.lower() not in (".html", ".htm"):
+            raise InputError(f"--page: expected a file ending in .html, found {str(page)!r}")
+        refuse_output(page, mission)
     world, judged_by = judging_scenario(read, scenario)
     at = read.scenario.frame.origin if origin is None else origin_of(origin)
     if at is not None and geoid is not None:
@@ -84,7 +93,7 @@ def export(
         at = at.model_copy(update={"geoid": geoid})
     notes: list[str] = []
     how: dict[str, Any] = {"altitude": altitude, "rate": rate, "radius": radius, "takeoff": takeoff, "end": end}
-    how |= {"autopilot": autopilot, "apart_in_space": apart_in_space, "allow_close": allow_close}
+    how |= {"autopilot": autopilot, "apart_in_space": apart_in_space, "allow_close": allow_close, "page": page}
     files = sky.export(read, output, scenario=world, origin=at, **how, on_note=notes.append)
     for path in files:
         print(path)

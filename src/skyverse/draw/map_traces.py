@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.draw import landings
 from skyverse.draw.margin_traces import MIN_DEVIATION
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, round_step, trace
 from skyverse.draw.relief import Relief, tinted
@@ -36,6 +37,7 @@ def from_above(scene: Scene) -> dict[str, Any]:
             *kinds,
             *tubes,
             *tracks,
+            *landings.on_map(scene),
             _ends(scene),
             _findings(scene),
         ],

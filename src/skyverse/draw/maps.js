@@ -25,6 +25,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     if (role === "path") return layers.paths && shown[uav];
     if (role === "tube") return layers.tube && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
+    if (role === "landing") return shown[uav];
     return true;
   };
   const drawMap = async () => {

@@ -36,7 +36,7 @@ def page(scene: MissionScene) -> str:
         "banner": banner(scene),
         "space": "Flight",
         "still": "This mission has no trajectories; the paths are shown as planned.",
-        "lines": f"Thick lines: trajectories; thin lines: the paths as planned. {told(scene)}",
+        "lines": f"Thick lines: trajectories; thin lines: the paths as planned. {told(scene)}{_squares(scene)}",
         "chart": "Convergence",
         "axis": _AXIS,
         "curves": "Best cost so far of each search",
@@ -46,6 +46,15 @@ def page(scene: MissionScene) -> str:
         "footer": footer(scene),
     }
     return filled(parts, scene_data(scene) | {"search": of_search(scene), "words": _WORDS})
+
+
+def _squares(scene: MissionScene) -> str:
+    """Say what marks the places where UAVs may land, if there are any."""
+    return (
+        " Squares: where UAVs may land when they return; in space, the beginnings of their descents."
+        if scene.landings
+        else ""
+    )
 
 
 def banner(scene: MissionScene) -> str:
@@ -73,6 +82,10 @@ def banner(scene: MissionScene) -> str:
             verdict += card("note", "i", "Some UAVs have no target.", f"<ul>{lines}</ul>")
         else:
             verdict += card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
+    if scene.export_notes:
+        tone, sign = ("warn", "!") if any("WARNING" in note for note in scene.export_notes) else ("note", "i")
+        lines = "".join(f"<li>{escape(note)}</li>" for note in scene.export_notes)
+        verdict += card(tone, sign, "What is exported, and the ways home.", f"<ul>{lines}</ul>")
     return verdict
 
 

@@ -95,7 +95,7 @@
     if (role === "kind" || role === "edge") return layers.kinds[kind];
     if (role === "path") return layers.paths && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
-    if (role === "ends") return shown[uav];
+    if (role === "ends" || role === "landing") return shown[uav];
     if (role === "tube" || role === "column") return layers.tube && shown[uav];
     if (role === "ceiling" || role === "rim") return layers.ceiling;
     if (role === "separation") return layers.separation;

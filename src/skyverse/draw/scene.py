@@ -8,6 +8,7 @@ from typing import ClassVar, Literal, TypeVar
 import numpy as np
 
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
+from skyverse.draw.landings import LandingPlace
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
@@ -82,7 +83,7 @@ class Scene:
 
     `spare_targets` are the names and positions of targets to which no UAV flies; `findings` are what is wrong. The
     planning of a mission may have been `interrupted`. The `columns` over starts and targets are those of a mission that
-    is proven.
+    is proven. The `landings` are the places where UAVs of an export may land when they return.
     """
 
     scenario: Scenario
@@ -91,6 +92,7 @@ class Scene:
     findings: tuple[SceneFinding, ...]
     interrupted: bool = False
     columns: tuple[NamedColumn, ...] = ()
+    landings: tuple[LandingPlace, ...] = ()
     spare_note: ClassVar[str] = ""
     """What is said of a spare target besides its name."""
     spare_colour: ClassVar[str] = "#b5179e"
@@ -139,7 +141,7 @@ class MissionScene(Scene):
     and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the lattice, but a
     lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end. The mission is
     `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
-    the referee proved all of it at every instant.
+    the referee proved all of it at every instant. The `export_notes` are what an export says of its waypoints.
     """
 
     bound: Literal["exact optimum", "lower bound"]
@@ -151,6 +153,7 @@ class MissionScene(Scene):
     judged: bool
     proven: bool
     provenance: Provenance
+    export_notes: tuple[str, ...] = ()
     spare_note: ClassVar[str] = " (no UAV flies here)"
     spare_colour: ClassVar[str] = "#8a94a3"
 

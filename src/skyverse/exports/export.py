@@ -1,11 +1,12 @@
 """Writes missions that the referee does not refute as files for other software; the suffix tells the format."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from skyverse.atomic import write_text
 from skyverse.errors import InputError
 from skyverse.exports.autopilots import AutopilotName
+from skyverse.exports.export_page import write_export_page
 from skyverse.exports.file_names import (
     ALTITUDE_REFERENCES,
     OWN_SUFFIXES,
@@ -51,6 +52,7 @@ def export(
     autopilot: AutopilotName | None = None,
     apart_in_space: bool = False,
     allow_close: bool = False,
+    page: str | Path | None = None,
     on_note: Callable[[str], object] = lambda note: None,
     on_certificate: Callable[[ExportCertificate], object] = lambda certificate: None,
 ) -> list[Path]:
@@ -100,6 +102,9 @@ def export(
     allow_close
         Whether to export even if UAVs come closer than their separation, as planned or when autopilots fly their
         waypoints on schedule.
+    page
+        A web page to write as well, for ``.plan``, ``.waypoints`` and ``.wpml.kmz``: the mission, the places where UAVs
+        may land when they return, and all that is said of the waypoints.
     on_note
         Called with each sentence on what the referee has not proven of the mission, and on what is proven of waypoints.
     on_certificate
@@ -121,10 +126,15 @@ def export(
     if suffix in ALTITUDE_REFERENCES:
         placed = with_origin(mission, origin, str(path))
         require_format(mission, placed, suffix, altitude, autopilot, str(path))
+    if page is not None and suffix not in ROUTE_SUFFIXES:
+        raise InputError(
+            f"expected a file of waypoints, {', '.join(ROUTE_SUFFIXES)}, to draw, found {path}", field="page"
+        )
     if suffix in ROUTE_SUFFIXES:
         require_radius_and_takeoff(radius, takeoff)
     given = mission.scenario if scenario is None else scenario
-    for note in require_not_refuted(mission, given, path, allow_close=allow_close):
+    notes, judged = require_not_refuted(mission, given, path, allow_close=allow_close)
+    for note in notes:
         on_note(note)
     left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
     if left:
@@ -136,7 +146,9 @@ def export(
         options = WaypointOptions(
             altitude, radius, takeoff, end, autopilot, apart_in_space=apart_in_space, allow_close=allow_close
         )
-        return export_waypoints(mission, placed, path, suffix, options, on_note, on_certificate)
+        if page is None:
+            return export_waypoints(mission, placed, path, suffix, options, on_note, on_certificate)
+        return _with_page(judged, placed, path, suffix, options, Path(page), notes, on_note, on_certificate)
     flights = sample_trajectories(mission, SAMPLE_RATES.get(suffix, 10.0) if rate is None else rate)
     if not flights:
         raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
@@ -163,3 +175,30 @@ def export(
     else:
         write_text(path, text)
     return [path]
+
+
+def _with_page(
+    mission: Mission,
+    scenario: Scenario,
+    path: Path,
+    suffix: str,
+    options: WaypointOptions,
+    page: Path,
+    said: Sequence[str],
+    on_note: Callable[[str], object],
+    on_certificate: Callable[[ExportCertificate], object],
+) -> list[Path]:
+    """Write waypoints, and a page of the mission with the referee's verdict and what is said of the waypoints."""
+    notes, proven = list(said), list[ExportCertificate]()
+
+    def tell(note: str) -> None:
+        notes.append(note)
+        on_note(note)
+
+    def keep(certificate: ExportCertificate) -> None:
+        proven.append(certificate)
+        on_certificate(certificate)
+
+    files = export_waypoints(mission, scenario, path, suffix, options, tell, keep)
+    write_export_page(page, mission, scenario, proven[0].returns, notes)
+    return [*files, page]

@@ -1,6 +1,7 @@
 """The referee's judgement of a mission before it is exported: what is refuted is refused, what is undecided is told."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from skyverse.errors import InputError, Remedy
@@ -13,8 +14,10 @@ TOO_CLOSE = (Fault.SEPARATION, Fault.GIVEN)
 """What is wrong between two UAVs, which a caller may allow."""
 
 
-def require_not_refuted(mission: Mission, scenario: Scenario, path: Path, *, allow_close: bool) -> list[str]:
-    """Let the referee judge a mission, and return in sentences what it has not proven.
+def require_not_refuted(
+    mission: Mission, scenario: Scenario, path: Path, *, allow_close: bool
+) -> tuple[list[str], Mission]:
+    """Let the referee judge a mission; return in sentences what it has not proven, and the mission with its verdict.
 
     Parameters
     ----------
@@ -32,7 +35,7 @@ def require_not_refuted(mission: Mission, scenario: Scenario, path: Path, *, all
     InputError
         If the referee refutes the mission.
     """
-    violations, _ = judge(scenario, mission)
+    violations, (certificates, apart) = judge(scenario, mission)
     close = [one for one in violations if one.fault in TOO_CLOSE]
     doubtful = [one for one in violations if one.fault is Fault.UNDECIDED]
     wrong = [one for one in violations if one.fault not in (*TOO_CLOSE, Fault.UNDECIDED)]
@@ -41,7 +44,8 @@ def require_not_refuted(mission: Mission, scenario: Scenario, path: Path, *, all
         said = f"{path}: the referee refutes this mission: {_told(wrong + close)}; skyverse check tells all of it"
         raise InputError(said, give=[] if wrong else [remedy])
     notes = [f"NOT apart, as the referee finds: {_told(close)}."] if close else []
-    return notes + ([f"NOT proven by the referee: {_told(doubtful)}."] if doubtful else [])
+    notes += [f"NOT proven by the referee: {_told(doubtful)}."] if doubtful else []
+    return notes, replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
 
 
 def _told(violations: Sequence[Violation]) -> str:

@@ -1,0 +1,73 @@
+"""The places where UAVs may land when they return by themselves, as plotly traces."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
+from skyverse.draw.track import Point
+
+if TYPE_CHECKING:
+    from skyverse.draw.scene import Scene
+
+
+@dataclass(frozen=True)
+class LandingPlace:
+    """Where a UAV may land when it returns.
+
+    Attributes
+    ----------
+    uav
+        Its index.
+    words
+        What is told of the place.
+    position
+        x, y, z in metres.
+    level
+        z at which the UAV returns there, unless it is higher already, metres.
+    """
+
+    uav: int
+    words: str
+    position: Point
+    level: float
+
+
+def in_space(scene: "Scene") -> list[Trace]:
+    """Return, for each UAV, the descents to its landing places, marked where they begin."""
+    made = []
+    for number, track in enumerate(scene.tracks):
+        own = [place for place in scene.landings if place.uav == number]
+        if not own:
+            continue
+        feet = np.array([place.position for place in own], dtype=np.float64)
+        tops = np.column_stack([feet[:, :2], [place.level for place in own]])
+        line = np.stack([feet, tops, np.full_like(feet, np.nan)], axis=1).reshape(-1, 3)
+        points = {axis: flat(line[:, column]) for column, axis in enumerate("xyz")}
+        words = [plain(place.words) for place in own for _ in range(3)]
+        sizes = [size for _ in own for size in (0, 6, 0)]
+        marker = {"symbol": "square", "color": track.colour, "size": sizes, "opacity": 1}
+        role, name = {"role": "landing", "uav": number}, f"{plain(track.name)}: where it may land"
+        style = {"color": track.colour, "width": 2, "dash": "dot"}
+        hover = "%{text}<extra></extra>"
+        both = {"text": words, "marker": marker, "line": style}
+        made.append(trace("scatter3d", "lines+markers", name, points, hover, role, **both))
+    return made
+
+
+def on_map(scene: "Scene") -> list[Trace]:
+    """Return, for each UAV, its landing places on the map."""
+    made = []
+    for number, track in enumerate(scene.tracks):
+        own = [place for place in scene.landings if place.uav == number]
+        if not own:
+            continue
+        feet = np.array([place.position for place in own], dtype=np.float64)
+        points = {"x": packed(feet[:, 0]), "y": packed(feet[:, 1])}
+        marker = {"symbol": "square-open", "color": track.colour, "size": 13, "line": {"width": 2.5}}
+        words = [plain(place.words) for place in own]
+        role, name = {"role": "landing", "uav": number}, f"{plain(track.name)}: where it may land"
+        hover = "%{text}<extra></extra>"
+        made.append(trace("scatter", "markers", name, points, hover, role, text=words, marker=marker))
+    return made

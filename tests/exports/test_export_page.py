@@ -1,0 +1,59 @@
+"""The page of an export shows where UAVs may land, and says what the export says."""
+
+import json
+import re
+from html import unescape
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.draw.mission_page import banner
+from skyverse.exports import export_page
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+pytestmark = pytest.mark.usefixtures("unjudged")
+
+ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+
+
+def up_a_slope():
+    """Two flights up a slope, below a ceiling that keeps them from returning to their homes alone."""
+    heights = np.interp(np.linspace(-320, 320, 33), [-200, 200], [0.0, 120.0])[:, None] * np.ones((1, 33))
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=2.0)
+    flights = [handmade.along([(-200, y, 25.0), (200, y, 145.0)], 60) for y in (-100, 100)]
+    made = handmade.mission(flights, terrain=ground, clearance=1.0, origin=ORIGIN)
+    scenario = made.scenario.model_copy(update={"max_height": 50.0})
+    return sky.Mission(scenario, made.assignment, made.results, made.trajectories, (), made.provenance)
+
+
+def test_the_page_shows_every_place_where_a_uav_may_land_and_all_that_is_said(tmp_path, monkeypatch):
+    drawn, notes, seen = [], [], []
+    page = export_page.page
+    monkeypatch.setattr(export_page, "page", lambda scene: drawn.append(scene) or page(scene))
+    files = sky.export(
+        up_a_slope(), tmp_path / "m.plan", page=tmp_path / "m.html", on_note=notes.append, on_certificate=seen.append
+    )
+    assert files == [tmp_path / "m-uav-1.plan", tmp_path / "m-uav-2.plan", tmp_path / "m.html"]
+    (scene,) = drawn
+    for uav, back in enumerate(seen[0].returns):
+        assert len(back.rally) > 0
+        own = [place for place in scene.landings if place.uav == uav]
+        np.testing.assert_allclose([place.position for place in own], [back.plan.home, *back.rally], atol=1e-9)
+        points = json.loads((tmp_path / f"m-uav-{uav + 1}.plan").read_text())["rallyPoints"]["points"]
+        for (latitude, longitude, _), place in zip(points, own[1:], strict=True):
+            said = re.search(r": rally point \d, ([-\d.]+), ([-\d.]+), ", place.words)
+            assert (float(said[1]), float(said[2])) == pytest.approx((latitude, longitude), abs=2e-6)
+    text = (tmp_path / "m.html").read_text("utf-8")
+    words = unescape(banner(scene))
+    assert notes
+    assert all(f"<li>{note}</li>" in words for note in notes)
+    assert text.count('"role":"landing"') == 4  # of two UAVs, in space and on the map
+
+
+def test_only_waypoints_have_a_page(tmp_path):
+    with pytest.raises(sky.InputError, match=r"page: expected a file of waypoints, \.plan"):
+        sky.export(up_a_slope(), tmp_path / "m.kml", page=tmp_path / "m.html")
+    assert not list(tmp_path.iterdir())
