@@ -65,7 +65,8 @@ def export(
     takeoff
         In .plan and .waypoints, metres above home to climb to first; fewer where obstacles are above.
     end
-        Whether a UAV stays at the target, lands below it, on the ground or on a roof, or returns and lands at home.
+        Whether a UAV stays at the target, lands below it, on the ground or on a roof, or returns and lands at home,
+        or at a rally point if that is nearer.
     autopilot
         What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
         and .waypoints for ardupilot.

@@ -92,7 +92,7 @@ def export(
         where an obstacle is in the way.
     end
         ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, on the ground or on a roof.
-        ``"rtl"``: it returns, as it does by itself when something fails.
+        ``"rtl"``: it returns, as it does by itself when something fails, and lands at home or at a rally point.
     autopilot
         ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``. By
         default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and ``.waypoints`` for ArduPilot.

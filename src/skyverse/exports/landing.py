@@ -39,13 +39,18 @@ def surface_below(scenario: Scenario, place: Floats, floor: float | None = None)
         to be at the lower bound.
     """
     x, y, z = (float(value) for value in place)
-    if floor is None:
-        floor = scenario.bounds.min[2] if scenario.terrain is None else float(scenario.terrain.height(place[:2]))
     low, high = _outlines(_SameObstacles(scenario.obstacles))
     around = np.flatnonzero(((low <= place[:2]) & (place[:2] <= high)).all(axis=1)).tolist()
     roofs = [scenario.obstacles[k] for k in around if not is_airspace(scenario.obstacles[k].kind)]
     tops = [top for roof in roofs for top in _tops(roof, x, y) if top <= z + LEG_ALLOWANCE]
-    return min(max([floor, *tops]), z)
+    return min(max([ground_below(scenario, place, floor), *tops]), z)
+
+
+def ground_below(scenario: Scenario, place: Floats, floor: float | None = None) -> float:
+    """Return z of the ground below a place (3,), metres, whatever stands on it; `floor` is as in `surface_below`."""
+    if floor is not None:
+        return floor
+    return scenario.bounds.min[2] if scenario.terrain is None else float(scenario.terrain.height(place[:2]))
 
 
 def stand(scenario: Scenario, uav: int) -> Floats:

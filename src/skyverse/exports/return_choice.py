@@ -13,6 +13,7 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, joined_parts
 from skyverse.exports.landing import ground_level, surface_below
+from skyverse.exports.landing_ground import why_not_level
 from skyverse.exports.return_destinations import Destination, destination, far_enough_from_home
 from skyverse.exports.return_lines import ReturnSpace
 from skyverse.exports.way_home import Found, WayHome
@@ -107,13 +108,18 @@ class ReturnChoice:
         return self._destinations(way.legs.middles(lost.of(some)))
 
     def _destinations(self, above: Floats) -> list[Destination]:
-        """Return where a UAV may land below places (n, 3), metres, and below its end, but for what is near home."""
+        """Return where a UAV may land below places (n, 3), metres, and below its end.
+
+        It does not land near home, where PX4 ignores rally points, nor where the ground or a roof is not level.
+        """
         uav, found = self.plan.route.uav, []
         for place in [*above, self.plan.waypoints[-1]]:
             if not far_enough_from_home(self.scenario, self.plan.home, place):
                 continue
             surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
             below = np.array([*place[:2], surface])
+            if why_not_level(self.scenario, uav, below) is not None:
+                continue
             found.append(destination(self.scenario, self.space, self.plan, below, float(place[2])))
         return found
 

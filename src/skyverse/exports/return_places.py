@@ -1,5 +1,6 @@
 """The places where a returning UAV may land, as a pilot looks them up: on the globe, with the return altitude."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,8 @@ from skyverse.exports.return_home import Return
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 
+COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
+"""Directions, every 45 degrees."""
 COUNTED_FROM = {"px4": "where it lands", "ardupilot": "home", "dji": "home"}
 """What each autopilot counts its return altitude from; ArduPilot's rally points have altitudes of their own."""
 
@@ -52,3 +55,14 @@ def places_sentence(scenario: Scenario, back: Return) -> str:
         for place in return_places(scenario, back)
     ]
     return f"{scenario.uavs[back.plan.route.uav].name} may land at {'; at '.join(told)}, or higher if it is higher."
+
+
+def landing_sentence(scenario: Scenario, back: Return) -> str:
+    """Return where a UAV lands that returns at its end."""
+    said = f"{scenario.uavs[back.plan.route.uav].name}: at its end it returns and lands at "
+    at = np.flatnonzero((back.rally == back.landing).all(axis=1))
+    if not len(at):
+        return f"{said}home."
+    east, north, _ = (back.landing - back.plan.home).tolist()
+    direction = COMPASS[round(math.degrees(math.atan2(east, north)) / 45) % 8]
+    return f"{said}rally point {at[0] + 1}, {math.hypot(east, north):.0f} m {direction} of home."

@@ -13,12 +13,13 @@ from skyverse.exports.file_names import file_for_each, write_zip
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.global_positions import AltitudeReference, home_on_globe
 from skyverse.exports.landing import landing_place, require_landings, stand
+from skyverse.exports.landing_ground import ground_notes, require_level_landings
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
 from skyverse.exports.return_home import Return, certified, plan_return
 from skyverse.exports.return_lines import ReturnSpace
-from skyverse.exports.return_places import places_sentence
+from skyverse.exports.return_places import landing_sentence, places_sentence
 from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentence
 from skyverse.exports.returns_apart import SweptReturns, crossed, returns_apart
 from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
@@ -100,6 +101,8 @@ def export_waypoints(
         require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
         plans = [_returning(*each) for each in zip(plans, returns, strict=True)]
     notes = [*_proofs(scenario, plans, options)]
+    if options.end == "rtl":
+        notes += [landing_sentence(scenario, back) for back in returns if back is not None]
     apart = fleet_apart(scenario, plans)
     swept = [None if back is None else SweptReturns(back) for back in returns]
     together = returns_apart(scenario, [one for one in swept if one is not None])
@@ -111,6 +114,7 @@ def export_waypoints(
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
     notes += _return_notes(scenario, plans, swept, apart)
     notes += pairs_sentences(scenario, together)
+    notes += ground_notes(scenario, plans)
     notes.append(_schedule_note(plans))
     for note in notes:
         on_note(note)
@@ -175,6 +179,7 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
         _require_rises(scenario, plans)
         if options.end == "land":
             plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
+            require_level_landings(scenario, plans)
             require_landings(scenario, plans)
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break

@@ -1,0 +1,140 @@
+"""Nobody is sent to land on a slope or on the edge of a roof, and where a UAV lands is told."""
+
+import math
+from dataclasses import replace
+
+import handmade_exports as handmade
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+
+import skyverse as sky
+from skyverse.model.scenario import Origin
+from skyverse.model.shapes import Terrain
+
+pytestmark = pytest.mark.usefixtures("unjudged")
+
+ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+AXIS = np.linspace(-320, 320, 65)
+
+
+def ground(heights, clearance=1.0):
+    return Terrain(origin=(-320.0, -320.0), step=(10.0, 10.0), heights=heights, clearance=clearance)
+
+
+def slope(degrees):
+    return ground(math.tan(math.radians(degrees)) * AXIS[:, None] * np.ones((1, 65)))
+
+
+def exported(mission, folder, suffix="plan", **how):
+    seen, notes = [], []
+    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append, on_note=notes.append, **how)
+    return seen[0].returns, notes
+
+
+def mission_over(terrain, corners=((0, 0, 12), (0, 100, 12)), boxes=(), error=0.0):
+    made = handmade.mission([handmade.along(corners, 20)], boxes=boxes, clearance=1.0, origin=ORIGIN, terrain=terrain)
+    stray = sky.TrackingError(horizontal=error, vertical=error)
+    uavs = tuple(uav.model_copy(update={"tracking_error": stray}) for uav in made.scenario.uavs)
+    return replace(made, scenario=made.scenario.model_copy(update={"uavs": uavs}))
+
+
+def steepest(terrain, place, reach):
+    """The steepest slope about a place, degrees, by many small differences of SciPy's bilinear ground."""
+    of = RegularGridInterpolator((AXIS, AXIS), terrain.heights)
+    rng = np.random.default_rng(0)
+    angle, away = rng.uniform(0, 2 * np.pi, 4000), reach * np.sqrt(rng.uniform(0, 1, 4000))
+    at = place[:2] + away[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    along = [(of(at + step) - of(at - step)) / 2e-4 for step in ([1e-4, 0], [0, 1e-4])]
+    return float(np.degrees(np.arctan(np.hypot(*along).max())))
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+@pytest.mark.parametrize("seed", range(3))
+def test_rally_points_stand_on_level_ground(tmp_path, suffix, seed):
+    """Random hills of up to 50 degrees; a wall up to the top lets no line lead home from beyond it."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(AXIS, AXIS, indexing="ij")
+    heights = sum(
+        rng.uniform(5, 40) * np.exp(-((x - a) ** 2 + (y - b) ** 2) / rng.uniform(15, 60) ** 2)
+        for a, b in rng.uniform(-200, 250, (14, 2))
+    )
+    terrain = ground(heights)
+    wall = ((30, -300, -50), (31, 200, 300))
+    corners = [(0, 0, 120), (0, 250, 120), (60, 250, 120), (60, 0, 120)]
+    (back,), _ = exported(mission_over(terrain, corners, [wall], error=1.5), tmp_path, suffix)
+    assert len(back.rally) > 0
+    for place in back.rally:
+        assert steepest(terrain, place, 1.5) <= 15.0 + 0.01
+    flown = back.plan.predicted().at(np.linspace(*back.plan.arrivals[[0, -1]], 60)).position
+    assert max(steepest(terrain, place, 1.5) for place in flown) > 25.0
+
+
+@pytest.mark.parametrize(("degrees", "lands"), [(14.5, True), (15.5, False), (43.0, False)])
+def test_a_landing_on_a_slope_is_refused(tmp_path, degrees, lands):
+    mission = mission_over(slope(degrees))
+    if lands:
+        exported(mission, tmp_path, end="land")
+    else:
+        with pytest.raises(sky.InputError, match=f"the ground within 1 m slopes by {degrees:.0f} degrees"):
+            exported(mission, tmp_path, end="land")
+
+
+@pytest.mark.parametrize(("half", "error", "lands"), [(1.2, 0.0, True), (0.8, 0.0, False), (1.2, 1.5, False)])
+@pytest.mark.parametrize("kind", ["box", "cylinder"])
+def test_a_landing_on_a_roof_needs_a_roof_as_large_as_the_error(tmp_path, half, error, lands, kind):
+    """The roof is 4 m above the ground."""
+    mission = mission_over(slope(0), error=error)
+    roof = sky.Box(min=(-half, 100 - half, -1), max=(half, 100 + half, 4))
+    if kind == "cylinder":
+        roof = sky.Cylinder(centre=(0.0, 100.0), radius=half, low=-1.0, high=4.0)
+    mission = replace(mission, scenario=mission.scenario.model_copy(update={"obstacles": (roof,)}))
+    if lands:
+        exported(mission, tmp_path, end="land")
+    else:
+        with pytest.raises(sky.InputError, match="the roof there is not level within"):
+            exported(mission, tmp_path, end="land")
+
+
+def test_of_a_home_on_a_slope_it_is_told_and_trees_are_told_to_be_unknown_once(tmp_path):
+    _, notes = exported(mission_over(slope(30)), tmp_path)
+    said = " ".join(notes)
+    assert "uav-1: its home is not level: the ground within 1 m slopes by 30 degrees" in said
+    assert said.count("trees, roofs and water are unknown") == 1
+    _, notes = exported(mission_over(slope(3), boxes=[((-50, -50, 0), (-40, -40, 5))]), tmp_path)
+    said = " ".join(notes)
+    assert "not level" not in said
+    assert "trees" not in said
+
+
+WINDS = {
+    "north": (0, 1),
+    "north-east": (1, 1),
+    "east": (1, 0),
+    "south-east": (1, -1),
+    "south": (0, -1),
+    "south-west": (-1, -1),
+    "west": (-1, 0),
+    "north-west": (-1, 1),
+}
+
+
+@pytest.mark.parametrize(
+    ("suffix", "x", "y"), [("plan", 60, 60), ("waypoints", 60, -60), ("waypoints", 250, -250), ("plan", 34, -280)]
+)
+def test_where_a_mission_ends_that_returns_is_told(tmp_path, suffix, x, y):
+    """Beyond a wall up to the top: the UAV lands at a rally point, not at home."""
+    wall = ((30, -300, -50), (31, 200, 300))
+    corners = [(0, 0, 20), (0, 250, 20), (60, 250, 20), (x, y, 20)]
+    (back,), notes = exported(mission_over(slope(0), corners, [wall]), tmp_path, suffix, end="rtl")
+    (said,) = [note for note in notes if "at its end" in note]
+    number = int(np.argmin(np.linalg.norm(back.rally[:, :2] - [x, y], axis=1)))
+    way = (back.rally[number] - back.plan.home)[:2]
+    wind = max(WINDS, key=lambda name: way @ WINDS[name] / np.linalg.norm(WINDS[name]))
+    assert said == (
+        f"uav-1: at its end it returns and lands at rally point {number + 1}, {np.hypot(*way):.0f} m {wind} of home."
+    )
+    (returns,) = [note for note in notes if "it returns at" in note]
+    assert ("m above where it lands" in returns) == (suffix == "plan")
+    _, notes = exported(mission_over(slope(0)), tmp_path, suffix, end="rtl")
+    assert "uav-1: at its end it returns and lands at home." in notes
