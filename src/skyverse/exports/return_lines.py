@@ -138,7 +138,10 @@ class ReturnSpace:
         self.numbers = list(range(len(scenario.obstacles)))
         if only_solids:
             self.numbers = [k for k in self.numbers if not is_airspace(scenario.obstacles[k].kind)]
-            solid = [scenario.obstacles[k].model_copy(update={"closed_above": False}) for k in self.numbers]
+            solid = [
+                shape.model_copy(update={"closed_above": False}) if shape.closed_above else shape
+                for shape in (scenario.obstacles[k] for k in self.numbers)
+            ]
             scenario = scenario.model_copy(update={"obstacles": tuple(solid), "max_height": None})
         terrain, bounds = scenario.terrain, scenario.bounds
         wide = Bounds(
@@ -219,12 +222,12 @@ class ReturnSpace:
         growth, aside, above = (rounded_up(column) for column in (lines.growth, lines.aside, lines.above))
         held = lines.roof > -np.inf
         columns = np.column_stack([lines.starts[:, :2].round(COLUMN_DECIMALS), lines.roof, growth, lines.lax])
-        for key in np.unique(columns[asked & held], axis=0).tolist():
+        for key in _distinct(columns[asked & held]):
             x, y, roof, more, *lax = key
             column = VerticalColumn(x, y, roof)
             yield LineGroup(asked & (columns == key).all(axis=1), False, _strayed(error, *lax), more, column)
         kinds = np.column_stack([lines.lax, lines.strays])
-        for kind in np.unique(kinds[asked & ~held], axis=0).tolist():
+        for kind in _distinct(kinds[asked & ~held]):
             *lax, strays = kind
             own = _strayed(error if strays else NO_ERROR, *lax)
             of = asked & (kinds == kind).all(axis=1) & ~held
@@ -273,6 +276,13 @@ class ReturnSpace:
                 if judged.incursion is not None or not judged.peaks.proven[0]:
                     return False
         return True
+
+
+def _distinct(rows: Floats) -> list[list[float]]:
+    """Return the rows (n, k) that differ, in order; most are equal to the one before, which is cheap to see."""
+    changes = np.ones(len(rows), dtype=np.bool_)
+    changes[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return np.unique(rows[changes], axis=0).tolist() if changes.any() else []
 
 
 def _strayed(error: TrackingError, beside: float, upright: float) -> TrackingError:

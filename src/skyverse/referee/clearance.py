@@ -40,7 +40,10 @@ def judge_segments(world: RefereeWorld, starts: Floats, ends: Floats) -> JudgedC
 def _judge_kind(kind: GrownSolids, b: Floats, error: Floats, curve: PolynomialCurve) -> JudgedClearance:
     """Judge all pieces of a curve, (n, degree + 1, 3) with errors (n,), against all shapes of one kind."""
     wrong = kind.error(b, error)
-    pairs = kind.tree.overlapping(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None])
+    if b.shape[1] == 2:
+        pairs = kind.tree.near_segments(b[:, 0], b[:, 1], wrong)
+    else:
+        pairs = kind.tree.overlapping(b.min(axis=1) - wrong[:, None], b.max(axis=1) + wrong[:, None])
     piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
     if not len(piece):
         return JudgedClearance(_combined_peaks([]), None)

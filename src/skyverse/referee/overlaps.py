@@ -1,6 +1,7 @@
 """Which bounding boxes overlap: the referee's own spatial index, a tree of boxes about boxes."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,21 +41,42 @@ class BoxTree:
 
         A box whose corners are NaN overlaps everything.
         """
+        return self._pairs(_Boxes(low, high))
+
+    def near_segments(self, starts: Floats, ends: Floats, wide: Floats) -> Iterator[Indices]:
+        """Yield (pairs, 2) indices of segments, and of boxes of the tree that they may run through.
+
+        The box about a long slanted segment overlaps much that is far from it: here the segment itself is asked.
+        A segment that is no number is near everything.
+
+        Parameters
+        ----------
+        starts, ends
+            (n, 3) metres.
+        wide
+            (n,) metres by which segments are thickened along each axis; it contains what rounding may make of them.
+        """
+        thick = wide[:, None]
+        low, high = np.minimum(starts, ends) - thick, np.maximum(starts, ends) + thick
+        return self._pairs(_Segments(_Boxes(low, high), (starts + ends) / 2, ends - starts, wide))
+
+    def _pairs(self, asked: "_Boxes | _Segments") -> Iterator[Indices]:
+        """Yield (pairs, 2) indices of what is asked for, and of boxes of the tree from which it is not apart."""
         top = len(self.levels) - 1
         roots = len(self.levels[top][0])
-        for some in (np.arange(len(low))[block] for block in blocks(len(low), PAIRS_AT_ONCE, roots)):
-            box, node = np.repeat(some, roots), np.tile(np.arange(roots), len(some))
-            for pairs in self._below(top, low, high, box, node):
+        for some in (np.arange(asked.size)[block] for block in blocks(asked.size, PAIRS_AT_ONCE, roots)):
+            one, node = np.repeat(some, roots), np.tile(np.arange(roots), len(some))
+            for pairs in self._below(top, asked, one, node):
                 yield np.column_stack([pairs[0], self.order[pairs[1]]])
 
     def _below(
-        self, level: int, low: Floats, high: Floats, box: Indices, node: Indices
+        self, level: int, asked: "_Boxes | _Segments", one: Indices, node: Indices
     ) -> Iterator[tuple[Indices, Indices]]:
-        """Yield the overlapping pairs below pairs of boxes and nodes of one level of the tree."""
+        """Yield the pairs that are not apart below pairs of what is asked for and nodes of one level of the tree."""
         lower, upper = self.levels[level]
-        for block in blocks(len(box), PAIRS_AT_ONCE):
-            some, at = box[block], node[block]
-            both = ~_disjoint(low[some], high[some], lower[at], upper[at])
+        for block in blocks(len(one), PAIRS_AT_ONCE):
+            some, at = one[block], node[block]
+            both = ~asked.apart(some, lower[at], upper[at])
             some, at = some[both], at[both]
             if level == 0:
                 yield some, at
@@ -62,7 +84,65 @@ class BoxTree:
                 child = (at[:, None] * CHILDREN + np.arange(CHILDREN)).ravel()
                 parent = np.repeat(some, CHILDREN)
                 real = child < len(self.levels[level - 1][0])
-                yield from self._below(level - 1, low, high, parent[real], child[real])
+                yield from self._below(level - 1, asked, parent[real], child[real])
+
+
+class _Boxes(NamedTuple):
+    """Boxes with corners (n, 3), metres."""
+
+    low: Floats
+    high: Floats
+
+    @property
+    def size(self) -> int:
+        """How many there are."""
+        return len(self.low)
+
+    def apart(self, some: Indices, low: Floats, high: Floats) -> NDArray[np.bool_]:
+        """Tell which of some of the boxes do not overlap other boxes with corners (k, 3)."""
+        return _disjoint(self.low[some], self.high[some], low, high)
+
+
+class _Segments(NamedTuple):
+    """Thick segments.
+
+    Attributes
+    ----------
+    about
+        The boxes about them.
+    middle, way
+        (n, 3) metres: their middles, and from their starts to their ends.
+    wide
+        (n,) metres by which they are thickened along each axis.
+    """
+
+    about: _Boxes
+    middle: Floats
+    way: Floats
+    wide: Floats
+
+    @property
+    def size(self) -> int:
+        """How many there are."""
+        return self.about.size
+
+    def apart(self, some: Indices, low: Floats, high: Floats) -> NDArray[np.bool_]:
+        """Tell which of some of the segments do not run through other boxes with corners (k, 3).
+
+        Two convex shapes are apart if they are apart along an axis. For a segment and a box these are the three axes of
+        the box, and the three that are perpendicular to one of these and to the segment.
+        """
+        apart = self.about.apart(some, low, high)
+        left = np.flatnonzero(~apart)
+        some, low, high = some[left], low[left], high[left]
+        with np.errstate(invalid="ignore"):  # the ground's box is infinite, and nothing is apart from it
+            off, half = self.middle[some] - (low + high) / 2, (high - low) / 2 + self.wide[some][:, None]
+            way = self.way[some]
+            reach = np.abs(way)
+            for i, j in ((0, 1), (1, 2), (2, 0)):
+                across = np.abs(off[:, i] * way[:, j] - off[:, j] * way[:, i])
+                apart[left] |= across > half[:, i] * reach[:, j] + half[:, j] * reach[:, i]
+        return apart
 
 
 def _tiled(middles: Floats) -> Indices:

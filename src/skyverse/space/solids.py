@@ -8,10 +8,12 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
+from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import by_reference, inner_query, query
 from skyverse.numerics.tolerances import SURFACE_DEPTH
 from skyverse.space import box, polygon, tree
 from skyverse.space.tree import FIRST, SKIP, STOP, Tree
+from skyverse.space.tube import NO_ERROR, stretch_boxes, stretch_spheres
 
 BOX, CYLINDER, SPHERE, PRISM = 0, 1, 2, 3
 """Kinds of solids. Boxes that are obstacles have a table of their own; boxes that are zones are solids."""
@@ -43,8 +45,10 @@ class Solids(NamedTuple):
     tree: Tree
 
 
-def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Solids, Ints]:
-    """Compile shapes to solids; return the solids, and (n,) which of the shapes each solid is."""
+def make_solids(
+    shapes: Sequence[Box | Cylinder | Sphere | Prism], error: TrackingError = NO_ERROR
+) -> tuple[Solids, Ints]:
+    """Compile shapes to solids for UAVs that may stray by an error; return also, (n,), which shape each solid is."""
     count = len(shapes)
     bounds, round_ = np.zeros((count, 6)), np.zeros((count, 4))
     kind = np.zeros((count, 3), np.int64)
@@ -53,7 +57,6 @@ def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Soli
             bounds[i] = *shape.min, *shape.max
         elif isinstance(shape, Sphere):
             (x, y, z), r = shape.centre, shape.radius
-            bounds[i] = x - r, y - r, z - r, x + r, y + r, z + r
             round_[i] = x, y, z, r
             kind[i, 0] = SPHERE
         elif isinstance(shape, Cylinder):
@@ -65,6 +68,13 @@ def make_solids(shapes: Sequence[Box | Cylinder | Sphere | Prism]) -> tuple[Soli
             bounds[i, 2], bounds[i, 5] = shape.low, shape.high
             kind[i, 0] = PRISM
     edges = _add_edges([shape if isinstance(shape, Prism) else None for shape in shapes], bounds, kind)
+    spheres = kind[:, 0] == SPHERE
+    balls = round_[spheres]
+    if error != NO_ERROR:
+        stretch_boxes(bounds, error)
+        stretch_spheres(balls, error)
+        round_[spheres] = balls
+    bounds[spheres] = np.hstack([balls[:, :3] - balls[:, 3:], balls[:, :3] + balls[:, 3:]])
     index, order = tree.build(bounds)
     return Solids(bounds[order], round_[order], kind[order], edges, index), order
 

@@ -11,37 +11,31 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.shapes import Cylinder, Prism, Sphere, Terrain
+from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import REACH_ROUNDING
 
 NO_ERROR = TrackingError()
 """The error of a UAV that keeps to its nominal position."""
 
-Solid = Cylinder | Sphere | Prism
-
-
-def stretched(shape: Solid, error: TrackingError) -> Solid:
-    """Return a shape that fills with the clearance and the radius what the error leaves unsafe.
-
-    A sphere that is grown by a cylinder lies within one whose radius is larger by the diagonal of the cylinder's half.
-    A shape that is lower than the radius exceeds the half height may end below where it begins: grown by the radius it
-    is as high as it must be.
-    """
-    if error == NO_ERROR:
-        return shape
-    more = error.vertical - error.horizontal
-    if isinstance(shape, Sphere):
-        radius = shape.radius + math.hypot(error.horizontal, error.vertical) - error.horizontal
-        return shape.model_copy(update={"radius": radius})
-    return shape.model_copy(update={"low": shape.low - more, "high": shape.high + more})
-
 
 def stretch_boxes(boxes: Floats, error: TrackingError) -> None:
-    """Do the same as `stretched` to boxes (n, 6), metres, in place."""
+    """Stretch boxes (n, 6), metres, in place: with the clearance and the radius they fill what the error leaves unsafe.
+
+    The same holds for boxes about cylinders and prisms. One that is lower than the radius exceeds the half height may
+    end below where it begins: grown by the radius it is as high as it must be.
+    """
     more = error.vertical - error.horizontal
     boxes[:, 2] -= more
     boxes[:, 5] += more
+
+
+def stretch_spheres(spheres: Floats, error: TrackingError) -> None:
+    """Do the same to spheres (n, 4), their centres and radii in metres, in place.
+
+    A sphere that is grown by a cylinder lies within one whose radius is larger by the diagonal of the cylinder's half.
+    """
+    spheres[:, 3] += math.hypot(error.horizontal, error.vertical) - error.horizontal
 
 
 def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:

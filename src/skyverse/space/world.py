@@ -24,7 +24,7 @@ from skyverse.space.obstacles import (
     with_margin,
 )
 from skyverse.space.seams import avoids_seams, bounds_are_wide, within_bounds
-from skyverse.space.tube import NO_ERROR, inner_bounds, raised, steepest_within, stretch_boxes, stretched
+from skyverse.space.tube import NO_ERROR, inner_bounds, raised, steepest_within, stretch_boxes
 from skyverse.space.voxels import merged
 
 
@@ -166,13 +166,13 @@ class World:
                 blocks.append(rows)
                 boxes += [number] * len(rows)
             else:
-                shapes.append(stretched(obstacle, error))
+                shapes.append(obstacle)
                 others.append(number)
         table = np.concatenate(blocks, dtype=np.float64)
         if error != NO_ERROR:
             stretch_boxes(table, error)
         index, order = tree.build(table)
-        round_, rank = solids.make_solids(shapes)
+        round_, rank = solids.make_solids(shapes, error)
         self._boxes = np.array(boxes[1:], dtype=np.int64)[order]
         self._solids = np.array(others, dtype=np.int64)[rank]
         self._shapes = [shapes[k] for k in rank]
@@ -223,7 +223,7 @@ class World:
         table = space.boxes[boxes]
         index, order = tree.build(table)
         shapes = [self._shapes[k] for k in others]
-        round_, rank = solids.make_solids(shapes)
+        round_, rank = solids.make_solids(shapes, error)
         low = np.array([*space.low[:2], self.low[2]])
         floor = space.ground if self.is_steep_about(place) else ground.make_ground(None)
         found = World.__new__(World)
