@@ -16,6 +16,7 @@ from skyverse.exports.terrain_following import Band, Lines, Strips, TerrainFollo
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.space.tube import NO_ERROR
 
 MOST_STRIPS = 20_000
 """Strips of one leg or corner after which it counts as undecided."""
@@ -28,15 +29,20 @@ class Reach(NamedTuple):
     ----------
     beside
         From the leg.
-    near
-        Between the place above which a height is counted and the ground that the UAV follows.
+    lean
+        The ground that a height is counted from may be as far beside the place with the same x and y.
     short
         By how much a height above ground is longer than its extent along z.
     """
 
     beside: float
-    near: float
+    lean: float
     short: float
+
+    @property
+    def near(self) -> float:
+        """Between a place of the leg and the ground that the UAV follows there."""
+        return self.beside + self.lean
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +96,7 @@ class FollowedLegs:
             return Checked(None)
         reach = self._reach_of_corner(points)
         aside = float(np.linalg.norm(cut[:, :2], axis=1).max())
-        whole, wide = _with_cut(here, on, cut), reach._replace(beside=reach.beside + aside, near=reach.near + aside)
+        whole, wide = _with_cut(here, on, cut), reach._replace(beside=reach.beside + aside)
         fault = self._limits(whole, wide, strays=True)
         if fault is not None:
             return Checked(fault)
@@ -128,7 +134,7 @@ class FollowedLegs:
     def below_ceiling(self, near: float) -> Terrain:
         """Return a surface: what is no higher above it than the ceiling allows keeps below that, within `near` m."""
         ground, terrain = self.following.nearby(near, strays=True), self.following.terrain
-        heights = terrain.heights - ground.fall.heights - ground.gap.heights
+        heights = terrain.heights - self._taken(ground.lowest_slope, 0.0, strays=True) - ground.gap.heights
         return terrain.model_copy(update={"heights": heights, "lowest": None})
 
     def _cut(self, points: Floats, radius: float) -> tuple[Floats, Floats, Floats]:
@@ -157,7 +163,7 @@ class FollowedLegs:
         beside = MAVLINK_ROUNDING + bend(origin_of(self._scenario), ends)
         high = float(np.abs(np.stack([lines.starts[:, 2], lines.ends[:, 2]])).max())
         beside += leans * self._deviation(self.following.band(lines, beside + leans * high, strays=False), ends)
-        return Reach(beside, beside + leans * high, high * leans**2)
+        return Reach(beside, leans * high, high * leans**2)
 
     def _deviation(self, band: Band, ends: Floats) -> float:
         """Return how many metres a band is above or below the straight lines between the ends of a leg, (2, 3)."""
@@ -182,15 +188,16 @@ class FollowedLegs:
         """
         ground = self.following.nearby(reach.near, strays)
         if below:
-            taken = ground.rise.heights if rises else ground.rise.heights + ground.gap.heights
-            low, place = self.following.least(lines, ground.rise.model_copy(update={"heights": taken}))
+            taken = self._taken(ground.slope, reach.lean, strays) + (0.0 if rises else ground.gap.heights)
+            low, place = self.following.least(lines, ground.gap.model_copy(update={"heights": taken}))
             low -= reach.short
             needed = self._scenario.ground_clearance - LEG_ALLOWANCE / 2
             if low < needed:
                 return Shortfall(f"may be {low:.4g} m above ground, and {needed:.4g} m are required", place)
         most = self._scenario.max_height
         if most is not None:
-            added = ground.fall.model_copy(update={"heights": ground.fall.heights + ground.gap.heights})
+            more = self._taken(ground.lowest_slope, reach.lean, strays) + ground.gap.heights
+            added = ground.gap.model_copy(update={"heights": more})
             upside_down = Lines(lines.starts * [1, 1, -1], lines.ends * [1, 1, -1])
             least, place = self.following.least(upside_down, added)
             high = LEG_ALLOWANCE / 2 + reach.short - least
@@ -198,6 +205,11 @@ class FollowedLegs:
                 place[2] = 2 * self.following.terrain.height(place[:2]) - place[2]
                 return Shortfall(f"may be {high:.5g} m above ground, above the ceiling of {most:.5g} m", place)
         return None
+
+    def _taken(self, slope: Terrain, lean: float, strays: bool) -> Floats:
+        """Return how much a height changes, (nx, ny) metres, as it is not counted from the ground below the UAV."""
+        error = self.following.error if strays else NO_ERROR
+        return (error.horizontal + lean) * slope.heights + error.vertical
 
     def _clear(self, band: Band, beside: float, between: float, strays: bool, foot: Foot | None) -> Checked:
         """Return what is found of obstacles beside a band: within `beside` metres to the side, and `between` around."""

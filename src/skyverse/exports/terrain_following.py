@@ -35,15 +35,15 @@ class GroundNearby(NamedTuple):
         Surfaces that are nowhere below the highest of all possible grounds nearby, and nowhere above the lowest.
     gap
         How much lower a possible ground nearby is, at most, than another one at the same place.
-    rise, fall
-        By how much the tracking error brings a UAV nearer to the ground, and higher above the lowest ground.
+    slope, lowest_slope
+        How steep the ground nearby is at most, and the lowest ground: metres for each metre.
     """
 
     highest: Terrain
     lowest: Terrain
     gap: Terrain
-    rise: Terrain
-    fall: Terrain
+    slope: Terrain
+    lowest_slope: Terrain
 
 
 def ground_nearby(terrain: Terrain, near: float, error: TrackingError) -> GroundNearby:
@@ -56,12 +56,11 @@ def ground_nearby(terrain: Terrain, near: float, error: TrackingError) -> Ground
     level = highest.model_copy(update={"heights": terrain.heights - lowest.heights, "lowest": None})
     gap = level if lowest is terrain else raised(level, reach)
     assert gap is not None
-    # the steepest slopes nearby, times the error
-    rise, fall = (
-        level.model_copy(update={"heights": error.horizontal / radius * more + error.vertical})
+    slope, lowest_slope = (
+        level.model_copy(update={"heights": more / radius})
         for more in (highest.heights - terrain.heights, lowest.heights - deepest.heights)
     )
-    return GroundNearby(highest, deepest, gap, rise, fall)
+    return GroundNearby(highest, deepest, gap, slope, lowest_slope)
 
 
 class Lines(NamedTuple):

@@ -1,0 +1,127 @@
+"""Legs that are straight on the globe, near the origin and far from it, bend no more than is reckoned."""
+
+import numpy as np
+import pytest
+import terrain_follower as follower
+from handmade_exports import local
+from test_terrain_following import ALLOWANCE, EXACT, least_lift, random_case
+
+from skyverse.exports.global_positions import global_positions
+from skyverse.exports.leg_bends import bend
+from skyverse.model.scenario import Bounds, Origin
+
+pyproj = pytest.importorskip("pyproj", reason="an independent geodesy")
+SHARES = np.linspace(0, 1, 101)
+
+
+def great_circle(a, b):
+    """Degrees (n, 2) on a sphere between two places."""
+    (p, q), turn = np.radians([a[0], b[0]]), np.radians([a[1], b[1]])
+    u, v = np.column_stack([np.cos([p, q]) * np.cos(turn), np.cos([p, q]) * np.sin(turn), np.sin([p, q])])
+    angle = 2 * np.arcsin(np.linalg.norm(u - v) / 2)
+    x, y, z = (np.outer(np.sin((1 - SHARES) * angle), u) + np.outer(np.sin(SHARES * angle), v)).T / np.sin(angle)
+    return np.degrees(np.column_stack([np.arcsin(z), np.unwrap(np.arctan2(y, x))]))
+
+
+def geodesic(a, b):
+    """Degrees (n, 2) on the ellipsoid between two places."""
+    geod = pyproj.Geod(ellps="WGS84")
+    turn, _, length = geod.inv(a[1], a[0], b[1], b[0])
+    every = np.ones(len(SHARES))
+    east, north, _ = geod.fwd(a[1] * every, a[0] * every, turn * every, SHARES * length)
+    return np.column_stack([north, east])
+
+
+def from_home(a, b, origin):
+    """Degrees (n, 2) of a line that ArduPilot holds in metres from its origin, with longitudes scaled."""
+    ends = np.array([[place[0], (place[1] - origin.longitude + 180) % 360 - 180] for place in (a, b)])
+
+    def shrunk(north):
+        return np.cos(np.radians((north + origin.latitude) / 2))
+
+    metres = np.column_stack([ends[:, 0], ends[:, 1] * shrunk(ends[:, 0])])
+    line = metres[0] + SHARES[:, None] * (metres[1] - metres[0])
+    return np.column_stack([line[:, 0], origin.longitude + line[:, 1] / shrunk(line[:, 0])])
+
+
+@pytest.mark.parametrize("away", [1e3, 1e4, 1e5, 1e6])
+@pytest.mark.parametrize("length", [5.0, 500.0, 5e3, 5e4])
+def test_legs_on_the_globe_bend_no_more_than_is_reckoned(length, away):
+    rng, geod = np.random.default_rng(int(length + away)), pyproj.Geod(ellps="WGS84")
+    most = 0.0
+    for _ in range(25):
+        # at 1,000 km the origin is so far from the antimeridian and the poles that legs do not reach them
+        origin = Origin(latitude=rng.uniform(-60, 60), longitude=rng.uniform(-160, 160), altitude=100.0, geoid=0.0)
+        east, north, _ = geod.fwd(origin.longitude, origin.latitude, rng.uniform(0, 360), away)
+        on_east, on_north, _ = geod.fwd(east, north, rng.uniform(0, 360), length)
+        heights = 200 + rng.uniform(0, min(length, 300.0), 2)
+        a, b = (north, east), (on_north, on_east)
+        ends = local(origin, [north, on_north], [east, on_east], heights)
+        straight = np.array(a) + SHARES[:, None] * (np.array(b) - np.array(a))
+        allowed = bend(origin, ends)
+        for places in (straight, great_circle(a, b), geodesic(a, b), from_home(a, b, origin)):
+            flown = local(origin, *places.T, heights[0] + SHARES * (heights[1] - heights[0]))
+            way = ends[1] - ends[0]
+            along = np.clip((flown - ends[0]) @ way / (way @ way), 0, 1)
+            off = float(np.linalg.norm(flown - ends[0] - along[:, None] * way, axis=1).max())
+            assert off <= allowed + 1e-7
+            most = max(most, off / allowed)
+    assert most > 0.3 or length < 500  # it is not reckoned much larger than it is
+
+
+def far_case(seed, away):
+    """A random case at some metres from the origin, on ground that is level there."""
+    scenario, above, radius, stops, rng = random_case(seed)
+    turn = rng.uniform(0, 2 * np.pi)
+    middle = away * np.array([np.cos(turn), np.sin(turn)])
+    nodes = np.stack(
+        np.meshgrid(*(np.linspace(-200, 200, n) for n in scenario.terrain.heights.shape), indexing="ij"), -1
+    )
+    radius_of_earth = 6_371_000.0
+    deep = np.sqrt(radius_of_earth**2 - ((nodes + middle) ** 2).sum(axis=-1)) - radius_of_earth
+    down = float(deep.mean())
+    terrain = scenario.terrain
+    lowest = None if terrain.lowest is None else terrain.lowest + deep
+    origin = tuple(np.array(terrain.origin) + middle)
+    moved = terrain.model_copy(update={"origin": origin, "heights": terrain.heights + deep, "lowest": lowest})
+    boxes = []
+    for box in scenario.obstacles:
+        x, y = ((low + high) / 2 for low, high in zip(box.min[:2], box.max[:2], strict=True))
+        more = np.array([*middle, float(moved.height(np.array([x, y]) + middle) - terrain.height([x, y]))])
+        boxes.append(box.model_copy(update={"min": tuple(box.min + more), "max": tuple(box.max + more)}))
+    bounds = Bounds(min=(*(middle - 200), down - 500), max=(*(middle + 200), down + 600))
+    changes = {"terrain": moved, "obstacles": tuple(boxes), "bounds": bounds, "clearance": 1.0}
+    return scenario.model_copy(update=changes), above + np.r_[middle, 0.0], radius, stops, rng
+
+
+def on_the_globe(scenario, points, radius, stops, rng):
+    """Where points (n, 3), exported with altitudes above ground, lead: local metres (m, 3), over the lowest ground."""
+    origin, terrain = scenario.frame.origin, scenario.terrain
+    exported = global_positions(scenario, 0, points, "agl")
+    scale = np.array([111e3, 111e3 * np.cos(np.radians(exported.latitude[0])), 1.0])
+    metres = np.column_stack([exported.latitude, exported.longitude, exported.altitude]) * scale
+    latitude, longitude, above = (follower.ways(metres, 0.98 * radius, stops, rng, 200, 8) / scale).T
+    sea, lowest = np.zeros(len(above)), terrain.heights if terrain.lowest is None else terrain.lowest
+    for _ in range(30):  # the altitude of the ground at a latitude and longitude
+        at = local(origin, latitude, longitude, sea)
+        sea = sea + follower.height(terrain, lowest, at[:, :2]) - at[:, 2]
+    return local(origin, latitude, longitude, sea + above)
+
+
+@pytest.mark.parametrize("away", [1e3, 1e4, 1e5])
+@pytest.mark.parametrize("bare", [False, True])
+@pytest.mark.parametrize("seed", range(2))
+def test_heights_above_ground_are_vertical_far_from_the_origin(seed, bare, away):
+    scenario, above, radius, stops, rng = far_case(seed, away)
+    if bare:
+        scenario = scenario.model_copy(update={"obstacles": ()})
+        above[:, 2] += 60.0
+        higher = scenario.terrain.model_copy(update={"clearance": 62.0})
+        scenario = scenario.model_copy(update={"terrain": higher})
+    above[:, 2] += least_lift(scenario, EXACT, above, radius, stops)
+    points = above.copy()
+    points[:, 2] += follower.height(scenario.terrain, scenario.terrain.heights, above[:, :2])
+    flown = on_the_globe(scenario, points, radius, stops, rng)
+    obstacle, ground, _ = follower.rooms(scenario, flown)
+    assert obstacle >= -ALLOWANCE
+    assert ground >= -ALLOWANCE
