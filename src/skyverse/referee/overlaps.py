@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
 from skyverse.referee.blocks import blocks
@@ -61,7 +60,7 @@ class BoxTree:
         return self._pairs(_Segments(_Boxes(low, high), (starts + ends) / 2, ends - starts, wide))
 
     def _pairs(self, asked: "_Boxes | _Segments") -> Iterator[Indices]:
-        """Yield (pairs, 2) indices of what is asked for, and of boxes of the tree from which it is not apart."""
+        """Yield (pairs, 2) indices of what is asked for, and of boxes of the tree that it is near."""
         top = len(self.levels) - 1
         roots = len(self.levels[top][0])
         for some in (np.arange(asked.size)[block] for block in blocks(asked.size, PAIRS_AT_ONCE, roots)):
@@ -72,12 +71,11 @@ class BoxTree:
     def _below(
         self, level: int, asked: "_Boxes | _Segments", one: Indices, node: Indices
     ) -> Iterator[tuple[Indices, Indices]]:
-        """Yield the pairs that are not apart below pairs of what is asked for and nodes of one level of the tree."""
+        """Yield all pairs that are near, below given pairs of what is asked for and nodes of a level of the tree."""
         lower, upper = self.levels[level]
         for block in blocks(len(one), PAIRS_AT_ONCE):
             some, at = one[block], node[block]
-            both = ~asked.apart(some, lower[at], upper[at])
-            some, at = some[both], at[both]
+            some, at = asked.near(some, at, lower, upper)
             if level == 0:
                 yield some, at
             elif len(some):
@@ -98,9 +96,15 @@ class _Boxes(NamedTuple):
         """How many there are."""
         return len(self.low)
 
-    def apart(self, some: Indices, low: Floats, high: Floats) -> NDArray[np.bool_]:
-        """Tell which of some of the boxes do not overlap other boxes with corners (k, 3)."""
-        return _disjoint(self.low[some], self.high[some], low, high)
+    def near(self, some: Indices, at: Indices, lower: Floats, upper: Floats) -> tuple[Indices, Indices]:
+        """Return the pairs (k,) of some of the boxes, and of other boxes with corners (m, 3), that overlap.
+
+        The altitude comes first: most of what is flown over or under ends there.
+        """
+        for axis in (2, 0, 1):
+            apart = (self.low[some, axis] >= upper[at, axis]) | (self.high[some, axis] <= lower[at, axis])
+            some, at = some[~apart], at[~apart]
+        return some, at
 
 
 class _Segments(NamedTuple):
@@ -126,23 +130,22 @@ class _Segments(NamedTuple):
         """How many there are."""
         return self.about.size
 
-    def apart(self, some: Indices, low: Floats, high: Floats) -> NDArray[np.bool_]:
-        """Tell which of some of the segments do not run through other boxes with corners (k, 3).
+    def near(self, some: Indices, at: Indices, lower: Floats, upper: Floats) -> tuple[Indices, Indices]:
+        """Return the pairs (k,) of some of the segments, and of boxes with corners (m, 3) that they run through.
 
         Two convex shapes are apart if they are apart along an axis. For a segment and a box these are the three axes of
         the box, and the three that are perpendicular to one of these and to the segment.
         """
-        apart = self.about.apart(some, low, high)
-        left = np.flatnonzero(~apart)
-        some, low, high = some[left], low[left], high[left]
+        some, at = self.about.near(some, at, lower, upper)
+        low, high, way = lower[at], upper[at], self.way[some]
+        apart = np.zeros(len(some), dtype=np.bool_)
         with np.errstate(invalid="ignore"):  # the ground's box is infinite, and nothing is apart from it
             off, half = self.middle[some] - (low + high) / 2, (high - low) / 2 + self.wide[some][:, None]
-            way = self.way[some]
             reach = np.abs(way)
             for i, j in ((0, 1), (1, 2), (2, 0)):
                 across = np.abs(off[:, i] * way[:, j] - off[:, j] * way[:, i])
-                apart[left] |= across > half[:, i] * reach[:, j] + half[:, j] * reach[:, i]
-        return apart
+                apart |= across > half[:, i] * reach[:, j] + half[:, j] * reach[:, i]
+        return some[~apart], at[~apart]
 
 
 def _tiled(middles: Floats) -> Indices:
@@ -161,11 +164,3 @@ def _ranks(values: Floats) -> Indices:
     ranks = np.empty(len(values), dtype=np.intp)
     ranks[np.argsort(values, kind="stable")] = np.arange(len(values))
     return ranks
-
-
-def _disjoint(low: Floats, high: Floats, other_low: Floats, other_high: Floats) -> NDArray[np.bool_]:
-    """Tell which boxes, with corners (..., 3), do not overlap."""
-    disjoint = (low[..., 0] >= other_high[..., 0]) | (high[..., 0] <= other_low[..., 0])
-    for axis in (1, 2):
-        disjoint |= (low[..., axis] >= other_high[..., axis]) | (high[..., axis] <= other_low[..., axis])
-    return disjoint
