@@ -189,6 +189,16 @@ def test_what_cannot_be_exported_is_told_with_the_leg_and_the_place():
         sky.routes(over, altitude="agl", takeoff=0)
 
 
+def test_a_leg_that_is_too_low_only_over_a_lower_ground_says_so():
+    level = np.zeros((13, 13))
+    terrain = Terrain(origin=(-300, -300), step=(50, 50), heights=level, lowest=level - 4.0, clearance=10.0)
+    over = handmade.mission([handmade.along([(-100, 0, 13), (100, 0, 13)], 20)], terrain=terrain, origin=ORIGIN)
+    said = r"may be 9 m above ground, and 9\.99 m are required, as the ground .* may be 4 m lower \(not with amsl\), at"
+    with pytest.raises(sky.InputError, match=said):
+        sky.routes(over, altitude="agl", takeoff=0)
+    assert sky.routes(over, altitude="amsl", takeoff=0)
+
+
 def test_what_the_referee_cannot_decide_is_told_with_the_place(monkeypatch):
     mission, _ = around_a_tower()
     proof = certificate(mission)

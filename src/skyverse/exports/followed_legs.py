@@ -193,7 +193,10 @@ class FollowedLegs:
             low -= reach.short
             needed = self._scenario.ground_clearance - LEG_ALLOWANCE / 2
             if low < needed:
-                return Shortfall(f"may be {low:.4g} m above ground, and {needed:.4g} m are required", place)
+                lower = 0.0 if rises else float(ground.gap.height(place[:2]))
+                why = f", as the ground that its autopilot knows may be {lower:.3g} m lower (not with amsl)"
+                said = f"may be {low:.4g} m above ground, and {needed:.4g} m are required"
+                return Shortfall(said + (why if lower else ""), place)
         most = self._scenario.max_height
         if most is not None:
             more = self._taken(ground.lowest_slope, reach.lean, strays) + ground.gap.heights
