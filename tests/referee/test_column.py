@@ -241,3 +241,11 @@ def test_shapes_that_a_column_meets_but_for_a_millimetre_are_looked_at(way, away
     wall = Box(min=(*(middle - 1), 0), max=(*(middle + 1), 30))
     column = column_over(world(ROOF, wall), 0, FOOT)
     assert column.beside.boxes.obstacle.tolist() == [1] * is_near
+
+
+@pytest.mark.parametrize("kind", KINDS[:-1])
+@pytest.mark.parametrize(("away", "is_below"), [(1.45, True), (1.55, False)])
+def test_what_is_below_a_column_is_all_that_the_error_may_reach(kind, away, is_below):
+    column = column_over(world(beside(kind, away, 4.0)), 0, FOOT - [0, 0, 1])
+    assert (column is not None) == is_below
+    assert column is None or column.top == pytest.approx(6.5, abs=1e-5)

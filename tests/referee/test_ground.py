@@ -70,3 +70,19 @@ def test_the_steepest_slope_about_a_place_is_that_of_the_cells_nearer_than_the_r
             east, north = np.abs(h[1] - h[0]).max() / step[0], np.abs(h[:, 1] - h[:, 0]).max() / step[1]
             expected = max(expected, np.hypot(east, north))
         assert ground.steepest_about(place, radius) == pytest.approx(expected)
+
+
+def test_the_greatest_height_around_some_cells_is_not_below_that_of_any_of_them():
+    heights = np.random.default_rng(1).uniform(0, 9, (12, 14))
+    ground = on(Terrain(origin=(0, 0), step=(1.0, 1.0), heights=heights))
+    for k in np.ndindex(11, 11):
+        first, last = np.sort(np.array([k, np.random.default_rng(k).integers(0, 11, 2)]), axis=0)
+        greatest = heights[first[0] : last[0] + 2, first[1] : last[1] + 2].max()
+        assert ground._highest_around(first[None], last[None])[0] >= greatest
+
+
+def test_a_ceiling_asks_for_no_clearance():
+    terrain = Terrain(origin=(0, 0), step=(5.0, 5.0), heights=np.zeros((3, 3)), clearance=3.0)
+    ceiling = ceiling_above_ground(world(terrain=terrain, clearance=2.0).model_copy(update={"max_height": 7.0}))
+    assert ceiling.clearance == 0.0
+    assert ceiling.depth(np.array([[[4.0, 4.0, 7.5]]]), np.array([0]))[0] == pytest.approx(0.5, abs=1e-5)

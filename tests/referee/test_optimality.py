@@ -9,11 +9,12 @@ import skyverse as sky
 from judged_missions import SCENARIO, VALID, alpha, no_result, resulting
 from skyverse.model.result import Status
 from skyverse.model.scenario import AltitudeBand, Bounds, ClimbLimit, Lattice, Objective, Scenario, Target
-from skyverse.model.shapes import Box, Cylinder, Sphere
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
 from skyverse.referee import check_optimality, optimality
 from skyverse.referee.lattice import cheapest_path, free_moves, judged_lattice, reachable_nodes
+from skyverse.referee.optimality import _soft_price
 from skyverse.referee.world import referee_world
 
 PROVEN, REFUTED, UNDECIDED = Verdict.PROVEN, Verdict.REFUTED, Verdict.UNDECIDED
@@ -247,3 +248,39 @@ def test_moves_out_of_a_lattice_of_one_row_are_not_free():
     price = np.ones(len(lattice.moves))
     assert reachable_nodes(lattice, {last}) == set(range(last + 1))
     assert cheapest_path(lattice, last, 0, price, 0.0)[0] == 16.0
+
+
+@pytest.mark.parametrize("strict", [True, False])
+@pytest.mark.parametrize(("a", "b"), [((1, 1, 1), (3, 1, 1)), ((3, 1, 1), (1, 1, 1)), ((1, 1, 1), (1, 3, 1))])
+def test_a_move_out_of_a_prism_is_not_free(a, b, strict):
+    prism = Prism(vertices=((0, 0), (2, 0), (2, 2), (0, 2)), low=0, high=2)
+    judge = referee_world(room(0).model_copy(update={"obstacles": (prism,)}))
+    assert free_moves(judge, np.array([a], float), np.array([b], float), strict).tolist() == [False]
+    assert free_moves(judge, np.array([a], float) + 4, np.array([b], float) + 4, strict).tolist() == [True]
+
+
+@pytest.mark.parametrize("strict", [True, False])
+def test_nodes_on_the_bounds_less_the_error_count_unless_all_planners_must_be_able_to_use_them(strict):
+    scenario = room(0).model_copy(update={"obstacles": ()})
+    lattice = judged_lattice(referee_world(scenario, sky.TrackingError(horizontal=1.0, vertical=1.0)), strict=strict)
+    usable = {tuple(lattice.position(int(n)).tolist()) for n in np.flatnonzero(lattice.free.any(axis=0))}
+    assert ((1.0, 3.0, 2.0) in usable) is not strict
+    assert (0.5, 3.0, 2.0) not in usable
+    assert (2.0, 3.0, 2.0) in usable
+
+
+@pytest.mark.parametrize("field", ["start", "goal"])
+def test_a_bound_between_places_that_are_no_nodes_stays_a_claim(field):
+    found = check_optimality(SCENARIO, alpha(**{field: np.array([0.3, 4.0, 1.0])}))[0]
+    assert found.verdict is not PROVEN
+
+
+def test_moves_cost_what_their_soft_terms_cost():
+    leg, length = np.array([[1.0, 1.0, 1.0], [2.0, 1.0, 2.0]]), np.sqrt(2)
+    climb = ClimbLimit(angle=20, weight=3.0)
+    band = AltitudeBand(low=0, high=0.5, weight=2.0)
+    for fields, more in (({}, 0), ({"climb": climb}, 3 * np.radians(25) * length), ({"altitude": band}, 2 * length)):
+        scenario = room(0).model_copy(update={"objective": Objective(unit="metres", fuel=5.0, **fields)})
+        world = referee_world(scenario)
+        found = [_soft_price(world, leg, by_nodes, strict=False) for by_nodes in (False, True)]
+        assert found == pytest.approx([5 * length + more, 5 + more])

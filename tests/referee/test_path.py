@@ -195,3 +195,13 @@ def test_nodes_between_equal_steps_are_left_out_and_no_others():
     np.testing.assert_array_equal(_without_straight_nodes(path), path[[0, 2, 3, 4, 7]])
     for short in (path[:1], path[:2], path[[0, 2]]):
         np.testing.assert_array_equal(_without_straight_nodes(short), short)
+
+
+@pytest.mark.parametrize(("claimed", "wrong"), [(4.0, False), (4.0 + 2e-6, False), (3.9, True), (4.1, True)])
+def test_a_risk_is_neither_more_nor_less_than_that_of_the_metres_inside(claimed, wrong):
+    zone = Box(min=(-1, -1, -1), max=(2, 9, 9), risk=2.0)
+    scenario = SCENARIO.model_copy(update={"zones": (zone,)})
+    valid = VALID.results[0]
+    honest = replace(valid, cost=valid.cost + claimed, terms=valid.terms | {"risk": claimed})
+    found = list(judge_cost(referee_world(scenario), 0, valid.path, valid.goal, honest))
+    assert ([one.fault for one in found] == [Fault.COST]) is wrong

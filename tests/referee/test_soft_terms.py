@@ -20,7 +20,9 @@ ZONES = [
     Cylinder(centre=(4, 5), radius=3, low=1, high=8, risk=0.5),
     Sphere(centre=(5, 4, 5), radius=3.5, risk=1.0),
     Prism(vertices=SQUARE, holes=(HOLE,), low=1, high=9, risk=3.0),
-    Voxels(origin=(0, 0, 0), step=(2, 2.5, 2), occupied=np.random.default_rng(0).random((5, 4, 5)) < 0.4, risk=1.5),
+    Voxels(
+        origin=(0.5, -0.5, 1), step=(2, 2.5, 2), occupied=np.random.default_rng(0).random((5, 4, 5)) < 0.4, risk=1.5
+    ),
 ]
 COUNT = 8_000
 anywhere = st.lists(st.tuples(*[st.floats(0, 10)] * 3), min_size=2, max_size=4)

@@ -125,7 +125,7 @@ def _ends_of_what_is_below(world: RefereeWorld, place: Floats, roof: float) -> I
         elif not _is_terrain(kind):
             for pairs in kind.tree.overlapping(place[None], place[None]):
                 which = pairs[:, 1]
-                held = kind.depth(np.broadcast_to(place, (len(which), 1, 3)), which) > 0
+                held = kind.depth(np.repeat(place[None, None], len(which), axis=0), which) > 0
                 held &= (_tops(kind, which, world.error) <= roof) & ~_airspace(world, kind, which)
                 for shape in which[held]:
                     yield _top(kind, int(shape), place)

@@ -139,7 +139,7 @@ def judge_cost(world: RefereeWorld, uav: int, path: Floats, goal: Floats, result
     steps = np.diff(path, axis=0)
     steps = steps[steps.any(axis=1)]  # a place twice in a row hides no turn
     lengths = _norms(steps)
-    crossed = _norms(np.cross(steps[:-1], steps[1:])) if len(steps) > 1 else np.zeros(0)
+    crossed = _norms(np.cross(steps[:-1], steps[1:]))
     turns = np.count_nonzero(crossed > STRAIGHT * lengths[:-1] * lengths[1:])
     by_nodes = objective.unit == "nodes" and not result.any_angle
     terms = {
