@@ -7,6 +7,7 @@ import terrain_follower as follower
 import skyverse as sky
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
+from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.shapes import Terrain
 
 ORIGIN = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0)
@@ -100,3 +101,20 @@ def test_what_is_proven_with_altitudes_above_ground_is_clear_as_flown(seed):
 @pytest.mark.parametrize("seed", range(100, 300))
 def test_what_is_proven_of_many_more_is_clear_as_flown(seed):
     assert_clear_as_flown(seed, (EXACT, GNSS)[seed % 2])
+
+
+def test_a_leg_that_bends_sideways_over_a_slope_follows_the_ground_there():
+    slope, length = 2.0, 5_000.0
+    plane = [[12e3, -12e3], [12e3, -12e3]]
+    ground = Terrain(origin=(-6e3, -6e3), step=(12e3, 12e3), heights=plane, clearance=5.0)
+    a, b = np.array([0.0, 0.0, 100.0]), np.array([length, 0.0, 100.0])
+    origin = sky.Origin(latitude=60, longitude=10, altitude=0)
+    scenario, *_ = random_case(0)
+    changes = {"terrain": ground, "frame": sky.Frame(origin=origin), "obstacles": ()}
+    legs = LegChecker(scenario.model_copy(update=changes), "agl")
+    globe = to_wgs84(origin, np.stack([a, b]))
+    flown = to_local(origin, globe[0] + np.linspace(0, 1, 101)[:, None] * (globe[1] - globe[0]))
+    flown[:, 2] = follower.height(ground, ground.heights, flown[:, :2]) + 100.0
+    aside, off = np.abs(flown[:, 1]).max(), np.linalg.norm(flown[:, 1:] - a[1:], axis=1).max()
+    assert off > 2 * aside > 1.0
+    assert off <= legs.apart(a, b) <= 3 * off * (1 + 1 / slope)
