@@ -21,9 +21,9 @@ ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
 
 def up_a_slope():
     """Two flights up a slope, below a ceiling that keeps them from returning to their homes alone."""
-    heights = np.interp(np.linspace(-320, 320, 33), [-200, 200], [0.0, 120.0])[:, None] * np.ones((1, 33))
+    heights = np.interp(np.linspace(-320, 320, 33), [-200, 200], [0.0, 90.0])[:, None] * np.ones((1, 33))
     ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=2.0)
-    flights = [handmade.along([(-200, y, 25.0), (200, y, 145.0)], 60) for y in (-100, 100)]
+    flights = [handmade.along([(-200, y, 25.0), (200, y, 115.0)], 60) for y in (-100, 100)]
     made = handmade.mission(flights, terrain=ground, clearance=1.0, origin=ORIGIN)
     scenario = made.scenario.model_copy(update={"max_height": 50.0})
     return sky.Mission(scenario, made.assignment, made.results, made.trajectories, (), made.provenance)
