@@ -96,8 +96,23 @@ def many() -> None:
     table(["threads", "queries", "paths", "all", "faults"], rows)
 
 
+def ridges() -> None:
+    """Print prices under the whole objective over the ridges of Jacksboro, each UAV to its own target, and the time."""
+    scenario = sky.jacksboro()
+    rows = []
+    for uav in range(len(scenario.uavs)):
+        problem = sky.Problem(scenario, uav, uav)
+        results = [planner.plan(problem) for planner in (sky.AStar(), sky.Taut(proof=0), sky.Cheapest())]
+        assert not any(sky.check_result(scenario, uav, uav, result) for result in results)
+        times = [sky.Cheapest().plan(problem).seconds for _ in range(5)]
+        prices = [f"{result.cost:,.0f}" for result in results]
+        rows.append([str(uav + 1), *prices, f"{results[-1].bound:,.0f}", f"{statistics.median(times):.2f} s"])
+    table(["UAV", "A* on the lattice", "Taut", "Cheapest", "straight line, a bound", "median of Cheapest"], rows)
+
+
 if __name__ == "__main__":
     print(f"{describe('scipy')}\n")
     maps()
+    ridges()
     cities()
     many()

@@ -66,12 +66,14 @@ def contest(budget: int, fields: Sequence[tuple[int, int]], joints: int) -> list
             "HybridMVO, seeded": run(sky.HybridMVO(seeds=SEEDS), problem, budget, seed),
             "HybridMVO, no seeds": run(sky.HybridMVO(), problem, budget, seed),
             "the seeds alone": min(result.cost for result in alone),
+            "Cheapest, its own effort": sky.Cheapest().plan(problem).cost,
             "PSO, given Taut's path": run(SeededPSO(legs="straight", waypoints=joints, way=way), problem, budget, seed),
         }
         rows.append({"threats": threats, **costs, **ours})
         best = min(costs, key=costs.__getitem__)
+        ours_cost, cheapest = ours["HybridMVO, seeded"], ours["Cheapest, its own effort"]
         print(
-            f"{threats} threats, seed {seed}: {best} {costs[best]:.0f}, ours {ours['HybridMVO, seeded']:.0f}",
+            f"{threats} threats, seed {seed}: {best} {costs[best]:.1f}, ours {ours_cost:.1f}, Cheapest {cheapest:.1f}",
             flush=True,
         )
     return rows

@@ -88,6 +88,7 @@ from .model.verdict import Violation as Violation
 from .planners.astar import AStar as AStar
 from .planners.base import Planner as Planner
 from .planners.bbo import BBO as BBO
+from .planners.cheapest import Cheapest as Cheapest
 from .planners.gso import GSO as GSO
 from .planners.hybrid import HybridMVO as HybridMVO
 from .planners.lattice import LatticeSearch as LatticeSearch

@@ -32,6 +32,9 @@ DIFFERENT = {
     "skyverse.numerics.arrays:order_of": "its sort is not stable: numba and numpy put equal keys in different orders",
     "skyverse.space.tree:build": "boxes whose centres are equal come in the order that the sort puts them in",
     "skyverse.space.edges:make_edges": "its edges come in the order in which `build` puts them",
+    "skyverse.search.cheapest.bend_points:bend_points": "equally near ones come in the order of the sort",
+    "skyverse.search.cheapest.cheapest_path:cheapest_path": "it begins with what `bend_points` returns",
+    "skyverse.search.cheapest.cheapest_path:_try_ways": "equally cheap ones come in the order of the sort",
     "skyverse.trajectory.interior_point:improve": "many Newton steps enlarge the rounding of sums and products",
 }
 """Kernels that are called, but whose outcomes are not compared, and why; other tests judge what they return."""

@@ -42,7 +42,7 @@ OFF_THE_LATTICE = [
     ),
 ]
 METAHEURISTICS = [*ON_THE_LATTICE, *OFF_THE_LATTICE]
-ANY_ANGLE = [sky.ThetaStar(), sky.Taut()]
+ANY_ANGLE = [sky.ThetaStar(), sky.Taut(), sky.Cheapest(legs=20_000)]
 LATTICE = [*ON_THE_LATTICE, sky.AStar()]
 PLANNERS = [*LATTICE, *OFF_THE_LATTICE, *ANY_ANGLE]
 on_the_lattice = pytest.mark.parametrize("planner", ON_THE_LATTICE, ids=repr)

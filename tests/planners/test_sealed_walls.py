@@ -135,7 +135,9 @@ FLUSH = {
 }
 
 
-@pytest.mark.parametrize("planner", [sky.Taut(), sky.ThetaStar(), sky.HybridMVO(legs="straight")], ids=repr)
+@pytest.mark.parametrize(
+    "planner", [sky.Taut(), sky.ThetaStar(), sky.Cheapest(legs=20_000), sky.HybridMVO(legs="straight")], ids=repr
+)
 @pytest.mark.parametrize("case", FLUSH)
 def test_what_touches_outer_faces_only_is_flown_and_proven(case, planner):
     shapes, start, end = FLUSH[case]

@@ -52,6 +52,7 @@ METHODS = [
     sky.AStar(),
     sky.ThetaStar(),
     sky.Taut(),
+    sky.Cheapest(legs=20_000),
     sky.MVO(universes=8),
     sky.GSO(glowworms=8),
     sky.BBO(habitats=8),

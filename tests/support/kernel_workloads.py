@@ -34,6 +34,7 @@ SEARCHES = (
 ANY_ANGLE = (
     sky.Taut(),
     sky.ThetaStar(),
+    sky.Cheapest(legs=1),
     sky.HybridMVO(universes=6, legs="straight"),
     sky.WOA(waypoints=2, candidates=6, legs="straight"),
 )

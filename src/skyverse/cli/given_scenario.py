@@ -73,7 +73,7 @@ def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:
     terms = soft_terms(scenario)
     if terms and isinstance(planner, Taut | ThetaStar):
         said = f"{type(planner).__name__} seeks length alone; priced, but not sought: {', '.join(terms)}"
-        print(f"{said} (astar and hybrid-mvo seek them).", file=sys.stderr)
+        print(f"{said} (cheapest, astar and hybrid-mvo seek them).", file=sys.stderr)
 
 
 def tell_unknown(scenario: "Scenario", chosen: str | None) -> None:

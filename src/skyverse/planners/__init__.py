@@ -15,6 +15,7 @@ _CLASSES = {
     "astar": "astar.AStar",
     "taut": "taut.Taut",
     "theta-star": "theta_star.ThetaStar",
+    "cheapest": "cheapest.Cheapest",
     **{
         name: f"waypoint_methods.{name.replace('-', '').upper()}"
         for name in ("cma-es", "pso", "ga", "de", "l-shade", "woa", "mfo", "gwo", "da")

@@ -1,0 +1,79 @@
+"""Cheap any-angle paths under a whole objective as a planner."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.result import Effort, Provenance, Result, Status
+from skyverse.model.scenario import Scenario
+from skyverse.numerics.kernel import Stopwatch
+from skyverse.planners.astar import AStar
+from skyverse.planners.base import DirectPlanner
+from skyverse.planners.results import SearchRecord, any_angle_result
+from skyverse.planners.settings import require_integer
+from skyverse.planners.straight_legs import joined_to_ends, lower_bound, straight_space
+from skyverse.planners.taut import Taut
+from skyverse.problem import Problem
+from skyverse.search.cheapest.cheapest_path import LEGS, PATHS, cheapest_path
+from skyverse.space.world import path_free
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cheapest(DirectPlanner):
+    """A cheap path of straight legs under the whole objective: metres, turns, altitude, risk and climb.
+
+    It begins with the path of `Taut` and with the cheapest path on the lattice, that of `AStar`. Each is made cheaper
+    by descent: joints are left out, moved, shifted in pairs and added, as long as that lowers the price, and legs stay
+    free. Then other ways are tried. A roadmap holds places around obstacles and zones, random places, and the joints of
+    good paths; ways over it, and random changes of the best path, are made cheaper by descent in turn. So the answer is
+    never dearer than the paths it begins with, and no small change makes it cheaper; a quite different path may be.
+
+    Random numbers come from a fixed seed, so that the same problem has the same answer. It ends by itself: `stop`,
+    `rng` and `on_iteration` have no effect. The bound is the price of the straight line's length, and of one turn where
+    that line is not free. In its effort, an evaluation is a leg that was priced.
+
+    Attributes
+    ----------
+    legs
+        After about so many priced legs no other ways are tried: about half a second for each million.
+    """
+
+    legs: int = 1_000_000
+
+    def __post_init__(self) -> None:
+        require_integer(self, "legs", 0)
+
+    def leaves_lattice(self, scenario: Scenario) -> bool:
+        """Tell whether paths leave the lattice: always."""
+        return True
+
+    def find(self, problem: Problem, origin: Provenance) -> Result | Status:
+        """Return a cheap path, or the status that says why there is none."""
+        space, bound = straight_space(problem), lower_bound(problem)
+        clock = Stopwatch()
+        found = [_as_legs(problem, planner.plan(problem)) for planner in (Taut(proof=0), AStar())]
+        known = [path for path in found if len(path) > 1 and path_free(space, path)]
+        if not known:
+            return Taut(proof=0).find(problem, origin)
+        path, spent = cheapest_path(
+            space,
+            problem.airspace.rates,
+            np.concatenate(known),
+            np.array([len(path) for path in known]),
+            problem.airspace.grid.step,
+            bound,
+            self.legs,
+            np.random.default_rng(0),
+        )
+        effort = Effort(
+            generated_paths=int(spent[PATHS]), generated_nodes=int(spent[LEGS]), evaluations=int(spent[LEGS])
+        )
+        return any_angle_result(problem, path, bound, SearchRecord(origin, effort, clock.seconds))
+
+
+def _as_legs(problem: Problem, result: Result) -> Floats:
+    """Return the path of a result from the problem's start to its end; empty if it does not get there."""
+    if not result.status.reached:
+        return np.empty((0, 3))
+    return problem.without_columns(result.path) if result.any_angle else joined_to_ends(problem, result.path)
