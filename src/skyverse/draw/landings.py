@@ -1,40 +1,12 @@
 """The places where UAVs may land when they return by themselves, as plotly traces."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
-from skyverse.draw.track import Point
-
-if TYPE_CHECKING:
-    from skyverse.draw.scene import Scene
+from skyverse.draw.scene import Scene
 
 
-@dataclass(frozen=True)
-class LandingPlace:
-    """Where a UAV may land when it returns.
-
-    Attributes
-    ----------
-    uav
-        Its index.
-    words
-        What is told of the place.
-    position
-        x, y, z in metres.
-    level
-        z at which the UAV returns there, unless it is higher already, metres.
-    """
-
-    uav: int
-    words: str
-    position: Point
-    level: float
-
-
-def in_space(scene: "Scene") -> list[Trace]:
+def in_space(scene: Scene) -> list[Trace]:
     """Return, for each UAV, the descents to its landing places, marked where they begin."""
     made = []
     for number, track in enumerate(scene.tracks):
@@ -56,7 +28,7 @@ def in_space(scene: "Scene") -> list[Trace]:
     return made
 
 
-def on_map(scene: "Scene") -> list[Trace]:
+def on_map(scene: Scene) -> list[Trace]:
     """Return, for each UAV, its landing places on the map."""
     made = []
     for number, track in enumerate(scene.tracks):

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, TypeVar
 import numpy as np
 
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
-from skyverse.draw.landings import LandingPlace
+from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
 from skyverse.model.kept_ellipsoid import kept_ellipsoid

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from skyverse.atomic import write_text
-from skyverse.draw.landings import LandingPlace
+from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.mission_page import page
 from skyverse.draw.scene import scene
 from skyverse.exports.return_home import Return
