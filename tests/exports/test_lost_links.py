@@ -74,6 +74,7 @@ def test_parameters_that_ardupilot_has_renamed_are_written_in_both_units(tmp_pat
         "WPNAV_SPEED_UP": "WP_SPD_UP",
         "WPNAV_SPEED_DN": "WP_SPD_DN",
         "WPNAV_ACCEL": "WP_ACC",
+        "WPNAV_RADIUS": "WP_RADIUS_M",
     }.items():
         assert values[until] == pytest.approx(100 * values[since])
     assert values["RTL_ALT_M"] == pytest.approx(back.altitude)

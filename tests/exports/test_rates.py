@@ -161,3 +161,10 @@ def test_px4_climbs_at_its_take_off_rate_only_to_10_m_above_its_home(tmp_path):
     seconds = 10 / values["MPC_TKO_SPEED"] + (rise - 10) / values["MPC_Z_V_AUTO_UP"]
     (back,) = seen.returns
     assert back.plan.arrivals[0] - orders.delay == pytest.approx(seconds, abs=0.05)
+
+
+@pytest.mark.parametrize("radius", [0.5, 2.0, 8.0])
+def test_copter_cuts_corners_within_the_radius_for_which_they_are_proven(tmp_path, radius):
+    _, orders, values = exported(tmp_path, "waypoints", {}, radius=radius)
+    assert values["WP_RADIUS_M"] == pytest.approx(max(orders.radii))
+    assert 0.05 <= values["WP_RADIUS_M"] <= radius

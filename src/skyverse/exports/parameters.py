@@ -76,6 +76,8 @@ def _rate_parameters(plan: FlightPlan) -> list[Parameter]:
         *_both_names("WPNAV_SPEED_UP", "WP_SPD_UP", rates.climb),
         *_both_names("WPNAV_SPEED_DN", "WP_SPD_DN", rates.descent),
         *_both_names("WPNAV_ACCEL", "WP_ACC", rates.acceleration),
+        # Copter cuts corners within this radius, and passes over the one that a waypoint names
+        *_both_names("WPNAV_RADIUS", "WP_RADIUS_M", plan.route.radius),
     ]
 
 
