@@ -156,8 +156,9 @@ def main() -> int:
     """Make or check the file; return 1 if anything differs."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("verb", choices=["make", "check"])
-    parser.add_argument("only", nargs="*", help="parts of the names of the cases to check; all by default")
+    parser.add_argument("only", nargs="*", help="parts of the names of the cases; all by default")
     options = parser.parse_args()
+    known = json.loads(FILE.read_text(encoding="utf-8"))["answers"] if FILE.exists() else {}
     chosen = {name: case for name, case in cases().items() if not options.only or any(p in name for p in options.only)}
     found = {}
     for name, case in chosen.items():
@@ -165,9 +166,9 @@ def main() -> int:
         print(f"{name}: {found[name]}", flush=True)
     if options.verb == "make":
         FILE.parent.mkdir(exist_ok=True)
-        FILE.write_text(json.dumps({"machine": machine(), "answers": found}, indent=1) + "\n", encoding="utf-8")
+        answers = known | found if options.only else found
+        FILE.write_text(json.dumps({"machine": machine(), "answers": answers}, indent=1) + "\n", encoding="utf-8")
         return 0
-    known = json.loads(FILE.read_text(encoding="utf-8"))["answers"]
     different = [name for name in chosen if found[name] != known.get(name)]
     for name in different:
         print(f"DIFFERS {name}: {known.get(name)} before, {found[name]} now", file=sys.stderr)
