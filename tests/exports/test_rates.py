@@ -168,3 +168,23 @@ def test_copter_cuts_corners_within_the_radius_for_which_they_are_proven(tmp_pat
     _, orders, values = exported(tmp_path, "waypoints", {}, radius=radius)
     assert values["WP_RADIUS_M"] == pytest.approx(max(orders.radii))
     assert 0.05 <= values["WP_RADIUS_M"] <= radius
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.3, 2.0, 8.0])
+@pytest.mark.parametrize("slope", [0.0, 10.0, 14.0, 45.0, 89.0, 90.0])
+def test_px4_turns_within_the_radius_for_which_corners_are_proven_however_steep_the_leg(tmp_path, radius, slope):
+    _, orders, values = exported(tmp_path, "plan", {}, radius=radius)
+    level, upright = max(orders.radii), values["NAV_MC_ALT_RAD"]
+    assert 0.05 <= upright <= 0.5
+    assert level > 0
+    along, up = np.cos(np.radians(slope)), np.sin(np.radians(slope))
+    before = np.linspace(0, 2 * radius, 20001)  # metres along the leg before its end
+    accepted = (before * along <= level) & (before * up <= upright)  # as PX4 asks, each by itself
+    assert before[accepted].max() <= radius + 1e-6
+
+
+@pytest.mark.parametrize(("end", "stays"), [("land", True), ("loiter", False)])
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_a_uav_settles_at_its_last_waypoint_before_it_lands(tmp_path, suffix, end, stays):
+    _, orders, _ = exported(tmp_path, suffix, {}, end=end)
+    assert (orders.stays[-1] > 2) == stays

@@ -42,7 +42,7 @@ def straight(home=None, terrain=None, wing=None, origin=BARE):
             {"origin": BARE.model_copy(update={"geoid": 52})},
             "from dji, found 'px4'",
         ),
-        ("m.plan", {"radius": -1.0}, {}, "radius: expected metres from 0.05 to 1000, found -1.0"),
+        ("m.plan", {"radius": -1.0}, {}, "radius: expected metres from 0.1 to 1000, found -1.0"),
         ("m.plan", {"takeoff": float("nan")}, {}, "takeoff: expected metres from 0 on, found nan"),
         ("m.kml", {"altitude": "home"}, {}, "expected altitudes as amsl or agl, found 'home'"),
         ("m.gpx", {}, {"origin": None}, "expected a scenario that says where its zero lies"),
@@ -81,5 +81,5 @@ def test_an_export_that_is_refused_leaves_no_folder_behind(tmp_path, monkeypatch
     with pytest.raises(SystemExit) as ended:
         main(["export", "m.json", "new/below/m.plan", "--radius=-1"])
     assert ended.value.code == 2
-    assert capsys.readouterr().err == "skyverse: --radius: expected metres from 0.05 to 1000, found -1.0\n"
+    assert capsys.readouterr().err == "skyverse: --radius: expected metres from 0.1 to 1000, found -1.0\n"
     assert [path.name for path in tmp_path.iterdir()] == ["m.json"]

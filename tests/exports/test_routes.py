@@ -214,8 +214,8 @@ def test_scenarios_without_an_origin_say_how_to_give_one(tmp_path):
     [
         ({"altitude": "agl"}, r"altitudes above ground \(agl\) need a terrain"),
         ({"altitude": "sea"}, "expected altitudes as amsl or home or agl, found 'sea'"),
-        ({"radius": 0.0}, "radius: expected metres from 0.05 to 1000, found 0.0"),
-        ({"radius": 1e6}, "radius: expected metres from 0.05 to 1000"),
+        ({"radius": 0.0}, "radius: expected metres from 0.1 to 1000, found 0.0"),
+        ({"radius": 1e6}, "radius: expected metres from 0.1 to 1000"),
         ({"radius": float("nan")}, "radius: expected metres"),
         ({"takeoff": -1.0}, "takeoff: expected metres from 0 on, found -1.0"),
     ],

@@ -8,6 +8,8 @@ DJI documents none for waylines, and its file cannot set any: there they are ass
 import math
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from skyverse.errors import InputError
 from skyverse.exports.global_positions import AltitudeReference
 from skyverse.model.uav import UAV
@@ -38,6 +40,19 @@ class Rates(NamedTuple):
         """Return how long the first climb takes to a height in metres."""
         slow = min(height, self.takeoff_height)
         return slow / self.takeoff + (height - slow) / self.climb
+
+
+class Acceptance(NamedTuple):
+    """When an autopilot goes on from a place: how far it may be beside it, and above or below it, metres."""
+
+    radius: float
+    altitude: float
+
+
+MIN_ACCEPTANCE_RADIUS = 0.1
+"""Metres: PX4 takes no smaller one for the level distance and the altitude together."""
+PX4_ALTITUDE_RADII = (0.05, 0.5)
+"""Metres: the least `NAV_MC_ALT_RAD` that PX4 takes, and the greatest that is written, which its returns count on."""
 
 
 class Autopilot(NamedTuple):
@@ -144,3 +159,15 @@ def rates_of(vehicle: UAV, autopilot: Autopilot) -> Rates:
     takeoff = climb if usual.takeoff == usual.climb else min(usual.takeoff, climb)
     acceleration = min(usual.acceleration, vehicle.max_acceleration)
     return Rates(takeoff, climb, descent, acceleration, usual.takeoff_height)
+
+
+def corner_acceptance(autopilot: Autopilot, radius: float) -> Acceptance:
+    """Return what an autopilot is told so that it turns within a radius of a waypoint, metres.
+
+    PX4 asks for the level distance and for the altitude, each by itself: on a steep leg it may turn before it is within
+    the level distance along that leg. So both together are within the radius.
+    """
+    if autopilot.name != "px4":
+        return Acceptance(radius, radius)
+    altitude = float(np.clip(radius / 2, *PX4_ALTITUDE_RADII))
+    return Acceptance(math.sqrt(max(radius**2 - altitude**2, 0.0)), altitude)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
+from skyverse.exports.autopilots import corner_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
@@ -55,13 +56,13 @@ def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefer
         add(Command.DELAY, MISSION_FRAME, plan.delay, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
     pitch = wing.climb if wing is not None else 0.0
     add(Command.TAKEOFF, frame, pitch, 0.0, 0.0, None, *where[0])
-    said = 0.0
+    said, radius = 0.0, route.radius if wing is not None else corner_acceptance(plan.autopilot, route.radius).radius
     for k, speed in enumerate(plan.speeds.tolist(), 1):
         if speed != said:
             kind = 0.0 if wing is not None else 1.0  # airspeed for an aeroplane, ground speed otherwise
             add(Command.SPEED, MISSION_FRAME, kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0)
             said = speed
-        add(Command.WAYPOINT, frame, round(float(route.waypoint_holds[k]), 3), route.radius, 0.0, None, *where[k])
+        add(Command.WAYPOINT, frame, round(float(route.waypoint_holds[k]), 3), radius, 0.0, None, *where[k])
     if end == "land":
         (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home", plan.home).rows
         add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, None, *below)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from skyverse.atomic import write_text
+from skyverse.exports.autopilots import corner_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.return_destinations import ACCEPTANCE
 from skyverse.exports.return_home import Return
@@ -89,8 +90,8 @@ def _both_names(until: str, since: str, metres: float, *, whole: bool = False) -
 
 def _return_parameters(back: Return) -> list[Parameter]:
     """Return the parameters that make an autopilot return straight, at one altitude, and land."""
-    altitude, accepted = back.altitude, ACCEPTANCE[back.plan.autopilot.name]
-    if back.plan.autopilot.name == "px4":
+    altitude, plan = back.altitude, back.plan
+    if plan.autopilot.name == "px4":
         return [
             Parameter("RTL_TYPE", 0, whole=True),
             Parameter("RTL_RETURN_ALT", altitude),
@@ -98,8 +99,8 @@ def _return_parameters(back: Return) -> list[Parameter]:
             Parameter("RTL_DESCEND_ALT", min(altitude, DESCEND_ALTITUDE)),
             Parameter("RTL_LAND_DELAY", 0),
             Parameter("RTL_MIN_DIST", LEAST_MIN_DIST),
-            Parameter("NAV_ACC_RAD", accepted.radius),
-            Parameter("NAV_MC_ALT_RAD", accepted.altitude),
+            Parameter("NAV_ACC_RAD", ACCEPTANCE["px4"].radius),
+            Parameter("NAV_MC_ALT_RAD", corner_acceptance(plan.autopilot, plan.route.radius).altitude),
         ]
     return [
         *_both_names("RTL_ALT", "RTL_ALT_M", altitude, whole=True),

@@ -3,7 +3,7 @@
 import math
 
 from skyverse.errors import InputError
-from skyverse.exports.autopilots import AutopilotName, autopilot_for
+from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
 from skyverse.exports.file_names import ALTITUDE_REFERENCES, ROUTE_SUFFIXES
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, require_reference
 from skyverse.model.mission import Mission
@@ -47,7 +47,10 @@ def require_format(
 
 def require_radius_and_takeoff(radius: float, takeoff: float) -> None:
     """Raise `InputError` for an acceptance radius or a height of the first climb that no waypoint can have."""
-    for noun, value, least, most in (("radius", radius, 0.05, 1000.0), ("takeoff", takeoff, 0.0, math.inf)):
+    for noun, value, least, most in (
+        ("radius", radius, MIN_ACCEPTANCE_RADIUS, 1000.0),
+        ("takeoff", takeoff, 0.0, math.inf),
+    ):
         if not (math.isfinite(value) and least <= value <= most):
             until = f"to {most:g}" if most < math.inf else "on"
             raise InputError(f"expected metres from {least:g} {until}, found {value!r}", field=noun)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Autopilot
+from skyverse.exports.autopilots import Acceptance, Autopilot
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
@@ -31,15 +31,8 @@ of 1.0057 or 1.0067 m to them. The rest is for heights above the ellipsoid, and 
 """
 
 
-class Acceptance(NamedTuple):
-    """When an autopilot goes on with its return: how far it may be beside, and above or below, metres."""
-
-    radius: float
-    altitude: float
-
-
 ACCEPTANCE = {"px4": Acceptance(1.0, 0.5), "ardupilot": Acceptance(0.0, 0.0), "dji": Acceptance(0.0, 0.0)}
-"""`NAV_ACC_RAD` and `NAV_MC_ALT_RAD` of PX4, as its parameter file has them; the others come to a stop first."""
+"""On a return: `NAV_ACC_RAD` and at most `NAV_MC_ALT_RAD` of PX4's parameter file; the others come to a stop first."""
 
 
 class Destination(NamedTuple):

@@ -8,6 +8,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
+from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS
 from skyverse.exports.ground_under_legs import ground_allowance
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
@@ -15,8 +16,6 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, SAME_PLACE
 
-MIN_ACCEPTANCE_RADIUS = 0.05
-"""Metres: autopilots accept no smaller acceptance radius."""
 PLACES_PER_PIECE = 16
 """The number of samples on each piece of a trajectory at which a waypoint can be placed."""
 MIN_RADIUS_SHARE = 0.25
@@ -83,7 +82,7 @@ class Route:
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
-        vehicle, held = scenario.uavs[self.uav], int((self.holds > 0).sum())
+        vehicle, held = scenario.uavs[self.uav], int((self.holds[:-1] > 0).sum())
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         cut += f" but at {held}, where it stops" if held else ""
         error = vehicle.tracking_error
@@ -97,6 +96,11 @@ class Route:
             f"{vehicle.name}: {len(self.points)} waypoints, {cut}, at most {self.off:.3g} m off the trajectory; "
             f"straight legs proven: {it} {_what_is_kept(scenario)}{without}."
         )
+
+
+def stop_seconds(radius: float) -> float:
+    """Return how long a UAV stops at a waypoint, seconds, so that it gets there from within an acceptance radius."""
+    return 2.0 + radius
 
 
 def _what_is_kept(scenario: Scenario) -> str:
@@ -198,7 +202,7 @@ def _made(
 ) -> Route:
     legs, curve, radius = search.legs, search.curve, search.radius
     points, times = np.array([point for _, point in found]), instants[[k for k, _ in found]]
-    holds = np.array([2 + radius if k in search.stopped else 0.0 for k, _ in found])
+    holds = np.array([stop_seconds(radius) if k in search.stopped else 0.0 for k, _ in found])
     flown = np.concatenate([curve[:1], points[1:]])  # the takeoff does not count as a deviation
     bends = legs.bends(flown, radius, holds)
     away = [

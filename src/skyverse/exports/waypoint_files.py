@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse.atomic import write_text
 from skyverse.errors import InputError, Remedy
-from skyverse.exports.autopilots import AutopilotName, autopilot_for
+from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
 from skyverse.exports.file_names import file_for_each, write_zip
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.global_positions import AltitudeReference, home_on_globe
@@ -22,7 +22,7 @@ from skyverse.exports.return_lines import ReturnSpace
 from skyverse.exports.return_places import landing_sentence, places_sentence
 from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentence
 from skyverse.exports.returns_apart import SweptReturns, crossed, returns_apart
-from skyverse.exports.route import MIN_ACCEPTANCE_RADIUS
+from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
 from skyverse.exports.timing import timed_path
@@ -178,12 +178,21 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
         plans = flight_plans(scenario, flown, made, [stand(scenario, one.uav) for one in flown])
         _require_rises(scenario, plans)
         if options.end == "land":
-            plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
+            plans = [replace(_settling(plan), ending=landing_place(scenario, plan)[None]) for plan in plans]
             require_level_landings(scenario, plans)
             require_landings(scenario, plans)
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
+
+
+def _settling(plan: FlightPlan) -> FlightPlan:
+    """Return a flight plan whose UAV stays at its last waypoint until it is at rest there, and not only near it."""
+    if plan.autopilot.stops:
+        return plan
+    holds = plan.route.holds.copy()
+    holds[-1] = stop_seconds(plan.route.radius)
+    return replace(plan, route=replace(plan.route, holds=holds))
 
 
 def _require_rises(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
