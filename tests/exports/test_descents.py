@@ -95,3 +95,24 @@ def test_a_landing_keeps_the_tracking_error_from_walls_where_the_ground_is_kept_
     else:
         with pytest.raises(sky.InputError, match=r"cannot land below its last waypoint: .*obstacles\[0\]"):
             sky.export(mission, tmp_path / "m.plan", end="land")
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+@pytest.mark.parametrize(("rise", "clear"), [(0.97, True), (1.03, False), (1.3, False)])
+def test_a_slope_steeper_than_45_degrees_beside_home_is_a_wall_within_the_error(tmp_path, suffix, rise, clear):
+    """The UAV may stray by 3 m to the side, where the slope is 3.9 m higher; it descends from 25 m to 1 m."""
+    east = np.linspace(-320, 320, 641)
+    heights = np.clip(rise * east, -50, 50)[:, None] * np.ones((1, 33))
+    hill = Terrain(origin=(-320.0, -320.0), step=(1.0, 20.0), heights=heights, clearance=1.0)
+    away = handmade.along([(0, 0, 25), (-40, 100, 25)], 20)
+    mission = handmade.mission([away], clearance=1.0, origin=ORIGIN, terrain=hill)
+    error = sky.TrackingError(horizontal=3.0, vertical=1.5)
+    uavs = (mission.scenario.uavs[0].model_copy(update={"tracking_error": error}),)
+    seen = []
+    strayed = replace(mission, scenario=mission.scenario.model_copy(update={"uavs": uavs}))
+    sky.export(strayed, tmp_path / f"m.{suffix}", on_certificate=seen.append)
+    (back,) = seen[0].returns
+    assert back.proven
+    to_home = back.way.reaches(back.way.legs.samples(5))[:, 0]
+    assert to_home.all() == clear
+    assert to_home.any() == clear

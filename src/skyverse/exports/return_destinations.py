@@ -13,7 +13,7 @@ from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
-from skyverse.space.tube import NO_ERROR
+from skyverse.space.tube import NO_ERROR, steepest_within
 
 WHOLE_METRES = 1e-3
 """Metres by which an altitude may exceed a whole number of metres and still be rounded down to that."""
@@ -66,6 +66,7 @@ class Destination(NamedTuple):
 def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place: Floats, foot: float) -> Destination:
     """Return a place (3,) to land at, with its column, which ends as low as a UAV may stray or be beside its descent.
 
+    There is no column where the ground is steeper than 45 degrees within the tracking error: that is a wall beside it.
     `foot` is z at which the flight is above it, metres, or the place itself where nobody lands.
     """
     error, clearance = scenario.uavs[plan.route.uav].tracking_error, scenario.clearance
@@ -73,7 +74,8 @@ def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place:
     low = min(float(place[2]) + max(clearance, scenario.ground_clearance), foot)
     bottom = min(float(place[2]) + clearance, low)
     roofs = bottom - clearance, foot - clearance
-    if error == NO_ERROR and not acceptance.radius:
+    walled = scenario.terrain is not None and steepest_within(scenario.terrain, place[:2], error.horizontal) > 1.0
+    if walled or (error == NO_ERROR and not acceptance.radius):
         return Destination(place, foot, low, bottom, low, *roofs)
     highest = clearance + error.horizontal + error.vertical + acceptance.radius
     levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
