@@ -93,3 +93,17 @@ def test_a_uav_returns_to_a_home_on_a_slope(tmp_path, degrees):
     back = exported(mission, tmp_path)
     assert len(back.lost) == 0
     assert back.plan.home[2] == 0.0
+
+
+@pytest.mark.parametrize(("high", "clear"), [(1.5, False), (1.9, False), (2.1, True)])
+def test_no_return_altitude_is_written_from_which_px4_climbs_higher(tmp_path, high, clear):
+    """PX4 1.14 returns no lower than twice `NAV_ACC_RAD` above home, where it may leave the bounds."""
+    flat = FLAT.model_copy(update={"clearance": 0.5})
+    flight = handmade.along([(0, 0, 1), (100, 0, 1)], 20)
+    mission = handmade.mission([flight], origin=ORIGIN, terrain=flat, high=(300, 300, high))
+    seen = []
+    sky.export(mission, tmp_path / "m.plan", radius=0.3, takeoff=0, on_certificate=seen.append)
+    (back,) = seen[0].returns
+    assert back.proven
+    assert (len(back.lost) == 0) == clear
+    assert parameters(tmp_path)["RTL_RETURN_ALT"] >= 2 * BESIDE

@@ -11,7 +11,7 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, bends
 from skyverse.exports.return_choice import ReturnChoice, lost_share
-from skyverse.exports.return_destinations import Destination, destination, rally_points
+from skyverse.exports.return_destinations import ACCEPTANCE, Destination, destination, rally_points
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.return_obstruction import Obstruction, obstruction
 from skyverse.exports.way_home import TRIED_PLACES, Found, WayHome
@@ -28,8 +28,9 @@ REFINEMENTS = 3
 """How often the step below the lowest good altitude is halved."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
-RETURN_ALTITUDES = {"px4": (0.1, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
-"""Metres above home: the least and the greatest return altitude that files can name: `RTL_ALT`, `globalRTHHeight`."""
+RETURN_ALTITUDES = {"px4": (2 * ACCEPTANCE["px4"].radius, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
+"""Metres above home: the least and the greatest return altitude that an autopilot keeps to: PX4 1.14 climbs at least to
+twice its acceptance radius; the others are what files can name, `RTL_ALT` and `globalRTHHeight`."""
 
 
 @dataclass(frozen=True, eq=False)
