@@ -68,3 +68,16 @@ def test_a_last_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
     notes = []
     sky.export(handmade.mission([STRAIGHT], origin=ORIGIN), tmp_path / "m.plan", on_note=notes.append)
     assert not any("WARNING" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "radius", "known"),
+    [("plan", 2.0, False), ("waypoints", 2.0, True), ("waypoints", 1.0, True), ("waypoints", 0.5, False)],
+)
+def test_of_an_aeroplane_it_is_told_where_its_autopilot_does_not_turn_at_the_radius(tmp_path, suffix, radius, known):
+    wing = sky.FixedWing(speed=15.0, turn_radius=30.0, climb=15.0)
+    for one, told in ((wing, not known), (None, False)):
+        notes = []
+        mission = handmade.mission([STRAIGHT], origin=ORIGIN, wing=one)
+        sky.export(mission, tmp_path / f"m.{suffix}", radius=radius, on_note=notes.append)
+        assert any("what its corners keep is NOT proven" in note for note in notes) == told

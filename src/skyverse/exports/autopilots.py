@@ -74,6 +74,8 @@ class Autopilot(NamedTuple):
         The highest speed that may be commanded, m/s.
     max_waypoints
         The largest number of waypoints that one file may have.
+    plane_radius
+        Metres: the least acceptance radius of a waypoint that it keeps to with an aeroplane.
     rises
         The least and the greatest height above the place of take-off, metres, to which its file can tell it to rise
         before it flies to the first waypoint; ``None`` where the mission has a take-off of any height.
@@ -87,6 +89,7 @@ class Autopilot(NamedTuple):
     waits_above: bool
     max_speed: float
     max_waypoints: int
+    plane_radius: float
     rises: tuple[float, float] | None = None
 
 
@@ -102,6 +105,7 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
         waits_above=False,
         max_speed=20.0,
         max_waypoints=700,
+        plane_radius=math.inf,  # only a multirotor turns at the radius of its waypoints: `MissionBlock`
     ),
     # rates: WPNAV_SPEED_UP for takeoff and climb, WPNAV_SPEED_DN, WPNAV_ACCEL; the highest speed: WPNAV_SPEED
     "ardupilot": Autopilot(
@@ -113,6 +117,7 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
         waits_above=False,
         max_speed=20.0,
         max_waypoints=700,
+        plane_radius=1.0,  # it keeps whole metres, and turns where it will if that is 0: `Plane::verify_nav_wp`
     ),
     "dji": Autopilot(
         "dji",
@@ -123,6 +128,7 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
         waits_above=True,
         max_speed=15.0,
         max_waypoints=99,
+        plane_radius=math.inf,
         rises=(1.2, 1500.0),
     ),
 }

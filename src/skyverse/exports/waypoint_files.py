@@ -212,6 +212,11 @@ def _proofs(scenario: Scenario, plans: Sequence[FlightPlan], options: WaypointOp
     """Yield sentences on what is proven of each flight plan."""
     for plan in plans:
         yield plan.route.sentence(scenario)
+        if scenario.uavs[plan.route.uav].fixed_wing is not None and plan.autopilot.plane_radius > plan.route.radius:
+            yield (
+                f"{scenario.uavs[plan.route.uav].name}: {plan.autopilot.title} turns an aeroplane at a distance of its "
+                f"own from each waypoint, not at {plan.route.radius:.3g} m: what its corners keep is NOT proven."
+            )
         if plan.breaks:
             name, most = scenario.uavs[plan.route.uav].name, plan.autopilot.max_waypoints
             yield f"{name}: {len(plan.parts)} files of at most {most} waypoints; after each it waits for the next."
