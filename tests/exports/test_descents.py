@@ -116,3 +116,13 @@ def test_a_slope_steeper_than_45_degrees_beside_home_is_a_wall_within_the_error(
     to_home = back.way.reaches(back.way.legs.samples(5))[:, 0]
     assert to_home.all() == clear
     assert to_home.any() == clear
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+@pytest.mark.parametrize("end", ["land", "rtl"])
+def test_no_aeroplane_is_sent_straight_down(tmp_path, suffix, end):
+    wing = sky.FixedWing(speed=15.0, turn_radius=30.0, climb=15.0)
+    mission = handmade.mission([handmade.along(OUT, 20)], origin=ORIGIN, terrain=flat(1.0), wing=wing)
+    with pytest.raises(sky.InputError, match="aeroplane"):
+        sky.export(mission, tmp_path / f"m.{suffix}", end=end)
+    assert not list(tmp_path.iterdir())

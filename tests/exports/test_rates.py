@@ -183,8 +183,8 @@ def test_px4_turns_within_the_radius_for_which_corners_are_proven_however_steep_
     assert before[accepted].max() <= radius + 1e-6
 
 
-@pytest.mark.parametrize(("end", "stays"), [("land", True), ("loiter", False)])
+@pytest.mark.parametrize(("end", "stays"), [("land", True), ("rtl", True), ("loiter", False)])
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
-def test_a_uav_settles_at_its_last_waypoint_before_it_lands(tmp_path, suffix, end, stays):
+def test_a_uav_settles_at_its_last_waypoint_before_it_lands_or_returns(tmp_path, suffix, end, stays):
     _, orders, _ = exported(tmp_path, suffix, {}, end=end)
-    assert (orders.stays[-1] > 2) == stays
+    assert (orders.stays[-1] > 2) == stays  # else it turns home from within the radius, beside what is proven

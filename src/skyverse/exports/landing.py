@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
@@ -78,8 +78,17 @@ def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` if a descent from the last waypoint comes too near to an obstacle beside it.
 
     Down to the clearance above where the UAV lands it keeps the clearance, and the tracking error but for what lies
-    below in the column over that place; and above ground down to the ground clearance, if that is larger.
+    below in the column over that place; and above ground down to the ground clearance, if that is larger. An aeroplane
+    has no such descent.
     """
+    vehicles = [scenario.uavs[plan.route.uav] for plan in plans]
+    planes = [uav.name for uav in vehicles if uav.fixed_wing is not None]
+    if planes:
+        raise InputError(
+            f"{', '.join(planes)}: an aeroplane cannot descend straight down below its last waypoint",
+            field="end",
+            give=[Remedy("end", "loiter", "to circle at the target")],
+        )
     descents = [_Descents(scenario, max(scenario.clearance, scenario.ground_clearance))]
     if scenario.terrain is not None and scenario.ground_clearance > scenario.clearance:
         among = scenario.model_copy(update={"terrain": None, "max_height": None})

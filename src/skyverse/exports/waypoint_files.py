@@ -177,8 +177,10 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
         )
         plans = flight_plans(scenario, flown, made, [stand(scenario, one.uav) for one in flown])
         _require_rises(scenario, plans)
+        if options.end != "loiter":
+            plans = [_settling(plan) for plan in plans]
         if options.end == "land":
-            plans = [replace(_settling(plan), ending=landing_place(scenario, plan)[None]) for plan in plans]
+            plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
             require_level_landings(scenario, plans)
             require_landings(scenario, plans)
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
