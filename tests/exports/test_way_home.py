@@ -19,6 +19,7 @@ pytestmark = pytest.mark.usefixtures("unjudged")
 pytest.importorskip("pyproj", reason="an independent geodesy")
 
 ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+PATH = [(0, 10), (0, 70), (1000, 70), (1000, 15)]  # how far from home, how high above it, metres
 
 
 def exported(mission, folder, suffix="plan", **how):
@@ -267,3 +268,43 @@ def test_half_the_ground_clearance_is_kept_where_that_is_smaller_than_the_cleara
         )
         (judged,) = certified(mission.scenario, ReturnSpace(mission.scenario), [replace(back, lines=low)])
         assert judged.proven == proven
+
+
+@pytest.mark.parametrize("apart", [10_000.0, -60_000.0, 60_000.0])
+@pytest.mark.parametrize("goes", [1, -1])
+def test_far_from_the_origin_a_way_home_at_one_altitude_is_not_level_in_the_frame(tmp_path, apart, goes):
+    """There z of one altitude changes by apart / R for each metre; a wall and a slab are near the line of equal z."""
+    ground = -(apart**2) / (2 * 6.37e6)
+    low, high = (min(apart, apart + 1000 * goes) - 300, -300.0, ground - 50), (0, 300.0, ground + 200)
+    high = (low[0] + 1600, *high[1:])
+    wall = sorted([apart + 600 * goes, apart + 650 * goes])
+    corners = [(apart, 0, ground + z) if not x else (apart + 1000 * goes, 0, ground + z) for x, z in PATH]
+    boxes = [
+        ((wall[0], -200.0, low[2]), (wall[1], 200.0, ground + 40)),
+        ((wall[0], -200.0, ground + 95), (wall[1], 200.0, high[2])),
+    ]
+    mission = handmade.mission(
+        [handmade.along(corners, 100)], boxes=boxes, clearance=1.0, origin=ORIGIN, low=low, high=high
+    )
+    certificate, _ = exported(mission, tmp_path)
+    (back,) = certificate.returns
+    assert back.proven
+    home = sky.to_wgs84(ORIGIN, back.plan.home[None])[0]
+    returned = 0
+    for time, place in zip(*instants(mission, back.plan), strict=True):
+        if any(begin - 0.5 <= time <= end + 0.5 for begin, end in back.lost):
+            continue
+        above = sky.to_wgs84(ORIGIN, place[None])[0]
+        nearest = min([home, *sky.to_wgs84(ORIGIN, back.rally)], key=lambda goal: np.hypot(*(goal - above)[:2]))
+        level = max(above[2], nearest[2] + back.altitude)
+        shares = np.linspace(0, 1, 400)
+        ways = [
+            (np.repeat(above[None, :2], 400, axis=0), above[2] + shares * (level - above[2])),
+            (above[:2] + shares[:, None] * (nearest - above)[:2], np.full(400, level)),
+            (np.repeat(nearest[None, :2], 400, axis=0), nearest[2] + 2 + shares * (level - nearest[2] - 2)),
+        ]
+        for degrees, altitudes in ways:
+            points = handmade.local(ORIGIN, *degrees.T, altitudes)
+            assert least_gap(mission, points) >= 0.5 - 0.02, (time, place)
+        returned += 1
+    assert returned > 10

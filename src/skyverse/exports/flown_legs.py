@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
+from skyverse.exports.leg_bends import BEND_MARGIN, MIN_EARTH_RADIUS
 from skyverse.exports.leg_segments import towards
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING
@@ -179,9 +179,34 @@ def bends(scenario: Scenario, away: Floats) -> Floats:
     Over a distance d, `away` (m,) metres, the Earth falls away by d^2 / (2 R), and a line in latitude and longitude is
     off a great circle by less than d^2 tan(latitude) / (8 R).
     """
+    return MAVLINK_ROUNDING + BEND_MARGIN * away**2 * (1 + _tilt(scenario) / 4) / (2 * MIN_EARTH_RADIUS)
+
+
+def return_bends(scenario: Scenario, away: Floats, apart: Floats, heights: Floats) -> Floats:
+    """Return how far a way home on Earth may be off straight and upright lines in local metres, (m,).
+
+    Over a distance d a line of constant altitude rises or falls by up to d `apart` / R, and the vertical leans by
+    `apart` / R. A line in latitude and longitude is off a great circle by less than d^2 tan(latitude) / (8 R).
+
+    Parameters
+    ----------
+    scenario
+        What is given.
+    away
+        (m,) metres from each place to where the UAV lands.
+    apart
+        (m,) metres: how far the farther of both is from the frame's origin, seen from above.
+    heights
+        (m,) metres: how high the climb or the descent is.
+    """
+    upright = apart * (away + heights) / MIN_EARTH_RADIUS
+    return MAVLINK_ROUNDING + BEND_MARGIN * (upright + _tilt(scenario) * away**2 / (8 * MIN_EARTH_RADIUS))
+
+
+def _tilt(scenario: Scenario) -> float:
+    """Return the tangent of the latitude of the frame's origin, without its sign."""
     origin = scenario.frame.origin
-    tilt = 0.0 if origin is None else abs(float(np.tan(np.radians(origin.latitude))))
-    return MAVLINK_ROUNDING + 1.1 * away**2 * (1 + tilt / 4) / (2 * MIN_EARTH_RADIUS)
+    return 0.0 if origin is None else abs(float(np.tan(np.radians(origin.latitude))))
 
 
 def _norms(vectors: Floats) -> Floats:

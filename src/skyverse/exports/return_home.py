@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import Parts, bends
+from skyverse.exports.flown_legs import Parts, return_bends
 from skyverse.exports.return_choice import ReturnChoice, lost_share
 from skyverse.exports.return_destinations import ACCEPTANCE, Destination, destination, rally_points
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
@@ -199,7 +199,9 @@ def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     home, terrain = float(plan.home[2]), scenario.terrain
     away = np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1)
     room = scenario.uavs[plan.route.uav].tracking_error.vertical
-    room += max(float(bends(scenario, away).max()) - LEG_ALLOWANCE, 0.0)
+    apart = np.linalg.norm(np.vstack([plan.waypoints, plan.home])[:, :2], axis=1).max()
+    high = scenario.bounds.max[2] - min(home, float(plan.waypoints[:, 2].min()))
+    room += max(float(return_bends(scenario, away, apart, np.full(len(away), high)).max()) - LEG_ALLOWANCE, 0.0)
     top = scenario.bounds.max[2] - room
     low = min(max(float(plan.waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
     levels = [*np.linspace(low, top, ALTITUDES), float(plan.waypoints[:, 2].max())]

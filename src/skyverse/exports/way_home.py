@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import Parts, bends, flown_legs, joined_parts
+from skyverse.exports.flown_legs import Parts, flown_legs, joined_parts, return_bends
 from skyverse.exports.part_lines import Deviation, PartLines
 from skyverse.exports.return_destinations import ACCEPTANCE, Destination, may_be_taken, return_levels
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace, joined, single
@@ -161,7 +161,10 @@ class WayHome:
         half, aside, above = (sum(legs.spread(parts, axes)) for axes in (slice(3), slice(2), slice(2, 3)))
         half, aside = half + off, aside + off
         at, level = middle[part], self.levels[goal]
-        bend = bends(self.scenario, away + half[part])
+        over = self.places[goal].copy()
+        apart = np.maximum(*(np.linalg.norm(one[:, :2], axis=1) for one in (at, over))) + half[part]
+        high = np.maximum(box[1][part, 2], level) - np.minimum(box[0][part, 2], over[:, 2])
+        bend = return_bends(self.scenario, away + half[part], apart, high)
         knows = (box[1][:, 2] + rise)[part] <= level  # it climbs to a level that it knows
         bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
         known = Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
@@ -169,7 +172,7 @@ class WayHome:
         across = Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
         lines = PartLines(named, box[0][part], box[1][part], strays=self.error != NO_ERROR)
         column, roof = self._column(at, box[0][part, 2])
-        lowest, top, over = at.copy(), at.copy(), self.places[goal].copy()
+        lowest, top = at.copy(), at.copy()
         top[:, 2] = over[:, 2] = np.maximum(at[:, 2], level)
         lowest[:, 2] = np.clip(column, at[:, 2], top[:, 2])
         every = np.ones(len(part), dtype=np.bool_)
