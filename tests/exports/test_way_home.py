@@ -308,3 +308,22 @@ def test_far_from_the_origin_a_way_home_at_one_altitude_is_not_level_in_the_fram
             assert least_gap(mission, points) >= 0.5 - 0.02, (time, place)
         returned += 1
     assert returned > 10
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_a_uav_may_land_on_a_slope_from_however_far_it_returns(tmp_path, suffix):
+    """The descent is above home, wherever the UAV comes from: the Earth's bend on its way does not widen it."""
+    slope = Terrain(origin=(-300.0, -300.0), step=(100.0, 100.0), heights=np.tile(20.0 * np.arange(7), (34, 1)))
+    scenario = sky.Scenario(
+        name="slope",
+        bounds=sky.Bounds(min=(-300, -300, 0), max=(3000, 300, 200)),
+        terrain=slope,
+        clearance=2.0,
+        lattice=sky.Lattice(step=(50.0, 50.0, 20.0)),
+        uavs=(sky.UAV(start=(0, 0, 120), tracking_error=sky.TrackingError(horizontal=1.6, vertical=3)),),
+        targets=(sky.Target(position=(2700, 0, 120)),),
+        frame=sky.Frame(origin=ORIGIN),
+    )
+    certificate, _ = exported(sky.plan_mission(scenario, sky.Taut()), tmp_path, suffix)
+    (back,) = certificate.returns
+    assert back.everywhere

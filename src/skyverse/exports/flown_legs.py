@@ -11,7 +11,7 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.leg_bends import BEND_MARGIN, MIN_EARTH_RADIUS
 from skyverse.exports.leg_segments import towards
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.tolerances import MAVLINK_ROUNDING
+from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
 
 
 class Parts(NamedTuple):
@@ -182,25 +182,35 @@ def bends(scenario: Scenario, away: Floats) -> Floats:
     return MAVLINK_ROUNDING + BEND_MARGIN * away**2 * (1 + _tilt(scenario) / 4) / (2 * MIN_EARTH_RADIUS)
 
 
-def return_bends(scenario: Scenario, away: Floats, apart: Floats, heights: Floats) -> Floats:
-    """Return how far a way home on Earth may be off straight and upright lines in local metres, (m,).
+def return_bends(scenario: Scenario, places: Floats, goals: Floats, beside: Floats, heights: Floats) -> Floats:
+    """Return how far ways home on Earth may be off straight and upright lines in local metres, (m,).
 
-    Over a distance d a line of constant altitude rises or falls by up to d `apart` / R, and the vertical leans by
-    `apart` / R. A line in latitude and longitude is off a great circle by less than d^2 tan(latitude) / (8 R).
+    A line of constant altitude is lower where it is farther from the frame's origin, by the difference of the distances
+    squared / (2 R). A line in latitude and longitude is off a great circle by less than d^2 tan(latitude) / (8 R).
 
     Parameters
     ----------
     scenario
         What is given.
-    away
-        (m,) metres from each place to where the UAV lands.
-    apart
-        (m,) metres: how far the farther of both is from the frame's origin, seen from above.
+    places, goals
+        (m, 3) metres: from where a UAV returns, and where it lands.
+    beside
+        (m,) metres by which it may be beside these places.
     heights
         (m,) metres: how high the climb or the descent is.
     """
-    upright = apart * (away + heights) / MIN_EARTH_RADIUS
-    return MAVLINK_ROUNDING + BEND_MARGIN * (upright + _tilt(scenario) * away**2 / (8 * MIN_EARTH_RADIUS))
+    begin, way = places[:, :2], goals[:, :2] - places[:, :2]
+    away = _norms(way)
+    share = np.clip(-(begin * way).sum(axis=1) / np.maximum(away, SAME_PLACE) ** 2, 0.0, 1.0)
+    near = np.maximum(_norms(begin + share[:, None] * way) - beside, 0.0)
+    far = np.maximum(_norms(begin), _norms(begin + way)) + beside
+    level = (far**2 - near**2) / 2 + _tilt(scenario) * (away + beside) ** 2 / 8
+    return leans(far, heights) + BEND_MARGIN * level / MIN_EARTH_RADIUS
+
+
+def leans(apart: Floats, heights: Floats) -> Floats:
+    """Return how far vertical lines `apart` from the frame's origin may be off those of the frame, (m,), all metres."""
+    return MAVLINK_ROUNDING + BEND_MARGIN * apart * heights / MIN_EARTH_RADIUS
 
 
 def _tilt(scenario: Scenario) -> float:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.exports.autopilots import Acceptance, Autopilot
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.flown_legs import leans
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
@@ -81,7 +82,7 @@ def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place:
     levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
     points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
     none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
-    off = none + MAVLINK_ROUNDING
+    off = leans(none + float(np.linalg.norm(place[:2])), none + scenario.bounds.max[2] - float(place[2]))
     lax = np.tile([acceptance.radius, 0.0], (len(levels), 1))
     lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, none - np.inf, lax)
     free = space.free(lines, error)

@@ -197,11 +197,11 @@ def _best_altitude(
 def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     """Return the return altitudes to try, metres above home, the lowest first."""
     home, terrain = float(plan.home[2]), scenario.terrain
-    away = np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1)
     room = scenario.uavs[plan.route.uav].tracking_error.vertical
-    apart = np.linalg.norm(np.vstack([plan.waypoints, plan.home])[:, :2], axis=1).max()
-    high = scenario.bounds.max[2] - min(home, float(plan.waypoints[:, 2].min()))
-    room += max(float(return_bends(scenario, away, apart, np.full(len(away), high)).max()) - LEG_ALLOWANCE, 0.0)
+    none = np.zeros(len(plan.waypoints))
+    high = none + scenario.bounds.max[2] - min(home, float(plan.waypoints[:, 2].min()))
+    bends = return_bends(scenario, plan.waypoints, np.tile(plan.home, (len(none), 1)), none, high)
+    room += max(float(bends.max()) - LEG_ALLOWANCE, 0.0)
     top = scenario.bounds.max[2] - room
     low = min(max(float(plan.waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
     levels = [*np.linspace(low, top, ALTITUDES), float(plan.waypoints[:, 2].max())]

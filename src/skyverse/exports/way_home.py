@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import Parts, flown_legs, joined_parts, return_bends
+from skyverse.exports.flown_legs import Parts, flown_legs, joined_parts, leans, return_bends
 from skyverse.exports.part_lines import Deviation, PartLines
 from skyverse.exports.return_destinations import ACCEPTANCE, Destination, may_be_taken, return_levels
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace, joined, single
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
+from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
 from skyverse.space.tube import NO_ERROR
 
 LARGEST_PART = 16.0
@@ -162,9 +162,8 @@ class WayHome:
         half, aside = half + off, aside + off
         at, level = middle[part], self.levels[goal]
         over = self.places[goal].copy()
-        apart = np.maximum(*(np.linalg.norm(one[:, :2], axis=1) for one in (at, over))) + half[part]
         high = np.maximum(box[1][part, 2], level) - np.minimum(box[0][part, 2], over[:, 2])
-        bend = return_bends(self.scenario, away + half[part], apart, high)
+        bend = return_bends(self.scenario, at, over, half[part], high)
         knows = (box[1][:, 2] + rise)[part] <= level  # it climbs to a level that it knows
         bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
         known = Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
@@ -178,14 +177,16 @@ class WayHome:
         every = np.ones(len(part), dtype=np.bool_)
         lines.add(lowest, top, across, every, ground=False)
         lines.add_in_column(at, lowest, across, lowest[:, 2] > at[:, 2], roof, ground=False)
-        radius, upright = ACCEPTANCE[self.plan.autopilot.name]
+        radius, beneath = ACCEPTANCE[self.plan.autopilot.name]
         climbs = box[0][part, 2] < level
-        lag = np.where(climbs, upright / 2, 0.0)  # it goes on below the level, and climbs the rest on its way
+        lag = np.where(climbs, beneath / 2, 0.0)  # it goes on below the level, and climbs the rest on its way
         lower = np.column_stack([np.zeros((len(part), 2)), lag])
         lines.add(top - lower, over - lower, across, every, lax=np.column_stack([0 * lag, lag]))
-        highest = np.maximum(over[:, 2], box[1][part, 2])
+        highest = np.maximum(over[:, 2], box[1][part, 2]) + np.maximum(bend - LEG_ALLOWANCE, 0.0)
         below = self.below[goal].T
-        lines.descend(over, highest, below, Deviation(*[bend] * 5), every, lax=(radius, 0.0))
+        lean = leans(np.linalg.norm(over[:, :2], axis=1), high)  # it is above where it lands, however it came there
+        upright = Deviation(lean, lean, lean, lean, np.full(len(part), LEG_ALLOWANCE))
+        lines.descend(over, highest, below, upright, every, lax=(radius, 0.0))
         if self.plan.autopilot.name == "dji":
             flat = over.copy()
             flat[:, 2] = at[:, 2]
