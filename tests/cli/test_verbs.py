@@ -179,7 +179,9 @@ def test_a_planner_that_seeks_length_alone_says_so_where_more_is_priced(skyverse
     priced = sky.Scenario.model_validate({**scenario.model_dump(), "objective": {"unit": "metres", "altitude": band}})
     sky.write(priced, "band.json")
     _, _, err = skyverse("plan", "band.json", "--planner", "taut", "--shape", "stop-and-go", "--no-page")
-    assert "Taut seeks length alone; priced, but not sought: altitude (astar and hybrid-mvo seek them)." in err
+    assert (
+        "Taut seeks length alone; priced, but not sought: altitude (cheapest, astar and hybrid-mvo seek them)." in err
+    )
 
 
 def test_check_ends_with_0_on_a_good_mission_and_with_1_on_a_bad_one(skyverse, mission_file, tmp_path):

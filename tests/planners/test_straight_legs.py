@@ -54,9 +54,10 @@ def test_fitness_is_price_and_metres_inside_and_the_free_part_is_kept(scenario, 
     kept = path[:free]
     np.testing.assert_array_equal(run.best.points[0, : run.best.length[0]], kept)
     objective = scenario.objective
+    places = kept[np.r_[True, np.any(np.diff(kept, axis=0) != 0, axis=1)]]  # a place twice in a row hides no turn
     turns = sum(
         np.linalg.norm(np.cross(b - a, c - b)) > 1e-9 * np.linalg.norm(b - a) * np.linalg.norm(c - b)
-        for a, b, c in zip(kept, kept[1:], kept[2:], strict=False)
+        for a, b, c in zip(places, places[1:], places[2:], strict=False)
     )
     gap = math.dist(kept[-1], problem.end)
     price = objective.fuel * lengths[: free - 1].sum() + objective.divergence * turns + objective.end * gap

@@ -34,7 +34,6 @@ SEARCHES = (
 ANY_ANGLE = (
     sky.Taut(),
     sky.ThetaStar(),
-    sky.Cheapest(legs=1),
     sky.HybridMVO(universes=6, legs="straight"),
     sky.WOA(waypoints=2, candidates=6, legs="straight"),
 )
@@ -111,6 +110,22 @@ def searches_of_any_angle():
         airspace = sky.Airspace(world(seed, kinds, **more))
         for planner in ANY_ANGLE:
             planner.plan(sky.Problem(airspace), stop=FEW, rng=seed)
+
+
+def searches_for_the_whole_objective():
+    band = sky.AltitudeBand(low=3, high=7, weight=0.2)
+    scenario = sky.Scenario(
+        name="beside a box and through a zone",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(24, 20, 12)),
+        obstacles=(sky.Box(min=(8, 4, 0), max=(12, 16, 12)),),
+        zones=(sky.Cylinder(centre=(18, 10), radius=3, low=0, high=12, risk=2.0),),
+        clearance=0.25,
+        lattice=sky.Lattice(step=(3, 3, 3), connectivity=26),
+        objective=sky.Objective(unit="metres", divergence=0.3, risk=1.0, altitude=band),
+        uavs=(sky.UAV(start=(1, 10, 5)),),
+        targets=(sky.Target(position=(23, 10, 5)),),
+    )
+    sky.Cheapest(legs=12_000).plan(sky.Problem(scenario))
 
 
 def trajectories():
@@ -196,6 +211,7 @@ def octree(path, rng):
 WORKLOADS = (
     searches_on_lattices,
     searches_of_any_angle,
+    searches_for_the_whole_objective,
     trajectories,
     fleets,
     aeroplanes,

@@ -109,6 +109,9 @@ DEVIATION = 1e-8
 JERK_JUMP = 1e-7
 """Metres per second cubed by which rounding may let the jerk jump at a knot."""
 
+DESCENT_GAIN = 1e-7
+"""Relative: a descent makes no change of a path that lowers its price by less."""
+
 SAME_NEARNESS = 1e-7
 """Semi-axes by which a pair may come nearer than at its start or target and still count as placed there: less than
 `SEPARATION_FORGIVEN`, so that what is passed over here the referee passes too."""
@@ -191,6 +194,9 @@ BEND_WORTH = 1e-5
 
 MERGE_CONVERGED = 1e-5
 """Relative: merging bends and shortening again has ended when it saves less."""
+
+SEARCH_GAIN = 1e-5
+"""Relative: a round of a search for cheaper paths that lowers the price by less counts as having found nothing."""
 
 TIGHTEN_CONVERGED = 1e-4
 """Relative: a pass of windows over a path has ended when it shortens the path by less."""

@@ -13,6 +13,7 @@ from skyverse._typing import Bools, Floats, Ints
 from skyverse.cost import Rates
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance
+from skyverse.numerics.tolerances import SEARCH_GAIN
 from skyverse.search.cheapest.bend_points import bend_points
 from skyverse.search.cheapest.descent import descend
 from skyverse.search.cheapest.elite import Elite, best_of, keep, no_elite
@@ -38,8 +39,8 @@ GAP, NEAR, APART = 0.1, 0.05, 2.0
 where points count as beside those of a way."""
 WAYS, DRAWN, CHANGES = 16, 10, 8
 """How many ways are tried in a round, then how many random places are added, and random changes are tried."""
-IDLE, NO_GAIN = 20, 1e-5
-"""After so many rounds that gain no more than this share the search ends."""
+IDLE = 20
+"""After so many rounds in a row that find nothing the search ends."""
 LONGEST_WAY = 64
 """Points of a way, at most."""
 DEARER, FORGOTTEN = 0.08, 0.95
@@ -113,7 +114,7 @@ def cheapest_path(
         dearer *= FORGOTTEN
         _try_changes(space, rates, roadmap, steps, elite, spent, rng)
         least = elite.price.min()
-        idle = 0 if least < price * (1.0 - NO_GAIN) else idle + 1
+        idle = 0 if least < price * (1.0 - SEARCH_GAIN) else idle + 1
     path, _, legs = descend(space, rates, best_of(elite), steps, FINEST, THOROUGH)
     spent[LEGS] += legs
     return path, spent

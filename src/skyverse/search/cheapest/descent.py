@@ -13,6 +13,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Rates
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.norm import distance
+from skyverse.numerics.tolerances import DESCENT_GAIN
 from skyverse.search.cheapest.leg_price import leg_price, turn_price
 from skyverse.space.obstacles import Space, in_bounds
 from skyverse.space.world import segment_free
@@ -43,8 +44,8 @@ INSERTED_SHARES = np.array([0.5, 0.25, 0.75])
 INSERTED_STEPS = np.array([0.25, 0.06, 0.015, 0.004])
 """How far beside the leg, as shares of its length."""
 
-WORTH = 1e-7
-"""Relative: a change that lowers the price by less is not made."""
+MORE_GAIN = 10.0
+"""How many times as much as a moved joint an added one must gain."""
 
 
 @by_reference
@@ -258,14 +259,14 @@ def descend(
     for i in range(1, len(path)):
         draft.price[i] = leg_price(rates, path[i - 1], path[i], memory[3])
     while draft.counts[SPENT] < spend:
-        least = WORTH * draft.price[: draft.counts[SIZE]].sum()
+        least = DESCENT_GAIN * draft.price[: draft.counts[SIZE]].sum()
         coarse = _round(space, rates, draft, steps, finest, least, memory)
         if coarse:
             continue
         added = False
         i = 1
         while i < draft.counts[SIZE]:
-            if _insert(space, rates, draft, i, 10.0 * least, memory):
+            if _insert(space, rates, draft, i, MORE_GAIN * least, memory):
                 added = True
                 i += 1
             i += 1
