@@ -65,8 +65,9 @@ def random_case(seed):
 
 
 def end_over(mission):
-    """Land where there are no slopes: those of random ground are too steep."""
-    return "land" if mission.scenario.terrain is None else "loiter"
+    """Land multirotors where there are no slopes: those of random ground are too steep."""
+    planes = any(uav.fixed_wing is not None for uav in mission.scenario.uavs)
+    return "land" if mission.scenario.terrain is None and not planes else "loiter"
 
 
 def sea_level(scenario, uav, above, latitude, longitude, altitude):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.exports.timing import USUAL_TOLERANCE, timed_path
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
@@ -23,6 +24,12 @@ def exported(mission, folder, suffix="plan"):
     (back,) = seen[0].returns
     assert back.proven
     return back
+
+
+def exported_plan(mission, folder, radius):
+    seen = []
+    sky.export(mission, folder / "m.plan", radius=radius, on_certificate=seen.append)
+    return seen[0].returns[0].plan
 
 
 def parameters(folder):
@@ -107,3 +114,20 @@ def test_no_return_altitude_is_written_from_which_px4_climbs_higher(tmp_path, hi
     assert back.proven
     assert (len(back.lost) == 0) == clear
     assert parameters(tmp_path)["RTL_RETURN_ALT"] >= 2 * BESIDE
+
+
+@pytest.mark.parametrize("radius", [0.3, 2.0])
+def test_separations_count_that_a_takeoff_ends_below_its_waypoint(tmp_path, radius):
+    """PX4 takes `NAV_MC_ALT_RAD` off the climb and flies straight on from there, earlier, and below the first leg."""
+    mission = handmade.mission([handmade.along([(0, 0, 10), (60, 0, 10)], 20)], origin=ORIGIN, terrain=FLAT)
+    plan = exported_plan(mission, tmp_path, radius)
+    below = parameters(tmp_path)["NAV_MC_ALT_RAD"]
+    path = timed_path(mission.scenario, plan, USUAL_TOLERANCE)
+    top, to = plan.waypoints[:2]
+    (leg,) = np.flatnonzero((path.starts == top).all(axis=1) & (path.ends == to).all(axis=1))
+    shares = np.linspace(0, 1, 50)
+    lower = np.column_stack([top[0] + shares * (to - top)[0], 0 * shares, top[2] - (1 - shares) * below])
+    counted = path.deviation[leg, 0] + shares * np.diff(path.deviation[leg])
+    assert (np.abs(lower[:, 2] - top[2]) <= counted).all()
+    least = (top[2] - below - plan.home[2]) / USUAL_TOLERANCE.fastest_climb
+    assert path.earliest[leg, 0] <= plan.delay + least + 1e-9

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Autopilot, Rates, rates_of
+from skyverse.exports.autopilots import Autopilot, Rates, corner_acceptance, rates_of
 from skyverse.exports.leg_segments import towards
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
@@ -82,6 +82,13 @@ class FlightPlan:
             stops[:] = 1.0
         stops[[0, -1]] = 1.0
         return stops
+
+    @property
+    def takeoff_cut(self) -> float:
+        """Metres below its first waypoint at which the UAV may turn to the next: PX4 ends a take-off that early."""
+        if self.autopilot.name != "px4" or not np.isfinite(self.rates.climb):
+            return 0.0
+        return corner_acceptance(self.autopilot, self.route.radius).altitude
 
     def predicted(self) -> Trajectory:
         """Return the flight from the end of the wait to the end of the mission."""

@@ -63,7 +63,8 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
     height = float(np.linalg.norm(waypoints[0] - plan.home))
     swift, slow = height / tolerance.fastest_climb, height / tolerance.slowest_climb
     made.add(plan.home, waypoints[0], early, early + swift, late, late + slow)
-    early, late, turned = early + swift, late + slow, 0.0
+    turned = min(plan.takeoff_cut, height)
+    early, late = early + swift - turned / tolerance.fastest_climb, late + slow
     made.add(waypoints[0], waypoints[0], early, early + plan.hover, late, late + plan.hover)
     early, late = early + plan.hover, late + plan.hover
     for k, speed in enumerate(plan.speeds, 1):
