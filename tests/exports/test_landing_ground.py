@@ -80,6 +80,13 @@ def test_a_landing_on_a_slope_is_refused(tmp_path, degrees, lands):
             exported(mission, tmp_path, end="land")
 
 
+def test_the_refusal_of_landings_names_all_uavs_and_what_to_do(tmp_path):
+    flights = [handmade.along([(x, 0, 20 + x / 2), (x, 100, 20 + x / 2)], 20) for x in (0, 50)]
+    mission = handmade.mission(flights, clearance=1.0, origin=ORIGIN, terrain=slope(30.0))
+    with pytest.raises(sky.InputError, match=r"(?s)uav-1: it cannot land.*uav-2: it cannot land.*targets.*loiter"):
+        exported(mission, tmp_path, end="land")
+
+
 @pytest.mark.parametrize(("half", "error", "lands"), [(1.2, 0.0, True), (0.8, 0.0, False), (1.2, 1.5, False)])
 @pytest.mark.parametrize("kind", ["box", "cylinder"])
 def test_a_landing_on_a_roof_needs_a_roof_as_large_as_the_error(tmp_path, half, error, lands, kind):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.errors import InputError
+from skyverse.errors import InputError, Remedy
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.landing import ground_below, ground_level, surface_below
 from skyverse.model.airspace_kinds import is_airspace
@@ -34,7 +34,7 @@ def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
         slope = 0.0 if terrain is None else math.degrees(math.atan(steepest_within(terrain, place[:2], reach)))
         if slope <= STEEPEST:
             return None
-        return f"the ground within {reach:.3g} m slopes by {slope:.0f} degrees; {STEEPEST:g} are level enough"
+        return f"the ground within {reach:.3g} m slopes by {slope:.0f} degrees; at most {STEEPEST:g} are level enough"
     angles = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
     for away in (reach / 2, reach):
         for x, y in (place[:2] + away * np.column_stack([np.cos(angles), np.sin(angles)])).tolist():
@@ -46,11 +46,12 @@ def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
 
 def require_level_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` where a UAV that lands below its last waypoint would land on a slope or the edge of a roof."""
-    for plan in plans:
-        why = why_not_level(scenario, plan.route.uav, plan.ending[-1])
-        if why is not None:
-            name = scenario.uavs[plan.route.uav].name
-            raise InputError(f"{name}: it cannot land below its last waypoint: {why}", field="end")
+    every = [(scenario.uavs[plan.route.uav].name, plan) for plan in plans]
+    asked = [(name, why_not_level(scenario, plan.route.uav, plan.ending[-1])) for name, plan in every]
+    refused = [f"{name}: it cannot land below its last waypoint: {why}" for name, why in asked if why is not None]
+    if refused:
+        stay = Remedy("end", "loiter", "to stay at the target")
+        raise InputError(f"{'. '.join(refused)}. Choose other targets", field="end", give=[stay])
 
 
 def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[str]:
