@@ -62,9 +62,14 @@ def test_a_last_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
     flights = [handmade.along(corners, 60), handmade.along([(-100, -100, 50), (-50, -100, 50)], 40)]
     mission = handmade.mission(flights, origin=ORIGIN, boxes=[wall], low=(-400, -400, 0), high=(400, 400, 290))
     notes = []
-    sky.export(mission, tmp_path / "m.wpml.kmz", on_note=notes.append)
+    sky.export(mission, tmp_path / "m.wpml.kmz", on_note=notes.append, page=tmp_path / "m.html")
     assert any("NOT from t = " in note for note in notes)
-    assert notes[-1] == "WARNING: no way home is proven at every instant of the flight of uav-1: see above."
+    warning = (
+        "WARNING: no way home is proven at every instant of the flight of uav-1: what is said of the return tells when."
+    )
+    assert notes[-1] == warning
+    listed = (tmp_path / "m.html").read_text().split("What is exported", 1)[1]
+    assert listed.index("<li>") == listed.index(f"<li>{warning}</li>")  # in a list of which a page shows a few lines
     notes = []
     sky.export(handmade.mission([STRAIGHT], origin=ORIGIN), tmp_path / "m.plan", on_note=notes.append)
     assert not any("WARNING" in note for note in notes)

@@ -84,7 +84,8 @@ def banner(scene: MissionScene) -> str:
             verdict += card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
     if scene.export_notes:
         tone, sign = ("warn", "!") if any("WARNING" in note for note in scene.export_notes) else ("note", "i")
-        lines = "".join(f"<li>{escape(note)}</li>" for note in scene.export_notes)
+        notes = sorted(scene.export_notes, key=lambda note: "WARNING" not in note)  # a page shows the first few
+        lines = "".join(f"<li>{escape(note)}</li>" for note in notes)
         verdict += card(tone, sign, "What is exported, and the ways home.", f"<ul>{lines}</ul>")
     return verdict
 
