@@ -123,8 +123,8 @@ def export_waypoints(
     without = [scenario.uavs[plan.route.uav].name for plan, back in backs if back is None or not back.everywhere]
     if without:
         on_note(
-            f"WARNING: no way home is proven at every instant of the flight of {', '.join(without)}: what is said of the "
-            "return tells when."
+            f"WARNING: no way home is proven at every instant of the flight of {', '.join(without)}: what is said of "
+            "the return tells when."
         )
     return files
 
