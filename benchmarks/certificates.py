@@ -30,6 +30,7 @@ from skyverse.numerics.cores import cores
 
 ROUNDING = 1e-9  # of the oracle
 TOUCHING = 200  # places that touch something, of one flight, that are examined for seams
+FINE = 1e-7  # metres: steps by which it is judged whether a proven flight is in a seam
 ABRUPT = (sky.Fault.CONTINUITY, sky.Fault.TRAJECTORY_ENDS)  # at knots, judged exactly
 
 
@@ -87,7 +88,8 @@ def trajectory(
         wrong += [f"{vehicle.name} is proven, but {violation.message}" for violation in violations]
         touching = motion.position[depth(mission.scenario, motion.position) > -5e-7]
         touching = touching[:: len(touching) // TOUCHING + 1]
-        if len(touching) and (squeezed(mission.scenario, touching) == 1).any():
+        tight = touching[squeezed(mission.scenario, touching) == 1] if len(touching) else touching
+        if any(squeezed(mission.scenario, place[None], reach=40, step=FINE)[0] == 1 for place in tight):
             wrong.append(f"{vehicle.name} is proven, but leads through a seam")
     named = {violation.fault for violation in violations}
     if sky.Fault.UNDECIDED not in named:

@@ -61,6 +61,18 @@ def test_a_flight_between_two_grown_shapes_that_leave_less_than_a_micrometre_is_
     )
 
 
+@pytest.mark.parametrize("far", [0.0, 1e5])
+def test_beside_the_narrowest_place_between_round_shapes_the_gap_there_counts(far):
+    gap, radius = 0.9e-6, 2.5
+    ball = Sphere(centre=(far - radius - gap / 2, far + 5, 5), radius=radius)
+    block = Box(min=(far + gap / 2, far + 4, -1), max=(far + 4, far + 6, 11))
+    bounds = sky.Bounds(min=(far - 6, far, 0), max=(far + 6, far + 10, 10))
+    scenario = world(ball, block, clearance=0.0).model_copy(update={"bounds": bounds})
+    for beside, sealed in ((0.0, True), (0.4e-3, True), (1.5e-3, False)):  # it widens by the square of this over 5 m
+        found = seam(scenario, (far, far + 1, 5 + beside), (far, far + 9, 5 + beside))
+        assert (found is not None and found.decided) == sealed
+
+
 @pytest.mark.parametrize("kind", ["box", "prism", "cylinder", "sphere", "voxels"])
 @pytest.mark.parametrize("clearance", [0.0, 0.1])
 def test_a_gap_of_a_millimetre_may_be_passed_along_either_side(kind, clearance):
