@@ -116,6 +116,7 @@ from .referee import check_optimality as check_optimality
 from .referee import check_result as check_result
 from .samples.circle import circle_swap as circle_swap
 from .samples.city import random_city as random_city
+from .samples.city import random_downtown as random_downtown
 from .samples.jacksboro import jacksboro as jacksboro
 from .samples.room import random_room as random_room
 from .samples.threats import random_threats as random_threats

@@ -30,6 +30,23 @@ def test_heights_are_log_normal_and_density_is_kept():
     assert city.bounds.max[0] == pytest.approx(2000 * 10**0.5, abs=1)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_downtown_most_buildings_reach_the_ceiling_and_everybody_starts_and_ends_in_the_open(seed):
+    city = sky.random_downtown(seed=seed, uavs=5)
+    assert city == sky.random_downtown(seed=seed, uavs=5)
+    side, ceiling = city.bounds.max[0], city.bounds.max[2]
+    assert (side, ceiling, city.clearance) == (1500.0, 60.0, 2.0)
+    sizes = np.array([np.subtract(box.max, box.min) for box in city.obstacles])
+    assert len(sizes) == 1500
+    assert 0.82 < np.mean(sizes[:, 2] >= ceiling) < 0.88
+    assert 44.5 < sizes[:, :2].max() <= 45.0
+    world = sky.World(city)
+    assert world.free(np.array([uav.start for uav in city.uavs])).all()
+    assert world.free(np.array([target.position for target in city.targets])).all()
+    first = np.subtract(city.targets[0].position, city.uavs[0].start)
+    assert np.all(first[:2] > 0.8 * side)
+
+
 def test_what_cannot_be_is_refused_in_one_sentence():
     with pytest.raises(sky.InputError, match="buildings is a whole number from 0 on, not -1"):
         sky.random_city(-1)
@@ -39,3 +56,5 @@ def test_what_cannot_be_is_refused_in_one_sentence():
                 sky.random_city(5, **{name: wrong})
     with pytest.raises(sky.InputError, match="leave no room"):
         sky.random_city(3000, side=100.0)
+    with pytest.raises(sky.InputError, match="random_downtown's buildings is a whole number from 0 on, not True"):
+        sky.random_downtown(True)

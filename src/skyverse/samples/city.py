@@ -1,9 +1,10 @@
-"""Random cities: boxes of log-normal height on a square, under a flight ceiling."""
+"""Random cities on a square, under a flight ceiling: mostly lower than it, or downtown, mostly as high."""
 
 import math
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
@@ -11,6 +12,12 @@ from skyverse.model.uav import UAV
 
 CITY_DENSITY = 2000 / 2000.0**2
 """Buildings per square metre, of 2,000 on 2 km x 2 km."""
+
+DOWNTOWN_DENSITY = 1500 / 1500.0**2
+"""Buildings per square metre downtown, of 1,500 on 1.5 km x 1.5 km."""
+
+TALL_SHARE = 0.85
+"""The share of the buildings downtown that reach the ceiling."""
 
 
 def random_city(
@@ -54,22 +61,112 @@ def random_city(
     InputError
         If an argument is out of range, or the buildings leave no space for starts and targets.
     """
+    side = _checked_side("random_city", buildings, CITY_DENSITY, side, ceiling, clearance, uavs, seed)
+    rng = np.random.default_rng(seed)
+    low, high = _footprints(rng, buildings, side, (10.0, 40.0))
+    height = np.exp(rng.normal(math.log(25.0), 0.6, buildings))
+    boxes = _buildings(low, high, height)
+    described = f"{buildings} random buildings on {side:g} m x {side:g} m under {ceiling:g} m (seed {seed})."
+    return _to_cross(f"city-{buildings}-{seed}", described, boxes, side, ceiling, clearance, uavs, rng)
+
+
+def random_downtown(
+    buildings: int = 1500,
+    *,
+    side: float | None = None,
+    ceiling: float = 60.0,
+    clearance: float = 2.0,
+    uavs: int = 1,
+    seed: int = 0,
+) -> Scenario:
+    """Make a city whose buildings mostly reach the flight ceiling, and UAVs that have to find a way between them.
+
+    Footprints are rectangles with sides of 10 to 45 m at random places, so that many touch or overlap. Of the
+    buildings, 85 % are as high as the ceiling or up to twice as high; the others have 10 to 90 % of its height, evenly
+    spread. Starts and targets are placed as in `random_city`; some may be shut in, so that there is no path.
+
+    Parameters
+    ----------
+    buildings
+        The number of buildings.
+    side
+        The side of the square, metres; by default it gives the density of 1,500 buildings on 1.5 km x 1.5 km.
+    ceiling
+        The upper bound of flight, metres above the ground, which is the lower bound.
+    clearance
+        The distance to keep from buildings, metres.
+    uavs
+        The number of UAVs, and of targets.
+    seed
+        The same seed makes the same city.
+
+    Returns
+    -------
+    Scenario
+        It has a 26-connected lattice with steps of at most 5 m, and costs in metres.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the buildings leave no space for starts and targets.
+    """
+    side = _checked_side("random_downtown", buildings, DOWNTOWN_DENSITY, side, ceiling, clearance, uavs, seed)
+    rng = np.random.default_rng(seed)
+    low, high = _footprints(rng, buildings, side, (10.0, 45.0))
+    tall = rng.random(buildings) < TALL_SHARE
+    height = ceiling * np.where(tall, rng.uniform(1.0, 2.0, buildings), rng.uniform(0.1, 0.9, buildings))
+    boxes = _buildings(low, high, height)
+    described = f"{buildings} random buildings downtown, {side:g} m x {side:g} m under {ceiling:g} m (seed {seed})."
+    return _to_cross(f"downtown-{buildings}-{seed}", described, boxes, side, ceiling, clearance, uavs, rng)
+
+
+def _checked_side(
+    generator: str,
+    buildings: int,
+    density: float,
+    side: float | None,
+    ceiling: float,
+    clearance: float,
+    uavs: int,
+    seed: int,
+) -> float:
+    """Return the side of the square, metres, after a check of a generator's arguments."""
     for name, number, least in (("buildings", buildings, 0), ("uavs", uavs, 0), ("seed", seed, 0)):
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < least:
-            raise InputError(f"random_city's {name} is a whole number from {least} on, not {number!r}")
+            raise InputError(f"{generator}'s {name} is a whole number from {least} on, not {number!r}")
     for name, metres in (("side", side), ("ceiling", ceiling), ("clearance", clearance)):
         number = isinstance(metres, int | float | np.number) and not isinstance(metres, bool) and math.isfinite(metres)
         if metres is not None and (not number or metres < 0 or (metres == 0 and name != "clearance")):
-            raise InputError(f"random_city's {name} is metres above 0, not {metres!r}")
-    side = float(math.ceil(math.sqrt(max(buildings, 1) / CITY_DENSITY))) if side is None else side
-    rng = np.random.default_rng(seed)
+            raise InputError(f"{generator}'s {name} is metres above 0, not {metres!r}")
+    return float(math.ceil(math.sqrt(max(buildings, 1) / density))) if side is None else side
+
+
+def _footprints(
+    rng: np.random.Generator, buildings: int, side: float, sides: tuple[float, float]
+) -> tuple[Floats, Floats]:
+    """Return the min and the max corners of random rectangles on the square, (n, 2) metres each."""
     middle = rng.uniform(0.0, side, (buildings, 2))
-    half = rng.uniform(5.0, 20.0, (buildings, 2))
-    low = np.clip(middle - half, 0.0, side)
-    high = np.clip(middle + half, 0.0, side)
-    height = np.exp(rng.normal(math.log(25.0), 0.6, buildings))
-    boxes = np.round(np.column_stack([low, np.zeros(buildings), high, height]), 2)
-    boxes = boxes[np.all(boxes[:, 3:] > boxes[:, :3], axis=1)]
+    half = rng.uniform(0.5 * sides[0], 0.5 * sides[1], (buildings, 2))
+    return np.clip(middle - half, 0.0, side), np.clip(middle + half, 0.0, side)
+
+
+def _buildings(low: Floats, high: Floats, height: Floats) -> Floats:
+    """Return buildings as boxes (n, 6) in whole centimetres; those without extent are left out."""
+    boxes = np.round(np.column_stack([low, np.zeros(len(low)), high, height]), 2)
+    return np.asarray(boxes[np.all(boxes[:, 3:] > boxes[:, :3], axis=1)])
+
+
+def _to_cross(
+    name: str,
+    description: str,
+    boxes: Floats,
+    side: float,
+    ceiling: float,
+    clearance: float,
+    uavs: int,
+    rng: np.random.Generator,
+) -> Scenario:
+    """Return the scenario of a city and UAVs that have to cross it; the first one does from corner to corner."""
 
     def free_place(near: tuple[float, float], reach: tuple[float, float]) -> tuple[float, float, float]:
         for _ in range(1000):
@@ -77,7 +174,7 @@ def random_city(
             p = np.floor([*100 * xy, 100 * rng.uniform(min(10.0, ceiling / 2), min(50.0, ceiling))]) / 100
             if not np.any(np.all((boxes[:, :3] - clearance - 0.5 < p) & (p < boxes[:, 3:] + clearance + 0.5), axis=1)):
                 return float(p[0]), float(p[1]), float(p[2])
-        raise InputError(f"{buildings} buildings on {side:g} m leave no room for starts and targets")
+        raise InputError(f"{len(boxes)} buildings on {side:g} m leave no room for starts and targets")
 
     step = min(5.0, side, ceiling)
     edge = side / 20.0
@@ -89,8 +186,8 @@ def random_city(
         ends.append((a, b, reach) if across else (a[::-1], b[::-1], reach[::-1]))
     ways = [(free_place(a, reach), free_place(b, reach)) for a, b, reach in ends[:uavs]]
     return Scenario(
-        name=f"city-{buildings}-{seed}",
-        description=f"{buildings} random buildings on {side:g} m x {side:g} m under {ceiling:g} m (seed {seed}).",
+        name=name,
+        description=description,
         bounds=Bounds(min=(0, 0, 0), max=(side, side, ceiling)),
         obstacles=tuple(Box(min=tuple(row[:3]), max=tuple(row[3:])) for row in boxes.tolist()),
         clearance=clearance,
