@@ -52,7 +52,7 @@ def mixed_shapes() -> sky.Scenario:
 def cases() -> dict[str, Callable[[], Any]]:
     """Return what is computed, by name."""
     one_uav = {
-        **{type(p).__name__: p for p in (sky.AStar(), sky.ThetaStar(), sky.Taut(), sky.HybridMVO())},
+        **{type(p).__name__: p for p in (sky.AStar(), sky.ThetaStar(), sky.Taut(), sky.Cheapest(), sky.HybridMVO())},
         **{type(p).__name__: p for p in (sky.RandomRestart(), sky.MVO(), sky.GSO(), sky.BBO())},
         **{f"{kind.__name__} as run": kind(as_run=True) for kind in (sky.MVO, sky.GSO, sky.BBO)},
         "HybridMVO, straight legs": sky.HybridMVO(legs="straight"),
@@ -64,7 +64,7 @@ def cases() -> dict[str, Callable[[], Any]]:
             found[f"{name} on {world}"] = lambda p=planner, w=world: plan(p, sky.read(w))
     for kind in waypoints:
         found[f"{kind.__name__} on map1"] = lambda k=kind: plan(k(), sky.read("map1"))
-    for name in ("AStar", "ThetaStar", "Taut", "MVO", "HybridMVO", "HybridMVO, straight legs"):
+    for name in ("AStar", "ThetaStar", "Taut", "Cheapest", "MVO", "HybridMVO", "HybridMVO, straight legs"):
         found[f"{name} among mixed shapes"] = lambda n=name: plan(one_uav[n], mixed_shapes())
         found[f"{name} among threats"] = lambda n=name: plan(one_uav[n], sky.random_threats())
         found[f"{name} over jacksboro"] = lambda n=name: plan(one_uav[n], sky.read("jacksboro"))
@@ -77,6 +77,8 @@ def cases() -> dict[str, Callable[[], Any]]:
     for shape in ("minimum-jerk", "stop-and-go"):
         found[f"fleet table-4.8, {shape}"] = lambda s=shape: fly(sky.read("table-4.8"), sky.Taut(), shape=s)
     found["fleet over jacksboro"] = lambda: fly(sky.read("jacksboro"), sky.Taut())
+    for fleet in ("table-4.8", "jacksboro"):
+        found[f"fleet {fleet}, no planner named"] = lambda f=fleet: fly(sky.read(f))
     found["fleet among mixed shapes"] = lambda: fly(mixed_shapes(), sky.Taut())
     found["fleet of eight changing places"] = lambda: fly(sky.circle_swap(8), sky.Taut(), assignment="identity")
     window = sky.window_swap(sky.read("map1"), uavs=6)
@@ -107,7 +109,7 @@ def plan(planner: sky.Planner, scenario: sky.Scenario) -> sky.Result:
     return planner.plan(sky.Problem(scenario), stop=FEW, rng=1)
 
 
-def fly(scenario: sky.Scenario, planner: sky.Planner, **options: Any) -> sky.Mission:
+def fly(scenario: sky.Scenario, planner: sky.Planner | None = None, **options: Any) -> sky.Mission:
     """Plan a fleet's mission with six iterations and seed 1."""
     return sky.plan_mission(scenario, planner, stop=FEW, rng=1, **options)
 
@@ -166,7 +168,8 @@ def main() -> int:
         print(f"{name}: {found[name]}", flush=True)
     if options.verb == "make":
         FILE.parent.mkdir(exist_ok=True)
-        answers = known | found if options.only else found
+        both = known | found if options.only else found
+        answers = {name: both[name] for name in cases() if name in both}
         FILE.write_text(json.dumps({"machine": machine(), "answers": answers}, indent=1) + "\n", encoding="utf-8")
         return 0
     different = [name for name in chosen if found[name] != known.get(name)]

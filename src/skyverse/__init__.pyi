@@ -86,6 +86,7 @@ from .model.verdict import Fault as Fault
 from .model.verdict import Verdict as Verdict
 from .model.verdict import Violation as Violation
 from .planners.astar import AStar as AStar
+from .planners.auto import Auto as Auto
 from .planners.base import Planner as Planner
 from .planners.bbo import BBO as BBO
 from .planners.cheapest import Cheapest as Cheapest

@@ -117,7 +117,7 @@ def test_scenarios_prints_the_schema(skyverse):
 
 
 def test_plan_writes_a_mission_and_a_page_and_says_where(skyverse, tmp_path):
-    code, out, err = skyverse("plan", "map2", "--iterations", 3, "--seed", 5)
+    code, out, err = skyverse("plan", "map2", "--seed", 5)
     assert code == 0
     assert err == "" or "compiling" in err
     assert out.splitlines()[-2:] == [str(Path("out/map2.json")), str(Path("out/map2.html"))]
@@ -155,12 +155,41 @@ def test_plan_takes_a_course_map_with_a_uav_and_a_target(skyverse, tmp_path):
 
 
 def test_plan_takes_settings_and_negative_coordinates(skyverse):
-    words = ("--set", "universes=5", "--set", "as_run=true", "--paths", 30, "--uav", "0,-4,2", "--target", "1,17,3")
+    words = (
+        "--planner",
+        "mvo",
+        "--set",
+        "universes=5",
+        "--set",
+        "as_run=true",
+        "--paths",
+        30,
+        "--uav",
+        "0,-4,2",
+        "--target",
+        "1,17,3",
+    )
     code, out, _ = skyverse("plan", "map1", *words, "--json", "--no-page")
     said = json.loads(out)
     assert code in (0, 1)
     assert "universes=5, as_run=True" in said["provenance"]["planner"]
     assert len(said["uavs"]) == 2
+
+
+def test_plan_without_a_planner_says_which_one_it_chose_and_that_it_follows_no_budget(skyverse):
+    code, out, err = skyverse("plan", "map1", "--iterations", 9, "--no-page")
+    assert code == 0
+    assert "\nplanned by AStar\ntotal cost 265, " in out
+    assert err.endswith(
+        "AStar ends by itself; without effect: --iterations (mvo and other metaheuristics follow a budget).\n"
+    )
+    said = json.loads(skyverse("plan", "map1", "--planner", "auto", "--no-page", "--json")[1])
+    assert said["provenance"]["planner"].startswith("AStar(), ")
+
+
+def test_a_setting_needs_the_planner_that_it_belongs_to(skyverse):
+    said = complaint(skyverse("plan", "map1", "--set", "universes=5"))
+    assert said == "--set: expected --planner with it, as in --planner mvo --set universes=50"
 
 
 def test_plan_ends_with_1_where_a_target_cannot_be_reached(skyverse, tmp_path):
@@ -256,12 +285,15 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
         (
             ["plan", "map1", "--planner", "mvp"],
-            "there is no planner 'mvp'; there are mvo, hybrid-mvo, gso, bbo, random-restart, astar, taut",
+            "there is no planner 'mvp'; there are auto, mvo, hybrid-mvo, gso, bbo, random-restart, astar, taut",
         ),
-        (["plan", "map1", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
+        (["plan", "map1", "--planner", "mvo", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
         (["plan", "map1", "--set", "universes"], "--set: expected name=value"),
-        (["plan", "map1", "--set", "universes=few"], "universes is a whole number from 2 on, not 'few'"),
-        (["plan", "map1", "--set", "as_run=maybe"], "as_run is True or False, not 'maybe'"),
+        (
+            ["plan", "map1", "--planner", "mvo", "--set", "universes=few"],
+            "universes is a whole number from 2 on, not 'few'",
+        ),
+        (["plan", "map1", "--planner", "mvo", "--set", "as_run=maybe"], "as_run is True or False, not 'maybe'"),
         (["plan", "map1", "--iterations", "0"], "--iterations: expected a whole number from 1 on, found '0'"),
         (["plan", "map1", "--iterations", "many"], "--iterations: expected a whole number from 1 on, found 'many'"),
         (["plan", "map1", "--iterations", "1.5"], "--iterations: expected a whole number from 1 on, found '1.5'"),
@@ -391,9 +423,9 @@ def test_a_mission_whose_arrays_do_not_fit_is_refused_by_every_verb(skyverse, mi
 
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")
 def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
-    warm = [sys.executable, "-m", "skyverse", "plan", "map1", "-o", str(tmp_path / "warm.json")]
+    warm = [sys.executable, "-m", "skyverse", "plan", "map1", "--planner", "mvo", "-o", str(tmp_path / "warm.json")]
     subprocess.run(warm, check=True, capture_output=True)
-    words = ["plan", "table-4.8", "--iterations", "100000000", "-o", str(tmp_path / "m.json")]
+    words = ["plan", "table-4.8", "--planner", "mvo", "--iterations", "100000000", "-o", str(tmp_path / "m.json")]
     command = [sys.executable, "-m", "skyverse", *words]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:

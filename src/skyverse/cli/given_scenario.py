@@ -76,6 +76,16 @@ def tell_unsought(scenario: "Scenario", planner: "Planner") -> None:
         print(f"{said} (cheapest, astar and hybrid-mvo seek them).", file=sys.stderr)
 
 
+def tell_unspent(planner: "Planner", budget: dict[str, float | None]) -> None:
+    """Say on standard error which options of a budget, by name, have no effect on a planner that ends by itself."""
+    from skyverse.planners.base import DirectPlanner
+
+    options = [name for name, amount in budget.items() if amount is not None]
+    if options and isinstance(planner, DirectPlanner):
+        said = f"{type(planner).__name__} ends by itself; without effect: {', '.join(options)}"
+        print(f"{said} (mvo and other metaheuristics follow a budget).", file=sys.stderr)
+
+
 def tell_unknown(scenario: "Scenario", chosen: str | None) -> None:
     """Say on standard error what an OctoMap's unknown space was taken for, where the user has not said it."""
     from skyverse.maps.readers.voxel_grid import KIND_OF_UNKNOWN

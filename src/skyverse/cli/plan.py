@@ -6,7 +6,15 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.apart_by_timing import tell_apart_by_timing
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
-from skyverse.cli.given_scenario import limited, refuse_unsafe, tell_unknown, tell_unsought, with_ceiling, with_more
+from skyverse.cli.given_scenario import (
+    limited,
+    refuse_unsafe,
+    tell_unknown,
+    tell_unsought,
+    tell_unspent,
+    with_ceiling,
+    with_more,
+)
 from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, Output, Whole
 from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
 from skyverse.cli.overflights import tell_overflights
@@ -26,7 +34,7 @@ def plan(
     /,
     *,
     output: Output = None,
-    planner: str = "mvo",
+    planner: str = "auto",
     settings: Annotated[list[str] | None, Parameter(name="--set")] = None,
     seed: Whole = None,
     iterations: Annotated[int | None, Parameter(group=budget), WHOLE] = None,
@@ -67,7 +75,8 @@ def plan(
     output
         The mission file, .json; the page is put beside it. By default out/NAME.json.
     planner
-        mvo, gso, bbo, random-restart, hybrid-mvo, taut, theta-star, astar, cma-es, pso, ga, de, l-shade, woa, mfo, gwo
+        By default auto, the best for what the scenario prices: astar for nodes, taut for length, cheapest for length
+        and more. Or theta-star, hybrid-mvo, mvo, gso, bbo, random-restart, cma-es, pso, ga, de, l-shade, woa, mfo, gwo
         or da.
     settings
         A setting of the planner, as in `--set universes=50`; repeat for more.
@@ -130,7 +139,7 @@ def plan(
     asked = limited(with_more(scenario, asked, uav, target), limits)
     tell_unknown(asked, unknown)
     refuse_unsafe(scenario, asked)
-    method = planner_of(planner, settings or [])
+    method = planner_of(planner, settings or [], asked)
     tell_unsought(asked, method)
     out = output if output is not None else DEFAULT_FOLDER / f"{file_name(asked.name)}.json"
     if out.suffix.lower() != ".json":
@@ -141,6 +150,7 @@ def plan(
     wings = ["aeroplane"] if any(uav.fixed_wing for uav in asked.uavs) else []
     before_compiling(lambda: compile_with_bar(["mission", type(method).__name__, shape, *wings]))
     with stop_rule(iterations, paths, seconds) as stop, progress_bar(asked, stop) as on_progress:
+        tell_unspent(method, {"--iterations": iterations, "--paths": paths, "--seconds": seconds})
         mission = sky.plan_mission(
             asked,
             method,

@@ -77,6 +77,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     _report_flights(mission)
     if any(result.status.value == "optimal" for result in results):
         print("Paths called optimal are so as claimed by the planner; skyverse check --optimality searches anew.")
+    if results:
+        planners = dict.fromkeys(result.provenance.planner.partition("(")[0] for result in results)
+        print(f"planned by {' and '.join(planners)}")
     sums = [f"{value:.6g}{f' {unit}' if len(costs) > 1 else ''}" for unit, value in costs.items()]
     total = " and ".join(sums) or "-"
     times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"

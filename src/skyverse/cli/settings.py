@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
+    from skyverse.model.scenario import Scenario
     from skyverse.planners.base import Planner
 
 
@@ -19,11 +20,16 @@ def given(function: Any, *args: Any, **kwargs: Any) -> Any:
         raise InputError(str(error)) from error
 
 
-def planner_of(name: str, settings: list[str]) -> "Planner":
-    """Make the planner of that name with settings given as ``name=value``."""
+def planner_of(name: str, settings: list[str], scenario: "Scenario") -> "Planner":
+    """Make the planner of that name with settings given as ``name=value``; ``auto`` is the one for the scenario."""
     from skyverse.planners import make_planner
+    from skyverse.planners.auto import Auto
 
-    return given(make_planner, name, **values_of(settings))
+    values = values_of(settings)
+    if name == "auto" and values:
+        raise InputError("--set: expected --planner with it, as in --planner mvo --set universes=50")
+    planner: Planner = given(make_planner, name, **values)
+    return planner.choose(scenario) if isinstance(planner, Auto) else planner
 
 
 def values_of(settings: list[str]) -> dict[str, object]:

@@ -20,6 +20,7 @@ from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Deconfliction
+from skyverse.planners.auto import Auto
 from skyverse.planners.base import Planner, Seed, provenance, seeded
 from skyverse.planners.results import refused_result
 from skyverse.problem import Airspace, Problem, snap_endpoint
@@ -40,7 +41,7 @@ class OnProgress(Protocol):
 
 def plan_mission(
     scenario: Scenario,
-    planner: Planner,
+    planner: Planner | None = None,
     *,
     stop: Stop | None = None,
     rng: Seed = None,
@@ -58,7 +59,7 @@ def plan_mission(
     scenario
         The UAVs, targets, obstacles and the objective.
     planner
-        Plans each UAV's path, one after another.
+        Plans each UAV's path, one after another; `Auto` by default, which chooses the best for the scenario.
     stop
         When the planning of each UAV's path ends. A `Cancelled` rule ends the whole mission with the results so far.
     rng
@@ -94,6 +95,10 @@ def plan_mission(
     if apart_in_space and not keep_apart:
         raise InputError("conflicts are to be left, so that paths cannot be led apart in space", field="apart_in_space")
     airspace = Airspace(scenario)
+    if planner is None:
+        planner = Auto()
+    if isinstance(planner, Auto):
+        planner = planner.choose(scenario)
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
     assigned = assign_targets(airspace, assignment, criterion)

@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from skyverse.planners.base import Planner
 
 _CLASSES = {
+    "auto": "auto.Auto",
     "mvo": "mvo.MVO",
     "hybrid-mvo": "hybrid.HybridMVO",
     "gso": "gso.GSO",

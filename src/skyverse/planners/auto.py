@@ -1,0 +1,48 @@
+"""The planner where none is named: it chooses one by what the scenario prices."""
+
+from dataclasses import dataclass
+
+from skyverse.cost import soft_terms
+from skyverse.model.result import Result
+from skyverse.model.scenario import Scenario
+from skyverse.planners.astar import AStar
+from skyverse.planners.base import Planner, Seed
+from skyverse.planners.cheapest import Cheapest
+from skyverse.planners.taut import Taut
+from skyverse.problem import Problem
+from skyverse.stop import OnIteration, Stop
+
+
+@dataclass(frozen=True, kw_only=True)
+class Auto(Planner):
+    """The planner that finds the cheapest paths of a scenario's own objective; it is used where none is named.
+
+    It chooses by what the scenario prices:
+
+    - nodes: `AStar`, which is exact on the lattice;
+    - metres, and nothing else: `Taut`, which finds shortest paths and a proven bound;
+    - metres, and turns, altitude, risk or climb as well: `Cheapest`, which seeks the whole objective.
+
+    An aeroplane cannot follow the moves of a lattice. A fleet that has one is planned as if the objective were in
+    metres, and so are its costs.
+
+    Results say which planner found them, in `provenance`. All three end by themselves: `stop`, `rng` and `on_iteration`
+    have no effect.
+    """
+
+    def choose(self, scenario: Scenario) -> Planner:
+        """Return the planner for a scenario."""
+        objective = scenario.objective
+        if objective.unit == "nodes" and all(uav.fixed_wing is None for uav in scenario.uavs):
+            return AStar()
+        return Cheapest() if objective.divergence > 0 or soft_terms(scenario) else Taut()
+
+    def leaves_lattice(self, scenario: Scenario) -> bool:
+        """Tell whether the planner for a scenario leaves its lattice."""
+        return self.choose(scenario).leaves_lattice(scenario)
+
+    def plan(
+        self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
+    ) -> Result:
+        """Plan one UAV's path by the planner for its scenario; see `Planner.plan`."""
+        return self.choose(problem.scenario).plan(problem, stop=stop, rng=rng, on_iteration=on_iteration)
