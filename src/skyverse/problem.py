@@ -1,5 +1,6 @@
 """One UAV, one target, one objective, compiled."""
 
+import math
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +10,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import as_lines, told_metres, told_point
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.search.lattice_astar import LatticePath, shortest_route
@@ -36,6 +38,9 @@ class Airspace:
         self.world = World(scenario)
         self.nominal = self
         self._straying: dict[TrackingError, Airspace] = {}
+
+    def __repr__(self) -> str:
+        return f"Airspace of {self.scenario!r}"
 
     def of(self, uav: int) -> "Airspace":
         """Return the airspace for the nominal position of a UAV: this one, where the UAV does not stray from it.
@@ -127,6 +132,14 @@ class Problem:
         hovers = self.scenario.uavs[uav].fixed_wing is None  # an aeroplane climbs no column
         self.start = self.airspace.column_top(self.uav_place) if hovers else self.uav_place
         self.end = self.airspace.column_top(self.target_place) if hovers else self.target_place
+
+    def __repr__(self) -> str:
+        uav, target = self.scenario.uavs[self.uav], self.scenario.targets[self.target]
+        return as_lines(
+            f"Problem in scenario {self.scenario.name!r}: {uav.name} from {told_point(self.uav_place)} "
+            f"to {target.name} at {told_point(self.target_place)}",
+            f"{told_metres(math.dist(self.uav_place, self.target_place))} as the crow flies",
+        )
 
     @property
     def columns(self) -> tuple[Floats, Floats]:

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
+from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import as_lines, told_metres
 from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
 from skyverse.model.verdict import Violation
 
@@ -55,6 +57,12 @@ class Flown(ArrayRecord):
     peak_tilt: float
     energy: float
     above_ground: float | None = None
+
+    def __repr__(self) -> str:
+        return (
+            f"Flown: UAV number {self.uav} for {told_seconds(float(self.times[-1] - self.times[0]))}, tracking error "
+            f"at most {told_metres(self.largest)}, {told_metres(self.clearance)} to the nearest obstacle"
+        )
 
 
 @dataclass(frozen=True)
@@ -119,6 +127,13 @@ class Flight(ArrayRecord):
     rounds: tuple[str, ...] = ()
     disturbances: Disturbances = field(default_factory=Disturbances)
     format: str = field(default="skyverse/flight/1")
+
+    def __repr__(self) -> str:
+        return as_lines(
+            f"Flight of mission {self.mission.scenario.name!r}: {self.sentence}",
+            self.vehicle_sentence,
+            f"largest tracking error {told_metres(self.largest)}",
+        )
 
     @property
     def vehicle_sentence(self) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
+from skyverse.model.short_lines import as_lines, counted
 from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
 
 
@@ -122,6 +123,13 @@ class FlightRuns(ArrayRecord):
     checks: tuple[str, ...] = ()
     rounds: tuple[str, ...] = ()
     refusal: str = ""
+
+    def __repr__(self) -> str:
+        return as_lines(
+            f"{counted(self.runs, 'flight')} of mission {self.mission.scenario.name!r}",
+            self.sentence,
+            self.tube_sentence,
+        )
 
     @property
     def runs(self) -> int:

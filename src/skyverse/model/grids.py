@@ -1,5 +1,6 @@
 """Grids as fields of models: heights and voxels, in the file itself or in a side file that it refers to."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any
 
 import numpy as np
@@ -9,6 +10,15 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator, SerializationI
 from skyverse._typing import Bools, Floats
 from skyverse.model.arrays import equal, frozen
 from skyverse.model.quantities import Model
+
+
+class _Shape(tuple[int, ...]):
+    """The shape of an array, which stands for its numbers where a model is shown."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return f"array of {' x '.join(map(str, self))}"
 
 
 class GridModel(Model):
@@ -23,6 +33,10 @@ class GridModel(Model):
         return ours.keys() == theirs.keys() and all(equal(value, theirs[name]) for name, value in ours.items())
 
     __hash__ = None  # type: ignore[assignment]
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
+        for name, value in super().__repr_args__():
+            yield name, _Shape(value.shape) if isinstance(value, np.ndarray) else value
 
     def __setstate__(self, state: dict[Any, Any]) -> None:
         super().__setstate__(state)

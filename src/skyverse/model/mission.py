@@ -1,13 +1,17 @@
 """The fleet's answer: who goes where, by which path and trajectory, and what the referee says of it."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.formats import MISSION_2
+from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
+from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import as_lines, counted, told_metres
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Deconfliction, Violation
 
@@ -50,6 +54,20 @@ class Mission(ArrayRecord):
     deconfliction: Deconfliction | None = None
     flights: tuple[FlightSummary | None, ...] = ()
     format: str = field(default=MISSION_2)
+
+    def __repr__(self) -> str:
+        flying = sum(trajectory is not None for trajectory in self.trajectories)
+        fleet = len(self.scenario.uavs)
+        who = counted(fleet, "UAV") if flying == fleet else f"{flying:,} of {counted(fleet, 'UAV')}"
+        length = sum(flight.length for flight in self.flights if flight is not None)
+        flown = f"{told_metres(length)} flown, " if length else ""
+        return as_lines(
+            f"Mission {self.scenario.name!r}: {who} {'flies' if flying == 1 else 'fly'}, {self._judged}",
+            "" if self.complete else "not complete: " + self._missing,
+            f"total cost {self.total_cost_sentence}",
+            f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",
+            f"by {self.provenance.planner_and_seed}",
+        )
 
     @property
     def costs(self) -> dict[str, float]:
@@ -96,3 +114,48 @@ class Mission(ArrayRecord):
                 for target, result, trajectory in zip(self.assignment, self.results, self.trajectories, strict=True)
             )
         )
+
+    @property
+    def total_cost_sentence(self) -> str:
+        """The sums of the costs by unit, and how far they are above the best possible, where that is known."""
+        told = " and ".join(f"{value:,.6g} {unit}" for unit, value in self.costs.items()) or "none"
+        results = [result for result in self.results if result is not None]
+        gap = _fleet_gap(results) if len(self.costs) == 1 else None
+        if gap is None:
+            return told
+        lattice = "" if any(result.any_angle for result in results) else " on the lattice"
+        if abs(gap) <= SMALLEST_GAP:
+            return f"{told}, no paths{lattice} cost less"
+        if all(result.bounded_by_straight_line(self.scenario.objective.divergence) for result in results):
+            return f"{told}, at most {told_gap(gap)} above the straight lines, which no paths beat"
+        return f"{told}, at most {told_gap(gap)} above the best possible{lattice}"
+
+    @property
+    def _judged(self) -> str:
+        """What the referee says of the mission, in a few words."""
+        if self.violations:
+            return f"{counted(len(self.violations), 'thing')} found wrong"
+        if self.apart is None:
+            return "not judged"
+        certificates = [*self.certificates, self.apart]
+        proven = all(one is None or one.verdict.value == "proven" for one in certificates)
+        return "proven safe at every instant" if proven else "nothing found wrong"
+
+    @property
+    def _missing(self) -> str:
+        """What the mission lacks."""
+        if self.interrupted:
+            return "the run was interrupted"
+        without = sum(
+            target is not None and trajectory is None
+            for target, trajectory in zip(self.assignment, self.trajectories, strict=True)
+        )
+        return f"{counted(without, 'UAV')} with a target but no way to it"
+
+
+def _fleet_gap(results: Sequence[Result]) -> float | None:
+    """Return by which share the costs of results together exceed their bounds; ``None`` where that is not known."""
+    bounds = [result.bound for result in results if result.bound is not None and result.status.reached]
+    if not results or len(bounds) < len(results) or sum(bounds) <= 0:
+        return None
+    return sum(result.cost for result in results) / sum(bounds) - 1

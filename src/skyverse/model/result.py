@@ -4,7 +4,13 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
+from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
+from skyverse.model.gaps import SMALLEST_GAP, told_gap
+from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import as_lines, counted, told_metres, told_point
 
 
 class Status(Enum):
@@ -75,6 +81,15 @@ class History(ArrayRecord):
     generated_nodes: IntArray
     evaluations: IntArray
 
+    def __repr__(self) -> str:
+        if not len(self.cost):
+            return "History: empty, as the planner went straight to its answer"
+        first, last = self.cost[0], self.cost[-1]
+        return (
+            f"History: {counted(len(self.cost), 'row')}, best cost {first:,.6g} at first and {last:,.6g} at last, "
+            f"after {counted(int(self.generated_paths[-1]), 'generated path')}"
+        )
+
 
 def no_history() -> History:
     """Return the history of a run without iterations."""
@@ -91,6 +106,12 @@ class Provenance:
     stop: str
     seed: int | None
     platform: str
+
+    @property
+    def planner_and_seed(self) -> str:
+        """The name of the planner and, where it has one, its seed."""
+        name = self.planner.partition("(")[0]
+        return name if self.seed is None else f"{name}, seed {self.seed}"
 
 
 CANCELLED = "Cancelled"
@@ -140,6 +161,19 @@ class Result(ArrayRecord):
     provenance: Provenance
     any_angle: bool = False
 
+    def __repr__(self) -> str:
+        if not len(self.path):
+            return as_lines(f"Result: {self.status.value}", self.status.sentence)
+        gap = self.gap_sentence
+        return as_lines(
+            f"Result: {self.status.value}, cost {self.cost:,.6g}{f', {gap}' if gap else ''}",
+            f"path of {counted(len(self.path), 'point')}, {told_metres(self.length)}, "
+            f"from {told_point(self.path[0])} to {told_point(self.path[-1])}",
+            "" if self.status.reached else self.status.sentence,
+            f"by {self.provenance.planner_and_seed}: {counted(self.effort.generated_paths, 'generated path')} "
+            f"in {told_seconds(self.seconds)}",
+        )
+
     @property
     def gap(self) -> float | None:
         """``cost / bound - 1`` of a complete path whose bound is known, and otherwise ``None``.
@@ -153,6 +187,45 @@ class Result(ArrayRecord):
         return 0.0 if self.cost <= self.bound else math.inf
 
     @property
+    def length(self) -> float:
+        """The length of the path, metres; 0 where there is none."""
+        return _length(self.path)
+
+    @property
+    def gap_sentence(self) -> str:
+        """How far the cost is above the best possible, as in ``at most 2 % above the best possible``; may be empty."""
+        if self.gap is None or not math.isfinite(self.gap):
+            return ""
+        if self.gap < -SMALLEST_GAP:
+            return f"{told_gap(-self.gap)} below its bound, which is impossible"
+        if self.gap <= SMALLEST_GAP:
+            return f"no path {'' if self.any_angle else 'on the lattice '}costs less"
+        if self.bounded_by_straight_line():
+            return f"at most {told_gap(self.gap)} above the straight line, which no path beats"
+        return f"at most {told_gap(self.gap)} above the best possible{'' if self.any_angle else ' on the lattice'}"
+
+    def bounded_by_straight_line(self, turn: float = 0.0) -> bool:
+        """Tell whether the bound is the price of the straight line, perhaps with one `turn`, in the cost's unit.
+
+        The line joins start and goal or, where the path begins or ends with a vertical leg, the far ends of these legs.
+        """
+        path = self.path
+        length = self.length
+        if self.bound is None or not self.any_angle or length == 0:
+            return False
+        metre = self.terms.get("fuel", 0.0) / length
+        first = 1 if len(path) > 2 and np.array_equal(path[0, :2], path[1, :2]) else 0
+        last = len(path) - (2 if len(path) > 2 and np.array_equal(path[-1, :2], path[-2, :2]) else 1)
+        lines = [path[[0, -1]]] + ([path[[0, first, last, -1]]] if first <= last else [])
+        prices = [metre * _length(line) + extra for line in lines for extra in (0.0, turn)]
+        return any(math.isclose(self.bound, price, rel_tol=1e-6) for price in prices)
+
+    @property
     def cancelled(self) -> bool:
         """Whether a `Cancelled` rule ended the run."""
         return self.stopped_by == CANCELLED
+
+
+def _length(path: Floats) -> float:
+    """Return the length of a path (n, 3), metres."""
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())

@@ -3,6 +3,8 @@
 All units are SI; positions are local east-north-up metres, with an optional WGS84 origin in the frame.
 """
 
+import math
+from collections import Counter
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, Self
 
@@ -13,6 +15,7 @@ from skyverse.model.digest import digest_of
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
+from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
 
 MAX_STATES = 5e8
@@ -251,6 +254,35 @@ class Scenario(Model):
     targets: tuple[Target, ...] = ()
     frame: Frame = Frame()
     sources: tuple[Source, ...] = ()
+
+    def __repr__(self) -> str:
+        kinds = Counter(shape.shape for shape in self.obstacles)
+        kinds_told = ", ".join(f"{count:,} {kind}" for kind, count in kinds.most_common()) if len(kinds) > 1 else ""
+        things = [
+            counted(len(self.uavs), "UAV"),
+            counted(len(self.targets), "target"),
+            counted(len(self.obstacles), "obstacle") + (f" ({kinds_told})" if kinds_told else ""),
+        ]
+        things += [counted(len(self.zones), "zone")] if self.zones else []
+        things += ["over a terrain"] if self.terrain is not None else []
+        low, high, step = self.bounds.min, self.bounds.max, self.lattice.step
+        sizes = [b - a for a, b in zip(low, high, strict=True)]
+        kept = [f"{self.clearance:g} m from obstacles"] if self.obstacles else []
+        kept += [f"{self.ground_clearance:g} m or more above ground"] if self.terrain is not None else []
+        kept += [] if self.max_height is None else [f"{self.max_height:g} m or less above ground"]
+        nodes = math.prod(int(size / one + 1e-9) + 1 for size, one in zip(sizes, step, strict=True))
+        origin = self.frame.origin
+        return as_lines(
+            f"Scenario {self.name!r}: {', '.join(things)}",
+            self.description,
+            f"bounds {TIMES.join(f'{size:,.6g}' for size in sizes)} m, from {told_point(low)} to {told_point(high)}",
+            f"UAVs keep {', '.join(kept)}" if kept else "",
+            f"lattice of {nodes:,} nodes, {TIMES.join(f'{one:g}' for one in step)} m apart, "
+            f"{self.lattice.connectivity}-connected",
+            "" if origin is None else f"origin at latitude {origin.latitude:.6f}, longitude {origin.longitude:.6f}",
+        )
+
+    __str__ = __repr__
 
     @property
     def ground_clearance(self) -> float:

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray
+from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import as_lines, counted, told_point
 
 Form = Literal["smooth", "slowed", "straightened", "stop-and-go", "dubins"]
 
@@ -42,6 +44,17 @@ class Trajectory(ArrayRecord):
     coefficients: FloatArray
     form: Form = "stop-and-go"
     note: str = ""
+
+    def __repr__(self) -> str:
+        ends = self.at([self.start, self.end]).position
+        pieces, degree = len(self.coefficients), self.coefficients.shape[1] - 1
+        return as_lines(
+            f"Trajectory: {self.form}, {told_seconds(self.end - self.start)} long, "
+            f"from t = {told_seconds(self.start)} to t = {told_seconds(self.end)}",
+            f"from {told_point(ends[0])} to {told_point(ends[1])}, "
+            f"in {counted(pieces, 'polynomial piece')} of degree {degree}",
+            self.note,
+        )
 
     @property
     def start(self) -> float:

@@ -98,6 +98,9 @@ class Certificate:
     subdivisions: int = 0
     scenario: str = ""
 
+    def __repr__(self) -> str:
+        return f"Certificate: {self.verdict.value}\n  {self.sentence}"
+
 
 @dataclass(frozen=True)
 class Conflict:

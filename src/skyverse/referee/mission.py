@@ -8,6 +8,7 @@ from skyverse.model.digest import short
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import as_lines, counted
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
@@ -23,6 +24,9 @@ from skyverse.referee.tube import EXACT
 from skyverse.referee.untrusted import entry, target_index
 from skyverse.referee.world import RefereeWorlds, referee_world
 
+MAX_SHOWN = 4
+"""Sentences at most that the prompt shows of what is not proven."""
+
 
 class Certificates(NamedTuple):
     """What is proven of a mission.
@@ -33,6 +37,17 @@ class Certificates(NamedTuple):
 
     trajectories: tuple[Certificate | None, ...]
     apart: Certificate
+
+    def __repr__(self) -> str:
+        flying = [one for one in self.trajectories if one is not None]
+        proven = sum(one.verdict.value == "proven" for one in flying)
+        wrong = [one.sentence for one in (*flying, self.apart) if one.verdict.value != "proven"]
+        return as_lines(
+            f"Certificates: {proven} of {counted(len(flying), 'trajectory', 'trajectories')} proven, "
+            f"separation {self.apart.verdict.value}",
+            *wrong[:MAX_SHOWN],
+            f"... and {len(wrong) - MAX_SHOWN} more" if len(wrong) > MAX_SHOWN else "",
+        )
 
 
 class JudgedFleet(NamedTuple):

@@ -1,0 +1,91 @@
+"""What the prompt shows: a few short lines that say what matters, whatever the scenario holds."""
+
+from dataclasses import replace
+
+import pytest
+
+import skyverse as sky
+from skyverse.files import BUILTIN_NAMES
+
+MAX_LINES, MAX_LINE = 6, 110
+
+
+def lines(shown):
+    """Return the lines of what the prompt shows, none of which is long."""
+    found = repr(shown).splitlines()
+    assert 1 <= len(found) <= MAX_LINES
+    assert max(map(len, found)) <= MAX_LINE
+    return found
+
+
+@pytest.fixture(scope="module")
+def fleet():
+    return sky.plan_mission(sky.read("table-4.9-2"), sky.Taut(), rng=1)
+
+
+@pytest.mark.parametrize("name", BUILTIN_NAMES)
+def test_a_scenario_is_shown_in_a_few_lines(name):
+    scenario = sky.read(name)
+    found = lines(scenario)
+    assert found[0].startswith(f"Scenario {name!r}: {len(scenario.uavs)} UAV")
+    assert str(scenario) == repr(scenario)
+    assert not any("e+" in line for line in found)
+
+
+def test_a_name_and_a_description_of_any_length_are_cut():
+    scenario = sky.read("map1").model_copy(update={"name": "n" * 999, "description": "many words " * 99})
+    assert lines(scenario)[1].endswith("...")
+
+
+def test_a_mission_says_who_flies_what_is_proven_and_what_it_costs(fleet):
+    found = lines(fleet)
+    assert found[0] == "Mission 'table-4.9-2': 2 UAVs fly, proven safe at every instant"
+    assert found[1].startswith(f"  total cost {fleet.cost:.6g} metres, ")
+    assert found[-1] == "  by Taut"
+    assert lines(replace(fleet, certificates=(), apart=None))[0].endswith("not judged")
+    wrong = sky.Violation(sky.Fault.SPEED, (0,), "Too fast.")
+    assert lines(replace(fleet, violations=(wrong,)))[0].endswith("1 thing found wrong")
+
+
+def test_a_mission_without_a_way_says_so(fleet):
+    lost = replace(fleet, trajectories=(None, *fleet.trajectories[1:]))
+    assert lines(lost)[0].startswith("Mission 'table-4.9-2': 1 of 2 UAVs flies")
+    assert lines(lost)[1] == "  not complete: 1 UAV with a target but no way to it"
+
+
+def test_a_seed_is_told_of_planners_that_draw_numbers_alone():
+    scenario, stop = sky.read("map2"), sky.MaxIterations(2)
+    assert lines(sky.plan_mission(scenario, sky.MVO(), stop=stop, rng=7))[-1] == "  by MVO, seed 7"
+    assert sky.plan_mission(scenario, sky.AStar(), rng=7).provenance.seed is None
+
+
+def test_the_parts_of_a_mission_are_shown_in_a_few_lines(fleet):
+    result, trajectory = fleet.results[0], fleet.trajectories[0]
+    assert lines(result)[0].startswith(f"Result: {result.status.value}, cost {result.cost:,.6g}")
+    assert lines(trajectory)[0].startswith(f"Trajectory: {trajectory.form}, ")
+    assert lines(result.history)[0].startswith("History: 1 row, ")
+    problem = sky.Problem(fleet.scenario, 1, 0)
+    assert lines(problem)[0].startswith("Problem in scenario 'table-4.9-2': uav-2 from ")
+    certificates = sky.certify(fleet.scenario, fleet)
+    assert repr(certificates) == "Certificates: 2 of 2 trajectories proven, separation proven"
+    assert repr(certificates.apart).startswith("Certificate: proven\n  All 2 UAVs keep")
+
+
+def test_what_is_not_proven_is_named():
+    scenario = sky.read("table-4.9-2")
+    mission = sky.plan_mission(scenario, sky.Taut(), rng=1)
+    certificates = sky.certify(scenario.model_copy(update={"clearance": 3.0}), mission)
+    assert lines(certificates)[0].startswith("Certificates: 0 of 2 trajectories proven")
+    assert len(lines(certificates)) > 2
+
+
+def test_a_result_without_a_path_says_what_to_try():
+    scenario = sky.read("map1").model_copy(update={"clearance": 4.9})
+    found = lines(sky.AStar().plan(sky.Problem(scenario)))
+    assert found[1].strip() == sky.AStar().plan(sky.Problem(scenario)).status.sentence
+
+
+def test_grids_are_shown_by_their_shape():
+    terrain = sky.read("jacksboro").terrain
+    assert "heights=array of 148 x 95" in repr(terrain)
+    assert len(repr(terrain)) < 200
