@@ -46,4 +46,4 @@ def test_the_view_begins_on_the_side_of_the_ridge_on_which_the_flight_is(side, n
 
 
 def test_the_page_takes_the_direction():
-    assert "overview: [...data.overview, 0.5]" in Path(page.__file__).with_name("page.js").read_text()
+    assert "overview: [...data.overview, 0.45]" in Path(page.__file__).with_name("page.js").read_text()

@@ -12,21 +12,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import skyverse as sky
 from skyverse.draw import shape_kinds as kinds_module
 from skyverse.draw.cost_table import cost_table
 from skyverse.draw.drawn_world import MAP_MARGIN
 from skyverse.draw.figures import trajectories
-from skyverse.draw.map_traces import from_above, spacing
+from skyverse.draw.map_traces import contours, from_above, spacing
 from skyverse.draw.mission_page import page
 from skyverse.draw.page import scene_data
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
+from skyverse.draw.scenario_scene import scenario_scene
 from skyverse.draw.scene import scene
 from skyverse.draw.shape_geometry import coarser, faces, footprint, span, surface
 from skyverse.draw.triangulation import triangles, turned
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE
 from skyverse.model.geodesy import to_wgs84
-from skyverse.model.scenario import Bounds
+from skyverse.model.scenario import Bounds, Origin
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Terrain, Voxels
 from towns import buildings, hills, rectangle, town, with_terrain
@@ -197,6 +199,17 @@ def test_level_ground_has_no_contour_lines_and_no_peaks():
     assert (hilly["visible"], hilly["meta"]["step"]) == (True, 10)
 
 
+def test_ground_at_one_altitude_has_no_contour_lines_though_it_bends_down_with_the_earth():
+    origin = Origin(latitude=46.8, longitude=9.8, altitude=1500.0)
+    x = np.linspace(-7000, 7000, 101)
+    level = -(x[:, None] ** 2 + x**2) / (2 * 6.37e6)  # almost 8 m lower at the corners, in the local frame
+    east, north = (axis.ravel() for axis in np.meshgrid(x, x, indexing="ij"))
+    assert np.ptp(to_wgs84(origin, np.column_stack([east, north, level.ravel()]))[:, 2]) < 0.1
+    above_sea, local = (contours(Relief(x, x, level), place) for place in (origin, None))
+    assert (above_sea["visible"], local["visible"]) == (False, True)
+    assert (above_sea["meta"]["above"], local["meta"]["above"]) == (" above sea level", "")
+
+
 # ---- kinds ----
 def test_what_city_models_hold_has_colours_of_its_own():
     found = kinds_module.shapes_by_kind(
@@ -245,6 +258,21 @@ def test_boxes_without_names_have_no_map(mission):
     assert "map" not in drawn
     assert [kind["title"] for kind in drawn["kinds"]] == ["Obstacles"]
     assert 'id="profile"' not in page(scene(mission)).split("<script", 1)[0]
+
+
+def test_a_city_of_boxes_without_names_is_opaque_and_has_a_map():
+    scenario = sky.random_city(400, seed=3)
+    drawn = scene_data(scenario_scene(scenario))
+    assert drawn["mapped"]
+    assert [kind["solid"] for kind in drawn["kinds"]] == [True]
+    mesh = next(trace for trace in drawn["space"] if trace["meta"]["role"] == "kind")
+    points = np.column_stack([numbers(mesh[axis]) for axis in "xyz"])
+    triangles = points[np.column_stack([numbers(mesh[axis]) for axis in "ijk"])]
+    level = np.ptp(triangles[:, :, 2], axis=1) == 0
+    assert 0 < level.sum() < len(level)
+    brightness = numbers(mesh["intensity"])
+    assert brightness[level].min() > 1.2 * brightness[~level].max()  # roofs stand out
+    assert brightness.max() <= 1
 
 
 # ---- profiles and map ----

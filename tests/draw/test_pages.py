@@ -213,11 +213,12 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     drawn = scene(mission)
 
     told = tab.evaluate(READOUT)
-    x, y, latitude, longitude, height = (float(word) for word in re.findall(r"\d+\.?\d*", told))
+    x, y, latitude, longitude, height = (float(word) for word in re.findall(r"\d+\.?\d*", told.replace(",", "")))
     np.testing.assert_allclose((x, y), (250, 750), atol=5)  # a pixel is some metres wide
-    there = to_wgs84(mission.scenario.frame.origin, [(x, y, 0.0)])[0]
+    there = to_wgs84(mission.scenario.frame.origin, [(x, y, mission.scenario.terrain.height((x, y)))])[0]
     np.testing.assert_allclose((latitude, longitude), there[:2], atol=2e-5)
-    assert height == pytest.approx(mission.scenario.terrain.height((x, y)), abs=1.5)
+    assert told.endswith(" m above sea level")
+    assert height == pytest.approx(there[2], abs=1.5)
 
     side = "document.getElementById('profile').data.find((t) => t.meta.role === 'flight')"
     assert tab.evaluate(f"{side}.name") == "uav-1"

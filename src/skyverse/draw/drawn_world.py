@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.relief import Relief, along, cleared, relief
-from skyverse.draw.shape_kinds import ShapeKind, shapes_by_kind
+from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind, shapes_by_kind
 from skyverse.draw.track import Track
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
@@ -39,7 +39,7 @@ class DrawnWorld:
     relief
         The ground; ``None`` without a terrain.
     mapped
-        Whether the world is more than boxes without a kind, so that a page also shows a map and profiles.
+        Whether the world is more than a few boxes without a kind, so that a page also shows a map and profiles.
     stretch
         The factor by which heights are drawn larger than other lengths.
     """
@@ -69,7 +69,8 @@ def world(scenario: Scenario, tracks: Sequence[Track]) -> DrawnWorld:
     plain = scenario.terrain is None and scenario.frame.origin is None
     filling = (*scenario.obstacles, *scenario.zones)
     named = any(shape.kind is not None for shape in filling)
-    mapped = not plain or named or not all(isinstance(shape, Box) for shape in scenario.obstacles)
+    many = len(filling) > MAX_EDGED_SHAPES
+    mapped = not plain or named or many or not all(isinstance(shape, Box) for shape in scenario.obstacles)
     ends = [*(track.start for track in tracks), *(target.position for target in scenario.targets)]
     low, high = np.min([scenario.bounds.min, *ends], axis=0), np.max([scenario.bounds.max, *ends], axis=0)
     if mapped:

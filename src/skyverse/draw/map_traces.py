@@ -16,6 +16,8 @@ from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import footprint
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import Track, few
+from skyverse.model.geodesy import to_wgs84
+from skyverse.model.scenario import Origin
 
 MAX_CONTOUR_HEIGHTS = 160
 """The largest number of heights along each side from which contour lines are drawn."""
@@ -33,7 +35,7 @@ def from_above(scene: Scene) -> dict[str, Any]:
     tracks = [each for number in range(len(scene.tracks)) for each in _track(scene, number)]
     return {
         "traces": [
-            *([] if relief is None else [contours(relief)]),
+            *([] if relief is None else [contours(relief, scene.scenario.frame.origin)]),
             *kinds,
             *tubes,
             *tracks,
@@ -64,12 +66,18 @@ def picture(relief: Relief, stretch: float) -> dict[str, Any]:
     }
 
 
-def contours(relief: Relief) -> Trace:
-    """Return contour lines whose heights differ by a round number of metres."""
+def contours(relief: Relief, origin: Origin | None) -> Trace:
+    """Return contour lines whose heights differ by a round number of metres: above sea level, if there is an origin.
+
+    In the local frame level ground bends down, 2 m at a distance of 5 km, and would have contour lines.
+    """
     rows, columns = (
         np.unique(np.linspace(0, n - 1, min(n, MAX_CONTOUR_HEIGHTS)).round().astype(int)) for n in relief.z.shape
     )
     heights = relief.z[np.ix_(rows, columns)]
+    if origin is not None:
+        x, y = np.meshgrid(relief.x[rows], relief.y[columns], indexing="ij")
+        heights = to_wgs84(origin, np.column_stack([x.ravel(), y.ravel(), heights.ravel()]))[:, 2].reshape(x.shape)
     range_ = float(np.ptp(heights))
     step = spacing(range_)
     return {
@@ -88,7 +96,11 @@ def contours(relief: Relief) -> Trace:
         "showscale": False,
         "hoverinfo": "skip",
         "visible": range_ >= MIN_CONTOUR_RANGE,
-        "meta": {"role": "contours", "step": step if range_ >= MIN_CONTOUR_RANGE else None},
+        "meta": {
+            "role": "contours",
+            "step": step if range_ >= MIN_CONTOUR_RANGE else None,
+            "above": "" if origin is None else " above sea level",
+        },
     }
 
 

@@ -42,7 +42,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     }, { ...config, scrollZoom: true, modeBarButtonsToRemove: [...config.modeBarButtonsToRemove, "select2d", "lasso2d", "autoScale2d"] });
     const contours = traces.find((trace) => trace.meta.role === "contours");
     $("mapped").textContent = [
-      contours?.meta.step ? `Contour lines every ${contours.meta.step} m.` : "", "Scale equal on both axes.",
+      contours?.meta.step ? `Contour lines every ${contours.meta.step} m${contours.meta.above}.` : "", "Scale equal on both axes.",
       degrees ? "Point at a place for its latitude and longitude." : "",
     ].filter(Boolean).join(" ");
     await Plotly.Plots.resize("map");  // the words below it may have taken a line of its height
@@ -67,7 +67,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     }
     if (heights) {
       const [xs, ys, z] = heights, spot = [cell(x, xs[0], xs.at(-1), xs.length), cell(y, ys[0], ys.at(-1), ys.length)];
-      told.push(`ground about ${whole.format(between((i, j) => z[j * xs.length + i], ...spot))} m`);
+      told.push(`ground about ${whole.format(between((i, j) => z[j * xs.length + i], ...spot))} m${known.meta.above}`);
     }
     return told.join(" · ");
   };

@@ -3,7 +3,6 @@
   const data = JSON.parse($("mission").textContent);
   const { tracks, extent, makespan, words } = data;
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
-  const LIGHT = { x: -1e5, y: 1e5, z: 1e5 };
   const shown = tracks.map(() => true);
   const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, tube: true, separation: true, ceiling: true, names: data.space.at(-1).mode.includes("text") };
   const config = {
@@ -68,7 +67,7 @@
     if (role === "kind") {
       const { hard, solid } = data.kinds[trace.meta.kind];
       Object.assign(trace, { color: kindColour(trace.meta.kind), flatshading: true });
-      if (solid) Object.assign(trace, { opacity: 1, lighting: { ambient: 0.8, diffuse: 0.6, specular: 0.03, roughness: 1 }, lightposition: LIGHT });
+      if (solid) Object.assign(trace, { opacity: 1, colorscale: [[0, "#000000"], [1, kindColour(trace.meta.kind)]], lighting: { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 } });
       else if (hard) Object.assign(trace, { opacity: data.mapped ? 0.25 : 0.17, lighting: { ambient: 0.75, diffuse: 0.5, specular: 0.02, roughness: 1 } });
       else Object.assign(trace, { opacity: 0.2, lighting: { ambient: 0.9, diffuse: 0.3, specular: 0 } });
     }
@@ -108,36 +107,42 @@
     tickfont: { size: 11 }, tickangle: 0,
   }]));
   const VIEWS = data.mapped  // from the south, as on the map, but for an overview from where no mountain hides the flight
-    ? { overview: [...data.overview, 0.5], side: [0, -1, 0.3], end: [1, -0.08, 0.3], above: [0, -0.015, 1] }
+    ? { overview: [...data.overview, 0.45], side: [0, -1, 0.3], end: [1, -0.08, 0.3], above: [0, -0.015, 1] }
     : { overview: [0.8, -0.36, 0.5], side: [1, -0.08, 0.36], end: [0.3, -1, 0.42], above: [0.3, -0.015, 1] };
   const camera = (view) => {
     // Along the longer horizontal side, aimed and near so that all eight corners just fit (plotly sees 45 degrees).
     let [a, b, c] = VIEWS[view];
     if (!data.mapped && size[0] > size[1]) [a, b] = [-b, -a];
     const box = $("space").getBoundingClientRect(), tall = Math.tan(Math.PI / 8), wide = tall * box.width / box.height;
-    if (data.mapped && view === "overview") c = Math.min(Math.max(1.1 - 0.3 * box.width / box.height, 0.45), 0.8);
     const mean = Math.cbrt(seen().reduce((a, b) => a * b)), half = seen().map((s) => s / mean / 2);
     const unit = (v) => v.map((value) => value / Math.hypot(...v));
     const cross = (u, v) => [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
-    const out = unit([a, b, c]), right = unit(cross([0, 0, 1], out)), up = cross(out, right);
     const corners = [];
     for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [-1, 1]) corners.push([x * half[0], y * half[1], z * half[2]]);
-    const pad = [1 - (data.mapped ? 140 : 110) / box.width, 1 - 100 / box.height];  // room for the axes' words
-    let aim = [0, 0], distance = 4 * Math.hypot(...half);
-    for (let round = 0; round < 30; round++) {
-      const seen = corners.map((p) => {
-        const depth = distance - dot(p, out);
-        return [(dot(p, right) - aim[0]) / depth / wide, (dot(p, up) - aim[1]) / depth / tall];
-      });
-      const low = [0, 1].map((k) => Math.min(...seen.map((p) => p[k]))), high = [0, 1].map((k) => Math.max(...seen.map((p) => p[k])));
-      aim = [aim[0] + (low[0] + high[0]) / 2 * wide * distance, aim[1] + (low[1] + high[1]) / 2 * tall * distance];
-      const fill = Math.max((high[0] - low[0]) / 2 / pad[0], (high[1] - low[1]) / 2 / pad[1]);
-      const nearest = Math.max(...corners.map((p) => dot(p, out)));
-      distance = Math.max(nearest * 1.05, nearest + (distance - nearest) * (0.5 + 0.5 * fill));
-    }
+    const pad = [1 - 90 / box.width, 1 - 90 / box.height];  // room for the axes' words
+    const fitted = (rise) => {
+      const out = unit([a, b, rise]), right = unit(cross([0, 0, 1], out)), up = cross(out, right);
+      let aim = [0, 0], distance = 4 * Math.hypot(...half), filled = [0, 0];
+      for (let round = 0; round < 30; round++) {
+        const seen = corners.map((p) => {
+          const depth = distance - dot(p, out);
+          return [(dot(p, right) - aim[0]) / depth / wide, (dot(p, up) - aim[1]) / depth / tall];
+        });
+        const low = [0, 1].map((k) => Math.min(...seen.map((p) => p[k]))), high = [0, 1].map((k) => Math.max(...seen.map((p) => p[k])));
+        aim = [aim[0] + (low[0] + high[0]) / 2 * wide * distance, aim[1] + (low[1] + high[1]) / 2 * tall * distance];
+        filled = [0, 1].map((k) => (high[k] - low[k]) / 2 / pad[k]);
+        const nearest = Math.max(...corners.map((p) => dot(p, out)));
+        distance = Math.max(nearest * 1.05, nearest + (distance - nearest) * (0.5 + 0.5 * Math.max(...filled)));
+      }
+      return { out, right, up, aim, distance, filled };
+    };
+    let found = fitted(c);
+    // An overview rises, as long as that fills the height of the picture and does not narrow what is seen.
+    if (view === "overview") for (c += 0.05; c < 1.1 && found.filled[1] < 0.97 * found.filled[0]; c += 0.05) found = fitted(c);
+    const { out, right, up, aim, distance } = found;
     if (!data.mapped) aim[0] -= 30 / box.width * wide * distance;  // the words hang on the left
-    aim[1] -= 35 / box.height * tall * distance;  // and below
+    aim[1] -= 20 / box.height * tall * distance;  // and below
     const [cx, cy, cz] = [0, 1, 2].map((k) => aim[0] * right[k] + aim[1] * up[k]);
     return {
       eye: { x: cx + out[0] * distance, y: cy + out[1] * distance, z: cz + out[2] * distance },
@@ -151,7 +156,6 @@
     return Plotly.relayout("space", { "scene.camera": camera(name) });
   };
   const aspect = () => {
-    if (stretch === 1) return { aspectmode: "data" };
     const mean = Math.cbrt(seen().reduce((a, b) => a * b)), [x, y, z] = seen().map((s) => s / mean);
     return { aspectmode: "manual", aspectratio: { x, y, z } };
   };

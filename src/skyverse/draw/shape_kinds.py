@@ -55,7 +55,8 @@ class ShapeKind:
     colour
         The colour; ``None`` for the page's colour of obstacles or of zones.
     solid
-        Whether the shapes are opaque; kinds of airspace are drawn transparent.
+        Whether the shapes are opaque: those of a kind, if it is no airspace, and those without a kind where there are
+        too many for nearer ones to be told from farther ones.
     sides
         The number of sides of the polygon that stands for a circle.
     """
@@ -106,7 +107,7 @@ def shapes_by_kind(
             count=len(numbers),
             shapes=tuple(everything[k] for k in numbers if drawn[k]),
             colour=_colour(name, others),
-            solid=not soft and name != "obstacle" and not is_airspace(name),
+            solid=not soft and (name != "obstacle" or len(numbers) > MAX_EDGED_SHAPES) and not is_airspace(name),
             sides=sides,
         )
         for (soft, name), numbers in sorted_

@@ -48,16 +48,25 @@ def kind(kind: ShapeKind, number: int) -> Trace:
         points.append(corners)
         faces.append(triangles + first)
         first += len(corners)
-    triangles = np.concatenate(faces)
+    triangles, corners = np.concatenate(faces), np.concatenate(points)
+    shaded = {"intensity": packed(_brightness(corners[triangles])), "intensitymode": "cell", "cmin": 0, "cmax": 1}
     return {
         "type": "mesh3d",
         "name": plain(kind.name),
-        **_xyz(np.concatenate(points)),
+        **_xyz(corners),
         **{axis: packed(triangles[:, column]) for column, axis in enumerate("ijk")},
+        **(shaded | {"showscale": False} if kind.solid else {}),
         "flatshading": True,
         "hoverinfo": "skip",
         "meta": {"role": "kind", "kind": number},
     }
+
+
+def _brightness(triangles: Floats) -> Floats:
+    """Return the brightness, (m,) from 0 to 1, of triangles (m, 3, 3): roofs are brightest, then walls along y."""
+    across = np.abs(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]))
+    x, _, z = across.T / np.maximum(np.linalg.norm(across, axis=1), np.finfo(np.float64).tiny)
+    return 0.66 + 0.12 * x + 0.34 * z
 
 
 def _surfaces(kind: ShapeKind) -> Iterator[tuple[Floats, Ints]]:
