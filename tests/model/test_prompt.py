@@ -56,7 +56,9 @@ def test_a_mission_without_a_way_says_so(fleet):
 def test_a_seed_is_told_of_planners_that_draw_numbers_alone():
     scenario, stop = sky.read("map2"), sky.MaxIterations(2)
     assert lines(sky.plan_mission(scenario, sky.MVO(), stop=stop, rng=7))[-1] == "  by MVO, seed 7"
-    assert sky.plan_mission(scenario, sky.AStar(), rng=7).provenance.seed is None
+    mission = sky.plan_mission(scenario, sky.AStar(), rng=7)
+    assert lines(mission)[-1] == "  by AStar"
+    assert mission.seed is None
 
 
 def test_the_parts_of_a_mission_are_shown_in_a_few_lines(fleet):

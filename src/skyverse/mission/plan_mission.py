@@ -21,7 +21,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.planners.auto import Auto
-from skyverse.planners.base import DirectPlanner, Planner, Seed, provenance, seeded
+from skyverse.planners.base import Planner, Seed, provenance, seeded
 from skyverse.planners.results import refused_result
 from skyverse.problem import Airspace, Problem, snap_endpoint
 from skyverse.referee import judge
@@ -102,8 +102,6 @@ def plan_mission(
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
     assigned = assign_targets(airspace, assignment, criterion)
-    if isinstance(planner, DirectPlanner):
-        seed = None  # it draws nothing, and needs no seed to give the same mission again
     origin = provenance(f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}, shape={shape!r}", stop, seed)
     results: list[Result | None] = []
     trajectories: list[Trajectory | None] = []

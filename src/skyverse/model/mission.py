@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.formats import MISSION_2
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
-from skyverse.model.result import Provenance, Result
+from skyverse.model.result import NO_STOP, Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_metres
@@ -66,7 +66,7 @@ class Mission(ArrayRecord):
             "" if self.complete else "not complete: " + self._missing,
             f"total cost {self.total_cost_sentence}",
             f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",
-            f"by {self.provenance.planner_and_seed}",
+            f"by {replace(self.provenance, seed=self.seed).planner_and_seed}",
         )
 
     @property
@@ -90,6 +90,12 @@ class Mission(ArrayRecord):
         """The sum of the results' costs; NaN where they are in two units, which `costs` tells apart."""
         sums = list(self.costs.values())
         return sums[0] if len(sums) == 1 else math.nan if sums else 0.0
+
+    @property
+    def seed(self) -> int | None:
+        """The seed that gives the same mission again; ``None`` where its planner draws no random numbers."""
+        drawn = any(result is not None and result.provenance.stop != NO_STOP for result in self.results)
+        return self.provenance.seed if drawn else None
 
     @property
     def makespan(self) -> float:

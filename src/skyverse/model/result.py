@@ -114,6 +114,8 @@ class Provenance:
         return name if self.seed is None else f"{name}, seed {self.seed}"
 
 
+NO_STOP = "None"
+"""`Provenance.stop` of a planner that ends by itself, and draws no random numbers."""
 CANCELLED = "Cancelled"
 """`Result.stopped_by` of a run that a `Cancelled` rule ended."""
 
