@@ -291,8 +291,11 @@ def test_waypoints_of_uavs_that_would_meet_are_refused_unless_one_says_that_they
     assert any("come too close" in note and "schedule" in note for note in notes), notes
     notes = []
     assert len(sky.export(crossing(25.0), tmp_path / "m.plan", on_note=notes.append)) == 2
-    assert "straight legs proven" in notes[0]
-    assert "above ground" not in notes[0]
+    assert notes[0].startswith(
+        "How many waypoints, corners cut within 2 m, and how far off the trajectory at most: uav-1 "
+    )
+    assert notes[1].startswith("Each of the 2 UAVs: straight legs proven: ")
+    assert "above ground" not in notes[1]
     assert "uav-1 and uav-2 keep" in notes[2]
 
 
@@ -303,10 +306,10 @@ def test_the_command_line_says_what_is_proven_of_waypoints(tmp_path, capsys):
     export(str(tmp_path / "m.json"), tmp_path / "m.plan", altitude="home")
     out, said = capsys.readouterr()
     assert out.splitlines() == [str(tmp_path / f"m-uav-{k}.plan") for k in (1, 2)]
-    assert said.count("straight legs proven") == 2
-    assert said.count("counted from home at 60.00 m above mean sea level") == 2
+    assert said.count("straight legs proven") == 1
+    assert "counted from home, above mean sea level: uav-1 60.00 m, uav-2 60.00 m;" in said
     assert "uav-1 and uav-2 keep" in said
-    assert "made for PX4" in said
+    assert "Made for PX4" in said
     sky.write(crossing(0.0), tmp_path / "m.json")
     with pytest.raises(sky.InputError, match="allow_close=True"):
         export(str(tmp_path / "m.json"), tmp_path / "m.plan")

@@ -218,10 +218,10 @@ def test_a_way_home_across_another_path_is_told(tmp_path):
     beside = handmade.along([(-100, 100, 50), (100, 100, 50)], 40)
     across = handmade.along([(0, -100, 55), (0, 60, 55)], 40)
     _, notes = exported(handmade.mission([east, beside], origin=ORIGIN), tmp_path)
-    assert sum("keeps its separation from the paths of all others" in note for note in notes) == 2
+    assert "Each of the 2 UAVs: when it returns, it keeps its separation from the paths of all others." in notes
     _, notes = exported(handmade.mission([east, across], origin=ORIGIN), tmp_path, allow_close=True)
-    assert any("uav-1: it returns" in note and "it may cross the paths of uav-2" in note for note in notes)
-    assert any("uav-2: it returns" in note and "may cross" not in note for note in notes)
+    assert "uav-1: when it returns, it may cross the paths of uav-2." in notes
+    assert "uav-2: when it returns, it keeps its separation from the paths of all others." in notes
 
 
 def test_a_return_keeps_below_a_ceiling_above_ground_or_is_told_to_be_lost(tmp_path):

@@ -1,14 +1,20 @@
 """``skyverse export``: a mission as a file that other software opens."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from skyverse.cli.judgement import judging_scenario
+from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import FLAG, SIGNED
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
+from skyverse.cli.report import table
 from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.exports.waypoint_files import ExportCertificate
 
 
 def export(
@@ -95,8 +101,28 @@ def export(
     notes: list[str] = []
     how: dict[str, Any] = {"altitude": altitude, "rate": rate, "radius": radius, "takeoff": takeoff, "end": end}
     how |= {"autopilot": autopilot, "apart_in_space": apart_in_space, "allow_close": allow_close, "page": page}
-    files = sky.export(read, output, scenario=world, origin=at, **how, on_note=notes.append)
+    proven: list[ExportCertificate] = []
+    files = sky.export(
+        read, output, scenario=world, origin=at, **how, on_note=notes.append, on_certificate=proven.append
+    )
+    _tell_verdict(proven, notes)
+    sys.stderr.flush()
     for path in files:
-        print(path)
-    for note in [*notes, judged_by]:
-        print(note, file=sys.stderr)
+        print(path, flush=True)
+    for note in [*(note for note in notes if not _stands_out(note)), judged_by]:
+        print(for_command_line(note), file=sys.stderr)
+
+
+def _tell_verdict(proven: "Sequence[ExportCertificate]", notes: Sequence[str]) -> None:
+    """Print what matters most of each UAV's waypoints as a table, and below it what a pilot must not overlook."""
+    from skyverse.exports.flight_verdicts import verdict_table
+
+    for certificate in proven:
+        table(*verdict_table(certificate.flights), aside=True)
+    for note in filter(_stands_out, notes):
+        print(for_command_line(note), file=sys.stderr)
+
+
+def _stands_out(note: str) -> bool:
+    """Tell whether a note is a warning, or says at its beginning that something is not proven."""
+    return note.startswith(("WARNING", "NOT "))

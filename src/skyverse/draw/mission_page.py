@@ -1,5 +1,6 @@
 """A mission as one web page that works offline: its flight in 3-D, convergence, costs and gaps, and the verdict."""
 
+from collections.abc import Sequence
 from html import escape
 
 from skyverse.draw.cost_table import cost_table, fleet_tiles
@@ -13,6 +14,8 @@ from skyverse.model.result import Status
 from skyverse.model.what_is_proven import what_is_proven
 from skyverse.space.named_columns import columns_sentence
 
+STANDS_OUT = ("WARNING", "NOT", "ONLY")
+"""How notes and cells of an export's table begin that must not be overlooked."""
 _AXIS = """
         <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
         <button type="button" data-axis="paths" aria-pressed="false">Generated paths</button>
@@ -83,11 +86,31 @@ def banner(scene: MissionScene) -> str:
         else:
             verdict += card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
     if scene.export_notes:
-        tone, sign = ("warn", "!") if any("WARNING" in note for note in scene.export_notes) else ("note", "i")
-        notes = sorted(scene.export_notes, key=lambda note: "WARNING" not in note)  # a page shows the first few
+        doubts = [*scene.export_notes, *(cell for row in scene.export_verdicts for cell in row)]
+        warned = any(said.startswith(STANDS_OUT) for said in doubts)
+        tone, sign = ("warn", "!") if warned else ("note", "i")
+        notes = sorted(
+            scene.export_notes, key=lambda note: not note.startswith(STANDS_OUT)
+        )  # a page shows the first few
         lines = "".join(f"<li>{escape(note)}</li>" for note in notes)
-        verdict += card(tone, sign, "What is exported, and the ways home.", f"<ul>{lines}</ul>")
+        table = _export_table(scene.export_verdicts)
+        verdict += card(tone, sign, "What is exported, and the ways home.", f"{table}<ul>{lines}</ul>")
     return verdict
+
+
+def _export_table(lines: Sequence[tuple[str, ...]]) -> str:
+    """Return the table of what matters most of each exported flight; what is not proven stands out."""
+    if not lines:
+        return ""
+    head, *rows = lines
+    heads = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
+    body = ""
+    for name, *cells in rows:
+        marked = ((' class="doubt"' if cell.startswith(STANDS_OUT) else "", escape(cell)) for cell in cells)
+        body += (
+            f'<tr><th scope="row">{escape(name)}</th>{"".join(f"<td{kind}>{cell}</td>" for kind, cell in marked)}</tr>'
+        )
+    return f'<div class="exported"><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>'
 
 
 def _what_was_judged(scene: MissionScene) -> str:

@@ -141,7 +141,8 @@ class MissionScene(Scene):
     and, where any UAV flies, a trajectory along the path. `bound` says what the optimum is: exact on the lattice, but a
     lower bound where a path leaves the lattice or its cost has more terms than fuel, turns and end. The mission is
     `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
-    the referee proved all of it at every instant. The `export_notes` are what an export says of its waypoints.
+    the referee proved all of it at every instant. The `export_notes` are what an export says of its waypoints, and
+    the `export_verdicts` are the head and the lines of its table, the columns of a line as words.
     """
 
     bound: Literal["exact optimum", "lower bound"]
@@ -154,6 +155,7 @@ class MissionScene(Scene):
     proven: bool
     provenance: Provenance
     export_notes: tuple[str, ...] = ()
+    export_verdicts: tuple[tuple[str, ...], ...] = ()
     spare_note: ClassVar[str] = " (no UAV flies here)"
     spare_colour: ClassVar[str] = "#8a94a3"
 

@@ -200,5 +200,5 @@ def _with_page(
         on_certificate(certificate)
 
     files = export_waypoints(mission, scenario, path, suffix, options, tell, keep)
-    write_export_page(page, mission, scenario, proven[0].returns, notes)
+    write_export_page(page, mission, scenario, proven[0], notes)
     return [*files, page]

@@ -8,14 +8,16 @@ from skyverse.atomic import write_text
 from skyverse.draw.landing_place import LandingPlace
 from skyverse.draw.mission_page import page
 from skyverse.draw.scene import scene
+from skyverse.exports.flight_verdicts import verdict_table
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_places import return_places
+from skyverse.exports.waypoint_files import ExportCertificate
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 
 
 def write_export_page(
-    path: Path, mission: Mission, scenario: Scenario, returns: Sequence[Return | None], notes: Sequence[str]
+    path: Path, mission: Mission, scenario: Scenario, certificate: ExportCertificate, notes: Sequence[str]
 ) -> None:
     """Write the page of an export.
 
@@ -25,14 +27,18 @@ def write_export_page(
         The file.
     mission, scenario
         The mission with the referee's verdict, and its scenario with an origin.
-    returns
-        The ways home of those UAVs that fly.
+    certificate
+        What is proven of the waypoints.
     notes
         What the export says, in sentences.
     """
-    landings = [place for back in returns if back is not None and back.proven for place in _landings(scenario, back)]
+    landings = [
+        place for back in certificate.returns if back is not None and back.proven for place in _landings(scenario, back)
+    ]
     drawn = scene(replace(mission, scenario=scenario))
-    write_text(path, page(replace(drawn, landings=tuple(landings), export_notes=tuple(notes))))
+    head, rows = verdict_table(certificate.flights)
+    told = replace(drawn, landings=tuple(landings), export_notes=tuple(notes), export_verdicts=(head, *rows))
+    write_text(path, page(told))
 
 
 def _landings(scenario: Scenario, back: Return) -> list[LandingPlace]:

@@ -47,22 +47,21 @@ def return_places(scenario: Scenario, back: Return) -> list[ReturnPlace]:
     return [ReturnPlace(name, *row) for name, row in zip(names, rows, strict=True)]
 
 
-def places_sentence(scenario: Scenario, back: Return) -> str:
-    """Return a sentence on where a UAV may land, and at which altitude it returns there."""
+def places_text(scenario: Scenario, back: Return) -> str:
+    """Return the places where a UAV may land, and at which altitude it returns to each, as a part of a sentence."""
     told = [
         f"{place.name} at {place.latitude:.6f}, {place.longitude:.6f}, {place.ground:.1f} m above mean sea level, "
         f"returning there at {place.level:.1f} m"
         for place in return_places(scenario, back)
     ]
-    return f"{scenario.uavs[back.plan.route.uav].name} may land at {'; at '.join(told)}, or higher if it is higher."
+    return f"{'; at '.join(told)}, or higher if it is higher"
 
 
-def landing_sentence(scenario: Scenario, back: Return) -> str:
-    """Return where a UAV lands that returns at its end."""
-    said = f"{scenario.uavs[back.plan.route.uav].name}: at its end it returns and lands at "
+def landing_name(back: Return) -> str:
+    """Return where a UAV lands that returns at its end: ``"home"``, or a rally point and how far from home it is."""
     at = np.flatnonzero((back.rally == back.landing).all(axis=1))
     if not len(at):
-        return f"{said}home."
+        return "home"
     east, north, _ = (back.landing - back.plan.home).tolist()
     direction = COMPASS[round(math.degrees(math.atan2(east, north)) / 45) % 8]
-    return f"{said}rally point {at[0] + 1}, {math.hypot(east, north):.0f} m {direction} of home."
+    return f"rally point {at[0] + 1}, {math.hypot(east, north):.0f} m {direction} of home"

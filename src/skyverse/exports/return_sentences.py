@@ -1,12 +1,14 @@
-"""What exports say of ways home: a sentence for each UAV, and why a mission cannot end with a return."""
+"""What exports say of ways home: sentences on each UAV and the fleet, and why a mission cannot end with a return."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from skyverse.errors import InputError, Remedy
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.grouped_sentences import grouped
 from skyverse.exports.return_choice import MAX_RALLY_POINTS
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import CLEARANCE_SHARE
-from skyverse.exports.return_places import COUNTED_FROM
+from skyverse.exports.return_places import COUNTED_FROM, places_text
 from skyverse.exports.separation import named_pairs
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
@@ -16,27 +18,68 @@ MAX_TOLD = 3
 """Times without a way home that one sentence tells; of more it says only how many."""
 
 
-def return_sentence(scenario: Scenario, back: Return, met: Sequence[str]) -> str:
-    """Return what is proven of a way home; `met` are the names of UAVs whose paths it may cross."""
-    vehicle, kept = scenario.uavs[back.plan.route.uav], f"{CLEARANCE_SHARE * scenario.clearance:.4g} m"
-    if scenario.terrain is not None and scenario.ground_clearance < scenario.clearance:
-        kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
+def return_sentences(
+    scenario: Scenario,
+    plans: Sequence[FlightPlan],
+    returns: Sequence[Return | None],
+    crossed: Mapping[int, Sequence[int]],
+) -> Iterator[str]:
+    """Yield sentences on ways home: of each UAV how it returns and where it may land, then what returns keep.
+
+    Parameters
+    ----------
+    scenario, plans
+        The scenario and the flight plans.
+    returns
+        The way home of each flight plan, ``None`` for an aeroplane.
+    crossed
+        By the index of each UAV that may return, the indices of those whose paths it may then come too close to.
+    """
+    for plan, back in zip(plans, returns, strict=True):
+        yield f"{scenario.uavs[plan.route.uav].name}: {_how(scenario, plan, back)}"
+    flown = [back for back in returns if back is not None and back.proven]
+    named = [(scenario.uavs[back.plan.route.uav].name, back) for back in flown]
+    yield from grouped([(name, _kept(scenario, back)) for name, back in named])
+    if len(plans) > 1:
+        met = [[scenario.uavs[uav].name for uav in crossed[back.plan.route.uav]] for back in flown]
+        yield from grouped([(name, _met(names)) for (name, _), names in zip(named, met, strict=True)])
+
+
+def _how(scenario: Scenario, plan: FlightPlan, back: Return | None) -> str:
+    """Return at which altitude one UAV returns, when it does not, and where it may land."""
+    if back is None:
+        end = told_seconds(float(plan.arrivals[-1]))
+        return (
+            f"no way home is proven from t = 0 s to {end}, its whole flight, for it is an aeroplane: neither its "
+            "return nor the circles that it flies at home; choose the altitude of its return yourself."
+        )
     if not back.proven:
-        return f"{vehicle.name}: whether it comes home by itself could not be proven."
-    said = f"{vehicle.name}: it returns at {back.altitude:.4g} m above {COUNTED_FROM[back.plan.autopilot.name]}"
+        return "whether it comes home by itself could not be proven."
+    said = f"it returns at {back.altitude:.4g} m above {COUNTED_FROM[plan.autopilot.name]}"
     if len(back.rally):
         said += f", to the nearest of home and {len(back.rally)} rally point{'s' * (len(back.rally) > 1)}"
-    said += f", but NOT {_lost_text(scenario, back)}: then there is no way home; otherwise" if len(back.lost) else ""
-    said += "" if len(back.lost) else "; at every instant"
+    said += f", but NOT {_lost_text(scenario, back)}: then there is no way home" if len(back.lost) else ""
+    return f"{said}; it may land at {places_text(scenario, back)}."
+
+
+def _kept(scenario: Scenario, back: Return) -> str:
+    """Return what a proven way home keeps, and when."""
+    error, kept = scenario.uavs[back.plan.route.uav].tracking_error, f"{CLEARANCE_SHARE * scenario.clearance:.4g} m"
+    if scenario.terrain is not None and scenario.ground_clearance < scenario.clearance:
+        kept += f", above ground by {CLEARANCE_SHARE * scenario.ground_clearance:.4g} m"
+    said = "when there is a way home" if len(back.lost) else "at every instant"
     said += f" the climb, the straight way home and the descent are clear by {kept}"
-    if vehicle.tracking_error != NO_ERROR:
+    if error != NO_ERROR:
         said += " and its tracking error, which in the column over home and wherever it lands counts for all but what"
         said += " lies below"
-    if met:
-        said += f"; it may cross the paths of {', '.join(met)}"
-    elif len(scenario.uavs) > 1:
-        said += "; it keeps its separation from the paths of all others"
     return f"{said}."
+
+
+def _met(names: Sequence[str]) -> str:
+    """Return whose paths a returning UAV may cross."""
+    if names:
+        return f"when it returns, it may cross the paths of {', '.join(names)}."
+    return "when it returns, it keeps its separation from the paths of all others."
 
 
 def pairs_sentences(scenario: Scenario, together: dict[tuple[int, int], bool]) -> Iterator[str]:

@@ -14,6 +14,7 @@ from skyverse.exports.return_destinations import ACCEPTANCE
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import ReturnLines, single
 from skyverse.exports.separation import beyond, kept_distance, path_box
+from skyverse.exports.timing import TimingTolerance, timed_path
 from skyverse.exports.way_home import LARGEST_PART
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
@@ -98,12 +99,19 @@ class SweptReturns:
         return self.back.way.halved(parts.of(np.unique(some)), SMALLEST_CROSSING)
 
 
-def crossed(scenario: Scenario, one: SweptReturns, other: FlightPlan, path: TimedPath) -> bool:
-    """Tell whether it is not proven that a returning UAV keeps its separation from another one's whole path.
+def paths_crossed(
+    scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[SweptReturns], tolerance: TimingTolerance
+) -> dict[int, tuple[int, ...]]:
+    """Return of each UAV that may return, by its index, those from whose whole paths its separation is not proven.
 
     Returns from all of its flight count, and the descents down to where the UAV lands.
     """
-    return one.near(path, kept_distance(scenario, one.uav, other.route.uav))
+    paths = {plan.route.uav: timed_path(scenario, plan, tolerance) for plan in plans}
+
+    def crosses(one: SweptReturns, other: int) -> bool:
+        return one.near(paths[other], kept_distance(scenario, one.uav, other))
+
+    return {one.uav: tuple(uav for uav in paths if uav != one.uav and crosses(one, uav)) for one in returns}
 
 
 def returns_apart(scenario: Scenario, returns: Sequence[SweptReturns]) -> dict[tuple[int, int], bool]:

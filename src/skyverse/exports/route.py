@@ -82,9 +82,19 @@ class Route:
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
-        vehicle, held = scenario.uavs[self.uav], int((self.holds[:-1] > 0).sum())
+        waypoints = f"{len(self.points)} waypoints, {self.corners}, at most {self.off:.3g} m off the trajectory"
+        return f"{scenario.uavs[self.uav].name}: {waypoints}; {self.proof(scenario)}"
+
+    @property
+    def corners(self) -> str:
+        """How corners are flown, in words."""
+        held = int((self.holds[:-1] > 0).sum())
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
-        cut += f" but at {held}, where it stops" if held else ""
+        return cut + (f" but at {held}, where it stops" if held else "")
+
+    def proof(self, scenario: Scenario) -> str:
+        """Return the end of a sentence on what is proven of its legs."""
+        vehicle = scenario.uavs[self.uav]
         error = vehicle.tracking_error
         it = "with its tracking error" if error.horizontal or error.vertical else "it"
         over = [("start" if tuple(foot) == vehicle.start else "target", top[2]) for foot, top in self.columns]
@@ -92,10 +102,7 @@ class Route:
         it += f" (which does not count for the ground and roofs below in the column {tops})" if tops else ""
         it += " it" if it != "it" else ""
         without = "" if scenario.obstacles else "; the scenario has no obstacles"
-        return (
-            f"{vehicle.name}: {len(self.points)} waypoints, {cut}, at most {self.off:.3g} m off the trajectory; "
-            f"straight legs proven: {it} {_what_is_kept(scenario)}{without}."
-        )
+        return f"straight legs proven: {it} {_what_is_kept(scenario)}{without}."
 
 
 def stop_seconds(radius: float) -> float:

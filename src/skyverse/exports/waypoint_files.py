@@ -11,7 +11,9 @@ from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
 from skyverse.exports.file_names import file_for_each, write_zip
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
-from skyverse.exports.global_positions import AltitudeReference, home_on_globe
+from skyverse.exports.flight_verdicts import FlightVerdict, flight_verdicts
+from skyverse.exports.global_positions import AltitudeReference
+from skyverse.exports.grouped_sentences import grouped
 from skyverse.exports.landing import landing_place, require_landings, stand
 from skyverse.exports.landing_ground import ground_notes, require_level_landings
 from skyverse.exports.mavlink_items import End
@@ -19,18 +21,17 @@ from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
 from skyverse.exports.return_home import Return, certified, plan_return
 from skyverse.exports.return_lines import ReturnSpace
-from skyverse.exports.return_places import landing_sentence, places_sentence
-from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentence
-from skyverse.exports.returns_apart import SweptReturns, crossed, returns_apart
+from skyverse.exports.return_places import landing_name
+from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentences
+from skyverse.exports.returns_apart import SweptReturns, paths_crossed, returns_apart
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
-from skyverse.exports.timing import timed_path
+from skyverse.exports.waypoint_notes import OTHER_ENDS, made_for, not_apart_when_returning, proofs, schedule_note
 from skyverse.exports.wpl import rally_text, waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
-from skyverse.model.seconds import told_seconds
 from skyverse.numerics.tolerances import SAME_PLACE
 
 MAX_HALVINGS = 6
@@ -63,11 +64,18 @@ class ExportCertificate:
     returns_apart
         Of each two UAVs but aeroplanes, by their indices, the lower first: whether they keep their separation when both
         return, each at any instant of its flight.
+    crossed
+        By the index of each UAV but aeroplanes, the indices of those from whose whole paths its separation is not
+        proven when it returns, at any instant of its flight.
+    flights
+        What matters most of each UAV that flies.
     """
 
     apart: FleetApart
     returns: tuple[Return | None, ...]
     returns_apart: dict[tuple[int, int], bool]
+    crossed: dict[int, tuple[int, ...]]
+    flights: tuple[FlightVerdict, ...]
 
 
 def export_waypoints(
@@ -100,27 +108,34 @@ def export_waypoints(
     if options.end == "rtl":
         require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
         plans = [_returning(*each) for each in zip(plans, returns, strict=True)]
-    notes = [*_proofs(scenario, plans, options)]
-    if options.end == "rtl":
-        notes += [landing_sentence(scenario, back) for back in returns if back is not None]
     apart = fleet_apart(scenario, plans)
     swept = [None if back is None else SweptReturns(back) for back in returns]
     together = returns_apart(scenario, [one for one in swept if one is not None])
-    on_certificate(ExportCertificate(apart, tuple(returns), together))
+    crossed = paths_crossed(scenario, plans, [one for one in swept if one is not None], apart.tolerance)
+    flights = flight_verdicts(scenario, plans, options.end, apart, returns, together, crossed)
+    on_certificate(ExportCertificate(apart, tuple(returns), together, crossed, flights))
+    notes = [*proofs(scenario, plans, from_home=options.altitude == "home")]
+    if options.end == "rtl":
+        ends = [(scenario.uavs[back.plan.route.uav].name, landing_name(back)) for back in returns if back is not None]
+        notes += grouped([(name, f"at its end it returns and lands at {place}.") for name, place in ends])
+    warnings = []
     if len(plans) > 1:
-        _require_apart(scenario, apart, options, path)
+        _require_apart(scenario, apart, plans, options, path)
         notes += apart.sentences(scenario)
         if options.end == "rtl" and not apart.only(Apart.SPACE):
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
-    notes += _return_notes(scenario, plans, swept, apart)
+            warnings = [*not_apart_when_returning(scenario, plans, apart)]
+    notes += return_sentences(scenario, plans, returns, crossed)
     notes += pairs_sentences(scenario, together)
     notes += ground_notes(scenario, plans)
-    notes.append(_schedule_note(plans))
+    notes.append(schedule_note(plans))
     for note in notes:
         on_note(note)
     files = list(_written(path, suffix, scenario, plans, returns, options, on_note))
     backs = zip(plans, returns, strict=True)
     without = [scenario.uavs[plan.route.uav].name for plan, back in backs if back is None or not back.everywhere]
+    for warning in warnings:
+        on_note(warning)
     if without:
         on_note(
             f"WARNING: no way home is proven at every instant of the flight of {', '.join(without)}: what is said of "
@@ -143,26 +158,6 @@ def _returning(plan: FlightPlan, back: Return | None) -> FlightPlan:
     top, over = plan.waypoints[-1].copy(), back.landing.copy()
     top[2] = over[2] = back.level
     return replace(plan, ending=np.stack([top, over, back.landing]))
-
-
-def _return_notes(
-    scenario: Scenario, plans: Sequence[FlightPlan], returns: Sequence[SweptReturns | None], apart: FleetApart
-) -> Iterator[str]:
-    """Yield a sentence on each UAV's way home, obstacles and other UAVs counted."""
-    paths = [timed_path(scenario, plan, apart.tolerance) for plan in plans]
-    for k, back in enumerate(returns):
-        if back is None:
-            name, end = scenario.uavs[plans[k].route.uav].name, float(plans[k].arrivals[-1])
-            yield (
-                f"{name}: no way home is proven from t = 0 s to {told_seconds(end)}, its whole flight, for it is an "
-                "aeroplane: neither its return nor the circles that it flies at home; choose the altitude of its "
-                "return yourself."
-            )
-            continue
-        others = [j for j in range(len(plans)) if j != k and crossed(scenario, back, plans[j], paths[j])]
-        yield return_sentence(scenario, back.back, [scenario.uavs[plans[j].route.uav].name for j in others])
-        if back.back.proven:
-            yield places_sentence(scenario, back.back)
 
 
 def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointOptions) -> list[FlightPlan]:
@@ -213,51 +208,21 @@ def _require_rises(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
             )
 
 
-def _proofs(scenario: Scenario, plans: Sequence[FlightPlan], options: WaypointOptions) -> Iterator[str]:
-    """Yield sentences on what is proven of each flight plan."""
-    for plan in plans:
-        yield plan.route.sentence(scenario)
-        if scenario.uavs[plan.route.uav].fixed_wing is not None and plan.autopilot.plane_radius > plan.route.radius:
-            yield (
-                f"{scenario.uavs[plan.route.uav].name}: {plan.autopilot.title} turns an aeroplane at a distance of its "
-                f"own from each waypoint, not at {plan.route.radius:.3g} m: what its corners keep is NOT proven."
-            )
-        if plan.breaks:
-            name, most = scenario.uavs[plan.route.uav].name, plan.autopilot.max_waypoints
-            yield f"{name}: {len(plan.parts)} files of at most {most} waypoints; after each it waits for the next."
-    if options.altitude == "home":
-        for plan in plans:
-            yield _home_note(scenario, plan.route.uav)
-
-
-def _require_apart(scenario: Scenario, apart: FleetApart, options: WaypointOptions, path: Path) -> None:
+def _require_apart(
+    scenario: Scenario, apart: FleetApart, plans: Sequence[FlightPlan], options: WaypointOptions, path: Path
+) -> None:
     """Raise `InputError` where UAVs come too close, or their paths are not apart in space and should be."""
     if options.apart_in_space and not apart.only(Apart.SPACE):
         left = [text for text in apart.sentences(scenario) if text != apart.sentence(scenario, Apart.SPACE)]
-        raise InputError(f"{path}: not all paths are apart in space: {left[0]}")
+        said = f"{path}: not all paths are apart in space: {left[0]}"
+        ended = options.end == "rtl" and [*not_apart_when_returning(scenario, plans, apart)]
+        raise InputError(said, give=OTHER_ENDS if ended else ())
     if apart.of(Apart.CLOSE) and not options.allow_close:
         said = apart.certificate(scenario).sentence
         raise InputError(
             f"{path}: as autopilots fly the waypoints, UAVs come too close: {said}",
             give=[Remedy("allow_close", True, "to write them all the same")],
         )
-
-
-def _schedule_note(plans: Sequence[FlightPlan]) -> str:
-    """Return a sentence on the times that notes name."""
-    late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in plans)
-    return (
-        "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
-        f"{told_seconds(max(late, 0.0))} later than in the mission, when all take-offs have ended."
-    )
-
-
-def _home_note(scenario: Scenario, uav: int) -> str:
-    at = round(home_on_globe(scenario, uav)[2], 2)
-    return (
-        f"{scenario.uavs[uav].name}: its heights are counted from home at {at + 0.0:.2f} m above mean sea level; where "
-        "it arms lower than that, it flies as much lower."
-    )
 
 
 def _written(
@@ -272,6 +237,7 @@ def _written(
     """Write the files of each flight plan and yield their paths; tell of the parameter files beside them."""
     names = [scenario.uavs[plan.route.uav].name for plan in plans]
     fence = geofence(scenario) if suffix == ".plan" else {}
+    beside: list[Path | None] = []
     for own, plan, name, back in zip(file_for_each(path, suffix, names), plans, names, returns, strict=True):
         parts = [f"part-{k}-of-{len(plan.parts)}" for k in range(1, len(plan.parts) + 1)]
         for file, part in zip(file_for_each(own, suffix, parts), plan.parts, strict=True):
@@ -282,12 +248,10 @@ def _written(
             else:
                 write_zip(file, wpml_parts(scenario, plan, part, options.altitude, options.end, back))
             yield file
-        beside = write_parameters(own, suffix, plan, name, back)
+        beside.append(write_parameters(own, suffix, plan, name, back))
         if suffix == ".waypoints" and back is not None and len(back.rally):
             rally = own.with_name(own.name[: -len(suffix)] + ".ral")
             write_text(rally, rally_text(scenario, back))
             on_note(f"{name}: its rally points are in {rally}.")
-        if beside is None:
-            on_note(f"{name}: made for {plan.autopilot.title}.")
-        else:
-            on_note(f"{name}: made for {plan.autopilot.title}, with the rates of {beside}: load them into it first.")
+    for note in made_for(plans, names, beside):
+        on_note(note)

@@ -1,0 +1,176 @@
+"""What matters most of each exported flight: a few facts, and the line of a table that tells them."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.mavlink_items import End
+from skyverse.exports.return_home import Return
+from skyverse.exports.return_places import landing_name
+from skyverse.exports.separation import Apart, FleetApart
+from skyverse.model.scenario import Scenario
+from skyverse.model.seconds import told_seconds
+
+MAX_GAPS = 2
+"""Times without a way home that a line of the table tells; of more it says only how many."""
+MAX_OTHERS = 3
+"""Names of other UAVs in a cell of the table; of more it says only how many."""
+HEADS = ("UAV", "legs", "at its end", "way home", "apart in flight", "apart when returning")
+"""The columns of the table."""
+KEPT = {
+    Apart.SPACE: "in space",
+    Apart.TIMING: "by timing",
+    Apart.SCHEDULE: "ONLY on schedule",
+    Apart.CLOSE: "NOT",
+}
+"""How the table tells the ways to keep a separation."""
+
+
+@dataclass(frozen=True)
+class FlightVerdict:
+    """What matters most of one exported flight.
+
+    Attributes
+    ----------
+    uav
+        The name of the UAV.
+    legs_proven
+        Whether all that is flown between its waypoints is proven clear; not so for an aeroplane whose autopilot turns
+        at a distance of its own.
+    at_end
+        What it does at its end, in words: whether it stays, and otherwise where it lands.
+    duration
+        Seconds from the start of all UAVs to its last waypoint.
+    gaps
+        Seconds of the exported schedule between which no way home is proven; all of the flight where none is at all.
+    apart
+        The least sure way in which it keeps its separation from any other UAV; ``None`` if it flies alone.
+    depends_on
+        The UAVs from which it is apart in no surer way than that, unless it is apart from all in space.
+    meets
+        The UAVs to which it may come too close when it returns, while they fly or return as well, each at any instant.
+    """
+
+    uav: str
+    legs_proven: bool
+    at_end: str
+    duration: float
+    gaps: tuple[tuple[float, float], ...]
+    apart: Apart | None
+    depends_on: tuple[str, ...]
+    meets: tuple[str, ...]
+
+    @property
+    def has_way_home(self) -> bool:
+        """Whether its way home is proven at every instant."""
+        return not self.gaps
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Its line of the table."""
+        cells = (self.uav, "proven" if self.legs_proven else "NOT proven at corners", self.at_end, self._way_home)
+        if self.apart is None:
+            return cells
+        flying = KEPT[self.apart] + (f" from {_few(self.depends_on, MAX_OTHERS)}" if self.depends_on else "")
+        returning = f"NOT from {_few(self.meets, MAX_OTHERS)}" if self.meets else KEPT[Apart.SPACE]
+        return (*cells, flying, returning)
+
+    @property
+    def _way_home(self) -> str:
+        if self.has_way_home:
+            return "at every instant"
+        if self.gaps[0][0] <= 0 and self.gaps[-1][1] >= self.duration and len(self.gaps) == 1:
+            return "NOT proven"
+        spans = [f"{told_seconds(begin).removesuffix(' s')} to {told_seconds(end)}" for begin, end in self.gaps]
+        return f"NOT from {_few(spans, MAX_GAPS)}"
+
+
+def flight_verdicts(
+    scenario: Scenario,
+    plans: Sequence[FlightPlan],
+    end: End,
+    apart: FleetApart,
+    returns: Sequence[Return | None],
+    returns_apart: Mapping[tuple[int, int], bool],
+    crossed: Mapping[int, Sequence[int]],
+) -> tuple[FlightVerdict, ...]:
+    """Return the verdict on each UAV that flies.
+
+    Parameters
+    ----------
+    scenario, plans
+        The scenario and the flight plans.
+    end
+        How the mission ends.
+    apart
+        How each two UAVs keep their separation.
+    returns
+        The way home of each flight plan, ``None`` for an aeroplane.
+    returns_apart
+        Of each two UAVs, by their indices, whether they keep their separation when both return.
+    crossed
+        By the index of each UAV that may return, the indices of those whose paths it may then come too close to.
+    """
+    names = {plan.route.uav: scenario.uavs[plan.route.uav].name for plan in plans}
+    made = []
+    for plan, back in zip(plans, returns, strict=True):
+        uav, others = plan.route.uav, [other for other in names if other != plan.route.uav]
+        kinds = {other: apart.pairs[min(uav, other), max(uav, other)] for other in others}
+        weakest = max(kinds.values(), key=list(Apart).index, default=None)
+        timed = [other for other in others if weakest is not Apart.SPACE and kinds[other] is weakest]
+        met = [
+            other
+            for other in others
+            if other in crossed.get(uav, others) or not returns_apart.get((min(uav, other), max(uav, other)), False)
+        ]
+        duration = float(plan.arrivals[-1])
+        gaps = np.array([[0.0, duration]]) if back is None or not back.proven else back.lost
+        at_end = {"loiter": "stays at its target", "land": "lands below its target"}.get(end, "")
+        made.append(
+            FlightVerdict(
+                names[uav],
+                back is not None or plan.autopilot.plane_radius <= plan.route.radius,
+                at_end if back is None or at_end else f"lands at {landing_name(back)}",
+                duration,
+                tuple((float(begin), float(stop)) for begin, stop in gaps),
+                weakest,
+                tuple(names[other] for other in timed),
+                tuple(names[other] for other in met),
+            )
+        )
+    return tuple(made)
+
+
+def verdict_table(flights: Sequence[FlightVerdict]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the head and the rows of the table of some flights; the last row is the fleet's, if there are several."""
+    rows = [flight.row for flight in flights]
+    if len(flights) > 1:
+        rows.append(_fleet_row(flights))
+    return HEADS[: len(rows[0])] if rows else HEADS, rows
+
+
+def _fleet_row(flights: Sequence[FlightVerdict]) -> tuple[str, ...]:
+    """Return the line of the fleet: of how many UAVs each good thing holds."""
+    count, ends = len(flights), Counter(flight.at_end.partition(",")[0] for flight in flights)
+    kinds = [flight.apart for flight in flights if flight.apart is not None]
+
+    def share(held: int, good: str, bad: str) -> str:
+        return good if held == count else f"{bad} for {count - held} of {count}"
+
+    return (
+        "fleet",
+        share(sum(flight.legs_proven for flight in flights), "proven", "NOT proven at corners"),
+        next(iter(ends)) if len(ends) == 1 else "; ".join(f"{words}: {number}" for words, number in ends.items()),
+        share(sum(flight.has_way_home for flight in flights), "at every instant", "NOT at every instant"),
+        KEPT[max(kinds, key=list(Apart).index)],
+        share(sum(not flight.meets for flight in flights), KEPT[Apart.SPACE], "NOT"),
+    )
+
+
+def _few(words: Sequence[str], most: int) -> str:
+    """Return at most so many words, and how many more there are."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more

@@ -1,0 +1,98 @@
+"""What exports say of waypoints beside ways home: proofs of legs, the schedule, the files, and returns not apart."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from skyverse.errors import Remedy, Sentence
+from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.global_positions import home_on_globe
+from skyverse.exports.grouped_sentences import grouped
+from skyverse.exports.route import Route
+from skyverse.exports.separation import Apart, FleetApart, fleet_apart, named_pairs
+from skyverse.model.scenario import Scenario
+from skyverse.model.seconds import told_seconds
+
+OTHER_ENDS = (
+    Remedy("end", "land", "to land below the last waypoints"),
+    Remedy("end", "loiter", "to stay there"),
+)
+"""What helps UAVs that are not apart in space on the returns that end their mission."""
+
+
+def proofs(scenario: Scenario, plans: Sequence[FlightPlan], *, from_home: bool) -> Iterator[str]:
+    """Yield sentences on what is proven of flight plans, whose altitudes may be counted `from_home`."""
+    names = [scenario.uavs[plan.route.uav].name for plan in plans]
+    if len(plans) == 1:
+        yield plans[0].route.sentence(scenario)
+    else:
+        yield from _figures([(name, plan.route) for name, plan in zip(names, plans, strict=True)])
+        yield from grouped([(name, plan.route.proof(scenario)) for name, plan in zip(names, plans, strict=True)])
+    for name, plan in zip(names, plans, strict=True):
+        if scenario.uavs[plan.route.uav].fixed_wing is not None and plan.autopilot.plane_radius > plan.route.radius:
+            yield (
+                f"{name}: {plan.autopilot.title} turns an aeroplane at a distance of its own from each waypoint, not "
+                f"at {plan.route.radius:.3g} m: what its corners keep is NOT proven."
+            )
+        if plan.breaks:
+            most = plan.autopilot.max_waypoints
+            yield f"{name}: {len(plan.parts)} files of at most {most} waypoints; after each it waits for the next."
+    if from_home:
+        yield _home_note(scenario, [plan.route.uav for plan in plans])
+
+
+def _figures(routes: Sequence[tuple[str, Route]]) -> Iterator[str]:
+    """Yield a sentence on the waypoints of several UAVs, one for each way in which corners are flown."""
+    for corners in dict.fromkeys(route.corners for _, route in routes):
+        own = [(name, route) for name, route in routes if route.corners == corners]
+        told = "; ".join(f"{name} {len(route.points)} and {route.off:.3g} m" for name, route in own)
+        yield f"How many waypoints, {corners}, and how far off the trajectory at most: {told}."
+
+
+def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], apart: FleetApart) -> Iterator[Sentence]:
+    """Yield a warning on the UAVs that are apart in space up to their last waypoints, but not on the returns."""
+    before = fleet_apart(scenario, [replace(plan, ending=plan.ending[:0]) for plan in plans])
+    pairs = [pair for pair in before.of(Apart.SPACE) if apart.pairs[pair] is not Apart.SPACE]
+    if pairs:
+        yield Sentence(
+            f"WARNING: apart in space up to their last waypoints, but NOT on the returns that end the mission: "
+            f"{named_pairs(scenario, pairs)}",
+            give=OTHER_ENDS,
+        )
+
+
+def schedule_note(plans: Sequence[FlightPlan]) -> str:
+    """Return a sentence on the times that notes name."""
+    late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in plans)
+    return (
+        "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
+        f"{told_seconds(max(late, 0.0))} later than in the mission, when all take-offs have ended."
+    )
+
+
+def _home_note(scenario: Scenario, uavs: Sequence[int]) -> str:
+    """Return a sentence on the altitudes of the homes of some UAVs."""
+    homes = [(scenario.uavs[uav].name, f"{round(home_on_globe(scenario, uav)[2], 2) + 0.0:.2f} m") for uav in uavs]
+    if len(homes) == 1:
+        ((name, at),) = homes
+        return (
+            f"{name}: its heights are counted from home at {at} above mean sea level; where it arms lower than that, "
+            "it flies as much lower."
+        )
+    told = ", ".join(f"{name} {at}" for name, at in homes)
+    return (
+        f"Heights are counted from home, above mean sea level: {told}; where a UAV arms lower, it flies as much lower."
+    )
+
+
+def made_for(plans: Sequence[FlightPlan], names: Sequence[str], beside: Sequence[Path | None]) -> Iterator[str]:
+    """Yield sentences on the autopilot that files are made for, and on the parameters beside them, if there are any."""
+    title = plans[0].autopilot.title if plans else ""
+    yield from grouped([(name, f"made for {title}.") for name, file in zip(names, beside, strict=True) if file is None])
+    rates = [(name, file) for name, file in zip(names, beside, strict=True) if file is not None]
+    if len(rates) == 1:
+        ((name, file),) = rates
+        yield f"{name}: made for {title}, with the rates of {file}: load them into it first."
+    elif rates:
+        files = ", ".join(str(file) for _, file in rates)
+        yield f"Made for {title}, with the rates of a file for each UAV, to be loaded into it first: {files}."

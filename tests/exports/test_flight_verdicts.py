@@ -1,0 +1,108 @@
+"""The line of each exported flight tells what is proven of it, and no more."""
+
+import re
+from html import unescape
+
+import handmade_exports as handmade
+import pytest
+
+import skyverse as sky
+from skyverse.exports.flight_verdicts import HEADS, verdict_table
+from skyverse.exports.separation import Apart
+from skyverse.model.scenario import Origin
+
+pytestmark = pytest.mark.usefixtures("unjudged")
+
+ORIGIN = Origin(latitude=46.8, longitude=9.8, altitude=1500.0, geoid=52.0)
+EAST = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
+BESIDE = handmade.along([(-100, 100, 50), (100, 100, 50)], 40)
+ACROSS = handmade.along([(0, -100, 55), (0, 60, 55)], 40)
+WALL = ((0.0, -300.0, 0.0), (1.0, 300.0, 300.0))
+
+
+def certificate(mission, folder, suffix="plan", **how):
+    seen = []
+    sky.export(mission, folder / f"m.{suffix}", on_certificate=seen.append, **how)
+    return seen[0]
+
+
+def test_a_single_uav_has_one_line_and_nothing_is_said_of_others(tmp_path):
+    head, rows = verdict_table(certificate(handmade.mission([EAST], origin=ORIGIN), tmp_path).flights)
+    assert head == HEADS[:4]
+    assert rows == [("uav-1", "proven", "stays at its target", "at every instant")]
+
+
+def test_a_fleet_apart_in_space_has_a_line_for_each_and_one_for_all(tmp_path):
+    head, rows = verdict_table(certificate(handmade.mission([EAST, BESIDE], origin=ORIGIN), tmp_path).flights)
+    assert head == HEADS
+    assert [row[0] for row in rows] == ["uav-1", "uav-2", "fleet"]
+    assert {row[1:] for row in rows} == {("proven", "stays at its target", "at every instant", "in space", "in space")}
+
+
+def test_it_names_those_whose_paths_a_return_may_cross_though_flights_are_apart_in_space(tmp_path):
+    proof = certificate(handmade.mission([EAST, ACROSS], origin=ORIGIN), tmp_path)
+    assert proof.apart.only(Apart.SPACE)
+    assert proof.crossed == {0: (1,), 1: ()}
+    first, _ = proof.flights
+    assert first.meets == ("uav-2",)
+    assert first.row[-2:] == ("in space", "NOT from uav-2")
+    assert verdict_table(proof.flights)[1][-1][-1].startswith("NOT for ")
+
+
+def test_flights_that_depend_on_the_schedule_name_each_other(tmp_path):
+    level = handmade.along([(0, -100, 50), (0, 100, 50)], 40, 40.0)
+    proof = certificate(handmade.mission([EAST, level, BESIDE], origin=ORIGIN), tmp_path, allow_close=True)
+    (kind,) = {kind for kind in proof.apart.pairs.values() if kind is not Apart.SPACE}
+    told = {flight.uav: (flight.apart, flight.depends_on) for flight in proof.flights}
+    for uav, (weakest, others) in told.items():
+        met = [pair for pair in proof.apart.of(kind) if f"uav-{pair[0] + 1}" == uav or f"uav-{pair[1] + 1}" == uav]
+        assert weakest is (kind if met else Apart.SPACE)
+        assert len(others) == len(met)
+
+
+def test_gaps_of_the_way_home_are_told_from_when_to_when(tmp_path):
+    corners = [(-100, 0, 50), (-100, 310, 50), (100, 310, 50), (100, 0, 50)]
+    mission = handmade.mission(
+        [handmade.along(corners, 60)], origin=ORIGIN, boxes=[WALL], low=(-400, -400, 0), high=(400, 400, 290)
+    )
+    proof = certificate(mission, tmp_path, "wpml.kmz")
+    (flight,), (back,) = proof.flights, proof.returns
+    assert not flight.has_way_home
+    assert flight.gaps == tuple((begin, end) for begin, end in back.lost.tolist())
+    begin, end = back.lost[0]
+    assert (found := re.fullmatch(r"NOT from ([\d.]+) to ([\d.]+) s.*", flight.row[3]))
+    assert [float(found[1]), float(found[2])] == pytest.approx([begin, end], abs=0.06)
+
+
+def test_an_aeroplane_has_no_proven_way_home(tmp_path):
+    wing = sky.FixedWing(speed=15, turn_radius=30, climb=15)
+    (flight,) = certificate(handmade.mission([EAST], origin=ORIGIN, wing=wing), tmp_path).flights
+    assert flight.row == ("uav-1", "NOT proven at corners", "stays at its target", "NOT proven")
+
+
+def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsys):
+    """One UAV returns through the path of the other."""
+    from skyverse.cli.export import export
+
+    mission = handmade.mission([EAST, ACROSS], origin=ORIGIN)
+    notes = []
+    sky.export(mission, tmp_path / "stays.plan", on_note=notes.append)
+    assert not any("WARNING" in note for note in notes)
+    rtl = {"end": "rtl", "allow_close": True}
+    sky.export(mission, tmp_path / "m.plan", **rtl, on_note=notes.append, page=tmp_path / "m.html")
+    (warning,) = [note for note in notes if note.startswith("WARNING")]
+    assert warning == (
+        "WARNING: apart in space up to their last waypoints, but NOT on the returns that end the mission: uav-1 and "
+        "uav-2; give end='land' to land below the last waypoints or end='loiter' to stay there"
+    )
+    page = unescape((tmp_path / "m.html").read_text("utf-8"))
+    assert page.index("apart when returning") < page.index(f"<li>{warning}</li>") < page.index("How many waypoints")
+    assert re.search(r'<th scope="row">uav-1</th>.*<td class="doubt">NOT from uav-2</td></tr>', page)
+    sky.write(mission, tmp_path / "m.json")
+    export(str(tmp_path / "m.json"), tmp_path / "m.plan", end="rtl", allow_close=True)
+    said = capsys.readouterr().err.splitlines()
+    assert [line.split()[0] for line in said[:4]] == ["UAV", "uav-1", "uav-2", "fleet"]
+    assert said[4].startswith("WARNING: apart in space up to")
+    assert said[4].endswith("give --end land to land below the last waypoints or --end loiter to stay there")
+    with pytest.raises(sky.InputError, match=r"not all paths are apart in space: .*; give end='land' to land below"):
+        sky.export(mission, tmp_path / "m.plan", end="rtl", apart_in_space=True)
