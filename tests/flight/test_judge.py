@@ -84,7 +84,10 @@ def test_a_uav_that_is_lost_before_it_is_due_is_not_safe():
     times = np.array([0.0, 0.01])
     place = trajectory.at(times).position
     flown = Flown(0, times, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
-    assert "is lost at 0.01 s" in strayed(mission.scenario, flown, 0.1, trajectory.end)[0].message
+    assert "is lost at 0.01 s: it is more" in strayed(mission.scenario, flown, 0.1, trajectory.end)[0].message
+    hovering = Flown(0, times - 2.0, place, place * 0, place, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.4, 0.0, 0.0)
+    (lost,) = strayed(mission.scenario, hovering, 0.1, trajectory.end)
+    assert "is lost 1.99 s before the mission begins, in the hover at the start: it is more" in lost.message
 
 
 @pytest.mark.parametrize(

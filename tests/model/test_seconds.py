@@ -1,6 +1,6 @@
 import pytest
 
-from skyverse.model.seconds import told_seconds
+from skyverse.model.seconds import told_instant, told_seconds
 
 
 @pytest.mark.parametrize(
@@ -18,3 +18,15 @@ from skyverse.model.seconds import told_seconds
 )
 def test_seconds_are_told_in_digits(seconds, said):
     assert told_seconds(seconds) == said
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        (3.254, "at 3.25 s"),
+        (0.0, "at 0.00 s"),
+        (-2.01, "2.01 s before the mission begins, in the hover at the start"),
+    ],
+)
+def test_an_instant_is_told_without_a_negative_number(seconds, said):
+    assert told_instant(seconds) == said

@@ -32,7 +32,12 @@ def test_the_vehicle_of_the_mission_is_simulated_where_it_has_a_model(vehicles, 
     ("vehicle", "planned", "sentence"),
     [
         ("crazyflie", ["indoor"], "Simulated: crazyflie, for which the mission was planned."),
-        ("thesis", [""], "Simulated: thesis, in place of every multirotor; the mission names no vehicle."),
+        (
+            "thesis",
+            [""],
+            "Simulated: thesis, in place of every multirotor; the mission names no vehicle. It is small and agile: a "
+            "real vehicle may stray farther.",
+        ),
         (
             "thesis",
             ["camera", "heavy"],

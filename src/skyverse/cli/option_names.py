@@ -25,6 +25,7 @@ PLACEHOLDERS = {
     "soft_zones": "FILE=RISK",
     "terrain": "FILE",
     "tracking_error": "horizontal,vertical",
+    "uavs": "latitude,longitude,altitude",
     "voxels": "FILE",
 }
 """What is written after an option whose value only the user knows."""

@@ -112,12 +112,10 @@ _TEXTS = {
     ),
     "origin": _TextOption(str, "`46.81,9.85,1560 m amsl`", origin_of),
     "ground": _TextOption(str, "`0 m amsl`", lambda text: altitude_above_sea("--ground", text)),
-    "ceiling": _TextOption(str, "`120 m agl`", lambda text: altitude_of("--ceiling", text), Parameter()),
-    "max_height": _TextOption(str, "`120 m agl`", lambda text: height_above_ground("--max-height", text), Parameter()),
-    "tracking_error": _TextOption(str, "`1.5,2`", tracking_error_of, Parameter()),
-    "band": _TextOption(
-        str, "`40,80`", lambda text: numbers_of("--band", "low,high in metres above ground", text, 2), Parameter()
-    ),
+    "ceiling": _TextOption(str, "`120 m agl`", lambda text: altitude_of("--ceiling", text)),
+    "max_height": _TextOption(str, "`120 m agl`", lambda text: height_above_ground("--max-height", text)),
+    "tracking_error": _TextOption(str, "`1.5,2`", tracking_error_of),
+    "band": _TextOption(str, "`40,80`", lambda text: numbers_of("--band", "low,high in metres above ground", text, 2)),
     "fill_nodata": _TextOption(str, "`1550` or `nearest`", _fill),
     "terrain_unit": _TextOption(Literal["m", "ft", "us-ft"], settings=Parameter()),
     "nodata": _TextOption(float),

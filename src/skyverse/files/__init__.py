@@ -75,6 +75,8 @@ def read_scenario(source: str | Path, *, unknown: Unknown | None = None) -> Scen
 
 def read_mission(source: str | Path) -> Mission:
     """Read a mission; see `read`. A scenario is refused with `InputError`."""
+    if str(source) not in BUILTIN_NAMES:
+        require_file(Path(source))  # scenarios may be built in, missions not
     found = read(source)
     if isinstance(found, Mission):
         return found

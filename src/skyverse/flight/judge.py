@@ -12,6 +12,7 @@ from skyverse.flight.vehicle import Vehicle
 from skyverse.model.flight_record import Flown, Passing
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
+from skyverse.model.seconds import told_instant
 from skyverse.model.shapes import Terrain
 from skyverse.model.verdict import Fault, Violation
 from skyverse.numerics.tolerances import NEARNESS_ROUNDING
@@ -146,22 +147,22 @@ def strayed(scenario: Scenario, flown: Flown, margin: float, due: float) -> list
     if flown.clearance <= 0 or flown.clearance < left:
         k = int(np.searchsorted(flown.times, flown.clearance_time))
         how = "touches an obstacle" if flown.clearance <= 0 else f"comes within {flown.clearance:.3f} m of an obstacle"
-        note(Fault.TRAJECTORY_CLEARANCE, f"{how} at {flown.clearance_time:.2f} s; {left:.3g} m must be left", k)
+        note(Fault.TRAJECTORY_CLEARANCE, f"{how} {told_instant(flown.clearance_time)}; {left:.3g} m must be left", k)
     if scenario.terrain is not None:
         heights = _heights(scenario.terrain, flown.positions)
         k, least, left = int(np.argmin(heights)), float(heights.min()), scenario.ground_clearance - margin
         if least <= 0 or least < left:
             how = "touches the ground" if least <= 0 else f"is {least:.3f} m above ground"
-            note(Fault.TRAJECTORY_CLEARANCE, f"{how} at {flown.times[k]:.2f} s; {left:.3g} m must be left", k)
+            note(Fault.TRAJECTORY_CLEARANCE, f"{how} {told_instant(flown.times[k])}; {left:.3g} m must be left", k)
     if flown.outside > margin:
         beyond = np.maximum(scenario.bounds.min - flown.positions, flown.positions - scenario.bounds.max).max(axis=1)
         k = int(np.argmax(beyond))
-        out = f"is {beyond[k]:.3f} m out of bounds at {flown.times[k]:.2f} s; {margin:.3g} m may be strayed"
+        out = f"is {beyond[k]:.3f} m out of bounds {told_instant(flown.times[k])}; {margin:.3g} m may be strayed"
         note(Fault.TRAJECTORY_BOUNDS, out, k)
     off = float(np.linalg.norm(flown.positions[-1] - flown.commanded[-1]))
     if flown.times[-1] < due:
-        cut = f"more than {LOST_DISTANCE:g} m off its trajectory, where its simulation ends"
-        note(Fault.TRAJECTORY_ENDS, f"is lost at {flown.times[-1]:.2f} s, of {due:.2f} s to fly: it is {cut}", -1)
+        cut = f"more than {LOST_DISTANCE:g} m off its trajectory, where its simulation ends; it is due at {due:.2f} s"
+        note(Fault.TRAJECTORY_ENDS, f"is lost {told_instant(flown.times[-1])}: it is {cut}", -1)
     elif off > max(margin, 0.01):
         note(Fault.TRAJECTORY_ENDS, f"is {off:.3f} m off its trajectory when it is flown no more", -1)
     return wrong

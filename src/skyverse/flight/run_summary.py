@@ -9,6 +9,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.flight.run import Fleet, Nearest, fly_run
 from skyverse.flight.tracking_control import LOST_DISTANCE
 from skyverse.model.flight_runs import Distribution, Touch
+from skyverse.model.seconds import told_instant
 
 MILLIMETRES = 1000.0
 """The resolution of the distributions of errors, bins a metre."""
@@ -87,4 +88,4 @@ def first_touch(fleet: Fleet, number: int, run: RunSummary) -> Touch | None:
     if not wrong:
         return None
     time, deed = min(wrong)
-    return Touch(number, run.seed, time, f"{deed} at {time:.2f} s in run {number} (seed {run.seed})")
+    return Touch(number, run.seed, time, f"{deed} {told_instant(time)} in run {number} (seed {run.seed})")

@@ -153,7 +153,8 @@ class Flight(ArrayRecord):
             ground = scenario.ground_clearance - self.margin
             kept = [f"{scenario.clearance - self.margin:.3g} m to every obstacle"] if scenario.obstacles else []
             kept += [] if scenario.terrain is None else [f"{ground:.3g} m above ground"]
-            left = f"at least {' and '.join(kept)} were left, " if kept else ""
+            were = "was" if len(kept) == 1 else "were"
+            left = f"at least {' and '.join(kept)} {were} left, " if kept else ""
             return (
                 f"Safe: {left}no UAV strayed more than {self.margin:.3g} m out of bounds or off its target, nor two by "
                 "more than that each into their separation."

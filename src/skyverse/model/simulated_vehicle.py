@@ -20,7 +20,10 @@ def simulated_vehicle_sentence(vehicle: str, uavs: Sequence[UAV]) -> str:
     planned = _planned_for(uavs)
     named = [name for name in planned if name]
     if not named:
-        return f"Simulated: {vehicle}, in place of every multirotor; the mission names no vehicle."
+        return (
+            f"Simulated: {vehicle}, in place of every multirotor; the mission names no vehicle. It is small and agile: "
+            "a real vehicle may stray farther."
+        )
     if all(_model_of(name) == vehicle for name in planned):
         return f"Simulated: {vehicle}, for which the mission was planned."
     others = [name or "UAVs without a vehicle" for name in planned if _model_of(name) != vehicle]

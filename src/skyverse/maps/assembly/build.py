@@ -157,6 +157,8 @@ def build_scenario(options: BuildOptions) -> Scenario:
         raise InputError(f"{options.name}: {complaint(error.errors()[0])}") from None
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
+    if goals and not starts:
+        on_note(Note("", Sentence("WARNING: there are targets, and no UAVs to fly to them", give=[Remedy("uavs")])))
     return built
 
 

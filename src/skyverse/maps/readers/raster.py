@@ -272,6 +272,8 @@ def _refuse_references(path: Path) -> None:
     """Refuse a file that names other files, some of them on servers, which GDAL would open."""
     with path.open("rb") as file:
         text = file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip()
+    if path.suffix.lower() in (".json", ".geojson"):
+        raise InputError(f"{path}: expected a raster of heights, such as a GeoTIFF, found a JSON file")
     if text[:1] in (b"<", b"{") or ".gti" in path.suffixes:
         raise InputError(
             f"{path}: expected a raster such as a GeoTIFF, found a file that only points to others (such as a .vrt); "

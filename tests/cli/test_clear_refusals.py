@@ -1,0 +1,64 @@
+"""What a user gives by mistake is refused, or told of, in one sentence that helps."""
+
+import json
+
+import pytest
+
+import skyverse as sky
+from skyverse import cli
+
+
+@pytest.fixture
+def skyverse(monkeypatch, capsys, tmp_path):
+    """Return a function that runs a command line in a folder of its own: exit code, standard output and error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        with pytest.raises(SystemExit) as stopped:
+            cli.main([str(word) for word in words])
+        said = capsys.readouterr()
+        return stopped.value.code or 0, said.out, said.err
+
+    return run
+
+
+@pytest.mark.parametrize("words", [("check",), ("fly",), ("export", "m.plan")])
+def test_a_missing_mission_is_no_scenario(skyverse, words):
+    verb, *more = words
+    assert skyverse(verb, "missing.json", *more) == (2, "", "skyverse: missing.json: no such file\n")
+
+
+def test_a_built_in_scenario_is_no_mission(skyverse):
+    code, _, said = skyverse("check", "map1")
+    assert code == 2
+    assert "map1: expected a mission" in said
+
+
+@pytest.mark.parametrize("text", ["-5 m agl", "0 m agl"])
+def test_a_ceiling_below_the_ground_is_refused(skyverse, tmp_path, text):
+    refused = f"skyverse: --max-height: expected a height above ground, as in '120 m agl', found '{text}'\n"
+    built = skyverse("scenario", "build", "--area", "9.8,46.8,9.81,46.81", "--max-height", text, "-o", "m.yaml")
+    assert built == (2, "", refused)
+    assert skyverse("plan", "jacksboro", "--max-height", text) == (2, "", refused)
+    assert not list(tmp_path.iterdir())
+
+
+def test_json_is_no_terrain(skyverse, tmp_path):
+    (tmp_path / "m.json").write_text(json.dumps({"format": "skyverse-mission"}))
+    code, _, said = skyverse("scenario", "build", "--terrain", "m.json", "-o", "m.yaml")
+    assert (code, said) == (
+        2,
+        "skyverse: m.json: expected a raster of heights, such as a GeoTIFF, found a JSON file\n",
+    )
+
+
+def test_targets_without_uavs_are_warned_of(skyverse, tmp_path):
+    words = ["scenario", "build", "--ground", "0 m amsl", "--target", "46.8,9.8,60 m agl", "-o", "m.yaml"]
+    warning = "WARNING: there are targets, and no UAVs to fly to them; give --uav latitude,longitude,altitude"
+    code, out, _ = skyverse(*words)
+    assert code == 0
+    assert warning in out.splitlines()
+    assert not sky.read(tmp_path / "m.yaml").uavs
+    code, out, _ = skyverse(*words, "--uav", "46.801,9.801,60 m agl")
+    assert code == 0
+    assert "WARNING" not in out
