@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 import skyverse as sky
-from skyverse.cli.report import report
+from skyverse.cli.report import report, table
 
 
 def test_a_total_never_adds_nodes_to_metres(capsys):
@@ -21,3 +21,8 @@ def test_a_total_never_adds_nodes_to_metres(capsys):
     assert summary["costs"] == {"nodes": first, "metres": second}
     report(nodes, [Path("mission.json")], as_json=False)
     assert f"total cost {nodes.cost:.6g}, total time" in capsys.readouterr().out
+
+
+def test_names_with_brackets_are_printed_as_they_are(capsys):
+    table(["UAV", "cost"], [["[red]", "1"], ["uav [bold]2[/bold]", "2"]])
+    assert [line.split("  ")[0] for line in capsys.readouterr().out.splitlines()[1:]] == ["[red]", "uav [bold]2[/bold]"]

@@ -152,11 +152,12 @@ def _cell(key: str, value: object) -> str:
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, aside: bool = False) -> None:
     """Print a table on standard output, or `aside`, on standard error."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     stream = sys.stderr if aside else sys.stdout
     console = Console(width=None if stream.isatty() else 140, stderr=aside)
     table = Table(*head, box=None, header_style="bold", pad_edge=False)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))  # names may have brackets, which rich would read as markup
     console.print(table)
