@@ -56,18 +56,26 @@ def read_orders(scenario, files):
     if files[0].name.endswith(".wpml.kmz"):
         homes = [(*u.start[:2], u.start[2] if u.home is None else u.home) for u in scenario.uavs]
         return [autopilot.read_wpml(f, ORIGIN, h, -ORIGIN.geoid) for f, h in zip(files, homes, strict=True)]
-    read = autopilot.read_plan if files[0].suffix == ".plan" else autopilot.read_waypoints
-    return [read(file.read_text(), ORIGIN) for file in files]
+    if files[0].suffix == ".waypoints":
+        return [autopilot.read_waypoints(file.read_text(), ORIGIN) for file in files]
+    made = [autopilot.read_plan(file.read_text(), ORIGIN) for file in files]
+    for one, file in zip(made, files, strict=True):
+        one.px4 = autopilot.read_parameters(file.with_suffix(".params").read_text())
+    return made
 
 
 def broken_promises(mission, orders, pairs, rng, runs=4):
-    """Replay a fleet at climbs of 1 to 5 m/s and speeds 10 % off; return the pairs that break what is said of them."""
+    """Replay a fleet at climbs of 1 to 5 m/s, speeds 10 % off and take-offs from at once to 1.2 times as slow.
+
+    Return the pairs that break what is said of them.
+    """
     scenario, broken = mission.scenario, []
     for k in range(runs):
-        climbs, factors = rng.uniform(1, 5, len(orders)), rng.uniform(0.9, 1.1, len(orders))
+        count = len(orders)
+        off = rng.uniform(1, 5, count), rng.uniform(0.9, 1.1, count), rng.uniform(0, 1.2, count)
         if k < 2:
-            climbs, factors = rng.choice([1.0, 5.0], len(orders)), rng.choice([0.9, 1.1], len(orders))
-        tracks = [autopilot.fly(o, c, c, f) for o, c, f in zip(orders, climbs, factors, strict=True)]
+            off = rng.choice([1.0, 5.0], count), rng.choice([0.9, 1.1], count), rng.choice([0.0, 1.2], count)
+        tracks = [autopilot.fly(o, c, c, f, late) for o, c, f, late in zip(orders, *off, strict=True)]
         for (i, j), kind in pairs.items():
             across, above = (max(p) for p in zip(scenario.uavs[i].ellipsoid, scenario.uavs[j].ellipsoid, strict=True))
             near = 1.0

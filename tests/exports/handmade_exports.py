@@ -122,8 +122,16 @@ def climb(scenario, route):
 
 
 def takeoff_seconds(height, name):
-    """How long a climb takes by default: ArduPilot's at 2.5 m/s, PX4's at 1.5 m/s up to 10 m and at 3 m/s above."""
-    return height / 2.5 if name == "ardupilot" else min(height, 10) / 1.5 + max(height - 10, 0) / 3
+    """How long a take-off takes by default, from the command for it to its end.
+
+    ArduPilot rises after 1.2 s, gains and loses 2.5 m/s at 1 m/s^2. PX4 has to lose 0.7 m/s downwards first, at the
+    0.5 m/s^2 at which it then gains 1.5 m/s; from 10 m on it climbs at 3 m/s.
+    """
+    if name == "ardupilot":
+        return 1.2 + (height / 2.5 + 2.5 if height > 6.25 else 2 * np.sqrt(height))
+    low = min(height, 10)
+    slow = 3 + (low - 2.25) / 1.5 if low > 2.25 else np.sqrt(2 * low / 0.5)
+    return 1.4 + slow + max(height - 10, 0) / 3 if height > 1e-9 else 1.4
 
 
 def under(scenario, points):

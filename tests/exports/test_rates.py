@@ -158,7 +158,8 @@ def test_px4_climbs_at_its_take_off_rate_only_to_10_m_above_its_home(tmp_path):
     rise = orders.places[0][2] - orders.home[2]
     assert rise > 10
     assert values["MPC_LAND_ALT1"] == 10
-    seconds = 10 / values["MPC_TKO_SPEED"] + (rise - 10) / values["MPC_Z_V_AUTO_UP"]
+    seconds = handmade.takeoff_seconds(rise, "px4")
+    assert seconds == pytest.approx(2.9 + 10 / values["MPC_TKO_SPEED"] + (rise - 10) / values["MPC_Z_V_AUTO_UP"])
     (back,) = seen.returns
     assert back.plan.arrivals[0] - orders.delay == pytest.approx(seconds, abs=0.05)
 

@@ -28,6 +28,14 @@ class Rates(NamedTuple):
         m/s^2: horizontally, to start and to stop.
     takeoff_height
         Metres above home from which the first climb goes on at the rate of `climb`.
+    vertical_acceleration
+        m/s^2: up and down on legs, and above `takeoff_height`.
+    takeoff_acceleration
+        m/s^2: of the first climb up to `takeoff_height`.
+    startup
+        Seconds from the command to take off until the UAV rises.
+    jerk
+        m/s^3: how fast the acceleration changes on legs.
     """
 
     takeoff: float
@@ -35,11 +43,10 @@ class Rates(NamedTuple):
     descent: float
     acceleration: float
     takeoff_height: float = math.inf
-
-    def takeoff_seconds(self, height: float) -> float:
-        """Return how long the first climb takes to a height in metres."""
-        slow = min(height, self.takeoff_height)
-        return slow / self.takeoff + (height - slow) / self.climb
+    vertical_acceleration: float = math.inf
+    takeoff_acceleration: float = math.inf
+    startup: float = 0.0
+    jerk: float = math.inf
 
 
 class Acceptance(NamedTuple):
@@ -51,6 +58,12 @@ class Acceptance(NamedTuple):
 
 MIN_ACCEPTANCE_RADIUS = 0.1
 """Metres: PX4 takes no smaller one for the level distance and the altitude together."""
+PX4_TAKEOFF_RAMP = 3.0
+"""Seconds in which PX4 accelerates a take-off to its climb rate: `MPC_TKO_RAMP_T`."""
+PX4_GROUND_SPEED = 0.7
+"""m/s down: the speed from which PX4 accelerates on the ground, so that it does not rise before that is made up for."""
+PX4_SPOOL_UP = 2.0
+"""Seconds that PX4 waits at least before a take-off: `COM_SPOOLUP_TIME` after arming, 1 s, ends meanwhile."""
 PX4_ALTITUDE_RADII = (0.05, 0.5)
 """Metres: the least `NAV_MC_ALT_RAD` that PX4 takes, and the greatest that is written, which its returns count on."""
 
@@ -76,6 +89,8 @@ class Autopilot(NamedTuple):
         The largest number of waypoints that one file may have.
     plane_radius
         Metres: the least acceptance radius of a waypoint that it keeps to with an aeroplane.
+    least_delay
+        Seconds that a multirotor waits at least before it takes off, for its motors to spool up.
     rises
         The least and the greatest height above the place of take-off, metres, to which its file can tell it to rise
         before it flies to the first waypoint; ``None`` where the mission has a take-off of any height.
@@ -90,28 +105,32 @@ class Autopilot(NamedTuple):
     max_speed: float
     max_waypoints: int
     plane_radius: float
+    least_delay: float = 0.0
     rises: tuple[float, float] | None = None
 
 
 AUTOPILOTS: dict[AutopilotName, Autopilot] = {
-    # rates: MPC_TKO_SPEED, MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_ACC_HOR; below MPC_LAND_ALT1 for takeoff
+    # rates: MPC_TKO_SPEED, MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_ACC_HOR; below MPC_LAND_ALT1 for takeoff;
+    # MPC_ACC_DOWN_MAX, MPC_JERK_AUTO; `takeoff_ramp` for the acceleration at take-off
     # the highest speed: MPC_XY_VEL_MAX and MPC_XY_CRUISE
     "px4": Autopilot(
         "px4",
         "PX4",
-        rates=Rates(1.5, 3.0, 1.5, 3.0, takeoff_height=10.0),
+        rates=Rates(1.5, 3.0, 1.5, 3.0, takeoff_height=10.0, vertical_acceleration=3.0, jerk=4.0),
         limits=Rates(5.0, 8.0, 4.0, 15.0),
         stops=False,
         waits_above=False,
         max_speed=20.0,
         max_waypoints=700,
         plane_radius=math.inf,  # only a multirotor turns at the radius of its waypoints: `MissionBlock`
+        least_delay=PX4_SPOOL_UP,
     ),
-    # rates: WPNAV_SPEED_UP for takeoff and climb, WPNAV_SPEED_DN, WPNAV_ACCEL; the highest speed: WPNAV_SPEED
+    # rates: WPNAV_SPEED_UP for takeoff and climb, WPNAV_SPEED_DN, WPNAV_ACCEL; the highest speed: WPNAV_SPEED;
+    # WPNAV_ACCEL_Z, WPNAV_JERK; until it rises MOT_SPOOL_TIME, 0.5 s, and TKOFF_SLEW_TIME, 2 s, up to a hover at 35 %
     "ardupilot": Autopilot(
         "ardupilot",
         "ArduPilot",
-        rates=Rates(2.5, 2.5, 1.5, 2.5),
+        rates=Rates(2.5, 2.5, 1.5, 2.5, vertical_acceleration=1.0, startup=1.2, jerk=1.0),
         limits=Rates(10.0, 10.0, 5.0, 5.0),
         stops=False,
         waits_above=False,
@@ -122,7 +141,7 @@ AUTOPILOTS: dict[AutopilotName, Autopilot] = {
     "dji": Autopilot(
         "dji",
         "DJI",
-        rates=Rates(3.0, 3.0, 2.0, 2.5),
+        rates=Rates(3.0, 3.0, 2.0, 2.5, vertical_acceleration=2.5, startup=2.0),
         limits=Rates(math.inf, math.inf, math.inf, math.inf),
         stops=True,
         waits_above=True,
@@ -164,7 +183,19 @@ def rates_of(vehicle: UAV, autopilot: Autopilot) -> Rates:
     descent = usual.descent if vehicle.max_descent is None else min(vehicle.max_descent, most.descent)
     takeoff = climb if usual.takeoff == usual.climb else min(usual.takeoff, climb)
     acceleration = min(usual.acceleration, vehicle.max_acceleration)
-    return Rates(takeoff, climb, descent, acceleration, usual.takeoff_height)
+    vertical = min(usual.vertical_acceleration, vehicle.max_acceleration)
+    made = usual._replace(takeoff=takeoff, climb=climb, descent=descent, acceleration=acceleration)
+    made = made._replace(vertical_acceleration=vertical, takeoff_acceleration=vertical)
+    return takeoff_ramp(made) if autopilot.name == "px4" else made
+
+
+def takeoff_ramp(rates: Rates) -> Rates:
+    """Return rates with how PX4 takes off: slowly up to its climb rate, after it has made up for a speed downwards.
+
+    So do `FlightTaskAuto::_updateTrajConstraints` and `FlightTaskAuto::reActivate` of PX4 1.14 to 1.16.
+    """
+    acceleration = min(rates.takeoff / PX4_TAKEOFF_RAMP, rates.vertical_acceleration)
+    return rates._replace(takeoff_acceleration=acceleration, startup=PX4_GROUND_SPEED / acceleration)
 
 
 def corner_acceptance(autopilot: Autopilot, radius: float) -> Acceptance:

@@ -1,7 +1,8 @@
 """What a file tells one autopilot: when to take off, how fast to fly each leg, how to end; and the flight that follows.
 
-The flight is kinematic: a vertical take-off at the autopilot's climb rate, legs at the commanded speed or as fast as it
-climbs and descends, corners cut within the acceptance radius, and a constant acceleration wherever it starts or stops.
+The flight is kinematic: a vertical take-off at the autopilot's climb rate, some time after the command for it, legs at
+the commanded speed or as fast as it climbs and descends, corners cut within the acceptance radius, and a constant
+acceleration wherever it starts or stops.
 """
 
 from collections.abc import Sequence
@@ -36,7 +37,7 @@ class FlightPlan:
     home
         (3,) metres: where the UAV stands before it takes off.
     delay
-        Seconds that it waits there.
+        Seconds that it waits there for the command to take off.
     hover
         Seconds that it waits at the first waypoint instead, where a file cannot tell its autopilot to wait below.
     speeds
@@ -90,8 +91,13 @@ class FlightPlan:
             return 0.0
         return corner_acceptance(self.autopilot, self.route.radius).altitude
 
+    @property
+    def takeoff_seconds(self) -> float:
+        """How long the take-off takes, from the command for it to the end of the climb."""
+        return self._takeoff().knots[-1] - self.delay
+
     def predicted(self) -> Trajectory:
-        """Return the flight from the end of the wait to the end of the mission."""
+        """Return the flight from when it rises to the end of the mission."""
         return self._motion().trajectory()
 
     @property
@@ -99,15 +105,21 @@ class FlightPlan:
         """(m + 1,) seconds: when the UAV arrives at its waypoints, or turns beside them."""
         return np.array(self._motion().arrivals)
 
-    def _motion(self) -> "_Motion":
-        made = _Motion(self.home, self.delay)
-        waypoints, stops, holds = self.waypoints, self.full_stops, self.route.waypoint_holds
-        rise = waypoints[0] - self.home
+    def _takeoff(self) -> "_Motion":
+        rates, top = self.rates, self.waypoints[0]
+        made = _Motion(self.home, self.delay + rates.startup)
+        rise = top - self.home
         height = float(np.linalg.norm(rise))
-        low = min(self.rates.takeoff_height / height, 1.0) if height else 1.0
-        made.fly(self.home + low * rise, self.rates.takeoff, np.inf, 0.0)
-        made.fly(waypoints[0], self.rates.climb, np.inf, 0.0)
+        low = min(rates.takeoff_height / height, 1.0) if height else 1.0
+        stop = 0.0 if self.takeoff_cut else 1.0  # an autopilot that turns earlier has hardly braked by then
+        made.fly(self.home + low * rise, rates.takeoff, rates.takeoff_acceleration, 1.0, stop if low == 1.0 else 0.0)
+        made.fly(top, rates.climb, rates.vertical_acceleration, 0.0, stop)
         made.arrivals.append(made.knots[-1])
+        return made
+
+    def _motion(self) -> "_Motion":
+        made = self._takeoff()
+        stops, holds = self.full_stops, self.route.waypoint_holds
         made.wait(self.hover)
         for k, (to, speed) in enumerate(zip(turning_points(self.route, stops), self.speeds, strict=True), 1):
             pace = attainable_speed(made.at, to, float(speed), self.rates)
@@ -178,22 +190,26 @@ def flight_plans(
     homes
         Where each of the UAVs stands before it takes off, (3,) metres each.
     """
-    rates = [rates_of(scenario.uavs[one.uav], autopilot) for one in flown]
-    climbs = [
-        rate.takeoff_seconds(float(np.linalg.norm(one.waypoints[0] - home)))
-        for one, rate, home in zip(flown, rates, homes, strict=True)
-    ]
-    late = max((climb - float(one.times[0]) for one, climb in zip(flown, climbs, strict=True)), default=0.0)
+    blanks = [_at_once(scenario, one, autopilot, home) for one, home in zip(flown, homes, strict=True)]
+    begins = [float(one.route.times[0]) - one.takeoff_seconds for one in blanks]
+    leasts = [autopilot.least_delay if scenario.uavs[one.uav].fixed_wing is None else 0.0 for one in flown]
+    late = max((least - begin for least, begin in zip(leasts, begins, strict=True)), default=0.0)
     made = []
-    for one, rate, home, climb in zip(flown, rates, homes, climbs, strict=True):
-        delay = round(max(max(late, 0.0) + float(one.times[0]) - climb, 0.0), 3)
-        wait = (0.0, delay) if autopilot.waits_above else (delay, 0.0)
-        wing = scenario.uavs[one.uav].fixed_wing
-        top = max(min(scenario.uavs[one.uav].max_speed, autopilot.max_speed), MIN_SPEED) if wing is None else wing.speed
-        blank = FlightPlan(one, autopilot, rate, home, *wait, np.ones(len(one.waypoints) - 1), top)
+    for blank, begin, least in zip(blanks, begins, leasts, strict=True):
+        delay = round(max(max(late, 0.0) + begin, least), 3)
+        wing = scenario.uavs[blank.route.uav].fixed_wing
         speeds = _speeds(blank) if wing is None else np.full(len(blank.speeds), wing.speed)
-        made.append(replace(blank, speeds=speeds))
+        below, above = (0.0, delay) if autopilot.waits_above else (delay, 0.0)
+        made.append(replace(blank, speeds=speeds, delay=below, hover=above))
     return made
+
+
+def _at_once(scenario: Scenario, route: Route, autopilot: Autopilot, home: Floats) -> FlightPlan:
+    """Return the flight plan of a route without a wait, and without the speeds of its legs."""
+    vehicle = scenario.uavs[route.uav]
+    wing, rates = vehicle.fixed_wing, rates_of(vehicle, autopilot)
+    top = max(min(vehicle.max_speed, autopilot.max_speed), MIN_SPEED) if wing is None else wing.speed
+    return FlightPlan(route, autopilot, rates, home, 0.0, 0.0, np.ones(len(route.waypoints) - 1), top)
 
 
 def turning_points(route: Route, stops: Floats) -> Floats:

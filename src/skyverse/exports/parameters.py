@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from skyverse.atomic import write_text
-from skyverse.exports.autopilots import corner_acceptance
+from skyverse.exports.autopilots import PX4_TAKEOFF_RAMP, corner_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.return_destinations import ACCEPTANCE
 from skyverse.exports.return_home import Return
@@ -21,6 +21,10 @@ LEAST_MIN_DIST = 0.5
 """Metres from where it lands: PX4 1.14 may return lower if it is nearer, or within its acceptance radius."""
 
 
+DISARM_AFTER = 10
+"""Seconds: an autopilot that has armed and does not take off disarms so long after its take-off was due."""
+MAX_DISARM_DELAY = 127
+"""Seconds: ArduPilot takes no longer `DISARM_DELAY`; 0 stands for never."""
 PX4_HOLD, PX4_RETURN = 1, 2
 """Values of PX4's `NAV_RCL_ACT` and `NAV_DLL_ACT`."""
 PX4_MAX_SPEED = 12.0
@@ -53,6 +57,7 @@ def _rate_parameters(plan: FlightPlan) -> list[Parameter]:
     rates, speed = plan.rates, plan.top_speed
     if not math.isfinite(rates.climb):
         return []  # an aeroplane's rates are its own
+    disarm = math.ceil(plan.delay) + DISARM_AFTER  # by default both disarm 10 s after arming
     if plan.autopilot.name == "px4":
         most = min(max(PX4_SPEED_MARGIN * speed, PX4_MAX_SPEED), plan.autopilot.max_speed)
         return [
@@ -66,10 +71,15 @@ def _rate_parameters(plan: FlightPlan) -> list[Parameter]:
             Parameter("MPC_Z_VEL_MAX_DN", rates.descent),
             Parameter("MPC_XY_CRUISE", speed),
             Parameter("MPC_TKO_SPEED", rates.takeoff),
+            Parameter("MPC_TKO_RAMP_T", PX4_TAKEOFF_RAMP),
             Parameter("MPC_LAND_ALT1", rates.takeoff_height),
             Parameter("MPC_Z_V_AUTO_UP", rates.climb),
             Parameter("MPC_Z_V_AUTO_DN", rates.descent),
             Parameter("MPC_ACC_HOR", rates.acceleration),
+            Parameter("MPC_ACC_UP_MAX", rates.vertical_acceleration),
+            Parameter("MPC_ACC_DOWN_MAX", rates.vertical_acceleration),
+            Parameter("MPC_JERK_AUTO", rates.jerk),
+            Parameter("COM_DISARM_PRFLT", disarm),
         ]
     return [
         *_both_names("WPNAV_SPEED", "WP_SPD", speed),
@@ -77,8 +87,12 @@ def _rate_parameters(plan: FlightPlan) -> list[Parameter]:
         *_both_names("WPNAV_SPEED_UP", "WP_SPD_UP", rates.climb),
         *_both_names("WPNAV_SPEED_DN", "WP_SPD_DN", rates.descent),
         *_both_names("WPNAV_ACCEL", "WP_ACC", rates.acceleration),
+        *_both_names("WPNAV_ACCEL_Z", "WP_ACC_Z", rates.vertical_acceleration),
+        Parameter("WPNAV_JERK", rates.jerk),  # in m/s^3 by both names
+        Parameter("WP_JERK", rates.jerk),
         # Copter cuts corners within this radius, and passes over the one that a waypoint names
         *_both_names("WPNAV_RADIUS", "WP_RADIUS_M", plan.route.radius),
+        Parameter("DISARM_DELAY", disarm if disarm <= MAX_DISARM_DELAY else 0, whole=True),
     ]
 
 

@@ -123,9 +123,9 @@ def routes_apart(mission: Mission, flown: list[Route], *, autopilot: AutopilotNa
     Returns
     -------
     Certificate
-        Proven if all pairs of UAVs are apart in space or by timing, at climbs and descents of 1 to 5 m/s and at speeds
-        up to 10 % off; undecided if some are apart only on schedule; refuted if some come too close even then. Its
-        sentence says it pair by pair.
+        Proven if all pairs of UAVs are apart in space or by timing, at climbs and descents of 1 to 5 m/s, at speeds
+        up to 10 % off, and if they rise at once or up to 1 s later than planned; undecided if some are apart only on
+        schedule; refuted if some come too close even then. Its sentence says it pair by pair.
     """
     scenario = mission.scenario
     homes = [stand(scenario, one.uav) for one in flown]

@@ -22,15 +22,21 @@ class TimingTolerance(NamedTuple):
         m/s: of take-offs, and up and down on legs.
     speed
         The share by which its speed may be off the commanded one.
+    takeoff
+        Seconds by which the UAV may rise later after the command to take off than planned; it may also rise at once.
     """
 
     slowest_climb: float = 1.0
     fastest_climb: float = 5.0
     speed: float = 0.1
+    takeoff: float = 1.0
 
     def sentence(self) -> str:
         """Return in words what is allowed."""
-        return f"at {self.slowest_climb:g} to {self.fastest_climb:g} m/s up and down and {self.speed:.0%} off any speed"
+        return (
+            f"at {self.slowest_climb:g} to {self.fastest_climb:g} m/s up and down, {self.speed:.0%} off any speed and "
+            f"take-offs up to {self.takeoff:g} s late"
+        )
 
 
 USUAL_TOLERANCE = TimingTolerance()
@@ -52,14 +58,14 @@ def tolerance_for(plans: Sequence[FlightPlan]) -> TimingTolerance:
 def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance) -> TimedPath:
     """Return the path of a flight plan with the earliest and the latest time at which the UAV may be where.
 
-    At the earliest it cuts every corner and nowhere slows down; at the latest it flies to every waypoint and stops.
-    From the end of a file that is not the last of its UAV it may leave at any later time.
+    At the earliest it takes off at once, cuts every corner and nowhere slows down; at the latest it rises late, flies
+    to every waypoint and stops. From the end of a file that is not the last of its UAV it may leave at any later time.
     """
     route, waypoints, holds = plan.route, plan.waypoints, plan.route.waypoint_holds
     wing = scenario.uavs[route.uav].fixed_wing
     made = _Pieces()
-    made.add(plan.home, plan.home, 0.0, 0.0, 0.0, plan.delay)
-    early = late = plan.delay
+    early, late = plan.delay, plan.delay + takeoff_lag(plan.rates, tolerance)
+    made.add(plan.home, plan.home, 0.0, 0.0, 0.0, late)
     height = float(np.linalg.norm(waypoints[0] - plan.home))
     swift, slow = height / tolerance.fastest_climb, height / tolerance.slowest_climb
     made.add(plan.home, waypoints[0], early, early + swift, late, late + slow)
@@ -73,10 +79,13 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
         swift, slow = leg_seconds(a, b, float(speed), plan.rates, tolerance)
         length = float(np.linalg.norm(b - a))
         least = swift * max(length - turned, 0.0) / length if length else 0.0
-        braking = min(float(speed) * (1 + tolerance.speed) / plan.rates.acceleration, slow)
+        braking = min(braking_seconds(a, b, float(speed), plan.rates, tolerance), slow)
         bend = float(route.bends[k - 1])
         made.add(a, b, early, early + least, late + braking, late + slow, turned + bend, bend)
-        early += swift * max(length - turned - reach, 0.0) / length if length else 0.0
+        soon = reach
+        if holds[k] > 0 and plan.autopilot.name == "px4" and wing is None:
+            soon = route.radius  # PX4 counts the seconds of a stay from when it is within the radius
+        early += swift * max(length - turned - soon, 0.0) / length if length else 0.0
         late += slow
         if k in plan.breaks:
             late = np.inf
@@ -106,7 +115,42 @@ def leg_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: Tim
     swift, slow = level / (speed * (1 + tolerance.speed)), length / (speed * (1 - tolerance.speed))
     if np.isfinite(rates.climb):
         swift, slow = max(swift, up / tolerance.fastest_climb), max(slow, up / tolerance.slowest_climb)
-    return max(swift, MIN_LEG_DURATION), slow + speed * (1 + tolerance.speed) / rates.acceleration
+    return max(swift, MIN_LEG_DURATION), slow + braking_seconds(a, b, speed, rates, tolerance)
+
+
+def braking_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: TimingTolerance) -> float:
+    """Return the most seconds that a UAV loses on a leg from rest to rest, because it has to gain speed and to brake.
+
+    At a higher speed it loses more, but less than it wins by that speed.
+    """
+    way = np.abs(b - a)
+    level, up, length = float(np.hypot(*way[:2])), float(way[2]), float(np.linalg.norm(way))
+    lost = _lost_seconds(speed * (1 + tolerance.speed), rates.acceleration, rates.jerk)
+    if not up or not np.isfinite(rates.vertical_acceleration):
+        return lost
+    least = min(speed * (1 - tolerance.speed), tolerance.slowest_climb * length / up)
+    upright = rates.vertical_acceleration * length / up
+    along = min(rates.acceleration * length / level, upright) if level else upright
+    return max(lost, _lost_seconds(least, along, rates.jerk))
+
+
+def _lost_seconds(speed: float, acceleration: float, jerk: float) -> float:
+    """Return the seconds lost by gaining a speed and losing it again, against flying at that speed all along."""
+    if not np.isfinite(acceleration):
+        return 0.0
+    if speed * jerk < acceleration**2:
+        return 2 * float(np.sqrt(speed / jerk))
+    return speed / acceleration + acceleration / jerk
+
+
+def takeoff_lag(rates: Rates, tolerance: TimingTolerance) -> float:
+    """Return the most seconds that a take-off takes longer than its climb alone, at the slowest climb rate.
+
+    An aeroplane, whose rates are infinite, is in flight when its mission begins.
+    """
+    if not np.isfinite(rates.climb):
+        return 0.0
+    return rates.startup + tolerance.takeoff + tolerance.slowest_climb / rates.takeoff_acceleration
 
 
 class _Pieces:
