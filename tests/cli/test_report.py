@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 import skyverse as sky
-from skyverse.cli.report import report, table
+from skyverse.cli.report import gaps_sentence, report, table
 
 
 def test_a_total_never_adds_nodes_to_metres(capsys):
@@ -26,3 +26,25 @@ def test_a_total_never_adds_nodes_to_metres(capsys):
 def test_names_with_brackets_are_printed_as_they_are(capsys):
     table(["UAV", "cost"], [["[red]", "1"], ["uav [bold]2[/bold]", "2"]])
     assert [line.split("  ")[0] for line in capsys.readouterr().out.splitlines()[1:]] == ["[red]", "uav [bold]2[/bold]"]
+
+
+def test_a_table_has_units_and_no_columns_of_optimisers_unless_asked(capsys):
+    mission = sky.plan_mission(sky.read("table-4.9-2"), sky.Taut(), rng=1)
+    report(mission, [Path("mission.json")], as_json=False)
+    out = capsys.readouterr().out
+    heads = out.splitlines()[0]
+    assert all(head in heads for head in ("gap at most", "flown", "climb", "steepest", "altitude", "time", "energy"))
+    assert "generated paths" not in out
+    assert ", seed" not in out
+    assert "-0.0" not in out
+    report(mission, [Path("mission.json")], as_json=False, details=True)
+    assert "generated paths" in capsys.readouterr().out
+
+
+def test_gaps_say_what_they_are_counted_from():
+    jacksboro = sky.plan_mission(sky.read("jacksboro"), sky.Taut())
+    assert "straight line" in gaps_sentence(jacksboro)
+    nodes = sky.plan_mission(sky.read("table-4.9-2"), sky.AStar())
+    assert gaps_sentence(nodes) == ""
+    worse = dataclasses.replace(nodes.results[0], cost=2 * nodes.results[0].cost)
+    assert "same lattice" in gaps_sentence(dataclasses.replace(nodes, results=(worse, nodes.results[1])))

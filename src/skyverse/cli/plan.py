@@ -56,6 +56,7 @@ def plan(
     max_height: Annotated[str | None, SIGNED] = None,
     unknown: Literal["free", "occupied"] | None = None,
     page: bool = True,
+    details: Annotated[bool, FLAG] = False,
     as_json: AsJson = False,
 ) -> int:
     """Plan a mission: assign targets, plan paths and trajectories, resolve conflicts, prove; write a file and a page.
@@ -120,6 +121,8 @@ def plan(
         What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
     page
         Write the page as well.
+    details
+        Print of each search also the bound, the generated paths and the terms of the cost.
     as_json
         Print what was found as JSON.
     """
@@ -168,7 +171,7 @@ def plan(
         if page:
             written.append(out.with_suffix(".html"))
             sky.write_html(mission, written[-1])
-    report(mission, written, as_json)
+    report(mission, written, as_json, details)
     tell_overflights(mission)
     if apart_in_space:
         tell_apart_by_timing(mission)

@@ -22,8 +22,8 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
     return asdict(violation) | {"fault": violation.fault.value}
 
 
-def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
-    """Print what became of each UAV, the verdict, and where the files are."""
+def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:
+    """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
     from skyverse.model.digest import short
     from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.named_columns import named_columns
@@ -73,9 +73,10 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
         }
         print(json_text(summary), end="")
         return
-    heads = [head for head in rows[0] if head != "flight"] if rows else ["uav"]
-    table(heads, [[_cell(head, row[head]) for head in heads] for row in rows])
     _report_flights(mission)
+    if details and rows:
+        heads = [head for head in rows[0] if head not in ("flight", "target", "status", "gap")]
+        table(heads, [[_cell(row[head]) for head in heads] for row in rows])
     if any(result.status.value == "optimal" for result in results):
         print("Paths called optimal are so as claimed by the planner; skyverse check --optimality searches anew.")
     if results:
@@ -84,7 +85,10 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
     sums = [f"{value:.6g}{f' {unit}' if len(costs) > 1 else ''}" for unit, value in costs.items()]
     total = " and ".join(sums) or "-"
     times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"
-    print(f"total cost {total}, {times}, seed {mission.provenance.seed}")
+    print(f"total cost {total}, {times}{'' if mission.seed is None else f', seed {mission.seed}'}")
+    told = gaps_sentence(mission)
+    if told:
+        print(told)
     _report_conflicts(mission)
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):
         if trajectory is not None and trajectory.note:
@@ -108,17 +112,49 @@ def report(mission: "Mission", written: list[Path], as_json: bool) -> None:
 
 
 def _report_flights(mission: "Mission") -> None:
-    """Print what is flown, beside the price of the path, and how far from the path."""
+    """Print what each UAV flies: how far, how steeply, how high, how long, and with how much energy."""
+    from skyverse.model.flight_measures import measure_flight
+    from skyverse.model.gaps import told_gap
     from skyverse.model.seconds import told_seconds
+    from skyverse.model.short_lines import told_metres
 
+    terrain = mission.scenario.terrain
+    height = "altitude" if terrain is None else "above ground"
     rows = []
-    for uav, flight in zip(mission.scenario.uavs, mission.flights, strict=False):
-        if flight is not None:
-            energy = "-" if flight.energy is None else f"{flight.energy / 1000:.4g} kJ/kg"
-            numbers = [f"{flight.length:.6g} m", told_seconds(flight.time), energy, f"{flight.deviation:.3g} m"]
-            rows.append([uav.name, *numbers])
+    flights = mission.flights or (None,) * len(mission.scenario.uavs)
+    for uav, target, result, trajectory, flight in zip(
+        mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, flights, strict=True
+    ):
+        if target is None or result is None:
+            continue
+        cost = f"{result.cost:.6g}" if result.path.size else "-"
+        found = [uav.name, mission.scenario.targets[target].name, result.status.value, cost, told_gap(result.gap)]
+        if trajectory is None or flight is None:
+            rows.append([*found, *["-"] * 6])
+            continue
+        measures = measure_flight(trajectory, terrain)
+        found += [told_metres(flight.length), f"{measures.climb:.1f} m", f"{measures.steepest:.0f}\N{DEGREE SIGN}"]
+        found += [f"{measures.lowest:.1f} to {measures.highest:.1f} m", told_seconds(flight.time)]
+        rows.append([*found, "-" if flight.energy is None else f"{flight.energy / 1000:.3g} kJ/kg"])
     if rows:
-        table(["uav", "is flown", "in", "with", "off the path by at most"], rows)
+        heads = ["uav", "target", "status", "cost", "gap at most"]
+        table([*heads, "flown", "climb", "steepest", height, "time", "energy"], rows)
+
+
+def gaps_sentence(mission: "Mission") -> str:
+    """Return what the gaps of a mission are counted from; nothing where no path has any."""
+    from skyverse.model.gaps import SMALLEST_GAP
+
+    results = [result for result in mission.results if result is not None]
+    if not any(result.gap is not None and result.gap > SMALLEST_GAP for result in results):
+        return ""
+    if not any(result.any_angle for result in results):
+        return "Gaps are counted from the cheapest path on the same lattice."
+    turn = mission.scenario.objective.divergence
+    straight = sum(result.bounded_by_straight_line(turn) for result in results)
+    many = "every UAV" if straight == len(results) else f"{straight} of {len(results)} UAVs"
+    line = f", for {many} that of the straight line" if straight else ""
+    return f"Gaps are counted from a cost that no path beats{line}; the best possible path may cost more."
 
 
 def certificate_data(certificate: "Certificate") -> dict[str, Any]:
@@ -141,11 +177,9 @@ def _report_conflicts(mission: "Mission") -> None:
         print(f"{action.kind}: {action.sentence}")
 
 
-def _cell(key: str, value: object) -> str:
+def _cell(value: object) -> str:
     if value is None:
         return "-"
-    if key == "gap":
-        return f"{value:.1%}"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
