@@ -131,3 +131,42 @@ def test_separations_count_that_a_takeoff_ends_below_its_waypoint(tmp_path, radi
     assert (np.abs(lower[:, 2] - top[2]) <= counted).all()
     least = (top[2] - below - plan.home[2]) / USUAL_TOLERANCE.fastest_climb
     assert path.earliest[leg, 0] <= plan.delay + least + 1e-9
+
+
+def as_taken_off(plan):
+    """The first leg of a UAV that PX4 turns to it as far below its waypoint as `NAV_MC_ALT_RAD` allows."""
+    top, to = plan.waypoints[:2]
+    begin = top - [0.0, 0.0, plan.takeoff_cut]
+    return begin + np.linspace(0, 1, 2000)[:, None] * (to - begin)
+
+
+@pytest.mark.parametrize(("top", "higher"), [(8.9, 0.0), (9.59, 0.0), (9.9, 0.0), (9.99, 0.5)])
+def test_the_first_leg_is_clear_also_from_below_its_waypoint(tmp_path, top, higher):
+    """The start is so high that the take-off ends there; a box stands beside it, 2 m away, below the first leg."""
+    box = ((2, -10, -50), (6, 10, top - 0.4))
+    flight = handmade.along([(0, 0, 10), (50, 0, 10)], 20)
+    mission = handmade.mission([flight], boxes=[box], clearance=0.4, origin=ORIGIN, terrain=FLAT)
+    back = exported(mission, tmp_path)
+    assert back.plan.takeoff_cut == parameters(tmp_path)["NAV_MC_ALT_RAD"]
+    assert gap(box, as_taken_off(back.plan)) >= 0.4 - 0.021
+    assert back.plan.waypoints[0][2] == 10 + higher
+
+
+def test_returns_begin_wherever_a_cut_takeoff_leads(tmp_path):
+    """PX4 cuts the take-off, and the corner after a first leg of 3.5 m 2 m before its end: there it is still lower."""
+    flight = handmade.along([(0, 0, 10), (3.5, 0, 10), (3.5, 60, 10)], 20)
+    box = ((0.1, 4, -50), (0.85, 6, 9.5))  # for which the route keeps the corner
+    mission = handmade.mission([flight], boxes=[box], clearance=0.6, origin=ORIGIN, terrain=FLAT)
+    back = exported(mission, tmp_path)
+    plan, legs = back.plan, back.way.legs
+    first = as_taken_off(plan)
+    turned = first[np.argmax(np.linalg.norm(first - plan.waypoints[1], axis=1) <= plan.route.radius)]
+    assert turned[2] < 9.8
+    second = turned + np.linspace(0, 1, 200)[:, None] * (plan.waypoints[2] - turned)
+    parts = legs.whole(0.2)
+    low, high = legs.box(parts)
+    for leg, places in ((0, first[::10]), (1, second)):
+        own = parts.leg == leg
+        assert (leg == 0) == (low[own, 2].min() == 9.5)
+        held = ((low[own] <= places[:, None] + 0.01) & (places[:, None] - 0.01 <= high[own])).all(axis=2)
+        assert held.any(axis=1).all()

@@ -208,3 +208,8 @@ def corner_acceptance(autopilot: Autopilot, radius: float) -> Acceptance:
         return Acceptance(radius, radius)
     altitude = float(np.clip(radius / 2, *PX4_ALTITUDE_RADII))
     return Acceptance(math.sqrt(max(radius**2 - altitude**2, 0.0)), altitude)
+
+
+def takeoff_cut(name: AutopilotName, radius: float) -> float:
+    """Return how far below its first waypoint a multirotor may turn to the next, metres: PX4 ends a take-off there."""
+    return corner_acceptance(AUTOPILOTS[name], radius).altitude if name == "px4" else 0.0

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.exports.autopilots import PX4_ALTITUDE_RADII
 from skyverse.exports.leg_segments import Checked
 from skyverse.numerics.tolerances import MIN_GROWTH
 
@@ -16,6 +17,8 @@ With an acceptance radius above `WIDE_CORNER` they grow in proportion, so that a
 """
 WIDE_CORNER = 2.0
 """Metres."""
+CLIMB_HALF_WIDTH = 0.003
+"""Metres: the same at last where a low climb is cut, by PX4: with rounding it is less than legs are allowed."""
 LATE_SHARE = 1 / 8
 """The last share of those lines, judged by itself, because the lines converge there."""
 
@@ -52,7 +55,10 @@ def search_corner(
     """
     p, q = cut
     found = Checked(None)
-    for width in np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER):
+    widths = (np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER)).tolist()
+    if not cut[:, :2].any() and np.abs(cut[:, 2]).max() <= PX4_ALTITUDE_RADII[1]:
+        widths.append(CLIMB_HALF_WIDTH)
+    for width in widths:
         deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
         wide = _middles(float(np.linalg.norm(p - q)), width)
         sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]

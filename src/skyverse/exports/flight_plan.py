@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Autopilot, Rates, corner_acceptance, rates_of
+from skyverse.exports.autopilots import Autopilot, Rates, rates_of, takeoff_cut
 from skyverse.exports.leg_segments import towards
 from skyverse.exports.route import Route
 from skyverse.model.scenario import Scenario
@@ -87,9 +87,9 @@ class FlightPlan:
     @property
     def takeoff_cut(self) -> float:
         """Metres below its first waypoint at which the UAV may turn to the next: PX4 ends a take-off that early."""
-        if self.autopilot.name != "px4" or not np.isfinite(self.rates.climb):
-            return 0.0
-        return corner_acceptance(self.autopilot, self.route.radius).altitude
+        if not np.isfinite(self.rates.climb):
+            return 0.0  # an aeroplane is in flight there
+        return takeoff_cut(self.autopilot.name, self.route.radius)
 
     @property
     def takeoff_seconds(self) -> float:

@@ -156,15 +156,18 @@ def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:
     """Return how corners are cut, as `cut` and `width` of `FlownLegs`.
 
     A UAV turns to a leg at its first waypoint, or up to the radius before it, on the leg before or on the way to that
-    from where it turned to it: in a triangle of the waypoint and two places p and q before it.
+    from where it turned to it: in a triangle of the waypoint and two places p and q before it. To its first leg it may
+    turn before the end of the take-off.
     """
     points, stops = plan.waypoints, plan.full_stops
     cut, width = np.zeros((len(points) - 1, 3)), np.zeros(len(points) - 1)
+    below = towards(plan.home - points[0], plan.takeoff_cut)
+    cut[:1] = below
     for k in range(1, len(points) - 1):
         if stops[k]:
             continue
         before, at, radius = points[k - 1], points[k], plan.route.radius
-        entered = before
+        entered = before + below if k == 1 else before
         if k > 1 and not stops[k - 1]:
             entered = before + towards(points[k - 2] - before, radius)
         p, q = towards(before - at, radius), towards(entered - at, radius)

@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
-from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS
+from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, takeoff_cut
 from skyverse.exports.ground_under_legs import ground_allowance
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.exports.waypoint_placement import MAX_WAYPOINTS, Obstruction, WaypointPlacement, distances_to_segment
@@ -20,6 +21,28 @@ PLACES_PER_PIECE = 16
 """The number of samples on each piece of a trajectory at which a waypoint can be placed."""
 MIN_RADIUS_SHARE = 0.25
 """The share of the first radius down to which it is halved before the UAV may stop at corners instead."""
+
+
+class Takeoff(NamedTuple):
+    """How a UAV comes to its first waypoint.
+
+    Attributes
+    ----------
+    autopilot
+        What flies it.
+    climb
+        Metres that it has to climb from its start, at least.
+    risen
+        Metres that its start is above where it stands.
+    """
+
+    autopilot: AutopilotName
+    climb: float
+    risen: float
+
+    def early(self, climb: float, radius: float) -> float:
+        """Return how many metres below its start a UAV may turn to its first leg, which begins `climb` above that."""
+        return max(min(takeoff_cut(self.autopilot, radius) - climb, self.risen), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +62,8 @@ class Route:
         The acceptance radius with which the route is proven, metres; 0 where the UAV stops at every waypoint.
     takeoff
         The height of the vertical climb from the start, metres.
+    lead
+        (k, 3) metres: where the proven part of the climb to the first of the `waypoints` begins, if there is one.
     off
         The largest deviation of flown legs from the trajectory, metres; with altitudes above ground it includes the
         rise and fall of the ground.
@@ -55,6 +80,7 @@ class Route:
     times: Floats
     radius: float
     takeoff: float
+    lead: Floats
     off: float
     holds: Floats
     bends: Floats
@@ -78,7 +104,8 @@ class Route:
     @property
     def polyline(self) -> Polyline:
         """What the referee has to prove of it."""
-        return Polyline(self.points, self.radius, self.holds)
+        points = np.concatenate([self.lead, self.waypoints])
+        return Polyline(points, self.radius, np.r_[np.zeros(len(self.lead)), self.waypoint_holds])
 
     def sentence(self, scenario: Scenario) -> str:
         """Return a sentence on what is proven."""
@@ -124,7 +151,7 @@ def _what_is_kept(scenario: Scenario) -> str:
 
 
 def route(
-    certificate: LegCertificate, uav: int, trajectory: Trajectory, *, radius: float, takeoff: float, stops: bool
+    certificate: LegCertificate, uav: int, trajectory: Trajectory, *, radius: float, takeoff: Takeoff, stops: bool
 ) -> Route:
     """Return a UAV's waypoints, which the referee has yet to prove.
 
@@ -137,8 +164,8 @@ def route(
     radius
         The largest acceptance radius, metres. It is halved until every leg and every cut corner is clear.
     takeoff
-        The height of the first climb, metres, and at least `radius` above the top of a column over the start; what is
-        above that top is halved twice, then left out, where an obstacle is above the start.
+        The first climb, at least `radius` above the top of a column over the start; what is above that top is halved
+        twice, then left out, where an obstacle is above the start.
     stops
         Whether the UAV stops at every waypoint and cuts no corner.
 
@@ -163,18 +190,22 @@ def route(
         curve[-2, :2] = curve[-1, :2]
         stop_at = {len(curve) - 2}
     height = float(curve[0, 2] - foot[2]) if risen else 0.0
-    more = max(takeoff - height, radius if risen else 0.0)  # the corner above a column may be cut
-    for climb in [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]:
+    more = max(takeoff.climb - height, radius if risen else 0.0)  # the corner above a column may be cut
+    climbs = [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]
+    early = takeoff.early(0.0, 0.0 if stops else radius)
+    for climb in [*climbs, height + early] if early else climbs:  # the last leaves nothing below the start to prove
         lifted = foot + np.array([0.0, 0.0, climb])
         if climb > height and legs.leg(foot, lifted).fault is not None:
             continue
         for size, may_stop in _sizes(radius, not stops and scenario.uavs[uav].fixed_wing is None):
-            search = WaypointPlacement(legs, foot, curve, climb, 0.0 if stops else size, size, may_stop, stop_at)
+            early = 0.0 if stops else takeoff.early(climb, size)
+            lead = (foot - np.array([0.0, 0.0, early]))[None] if climb or early else curve[:0]
+            search = WaypointPlacement(legs, lead, lifted, curve, 0.0 if stops else size, size, may_stop, stop_at)
             found = search.run()
             if isinstance(found, Obstruction):
                 said = found
             elif len(found) <= MAX_WAYPOINTS:
-                return _made(uav, search, instants, found, climb, lowered)
+                return _made(uav, search, instants, found, foot, climb, lowered)
             else:
                 said = f"it takes {len(found)} waypoints, and autopilots take {MAX_WAYPOINTS}"
                 break
@@ -204,6 +235,7 @@ def _made(
     search: WaypointPlacement,
     instants: Floats,
     found: list[tuple[int, Floats]],
+    foot: Floats,
     climb: float,
     lowered: float,
 ) -> Route:
@@ -220,10 +252,10 @@ def _made(
     times = times + np.cumsum(np.r_[0.0, holds[:-1]])
     if climb:
         holds = np.r_[0.0, holds]
-        points = np.concatenate([search.begin, points])
+        points = np.concatenate([foot[None], points])
         times = np.concatenate([times[:1], times])
     bends = legs.bends(points, radius, holds)[1 if climb else 0 :]
-    return Route(uav, points, times, radius, climb, off, holds, bends, legs.columns)
+    return Route(uav, points, times, radius, climb, search.lead, off, holds, bends, legs.columns)
 
 
 def _count_in_column(legs: LegChecker, curve: Floats) -> int:

@@ -13,7 +13,7 @@ from skyverse.exports.global_positions import AltitudeReference, require_referen
 from skyverse.exports.landing import stand
 from skyverse.exports.leg_certificate import LegCertificate, require_homes
 from skyverse.exports.requirements import require_plausible_homes, require_radius_and_takeoff
-from skyverse.exports.route import Route, route
+from skyverse.exports.route import Route, Takeoff, route
 from skyverse.exports.separation import fleet_apart
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario
@@ -33,6 +33,7 @@ def routes(
     radius: float = 2.0,
     takeoff: float = 3.0,
     stops: bool = False,
+    autopilot: AutopilotName = "px4",
 ) -> list[Route]:
     """Return the waypoints of every UAV that flies, proven as an autopilot flies them; see `export`.
 
@@ -42,6 +43,8 @@ def routes(
         As for `export`.
     stops
         Whether the UAV stops at every waypoint, and so cuts no corner.
+    autopilot
+        What flies them, ``"px4"``, ``"ardupilot"`` or ``"dji"``: PX4 turns to the first leg before its take-off ends.
 
     Raises
     ------
@@ -51,13 +54,22 @@ def routes(
     scenario = with_origin(mission, origin, "waypoints")
     require_reference(scenario, altitude, get_args(AltitudeReference), "waypoints")
     if altitude == "home":
-        flying = [k for k, trajectory in enumerate(mission.trajectories) if trajectory is not None]
-        require_homes(scenario, [k for k in flying if scenario.uavs[k].fixed_wing is None])
+        flown = [k for k, trajectory in enumerate(mission.trajectories) if trajectory is not None]
+        require_homes(scenario, [k for k in flown if scenario.uavs[k].fixed_wing is None])
     require_radius_and_takeoff(radius, takeoff)
     require_plausible_homes(scenario)
     certificates = leg_certificates(mission, scenario, altitude)
+    flying: AutopilotName = "ardupilot" if altitude == "agl" else autopilot  # PX4 takes no altitudes above ground
     search = [
-        partial(route, certificates[k], k, trajectory, radius=radius, takeoff=_climb(scenario, k, takeoff), stops=stops)
+        partial(
+            route,
+            certificates[k],
+            k,
+            trajectory,
+            radius=radius,
+            takeoff=_takeoff(scenario, k, takeoff, flying),
+            stops=stops,
+        )
         for k, trajectory in enumerate(mission.trajectories)
         if trajectory is not None
     ]
@@ -102,10 +114,13 @@ def _refused(certificates: list[LegCertificate], found: list[Route]) -> set[int]
     return refused
 
 
-def _climb(scenario: Scenario, uav: int, takeoff: float) -> float:
-    """Return how many metres a UAV has to climb from its start; 0 for an aeroplane, which is in flight there."""
+def _takeoff(scenario: Scenario, uav: int, height: float, autopilot: AutopilotName) -> Takeoff:
+    """Return a UAV's take-off to a height above its home, metres; an aeroplane is in flight at its start."""
     vehicle = scenario.uavs[uav]
-    return 0.0 if vehicle.fixed_wing else max(takeoff - (vehicle.start[2] - float(stand(scenario, uav)[2])), 0.0)
+    if vehicle.fixed_wing is not None:
+        return Takeoff(autopilot, 0.0, 0.0)
+    risen = vehicle.start[2] - float(stand(scenario, uav)[2])
+    return Takeoff(autopilot, max(height - risen, 0.0), risen)
 
 
 def routes_apart(mission: Mission, flown: list[Route], *, autopilot: AutopilotName = "px4") -> Certificate:

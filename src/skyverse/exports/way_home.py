@@ -29,7 +29,10 @@ SMALLEST_PART = 0.05
 SMALLEST_OF_MANY, MANY_PARTS = 0.2, 6000
 """Metres: the same where more parts than so many fail at once."""
 CUT_SHARE = 2.5
-"""A part is halved across the cut of a corner only above so many times the smallest size: few corners are cut."""
+"""A part is halved across the cut of a corner only above so many times the smallest size: few corners are cut.
+
+That of the take-off, on the first leg, is halved down to the smallest size itself.
+"""
 SMALLEST_LOST = 0.5
 """Metres: the same where the way home is blocked from the middle of the part."""
 TRIED_PLACES = 64
@@ -102,7 +105,7 @@ class WayHome:
     def _larger(self, parts: Parts, smallest: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Tell which parts are larger than half sizes (n,), and whether they are to be cut across."""
         along, across = self.legs.spread(parts, slice(3))
-        across = np.where(across > CUT_SHARE * smallest, across, 0.0)
+        across = np.where(across > np.where(parts.leg == 0, 1.0, CUT_SHARE) * smallest, across, 0.0)
         return np.maximum(along, across) > smallest, across > along
 
     def halved(self, parts: Parts, smallest: float) -> Parts | None:
@@ -158,7 +161,7 @@ class WayHome:
         legs = self.legs
         middle, box = legs.middles(parts), legs.box(parts)
         off, rise = legs.off[parts.leg], legs.rise[parts.leg]
-        half, aside, above = (sum(legs.spread(parts, axes)) for axes in (slice(3), slice(2), slice(2, 3)))
+        half, aside, upright = (sum(legs.spread(parts, axes)) for axes in (slice(3), slice(2), slice(2, 3)))
         half, aside = half + off, aside + off
         at, level = middle[part], self.levels[goal]
         over = self.places[goal].copy()
@@ -167,26 +170,31 @@ class WayHome:
         knows = (box[1][:, 2] + rise)[part] <= level  # it climbs to a level that it knows
         bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
         known = Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
-        free = Deviation(*(column[part] + bow for column in (half + rise, aside, above + rise, off, rise)))
-        across = Deviation(*(np.where(knows, a, b) for a, b in zip(known, free, strict=True)))
+        free = Deviation(*(column[part] + bow for column in (half + rise, aside, upright + rise, off, rise)))
+        top = np.maximum(at[:, 2], level)
+        highest, lowest = (np.maximum(z, level) for z in ((box[1][:, 2] + rise)[part], (box[0][:, 2] - rise)[part]))
+        flown = free._replace(
+            above=np.maximum(highest - top, top - lowest) + bow
+        )  # it flies home at its level or higher
+        across = Deviation(*(np.where(knows, a, b) for a, b in zip(known, flown, strict=True)))
         lines = PartLines(named, box[0][part], box[1][part], strays=self.error != NO_ERROR)
         column, roof = self._column(at, box[0][part, 2])
-        lowest, top = at.copy(), at.copy()
-        top[:, 2] = over[:, 2] = np.maximum(at[:, 2], level)
-        lowest[:, 2] = np.clip(column, at[:, 2], top[:, 2])
+        foot, turn = at.copy(), at.copy()
+        turn[:, 2] = over[:, 2] = top
+        foot[:, 2] = np.clip(column, at[:, 2], top)
         every = np.ones(len(part), dtype=np.bool_)
-        lines.add(lowest, top, across, every, ground=False)
-        lines.add_in_column(at, lowest, across, lowest[:, 2] > at[:, 2], roof, ground=False)
+        lines.add(foot, turn, across, every, ground=False)
+        lines.add_in_column(at, foot, across, foot[:, 2] > at[:, 2], roof, ground=False)
         radius, beneath = ACCEPTANCE[self.plan.autopilot.name]
         climbs = box[0][part, 2] < level
         lag = np.where(climbs, beneath / 2, 0.0)  # it goes on below the level, and climbs the rest on its way
         lower = np.column_stack([np.zeros((len(part), 2)), lag])
-        lines.add(top - lower, over - lower, across, every, lax=np.column_stack([0 * lag, lag]))
-        highest = np.maximum(over[:, 2], box[1][part, 2]) + np.maximum(bend - LEG_ALLOWANCE, 0.0)
+        lines.add(turn - lower, over - lower, across, every, lax=np.column_stack([0 * lag, lag]))
+        above = np.maximum(over[:, 2], box[1][part, 2]) + np.maximum(bend - LEG_ALLOWANCE, 0.0)
         below = self.below[goal].T
         lean = leans(np.linalg.norm(over[:, :2], axis=1), high)  # it is above where it lands, however it came there
-        upright = Deviation(lean, lean, lean, lean, np.full(len(part), LEG_ALLOWANCE))
-        lines.descend(over, highest, below, upright, every, lax=(radius, 0.0))
+        vertical = Deviation(lean, lean, lean, lean, np.full(len(part), LEG_ALLOWANCE))
+        lines.descend(over, above, below, vertical, every, lax=(radius, 0.0))
         if self.plan.autopilot.name == "dji":
             flat = over.copy()
             flat[:, 2] = at[:, 2]

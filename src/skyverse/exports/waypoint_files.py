@@ -172,6 +172,7 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
             radius=max(options.radius / 2**halvings, MIN_ACCEPTANCE_RADIUS) if halvings else options.radius,
             takeoff=options.takeoff if made.rises is None else made.rises[0],
             stops=made.stops,
+            autopilot=made.name,
         )
         plans = flight_plans(scenario, flown, made, [stand(scenario, one.uav) for one in flown])
         _require_rises(scenario, plans)

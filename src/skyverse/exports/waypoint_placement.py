@@ -33,8 +33,8 @@ class WaypointPlacement:
     ----------
     legs
         Checks the legs.
-    foot, climb
-        Where the UAV starts, (3,) metres, and how many metres it then climbs.
+    lead, lifted
+        Where the UAV's climb has to be clear from, (k, 3) metres, if it climbs at all, and where it ends, (3,).
     curve
         (n, 3) metres: samples of the trajectory after that.
     radius, reach
@@ -48,18 +48,17 @@ class WaypointPlacement:
     def __init__(
         self,
         legs: LegChecker,
-        foot: Floats,
+        lead: Floats,
+        lifted: Floats,
         curve: Floats,
-        climb: float,
         radius: float,
         reach: float,
         may_stop: bool,
         stop_at: set[int],
     ) -> None:
-        self.legs, self.curve, self.radius, self.reach, self.may_stop = legs, curve, radius, reach, may_stop
+        self.legs, self.lead, self.curve, self.may_stop = legs, lead, curve, may_stop
+        self.radius, self.reach = radius, reach
         self.stopped, self.fixed = set(stop_at), frozenset(stop_at)
-        lifted = foot + np.array([0.0, 0.0, climb])
-        self.begin = foot[None] if climb else curve[:0]
         self.nodes: list[tuple[int, Floats]] = [(0, lifted), *((k, curve[k]) for k in sorted(stop_at) if k)]
         self.nodes.append((len(curve) - 1, curve[-1]))
         self.pushed: dict[int, float] = {}
@@ -80,10 +79,10 @@ class WaypointPlacement:
         return obstruction
 
     def _points(self) -> Floats:
-        return np.concatenate([self.begin, np.array([point for _, point in self.nodes])])
+        return np.concatenate([self.lead, np.array([point for _, point in self.nodes])])
 
     def _stops(self, nodes: list[tuple[int, Floats]]) -> Floats:
-        return np.array([*(0.0 for _ in self.begin), *(float(k in self.stopped) for k, _ in nodes)])
+        return np.array([*(0.0 for _ in self.lead), *(float(k in self.stopped) for k, _ in nodes)])
 
     def _follow(self) -> None:
         """Add waypoints until no leg is farther from the curve than half the reach (Ramer, Douglas and Peucker)."""
@@ -111,11 +110,11 @@ class WaypointPlacement:
 
     def _repair(self, where: int) -> bool:
         """Split a leg that leaves the curve, or move its waypoints outwards; return whether anything was changed."""
-        count = len(self.begin) + len(self.nodes)
+        count = len(self.lead) + len(self.nodes)
         if where >= count:
-            k = where - count - len(self.begin)
+            k = where - count - len(self.lead)
             return self._push(k) or self._stop(k)
-        k = where - len(self.begin)
+        k = where - len(self.lead)
         if k < 0:
             return False
         off, a = self._between(k, k + 1)
@@ -167,8 +166,8 @@ class WaypointPlacement:
         while k < len(self.nodes) - 1:
             without = self.nodes[:k] + self.nodes[k + 1 :]
             near = self._between(k - 1, k + 1)[0].max() <= 2 * self.reach and not self._swells(k - 1, k + 1)
-            beside = np.concatenate([self.begin, np.array([point for _, point in without])])
-            j = k + len(self.begin)
+            beside = np.concatenate([self.lead, np.array([point for _, point in without])])
+            j = k + len(self.lead)
             part = slice(max(j - 3, 0), j + 3)
             if near and self.legs.trouble(beside[part], self.radius, self._stops(without)[part]) is None:
                 self.nodes = without
