@@ -8,7 +8,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.exports.autopilots import PX4_ALTITUDE_RADII
 from skyverse.exports.leg_segments import Checked
-from skyverse.numerics.tolerances import MIN_GROWTH
+from skyverse.numerics.tolerances import MIN_GROWTH, SAME_PLACE
 
 LINE_HALF_WIDTHS = (0.32, 0.08, 0.02)
 """Metres: half the distance between the lines by which a cut corner is judged, tried from coarse to fine.
@@ -17,8 +17,8 @@ With an acceptance radius above `WIDE_CORNER` they grow in proportion, so that a
 """
 WIDE_CORNER = 2.0
 """Metres."""
-CLIMB_HALF_WIDTH = 0.003
-"""Metres: the same at last where a low climb is cut, by PX4: with rounding it is less than legs are allowed."""
+CLIMB_HALF_WIDTH = 0.001
+"""Metres: the same at last where PX4 cuts the end of a climb; with the rounding it is less than legs are allowed."""
 LATE_SHARE = 1 / 8
 """The last share of those lines, judged by itself, because the lines converge there."""
 
@@ -56,7 +56,8 @@ def search_corner(
     p, q = cut
     found = Checked(None)
     widths = (np.array(LINE_HALF_WIDTHS) * max(1.0, radius / WIDE_CORNER)).tolist()
-    if not cut[:, :2].any() and np.abs(cut[:, 2]).max() <= PX4_ALTITUDE_RADII[1]:
+    upright = not cut[:, :2].any()
+    if upright and np.abs(cut[:, 2]).max() <= min(PX4_ALTITUDE_RADII[1], radius - SAME_PLACE):
         widths.append(CLIMB_HALF_WIDTH)
     for width in widths:
         deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
@@ -64,7 +65,7 @@ def search_corner(
         sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
         starts = at + sides.reshape(-1, 3)
         # every possible way is at most this far from one of the lines to `after`, and nearer towards the end
-        between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 + slope)
+        between = width * (1 if len(wide) == 1 else math.sqrt(2)) * (1 if upright else 1 + slope)
         whole = np.broadcast_to(after, starts.shape)
         hopeless = judge(starts, whole, 0.0)
         if hopeless.fault is not None:

@@ -38,12 +38,21 @@ def surface_below(scenario: Scenario, place: Floats, floor: float | None = None)
         z of the ground there, if it is known better than by the terrain; without a terrain either, the ground is taken
         to be at the lower bound.
     """
+    return surface_among(solids_over(scenario, place[:2], place[:2]), place, ground_below(scenario, place, floor))
+
+
+def surface_among(solids: Sequence[AnyShape], place: Floats, ground: float) -> float:
+    """Return z of the highest roof of some solids that is not above a place (3,), or of the ground there; metres."""
     x, y, z = (float(value) for value in place)
-    low, high = _outlines(_SameObstacles(scenario.obstacles))
-    around = np.flatnonzero(((low <= place[:2]) & (place[:2] <= high)).all(axis=1)).tolist()
-    roofs = [scenario.obstacles[k] for k in around if not is_airspace(scenario.obstacles[k].kind)]
-    tops = [top for roof in roofs for top in _tops(roof, x, y) if top <= z + LEG_ALLOWANCE]
-    return min(max([ground_below(scenario, place, floor), *tops]), z)
+    tops = [top for solid in solids for top in _tops(solid, x, y) if top <= z + LEG_ALLOWANCE]
+    return min(max([ground, *tops]), z)
+
+
+def solids_over(scenario: Scenario, low: Floats, high: Floats) -> list[AnyShape]:
+    """Return the obstacles, but for airspace, whose bounding boxes reach over a rectangle between corners (2,)."""
+    lows, highs = _outlines(_SameObstacles(scenario.obstacles))
+    around = np.flatnonzero(((lows <= high) & (low <= highs)).all(axis=1)).tolist()
+    return [scenario.obstacles[k] for k in around if not is_airspace(scenario.obstacles[k].kind)]
 
 
 def ground_below(scenario: Scenario, place: Floats, floor: float | None = None) -> float:

@@ -7,6 +7,7 @@ part; parts that fail are halved.
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, flown_legs, joined_parts, leans, return_bends
+from skyverse.exports.global_positions import home
+from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.part_lines import Deviation, PartLines
 from skyverse.exports.return_destinations import ACCEPTANCE, Destination, may_be_taken, return_levels
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace, joined, single
@@ -203,8 +206,27 @@ class WayHome:
             lines.add(at, flat, free, near & outside)
             lines.add_in_column(at, flat, free, near & ~outside, roof)
             close = away - half[part] <= LANDS_AT_ONCE
-            lines.descend(at, box[1][part, 2], below, free, close, whole=True)
+            there = below + self._lower(at, free.aside, close)  # it lands on what is there, not at home
+            lines.descend(at, box[1][part, 2], there, free, close, whole=True)
         return lines.made()
+
+    def _lower(self, places: Floats, aside: Floats, some: NDArray[np.bool_]) -> Floats:
+        """Return how much the lowest surface about places (n, 3) is above home, (n,), below 0 if lower; all metres.
+
+        Only `some` of the places are asked, and as far around them as a UAV may be `aside`, (n,).
+        """
+        asked = np.unique(np.column_stack([places, aside])[some], axis=0)
+        lowest = {tuple(row): self._surfaces.lowest(row[:3], float(row[3])) for row in asked}
+        lower = np.zeros(len(places))
+        home = float(self.plan.home[2])
+        lower[some] = [lowest[tuple(row)] - home for row in np.column_stack([places, aside])[some]]
+        return lower
+
+    @cached_property
+    def _surfaces(self) -> SurfacesNear:
+        """On what it may land at once."""
+        floor = float(home(self.scenario, self.plan.route.uav)[2]) if self.scenario.terrain is None else None
+        return SurfacesNear(self.scenario, self.plan.home[:2], LANDS_AT_ONCE + 3 * LARGEST_PART, floor)
 
     def _column(self, places: Floats, lowest: Floats) -> tuple[Floats, Floats]:
         """Return z up to which places are in the column over the own start or the flight's end, and its roof.
