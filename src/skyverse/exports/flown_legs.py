@@ -52,6 +52,20 @@ def joined_parts(each: list[Parts]) -> Parts:
     return Parts._make(np.concatenate(columns) for columns in zip(*each, strict=True))
 
 
+class Spread(NamedTuple):
+    """How far places of parts may be from their middles, along the parts and across them: (n,) metres, each.
+
+    Attributes
+    ----------
+    any_way, level, upright
+        In any direction, seen from above, and up and down.
+    """
+
+    any_way: tuple[Floats, Floats]
+    level: tuple[Floats, Floats]
+    upright: tuple[Floats, Floats]
+
+
 @dataclass(frozen=True, eq=False)
 class FlownLegs:
     """The legs of one UAV's flight, as far as its return is concerned.
@@ -117,16 +131,17 @@ class FlownLegs:
         wide = self._width(parts)[:, None]
         return corners.min(axis=0) - wide, corners.max(axis=0) + wide
 
-    def spread(self, parts: Parts, axes: slice) -> tuple[Floats, Floats]:
-        """Return how far places of a part may be from its middle along it, and across it: (n,) metres, each.
-
-        Only some of the axes x, y, z are counted.
-        """
+    def spread(self, parts: Parts) -> "Spread":
+        """Return how far places of a part may be from its middle."""
         leg = parts.leg
+        cut = self.cut[leg]
         way = self.ends[leg] - self.starts[leg]
-        longer = np.max([_norms((way - u[:, None] * self.cut[leg])[:, axes]) for u in parts[3:]], axis=0)
-        across = (parts.far - parts.near) / 2 * _norms(self.cut[leg][:, axes])
-        return (parts.end - parts.begin) / 2 * longer, (1 - parts.begin) * across + self._width(parts)
+        ways = [_sizes(way - u[:, None] * cut) for u in parts[3:]]
+        half, beside, width = (parts.end - parts.begin) / 2, (parts.far - parts.near) / 2, self._width(parts)
+        return Spread._make(
+            (half * np.maximum(near, far), (1 - parts.begin) * (beside * size) + width)
+            for near, far, size in zip(*ways, _sizes(cut), strict=True)
+        )
 
     def _width(self, parts: Parts) -> Floats:
         return (1 - parts.begin) * parts.far * self.width[parts.leg]
@@ -220,6 +235,13 @@ def _tilt(scenario: Scenario) -> float:
     """Return the tangent of the latitude of the frame's origin, without its sign."""
     origin = scenario.frame.origin
     return 0.0 if origin is None else abs(float(np.tan(np.radians(origin.latitude))))
+
+
+def _sizes(vectors: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the lengths of vectors (n, 3), as `Spread` counts them."""
+    x, y, z = (vectors * vectors).T
+    level = x + y
+    return np.sqrt(level + z), np.sqrt(level), np.abs(vectors[:, 2])
 
 
 def _norms(vectors: Floats) -> Floats:

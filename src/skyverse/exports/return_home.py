@@ -14,7 +14,7 @@ from skyverse.exports.return_choice import ReturnChoice, lost_share
 from skyverse.exports.return_destinations import ACCEPTANCE, Destination, destination, rally_points
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.return_obstruction import Obstruction, obstruction
-from skyverse.exports.way_home import TRIED_PLACES, Found, WayHome
+from skyverse.exports.way_home import Found, WayHome
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
@@ -170,7 +170,7 @@ def _best_altitude(
     best: tuple[WayHome, Found] | None = None
     blocked = []
     for one in ways:
-        blocked.append(one.blocked() + TRIED_PLACES * one.blocked(one.legs.last_place()))
+        blocked.append(one.blocked_weight())
         if blocked[-1]:
             continue
         found = one.search()
@@ -186,7 +186,7 @@ def _best_altitude(
         middle = way(round((below + best[0].altitude) / 2, 1))
         if len(best[1].lost.leg) or not below < middle.altitude < best[0].altitude:
             break
-        lower = middle.search() if not middle.blocked() else None
+        lower = middle.search(to_the_end=False) if not middle.blocked() else None
         if lower is None or len(lower.lost.leg):
             below = middle.altitude
         else:

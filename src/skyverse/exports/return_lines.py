@@ -221,11 +221,12 @@ class ReturnSpace:
         """Yield which of the lines that are `asked` for, (m,), share a world."""
         growth, aside, above = (rounded_up(column) for column in (lines.growth, lines.aside, lines.above))
         held = lines.roof > -np.inf
-        columns = np.column_stack([lines.starts[:, :2].round(COLUMN_DECIMALS), lines.roof, growth, lines.lax])
-        for key in _distinct(columns[asked & held]):
-            x, y, roof, more, *lax = key
-            column = VerticalColumn(x, y, roof)
-            yield LineGroup(asked & (columns == key).all(axis=1), False, _strayed(error, *lax), more, column)
+        if (asked & held).any():
+            columns = np.column_stack([lines.starts[:, :2].round(COLUMN_DECIMALS), lines.roof, growth, lines.lax])
+            for key in _distinct(columns[asked & held]):
+                x, y, roof, more, *lax = key
+                column = VerticalColumn(x, y, roof)
+                yield LineGroup(asked & (columns == key).all(axis=1), False, _strayed(error, *lax), more, column)
         kinds = np.column_stack([lines.lax, lines.strays])
         for kind in _distinct(kinds[asked & ~held]):
             *lax, strays = kind

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.flown_legs import Parts, flown_legs, joined_parts, leans, return_bends
+from skyverse.exports.flown_legs import Parts, Spread, flown_legs, joined_parts, leans, return_bends
 from skyverse.exports.global_positions import home
 from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.part_lines import Deviation, PartLines
@@ -88,8 +88,11 @@ class WayHome:
         self.below = np.array([(one.column, one.low, one.bottom, one.roof) for one in destinations])
         self.error = scenario.uavs[plan.route.uav].tracking_error
 
-    def search(self) -> Found:
-        """Return the parts of the flight without a way home, and the lines that prove the way home of all others."""
+    def search(self, *, to_the_end: bool = True) -> Found:
+        """Return the parts of the flight without a way home, and the lines that prove the way home of all others.
+
+        A search that does not go `to_the_end` ends with the first parts without a way home, and has not found all.
+        """
         todo = self.legs.whole(2 * LARGEST_PART)
         lost, proof = [todo.of(np.zeros(0, dtype=np.intp))], []
         while len(todo.leg):
@@ -102,12 +105,14 @@ class WayHome:
             smallest = SMALLEST_PART if (~free).sum() <= MANY_PARTS else SMALLEST_OF_MANY
             left, across = self._larger(todo, np.where(hopeless, SMALLEST_LOST, smallest))
             lost.append(todo.of(~free & ~left))
+            if not to_the_end and len(lost[-1].leg):
+                break
             todo = todo.of(~free & left).halved(across[~free & left])
         return Found(joined_parts(lost), joined(proof))
 
     def _larger(self, parts: Parts, smallest: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Tell which parts are larger than half sizes (n,), and whether they are to be cut across."""
-        along, across = self.legs.spread(parts, slice(3))
+        along, across = self.legs.spread(parts).any_way
         across = np.where(across > np.where(parts.leg == 0, 1.0, CUT_SHARE) * smallest, across, 0.0)
         return np.maximum(along, across) > smallest, across > along
 
@@ -118,9 +123,16 @@ class WayHome:
 
     def blocked(self, parts: Parts | None = None) -> int:
         """Return from how many parts, or places spread evenly over the flight, the way home meets something."""
-        parts = self.legs.samples(TRIED_PLACES) if parts is None else parts
+        return int(self._blocked(self.legs.samples(TRIED_PLACES) if parts is None else parts).sum())
+
+    def blocked_weight(self) -> int:
+        """Return the same of those places, and as many more if the way home from the end of the flight is blocked."""
+        blocked = self._blocked(joined_parts([self.legs.samples(TRIED_PLACES), self.legs.last_place()]))
+        return int(blocked[:-1].sum() + TRIED_PLACES * blocked[-1])
+
+    def _blocked(self, parts: Parts) -> NDArray[np.bool_]:
         lines, part = self.lines(parts)
-        return int(self._hopeless(lines, part, len(parts.leg)).sum())
+        return self._hopeless(lines, part, len(parts.leg))
 
     def can_climb(self, parts: Parts) -> bool:
         """Tell whether the climb is clear from any of some parts, so that another destination may help there."""
@@ -137,9 +149,9 @@ class WayHome:
     def lines(self, parts: Parts) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines that stand for the returns from parts of the flight, and the part of each line."""
         away, legs = self.away(parts), self.legs
-        half = sum(legs.spread(parts, slice(2))) + legs.off[parts.leg]
-        part, goal = np.nonzero(self.taken(away, half))
-        return self._lines(parts, away[part, goal], part, goal, part)
+        spread = legs.spread(parts)
+        part, goal = np.nonzero(self.taken(away, sum(spread.level) + legs.off[parts.leg]))
+        return self._lines(parts, spread, away[part, goal], part, goal, part)
 
     def taken(self, away: Floats, half: Floats) -> NDArray[np.bool_]:
         """Tell which destinations may be returned to, (n, k), by a UAV `half` (n,) metres off places so far `away`."""
@@ -154,17 +166,24 @@ class WayHome:
         """Tell whether the return from the middle of each part to each destination, (n, k), meets nothing."""
         count, goals = len(parts.leg), len(self.places)
         part, goal = np.divmod(np.arange(count * goals), goals)
-        lines, pair = self._lines(parts, self.away(parts).ravel(), part, goal, np.arange(len(part)))
+        spread, away = self.legs.spread(parts), self.away(parts).ravel()
+        lines, pair = self._lines(parts, spread, away, part, goal, np.arange(len(part)))
         return ~self._hopeless(lines, pair, len(part)).reshape(count, goals)
 
     def _lines(
-        self, parts: Parts, away: Floats, part: NDArray[np.intp], goal: NDArray[np.intp], named: NDArray[np.intp]
+        self,
+        parts: Parts,
+        spread: Spread,
+        away: Floats,
+        part: NDArray[np.intp],
+        goal: NDArray[np.intp],
+        named: NDArray[np.intp],
     ) -> tuple[ReturnLines, NDArray[np.intp]]:
         """Return the lines from some parts to destinations `away` metres, and the number by which each is `named`."""
         legs = self.legs
         middle, box = legs.middles(parts), legs.box(parts)
         off, rise = legs.off[parts.leg], legs.rise[parts.leg]
-        half, aside, upright = (sum(legs.spread(parts, axes)) for axes in (slice(3), slice(2), slice(2, 3)))
+        half, aside, upright = (along + across for along, across in spread)
         half, aside = half + off, aside + off
         at, level = middle[part], self.levels[goal]
         over = self.places[goal].copy()
