@@ -9,6 +9,8 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import skyverse as sky
+from skyverse.exports.landing_ground import why_not_clear
+from skyverse.exports.return_lines import ReturnSpace
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
@@ -145,3 +147,49 @@ def test_where_a_mission_ends_that_returns_is_told(tmp_path, suffix, x, y):
     assert ("m above where it lands" in returns) == (suffix == "plan")
     _, notes = exported(mission_over(slope(0)), tmp_path, suffix, end="rtl")
     assert "uav-1: at its end it returns and lands at home." in notes
+
+
+@pytest.mark.parametrize(("suffix", "beside"), [("plan", 1.0), ("waypoints", 0.0)])
+def test_rally_points_stand_clear_of_low_things(tmp_path, suffix, beside):
+    """Posts of 40 cm stand beside all of the flight beyond a wall, but for 20 m; a return could descend beside them."""
+    wall = ((30, -300, -50), (31, 200, 300))
+    corners = [(0, 0, 20), (0, 250, 20), (60, 250, 20), (60, 0, 20)]
+    row = [y for y in range(0, 251, 3) if not 110 < y < 130]
+    posts = [((61.0, y, -1), (61.2, y + 2.9, 0.4)) for y in row] + [((-5, 251, -1), (61, 251.2, 0.4))]
+    (back,), _ = exported(mission_over(slope(0), corners, [wall, *posts]), tmp_path, suffix)
+    assert len(back.rally) > 0
+    for place in back.rally:
+        for low, high in posts:
+            off = np.maximum(np.maximum(np.array(low) - place, place - np.array(high))[:2], 0.0)
+            assert np.linalg.norm(off) >= 1.0 + beside
+
+
+@pytest.mark.parametrize(("high", "away", "lands"), [(0.4, 0.9, False), (0.4, 1.1, True), (1.9, 0.9, False)])
+@pytest.mark.parametrize("error", [0.0, 0.5])
+def test_a_landing_beside_something_low_is_refused(tmp_path, high, away, lands, error):
+    post = ((away + error, 99, -1), (away + error + 1, 101, high))
+    mission = mission_over(slope(0), boxes=[post], error=error)
+    if lands:
+        exported(mission, tmp_path, end="land")
+    else:
+        with pytest.raises(
+            sky.InputError, match=rf"obstacles\[0\] stands within {1 + error:g} m of where|comes within|too near"
+        ):
+            exported(mission, tmp_path, end="land")
+
+
+def test_a_kerb_may_be_beside_where_a_uav_lands():
+    for high, clear in ((0.09, True), (0.11, False)):
+        space = ReturnSpace(mission_over(slope(0), boxes=[((0.3, 99, -1), (2, 101, high))]).scenario)
+        assert (why_not_clear(space, 0, np.array([0.0, 100.0, 0.0]), 0.0) is None) == clear
+
+
+@pytest.mark.parametrize(("slit", "lands"), [(0.15, False), (0.0, True)])
+def test_a_landing_on_a_roof_with_a_slit_is_refused(tmp_path, slit, lands):
+    halves = [((-5, 90, -1), (0.2, 110, 4)), ((0.2 + slit, 90, -1), (5, 110, 4))]
+    mission = mission_over(slope(0), boxes=halves)
+    if lands:
+        exported(mission, tmp_path, end="land")
+    else:
+        with pytest.raises(sky.InputError, match="the roof there is not level within"):
+            exported(mission, tmp_path, end="land")

@@ -1,4 +1,7 @@
-"""Whether a UAV may stand where it lands: the ground must not be steep, and a roof must be flat and large enough."""
+"""Whether a UAV may stand where it lands.
+
+The ground must not be steep, a roof must be flat and large enough, and nothing may stand beside it.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,18 +11,23 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.landing import ground_below, ground_level, surface_below
+from skyverse.exports.landing import ground_below, ground_level, surface_among
+from skyverse.exports.level_roofs import SurfacesNear, disc
+from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnSpace
 from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.space.tube import steepest_within
+from skyverse.space.world import BESIDE
 
 STEEPEST = 15.0
 """Degrees: nobody lands on steeper ground. Above it no helicopter does (FM 3-21.38, Pathfinder Operations, 2006)."""
 LEAST_REACH = 1.0
 """Metres around the place that are asked at least: a UAV has legs."""
-DIRECTIONS = 16
-"""In how many directions the edge of a roof is looked for, half-way and as far as the UAV may be off."""
+KERB = 0.1
+"""Metres: what is no higher than this above where a UAV lands may be beside it."""
+ASKED_HEIGHTS = 9
+"""At how many heights above where a UAV lands it is asked what stands beside."""
 
 
 def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
@@ -35,20 +43,47 @@ def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
         if slope <= STEEPEST:
             return None
         return f"the ground within {reach:.3g} m slopes by {slope:.0f} degrees; at most {STEEPEST:g} are level enough"
-    angles = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
-    for away in (reach / 2, reach):
-        for x, y in (place[:2] + away * np.column_stack([np.cos(angles), np.sin(angles)])).tolist():
-            beside = surface_below(scenario, np.array([x, y, place[2] + away]), floor)
-            if abs(beside - place[2]) > away * math.tan(math.radians(STEEPEST)):
-                return f"the roof there is not level within {reach:.3g} m, or ends"
+    near = SurfacesNear(scenario, place[:2], reach, floor).solids
+    for off in disc(reach):
+        away = float(np.linalg.norm(off))
+        at = place + off + np.array([0.0, 0.0, away])
+        beside = surface_among(near, at, ground_below(scenario, at, floor))
+        if abs(beside - place[2]) > max(away * math.tan(math.radians(STEEPEST)), LEG_ALLOWANCE):
+            return f"the roof there is not level within {reach:.3g} m, or ends"
     return None
+
+
+def why_not_clear(space: ReturnSpace, uav: int, place: Floats, beside: float) -> str | None:
+    """Return the end of a sentence on why a UAV would land at a place (3,) beside something, or ``None``.
+
+    From there up to the clearance above, whatever is higher than `KERB` must be as far from it as the clearance, its
+    tracking error, and `beside` metres by which its autopilot may be off the place.
+    """
+    scenario, error = space.scenario, space.scenario.uavs[uav].tracking_error
+    margin = (1 - CLEARANCE_SHARE) * scenario.clearance + beside
+    world = space.world(False, error).beside(place, float(place[2]) + KERB, margin + BESIDE)
+    top = place + np.array([0.0, 0.0, scenario.clearance])
+    if world.segments_free(place[None], top[None], margin=margin)[0]:
+        return None
+    found = [world.blocker(at, margin) for at in np.linspace(place, top, ASKED_HEIGHTS)]
+    what = next((world.named(number) for number in found if number is not None), "something")
+    return f"{what} stands within {scenario.clearance + error.horizontal + beside:.3g} m of where it would land"
 
 
 def require_level_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` where a UAV that lands below its last waypoint would land on a slope or the edge of a roof."""
-    every = [(scenario.uavs[plan.route.uav].name, plan) for plan in plans]
-    asked = [(name, why_not_level(scenario, plan.route.uav, plan.ending[-1])) for name, plan in every]
-    refused = [f"{name}: it cannot land below its last waypoint: {why}" for name, why in asked if why is not None]
+    _refuse(scenario, [(plan.route.uav, why_not_level(scenario, plan.route.uav, plan.ending[-1])) for plan in plans])
+
+
+def require_clear_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
+    """Raise `InputError` where a UAV that lands below its last waypoint would land beside something."""
+    space = ReturnSpace(scenario)
+    _refuse(scenario, [(plan.route.uav, why_not_clear(space, plan.route.uav, plan.ending[-1], 0.0)) for plan in plans])
+
+
+def _refuse(scenario: Scenario, asked: list[tuple[int, str | None]]) -> None:
+    """Raise `InputError` for those UAVs that should not land, with the reasons."""
+    refused = [f"{scenario.uavs[uav].name}: it cannot land below its last waypoint: {why}" for uav, why in asked if why]
     if refused:
         stay = Remedy("end", "loiter", "to stay at the target")
         raise InputError(f"{'. '.join(refused)}. Choose other targets", field="end", give=[stay])

@@ -13,8 +13,8 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, joined_parts
 from skyverse.exports.landing import ground_level, surface_below
-from skyverse.exports.landing_ground import why_not_level
-from skyverse.exports.return_destinations import Destination, destination, far_enough_from_home
+from skyverse.exports.landing_ground import why_not_clear, why_not_level
+from skyverse.exports.return_destinations import ACCEPTANCE, Destination, destination, far_enough_from_home
 from skyverse.exports.return_lines import ReturnSpace
 from skyverse.exports.way_home import Found, WayHome
 from skyverse.model.scenario import Scenario
@@ -110,7 +110,8 @@ class ReturnChoice:
     def _destinations(self, above: Floats) -> list[Destination]:
         """Return where a UAV may land below places (n, 3), metres, and below its end.
 
-        It does not land near home, where PX4 ignores rally points, nor where the ground or a roof is not level.
+        It does not land near home, where PX4 ignores rally points, nor where the ground or a roof is not level, nor
+        beside something.
         """
         uav, found = self.plan.route.uav, []
         for place in [*above, self.plan.waypoints[-1]]:
@@ -118,7 +119,8 @@ class ReturnChoice:
                 continue
             surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
             below = np.array([*place[:2], surface])
-            if why_not_level(self.scenario, uav, below) is not None:
+            beside = ACCEPTANCE[self.plan.autopilot.name].radius
+            if why_not_level(self.scenario, uav, below) or why_not_clear(self.space, uav, below, beside):
                 continue
             found.append(destination(self.scenario, self.space, self.plan, below, float(place[2])))
         return found

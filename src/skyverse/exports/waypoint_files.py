@@ -15,7 +15,7 @@ from skyverse.exports.flight_verdicts import FlightVerdict, flight_verdicts
 from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.grouped_sentences import grouped
 from skyverse.exports.landing import landing_place, require_landings, stand
-from skyverse.exports.landing_ground import ground_notes, require_level_landings
+from skyverse.exports.landing_ground import ground_notes, require_clear_landings, require_level_landings
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
@@ -182,6 +182,7 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
             plans = [replace(plan, ending=landing_place(scenario, plan)[None]) for plan in plans]
             require_level_landings(scenario, plans)
             require_landings(scenario, plans)
+            require_clear_landings(scenario, plans)
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans
