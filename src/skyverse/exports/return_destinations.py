@@ -14,7 +14,7 @@ from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
-from skyverse.space.tube import NO_ERROR, steepest_within
+from skyverse.space.tube import NO_ERROR, is_wall_within
 
 WHOLE_METRES = 1e-3
 """Metres by which an altitude may exceed a whole number of metres and still be rounded down to that."""
@@ -75,7 +75,7 @@ def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place:
     low = min(float(place[2]) + max(clearance, scenario.ground_clearance), foot)
     bottom = min(float(place[2]) + clearance, low)
     roofs = bottom - clearance, foot - clearance
-    walled = scenario.terrain is not None and steepest_within(scenario.terrain, place[:2], error.horizontal) > 1.0
+    walled = is_wall_within(scenario.terrain, place[:2], error.horizontal)
     if walled or (error == NO_ERROR and not acceptance.radius):
         return Destination(place, foot, low, bottom, low, *roofs)
     highest = clearance + error.horizontal + error.vertical + acceptance.radius

@@ -53,6 +53,15 @@ def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:
     return terrain.model_copy(update={"heights": h + (error.horizontal * slope + error.vertical), "lowest": None})
 
 
+WALL_SLOPE = 1.0
+"""Metres of height a metre, 45 degrees: ground that is steeper is a wall beside a UAV."""
+
+
+def is_wall_within(terrain: Terrain | None, place: Floats, radius: float) -> bool:
+    """Tell whether the ground is steeper than `WALL_SLOPE` within a radius of x, y, (2,); all metres."""
+    return terrain is not None and steepest_within(terrain, place, radius) > WALL_SLOPE
+
+
 def steepest_within(terrain: Terrain, place: Floats, radius: float) -> float:
     """Return the steepest slope, metres of height a metre, of the cells of a terrain that are nearer to x, y.
 

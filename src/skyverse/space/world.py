@@ -24,7 +24,7 @@ from skyverse.space.obstacles import (
     with_margin,
 )
 from skyverse.space.seams import avoids_seams, bounds_are_wide, within_bounds
-from skyverse.space.tube import NO_ERROR, inner_bounds, raised, steepest_within, stretch_boxes
+from skyverse.space.tube import NO_ERROR, inner_bounds, is_wall_within, raised, stretch_boxes
 from skyverse.space.voxels import merged
 
 
@@ -235,8 +235,7 @@ class World:
 
     def is_steep_about(self, place: ArrayLike) -> bool:
         """Tell whether the ground is steeper than 45 degrees somewhere within the horizontal error of a place (3,)."""
-        terrain = self._scenario.terrain
-        return terrain is not None and steepest_within(terrain, _rows(place)[0, :2], self.error.horizontal) > 1.0
+        return is_wall_within(self._scenario.terrain, _rows(place)[0, :2], self.error.horizontal)
 
     def _is_airspace(self, number: int) -> bool:
         """Tell whether an obstacle is a part of the air, on which nothing can stand."""
