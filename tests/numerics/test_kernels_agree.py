@@ -31,7 +31,7 @@ NEVER_CALLED: dict[str, str] = {}
 DIFFERENT = {
     "skyverse.numerics.arrays:order_of": "its sort is not stable: numba and numpy put equal keys in different orders",
     "skyverse.space.tree:build": "boxes whose centres are equal come in the order that the sort puts them in",
-    "skyverse.search.taut.shorten_window:_local_space": "its boxes come in the order in which `build` puts them",
+    "skyverse.search.taut.shorten_window:local_space": "its boxes come in the order in which `build` puts them",
     "skyverse.space.edges:make_edges": "its edges come in the order in which `build` puts them",
     "skyverse.search.cheapest.bend_points:bend_points": "equally near ones come in the order of the sort",
     "skyverse.search.cheapest.cheapest_path:cheapest_path": "it begins with what `bend_points` returns",

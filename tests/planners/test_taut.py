@@ -1,13 +1,17 @@
 """Taut against what is known: closed forms, near-exact lengths, another search, and the exhaustive lattice."""
 
 import itertools
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import shortest_path
 
 import skyverse as sky
 from skyverse.numerics.tolerances import SEAM_MARGIN
@@ -202,6 +206,51 @@ def test_a_city_is_crossed_within_a_percent_of_the_straight_line():
     city = sky.random_city(2000, seed=0)
     result = taut(city)
     assert result.gap < 0.002
+
+
+@pytest.mark.parametrize(("name", "world"), json.loads((Path(__file__).parent / "clutter.json").read_text()).items())
+def test_among_crossing_walls_the_shortest_way_round_is_found_that_is_known(name, world):
+    scenario = hall(*world["boxes"], **{key: world[key] for key in ("start", "target", "clearance", "size")})
+    assert taut(scenario).cost == pytest.approx(world["known"], rel=1e-3), name
+
+
+@given(st.integers(0, 2), st.integers(0, 2**32))
+@settings(max_examples=60)
+def test_among_pillars_that_reach_through_the_space_the_path_and_its_bound_are_those_of_the_plane(axis, seed):
+    """They are compared with the shortest path in the plane, among all corners that see each other."""
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.5, 7.0, (rng.integers(1, 9), 3))
+    high = low + rng.uniform(0.3, 3.0, low.shape)
+    low[:, axis], high[:, axis] = -1.0, 11.0
+    start, target = np.full(3, 0.2), rng.uniform(6.0, 9.8, 3)
+    pillars = zip(low.tolist(), high.tolist(), strict=True)
+    scenario = hall(*pillars, start=tuple(start), target=tuple(target), size=(10, 10, 10))
+    result = sky.Taut().plan(sky.Problem(scenario))
+    if not result.status.reached:
+        return
+    assert sky.check_result(scenario, 0, 0, result) == []
+    b, c = (axis + 1) % 3, (axis + 2) % 3
+    at = [start, target]
+    for near, far in zip(low, high, strict=True):
+        for x, y in itertools.product((near[b] - 1e-7, far[b] + 1e-7), (near[c] - 1e-7, far[c] + 1e-7)):
+            at.append(np.zeros(3))
+            at[-1][b], at[-1][c] = x, y
+    at = np.array(at)
+    at[:, axis] = 5.0
+    i, j = np.triu_indices(len(at), 1)
+    seen = sky.World(scenario).segments_free(at[i], at[j])
+    legs = csr_matrix((np.linalg.norm(at[i] - at[j], axis=1)[seen], (i[seen], j[seen])), shape=(len(at), len(at)))
+    plane = shortest_path(legs, directed=False, indices=0)[1]
+    shortest = math.hypot(plane, target[axis] - start[axis])
+    assert result.cost == pytest.approx(shortest, abs=2e-4)
+    assert shortest - 2e-4 <= result.bound <= result.cost
+
+
+def test_downtown_is_crossed_within_a_percent_of_the_bound():
+    for seed in (1, 2):
+        result = taut(sky.random_downtown(400, seed=seed))
+        assert len(result.path) > 10
+        assert result.gap < 0.01
 
 
 def test_many_paths_are_those_planned_one_by_one():

@@ -112,6 +112,24 @@ def searches_of_any_angle():
             planner.plan(sky.Problem(airspace), stop=FEW, rng=seed)
 
 
+def searches_for_other_ways_round():
+    scenario = sky.Scenario(
+        name="a pillar as high as the space, and walls",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(10, 10, 5)),
+        obstacles=(
+            sky.Box(min=(2, 2, 0), max=(3, 9, 5)),
+            sky.Box(min=(4.2, 1, 0.5), max=(4.6, 8, 4.5)),
+            sky.Box(min=(6.1, 3, 0.8), max=(6.6, 9.5, 4.2)),
+        ),
+        clearance=0.1,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=(sky.UAV(start=(1, 6.1, 2.6)),),
+        targets=(sky.Target(position=(9, 5.2, 2.4)),),
+    )
+    sky.Taut().plan(sky.Problem(scenario))
+
+
 def searches_for_the_whole_objective():
     band = sky.AltitudeBand(low=3, high=7, weight=0.2)
     scenario = sky.Scenario(
@@ -211,6 +229,7 @@ def octree(path, rng):
 WORKLOADS = (
     searches_on_lattices,
     searches_of_any_angle,
+    searches_for_other_ways_round,
     searches_for_the_whole_objective,
     trajectories,
     fleets,

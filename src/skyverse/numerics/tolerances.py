@@ -198,6 +198,9 @@ MERGE_CONVERGED = 1e-5
 SEARCH_GAIN = 1e-5
 """Relative: a round of a search for cheaper paths that lowers the price by less counts as having found nothing."""
 
+OTHER_WAY_WORTH = 1e-4
+"""Relative: another way round is not sought where it could not shorten a path among boxes by more."""
+
 TIGHTEN_CONVERGED = 1e-4
 """Relative: a pass of windows over a path has ended when it shortens the path by less."""
 

@@ -16,7 +16,7 @@ from skyverse.planners.settings import require_integer
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
 from skyverse.search.taut.among_shapes import path_among_shapes
-from skyverse.search.taut.taut_path import least_length, taut_path
+from skyverse.search.taut.taut_path import taut_path
 from skyverse.space.lattice import Grid
 from skyverse.space.obstacles import only_boxes
 
@@ -29,16 +29,20 @@ class Taut(DirectPlanner):
     cells of a partition of free space, which is exact: if there is no such path, no path exists. It is then shortened
     window by window. In each window, A* searches over points that are sampled on the edges that a shorter path could
     touch, with lazy visibility. The bends then slide along their edges to where the path is shortest. Obstacles that
-    block the new path add further points, and the search is repeated until the path gets no shorter. In a window that
-    holds the whole problem the result is the shortest path, unless the sample happens to miss it.
+    block the new path add further points, and the search is repeated until the path gets no shorter. Unless the bound
+    proves that little can be gained, other ways round are then sought over all edges that a shorter path could touch,
+    with ever more points on them. The result is the shortest path, unless the samples happen to miss it or the search
+    over many edges ends early.
 
     It minimises length alone; turns and other terms are priced but not minimised. It ends by itself: `stop`, `rng` and
     `on_iteration` have no effect.
 
     Its `bound` is proven. It is the length of the straight line or, where few enough edges are near, the least cost of
     a path over intervals of edges. There every doubt is decided in favour of a shorter path, and Lagrangian relaxation
-    raises the result. The bound holds for paths that can be moved to keep 0.6 micrometres more than the clearance, so
-    that none of them leads through the seam between obstacles that touch.
+    raises the result. Where boxes reach through the whole space along an axis, such as buildings through the ceiling,
+    it is at least the exact shortest length among their projections. The bound holds for paths that can be moved to
+    keep 0.6 micrometres more than the clearance, so that none of them leads through the seam between obstacles that
+    touch.
 
     The partition and the edges are computed once for each `Airspace`, and its problems share them.
 
@@ -73,14 +77,13 @@ class Taut(DirectPlanner):
             return self._among_shapes(problem, origin)
         space, cells, edges = problem.airspace.world.space, problem.airspace.cells, problem.airspace.edges
         clock = Stopwatch()
-        found = taut_path(space, cells, edges, problem.start, problem.end)
-        least = least_length(space, edges, problem.start, problem.end, found.path, self.proof)
+        found = taut_path(space, cells, edges, problem.start, problem.end, self.proof)
         seconds = clock.seconds
         if len(found.path) == 0:
             return Status.START_SHUT_IN if found.shut_in == 1 else Status.NO_PATH
         searches, expanded = (int(n) for n in found.spent)
         effort = Effort(generated_paths=searches, generated_nodes=expanded, evaluations=1)
-        bound = least * problem.scenario.objective.fuel
+        bound = found.least * problem.scenario.objective.fuel
         return any_angle_result(problem, found.path, bound, SearchRecord(origin, effort, seconds))
 
     def _among_shapes(self, problem: Problem, origin: Provenance) -> Result | Status:

@@ -14,7 +14,7 @@ from skyverse.numerics.kernel import PLAIN_NUMBA, PLAIN_PYTHON
 pytestmark = pytest.mark.skipif(PLAIN_PYTHON or PLAIN_NUMBA, reason="nothing is taken by reference")
 
 RETURN_REFERENCES = {
-    "skyverse.search.taut.shorten_window:_local_space": "to parts of its argument, which its caller does not return",
+    "skyverse.search.taut.shorten_window:local_space": "to parts of its argument, which its caller does not return",
     "skyverse.space.obstacles:with_margin": "to parts of its argument, which no caller returns",
 }
 """Kernels whose result points to memory of whoever called them, and why that memory is still there."""

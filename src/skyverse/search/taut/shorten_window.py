@@ -27,6 +27,8 @@ POINTS_A_PIECE = 4
 """Points spread over each piece, beside three that are chosen; one less where more than half of `MAX_PIECES` are."""
 MAX_SEARCHES = 12
 """Searches in a window at most."""
+MAX_EXPANDED = 1_000_000
+"""States that a search may expand: no search in a window needs so many."""
 MAX_SLIDES = 500
 """How often all bends are slid along their edges at most."""
 FRUITLESS_SEARCHES = 3
@@ -36,7 +38,7 @@ FRUITLESS_SEARCHES = 3
 @inner
 def shorten_window(space: Space, edges: Edges, pieces: Ints, path: Floats, spent: Ints) -> Floats:
     """Shorten a free path (k, 3) between its ends, with bends on some pieces of edges; it stays free throughout."""
-    space, own = _local_space(space, path)
+    space, own = local_space(space, path)
     best = path
     best_edge = np.full(len(path), -1)
     length = length_of(path)
@@ -45,7 +47,7 @@ def shorten_window(space: Space, edges: Edges, pieces: Ints, path: Floats, spent
     more_edge = np.empty(0, np.int64)
     for turn in range(MAX_SEARCHES):
         points = _sample(edges, pieces, each, best, best_edge, more_at, more_edge, length)
-        found = search_edges(space, edges, points, length * (1.0 + LENGTH_ROUNDING))
+        found = search_edges(space, edges, points, length * (1.0 + LENGTH_ROUNDING), MAX_EXPANDED)
         spent[0] += 1
         spent[1] += found.expanded
         if len(found.points) == 0:
@@ -76,7 +78,7 @@ def shorten_window(space: Space, edges: Edges, pieces: Ints, path: Floats, spent
 
 
 @inner
-def _local_space(space: Space, path: Floats) -> tuple[Space, Ints]:
+def local_space(space: Space, path: Floats) -> tuple[Space, Ints]:
     """Return a space of only those boxes that a shorter path can meet, with its own index, and which boxes they are."""
     low, high = spheroid_bounds(path[0], path[-1], length_of(path))
     own = tree.touching(space.tree, space.boxes, space.clearance, low, high)
@@ -181,7 +183,7 @@ def _sample(
             at[n, axis] = low + (high - low) * i / (each - 1)
             edge[n] = e
             n += 1
-        for place in (x, _cheapest_detour(edges, e, path, 1), _cheapest_detour(edges, e, path, 2)):
+        for place in (x, cheapest_detour(edges, e, path, 1), cheapest_detour(edges, e, path, 2)):
             put(at, n, edges.ends[e, :3])
             at[n, axis] = place
             edge[n] = e
@@ -190,7 +192,7 @@ def _sample(
 
 
 @inner
-def _cheapest_detour(edges: Edges, e: int, path: Floats, legs: int) -> float:
+def cheapest_detour(edges: Edges, e: int, path: Floats, legs: int) -> float:
     """Return where along piece e, metres, a detour over it costs least that replaces one leg or two of a path."""
     best, least = edges.ends[e, edges.axis[e]], np.inf
     for i in range(len(path) - legs):

@@ -8,9 +8,11 @@ from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import put, put_all
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance, length_of
-from skyverse.numerics.tolerances import BEND_GAIN, LENGTH_ROUNDING, OPTIMALITY_GAP, SEAM_MARGIN
+from skyverse.numerics.tolerances import BEND_GAIN, LENGTH_ROUNDING, OPTIMALITY_GAP, OTHER_WAY_WORTH, SEAM_MARGIN
 from skyverse.search.taut.cell_astar import cell_astar
 from skyverse.search.taut.lower_bound import lower_bound
+from skyverse.search.taut.other_ways import shortest_way
+from skyverse.search.taut.plane_bound import plane_bound
 from skyverse.search.taut.tighten import tighten
 from skyverse.space import tree
 from skyverse.space.cells import Cells
@@ -29,6 +31,8 @@ class TautPath(NamedTuple):
     ----------
     path
         (k, 3) metres; empty if there is none.
+    least
+        Metres that no path beats.
     shut_in
         Which end is shut in: 0 for none, 1 for the start, 2 for the goal.
     spent
@@ -36,53 +40,73 @@ class TautPath(NamedTuple):
     """
 
     path: Floats
+    least: float
     shut_in: int
     spent: Ints
 
 
 @kernel
-def taut_path(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Floats) -> TautPath:
-    """Return a path from start to goal that no window of it can shorten."""
+def taut_path(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Floats, most: int) -> TautPath:
+    """Return a path from start to goal that no window of it can shorten, and a length that no path beats.
+
+    About `most` states are expanded for the latter; with 0 it is that of the straight line. Where the two lengths
+    differ, other ways round are sought.
+    """
     spent = np.zeros(2, np.int64)
     nothing = np.empty((0, 3))
+    straight = distance(start, goal)
     sight = with_margin(space, SEAM_MARGIN)
     first, out = _step_out(space, start)
     if not out:
-        return TautPath(nothing, 1, spent)
+        return TautPath(nothing, straight, 1, spent)
     last, out = _step_out(space, goal)
     if not out:
-        return TautPath(nothing, 2, spent)
+        return TautPath(nothing, straight, 2, spent)
     path, expanded = cell_astar(cells, first, last)
     spent[0] += 1
     spent[1] += expanded
     if len(path) == 0:
-        return TautPath(path, 0, spent)
+        return TautPath(path, straight, 0, spent)
     path = tighten(sight, edges, path, spent)
+    whole = _between_ends(space, sight, start, path, goal)
+    least = _least_length(sight, edges, whole, most)
+    if len(whole) > 2 and least * (1.0 + OTHER_WAY_WORTH) < length_of(whole):
+        other = shortest_way(sight, edges, path, least, spent)
+        if length_of(other) < length_of(path):
+            whole = _between_ends(space, sight, start, other, goal)
+            least = min(max(least, _least_length(sight, edges, whole, most)), length_of(whole))
+    return TautPath(whole, least, 0, spent)
+
+
+@inner
+def _between_ends(space: Space, sight: Space, start: Floats, path: Floats, goal: Floats) -> Floats:
+    """Return a path from its true start to its true goal, without the points beside these where they are not needed."""
     whole = np.empty((len(path) + 2, 3))
     put(whole, 0, start)
     put_all(whole, 1, path)
     put(whole, len(path) + 1, goal)
-    if segment_free(sight, first, last) and segment_free(space, start, goal):
-        return TautPath(whole[:: len(whole) - 1].copy(), 0, spent)
+    if segment_free(sight, path[0], path[-1]) and segment_free(space, start, goal):
+        return whole[:: len(whole) - 1].copy()
     kept = np.ones(len(whole), np.bool_)
     if distance(start, whole[1]) == 0.0 or segment_free(space, whole[0], whole[2]):
         kept[1] = False
     if distance(whole[-2], goal) == 0.0 or (kept[len(whole) - 3] and segment_free(space, whole[-3], whole[-1])):
         kept[-2] = False
-    return TautPath(whole[kept], 0, spent)
+    return whole[kept]
 
 
-@kernel
-def least_length(space: Space, edges: Edges, start: Floats, goal: Floats, path: Floats, most: int) -> float:
-    """Return a length that no path from start to goal beats, given one path, for at most so many states expanded."""
-    length = length_of(path)
-    straight = distance(start, goal)
+@inner
+def _least_length(sight: Space, edges: Edges, path: Floats, most: int) -> float:
+    """Return a length that no path between the ends of a given one beats, for about so many states expanded."""
+    length, straight = length_of(path), distance(path[0], path[-1])
     if most == 0 or len(path) < 3:
         return straight
-    sight = with_margin(space, SEAM_MARGIN)
-    least, _ = lower_bound(sight, edges, start, goal, length * (1.0 + LENGTH_ROUNDING), OPTIMALITY_GAP, most)
+    plane = plane_bound(sight, path[0], path[-1], length)
+    if plane * (1.0 + OTHER_WAY_WORTH) >= length:
+        return min(plane, length)
+    least, _ = lower_bound(sight, edges, path[0], path[-1], length * (1.0 + LENGTH_ROUNDING), OPTIMALITY_GAP, most)
     # edges lie two seam margins off the obstacles: on that scale a path could gain a little at each of its bends
-    return min(max(straight, least - BEND_GAIN * len(path)), length)
+    return min(max(straight, plane, least - BEND_GAIN * len(path)), length)
 
 
 @inner
