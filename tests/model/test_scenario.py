@@ -327,3 +327,12 @@ def test_limits_that_no_vehicle_has_are_refused_by_name(field, value):
 def test_limits_that_contradict_each_other_are_refused_in_a_sentence(more, complaint):
     with pytest.raises(ValidationError, match=complaint):
         sky.UAV(start=(0, 0, 0), **more)
+
+
+@pytest.mark.parametrize("far", [1.1e12, -1e300])
+def test_coordinates_that_no_place_has_are_refused(far):
+    with pytest.raises(ValueError, match="1000000000000"):
+        sky.UAV(start=(0.0, far, 0.0))
+    with pytest.raises(ValueError, match="1000000000000"):
+        sky.Bounds(min=(-1e12, min(far, -1), 0), max=(1, max(far, 1), 1))
+    assert sky.Target(position=(1e12, -1e12, 0.0)).position[0] == 1e12

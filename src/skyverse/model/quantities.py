@@ -12,14 +12,19 @@ Limit = Annotated[Number, Field(ge=1e-3, le=1e6)]
 """A limit of a vehicle; the range holds every real one, and keeps durations and their powers finite."""
 
 
+MAX_COORDINATE = 1e12
+"""Metres from the zero of the frame, beyond which squares and products of coordinates mean nothing any more."""
+Coordinate = Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+
+
 def listed(value: object) -> object:
     """Return an array as lists, which pydantic can validate, and anything else as it is."""
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-Point = Annotated[tuple[Number, Number, Number], BeforeValidator(listed)]
+Point = Annotated[tuple[Coordinate, Coordinate, Coordinate], BeforeValidator(listed)]
 """x, y, z in metres; a numpy array of three numbers is accepted too."""
-Place = Annotated[tuple[Number, Number], BeforeValidator(listed)]
+Place = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(listed)]
 """x, y in metres."""
 Steps = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(listed)]
 
