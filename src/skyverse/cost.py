@@ -103,6 +103,11 @@ def soft_terms(scenario: Scenario) -> tuple[str, ...]:
     return tuple(name for name, on in zip(("altitude", "risk", "climb"), priced, strict=True) if on)
 
 
+def prices_length_alone(scenario: Scenario) -> bool:
+    """Tell whether straight legs are priced by their length alone: neither turns nor altitude, risk or climb."""
+    return scenario.objective.divergence == 0 and not soft_terms(scenario)
+
+
 @by_reference
 class Pricing(NamedTuple):
     """An objective compiled for one lattice; every price includes its weight.

@@ -18,9 +18,9 @@ WING = sky.FixedWing(speed=8.0, turn_radius=6.0, climb=12)
         ("turns", sky.AStar()),
         (sky.Objective(unit="nodes", altitude=BAND), sky.AStar()),
         (sky.Objective(unit="metres", fuel=3.0, end=7.0), sky.Taut()),
-        (sky.Objective(unit="metres", divergence=0.1), sky.Cheapest()),
-        (sky.Objective(unit="metres", altitude=BAND), sky.Cheapest()),
-        (sky.Objective(unit="metres", climb=CLIMB), sky.Cheapest()),
+        (sky.Objective(unit="metres", divergence=0.1), sky.Cheapest(legs=1_200_000)),
+        (sky.Objective(unit="metres", altitude=BAND), sky.Cheapest(legs=1_200_000)),
+        (sky.Objective(unit="metres", climb=CLIMB), sky.Cheapest(legs=1_200_000)),
     ],
 )
 def test_what_the_objective_prices_decides(objective, chosen):
@@ -29,6 +29,11 @@ def test_what_the_objective_prices_decides(objective, chosen):
     result = sky.Auto().plan(sky.Problem(scenario))
     assert result.provenance.planner == repr(chosen)
     assert result.any_angle == sky.Auto().leaves_lattice(scenario) == (scenario.objective.unit == "metres")
+
+
+@pytest.mark.parametrize(("threats", "legs"), [(0, 1_000_000), (4, 1_400_000), (15, 2_500_000), (30, 3_000_000)])
+def test_more_legs_are_priced_among_more_obstacles_and_zones(threats, legs):
+    assert sky.Auto().choose(sky.random_threats(threats, seed=3)) == sky.Cheapest(legs=legs)
 
 
 def test_zones_are_priced_unless_their_risk_has_no_weight():
@@ -69,6 +74,18 @@ def test_a_mission_that_names_no_planner_is_planned_by_the_best_one():
     assert mission.provenance.planner == named.provenance.planner
     for result, other in zip(mission.results, named.results, strict=True):
         np.testing.assert_array_equal(result.path, other.path)
+
+
+def test_detours_seek_the_whole_objective():
+    band = sky.AltitudeBand(low=8, high=8.5, weight=1.0)
+    objective = sky.Objective(unit="metres", altitude=band)
+    scenario = sky.circle_swap(6, radius=12.0).model_copy(update={"objective": objective})
+    mission = sky.plan_mission(scenario, rng=1, assignment="identity")
+    led = [r for r in mission.results if r.provenance.planner == "Cheapest, led around others"]
+    assert led
+    for uav, result in enumerate(mission.results):
+        straight = sky.Taut().plan(sky.Problem(scenario, uav, uav)).cost
+        assert result.cost < straight  # the detour too is within the band on most of its way
 
 
 @pytest.mark.parametrize("unit", ["nodes", "metres"])

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.cost import prices_length_alone
 from skyverse.deconfliction.candidate import Candidate, Gate
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.result import Effort, Result, Status
@@ -16,6 +17,7 @@ from skyverse.model.uav import UAV
 from skyverse.numerics.kernel import Stopwatch
 from skyverse.numerics.tolerances import MIN_COMPARED_LENGTH
 from skyverse.planners.base import provenance
+from skyverse.planners.cheapest import Cheapest
 from skyverse.planners.results import SearchRecord, lattice_result
 from skyverse.planners.taut import Taut
 from skyverse.problem import Airspace, Problem
@@ -36,6 +38,8 @@ WALL_HALF_THICKNESS = 0.01
 """Half the thickness of a gate's wall, metres, without the clearance around it."""
 DIRECTION_SHARE = 0.02
 """The share of a flight's time before and after a point of it by which its direction there is measured."""
+DETOUR_LEGS = 20_000
+"""The legs that `Cheapest` may price for one detour, of which many are tried."""
 WORTH_SAYING = 0.01
 """Metres to a side, or up, that are said of a gate."""
 STEEP = 1e-3
@@ -157,8 +161,8 @@ def plan_detour(
     make_trajectory
         Turns the path into a trajectory.
     any_angle
-        Whether the path may leave the lattice, and is a shortest one. Otherwise it is a cheapest one on the lattice, so
-        that its cost is in the objective's unit.
+        Whether the path may leave the lattice. It is then a shortest one, or, where more than length is priced, a cheap
+        one. Otherwise it is a cheapest one on the lattice, so that its cost is in the objective's unit.
     """
     scenario = problem.scenario
     walls = [box for gate in gates for box in _wall(scenario.uavs[problem.uav], scenario.clearance, gate)]
@@ -175,18 +179,22 @@ def plan_among(
     scenario = problem.scenario
     among_walls = Airspace(scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)}))
     walled = Problem(among_walls, problem.uav, problem.target)
-    found = _shortest_path(problem, walled) if any_angle else _cheapest_on_lattice(problem, walled)
+    found = _path_of_any_angle(problem, walled) if any_angle else _cheapest_on_lattice(problem, walled)
     trajectory = None if found is None else make_trajectory(walled, found)
     return None if found is None or trajectory is None else (found, trajectory)
 
 
-def _shortest_path(problem: Problem, walled: Problem) -> Result | None:
-    """Return a shortest path among the walls as a result of the problem without them, if there is a path."""
-    planned = Taut(proof=0).plan(walled)
+def _path_of_any_angle(problem: Problem, walled: Problem) -> Result | None:
+    """Return a path among the walls as a result of the problem without them, if there is a path.
+
+    It is a shortest one where length alone is priced, and otherwise one that is cheap under the whole objective.
+    """
+    planner = Taut(proof=0) if prices_length_alone(problem.scenario) else Cheapest(legs=DETOUR_LEGS)
+    planned = planner.plan(walled)
     same = np.array_equal(walled.start, problem.start) and np.array_equal(walled.end, problem.end)
     if not planned.status.reached or not same:  # a wall may leave no place for the top of a column
         return None
-    origin = replace(planned.provenance, planner="Taut, led around others")
+    origin = replace(planned.provenance, planner=f"{type(planner).__name__}, led around others")
     return replace(planned, provenance=origin, bound=None, status=Status.COMPLETE)  # its bound is one among the walls
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from skyverse.cost import soft_terms
+from skyverse.cost import prices_length_alone
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.planners.astar import AStar
@@ -11,6 +11,9 @@ from skyverse.planners.cheapest import Cheapest
 from skyverse.planners.taut import Taut
 from skyverse.problem import Problem
 from skyverse.stop import OnIteration, Stop
+
+FEWEST_LEGS, LEGS_PER_SHAPE, MOST_LEGS = 1_000_000, 100_000, 3_000_000
+"""The legs that `Cheapest` may price: more among more obstacles and zones, as there are more ways to compare."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +24,8 @@ class Auto(Planner):
 
     - nodes: `AStar`, which is exact on the lattice;
     - metres, and nothing else: `Taut`, which finds shortest paths and a proven bound;
-    - metres, and turns, altitude, risk or climb as well: `Cheapest`, which seeks the whole objective.
+    - metres, and turns, altitude, risk or climb as well: `Cheapest`, which seeks the whole objective. It may price 1 to
+      3 million legs, more of them among more obstacles and zones.
 
     An aeroplane cannot follow the moves of a lattice. A fleet that has one is planned as if the objective were in
     metres, and so are its costs.
@@ -32,10 +36,11 @@ class Auto(Planner):
 
     def choose(self, scenario: Scenario) -> Planner:
         """Return the planner for a scenario."""
-        objective = scenario.objective
-        if objective.unit == "nodes" and all(uav.fixed_wing is None for uav in scenario.uavs):
+        if scenario.objective.unit == "nodes" and all(uav.fixed_wing is None for uav in scenario.uavs):
             return AStar()
-        return Cheapest() if objective.divergence > 0 or soft_terms(scenario) else Taut()
+        if prices_length_alone(scenario):
+            return Taut()
+        return Cheapest(legs=min(MOST_LEGS, FEWEST_LEGS + LEGS_PER_SHAPE * len(scenario.obstacles + scenario.zones)))
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether the planner for a scenario leaves its lattice."""
