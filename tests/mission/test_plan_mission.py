@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
-from skyverse.mission.plan_mission import cost_matrix
+from skyverse.mission.plan_mission import assign_targets, cost_matrix
 from skyverse.model.result import Status
 from skyverse.model.verdict import Fault
 from skyverse.problem import Airspace
@@ -88,6 +88,13 @@ def test_more_uavs_than_targets_and_the_reverse_leave_some_without(assignment, u
         small = costs if uavs <= targets else costs.T
         choices = itertools.permutations(range(max(uavs, targets)), min(uavs, targets))
         assert mission.cost == min(sum(small[i, j] for i, j in enumerate(p)) for p in choices)
+
+
+def test_no_pair_is_priced_where_there_is_nothing_to_choose(monkeypatch):
+    monkeypatch.setattr("skyverse.mission.plan_mission.prices_to", lambda *_: pytest.fail("a pair was priced"))
+    assert assign_targets(Airspace(fleet(SIDE[:1], OTHER[:1]))) == (0,)
+    with pytest.raises(sky.InputError, match="criterion"):
+        assign_targets(Airspace(fleet(SIDE[:1], OTHER[:1])), criterion="least")
 
 
 def test_the_matrix_holds_what_each_pair_of_problems_costs():

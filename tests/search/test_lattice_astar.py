@@ -165,6 +165,13 @@ def test_the_heuristic_is_exact_on_an_empty_lattice_and_never_too_high_with_turn
     assert turns.max() == (2 if connectivity == 6 else 1)
 
 
+def test_where_turns_have_a_price_few_of_the_13_states_of_a_node_are_expanded():
+    scenario = sky.read("map2").model_copy(update={"objective": sky.Objective(divergence=0.3)})
+    diagonal = scenario.lattice.model_copy(update={"connectivity": 26})
+    problem = sky.Problem(scenario.model_copy(update={"lattice": diagonal}))
+    assert problem.route.expanded < 3 * len(problem.airspace.grid.exits)
+
+
 def test_a_goal_behind_a_wall_has_no_route_and_no_price():
     wall = sky.Box(min=(1.4, 0, 0), max=(1.6, 3, 3))
     for objective in ("thesis", "turns"):
@@ -207,8 +214,12 @@ def test_the_plain_python_finds_the_same_route():
     grid, pricing = compiled(scenario)
     plain = getattr(exact._search, "py_func", exact._search)
     for turning in (True, False):
-        args = (grid, pricing, turning, 0, np.array([63]), 63, np.empty(0), math.inf)
-        for one, other in zip(exact._search(*args), plain(*args), strict=True):
+        args = (0, np.array([63]), 63, np.empty(0), math.inf)
+        found = (
+            search(grid, pricing, turning, np.zeros(64 * (13 if turning else 1), np.uint8), *args)
+            for search in (exact._search, plain)
+        )
+        for one, other in zip(*found, strict=True):
             np.testing.assert_array_equal(one, other)
 
 

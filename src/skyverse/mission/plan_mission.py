@@ -209,6 +209,8 @@ def assign_targets(
     """Return for each UAV the index of its target, or ``None``; see `plan_mission`."""
     if assignment not in ("euclidean", "path-cost", "identity"):
         raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
+    if assignment == "path-cost" and len(airspace.scenario.uavs) == len(airspace.scenario.targets) == 1:
+        assignment = "identity"  # there is nothing to choose, so that no pair has to be priced
     chosen = assign(cost_matrix(airspace, assignment), criterion)
     if assignment != "path-cost":
         return chosen

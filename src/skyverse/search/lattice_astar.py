@@ -1,9 +1,12 @@
 """Cheapest lattice paths, exactly: A* and Dijkstra over nodes, or over nodes and headings where turns are priced.
 
 A turn is a non-zero cross product of consecutive steps, which does not tell a direction from its opposite. So a state
-is a node and the *axis* of the last move, which makes half as many states as nodes and directions would. States wait in
-buckets by their f = g + h; a bucket is as wide as the cheapest step. Within a bucket a state that improves is opened
-again, so that the order inside does not matter and the answer is exact for any weights.
+is a node and the *axis* of the last move, which makes half as many states as nodes and directions would. The cheapest
+state of a node can move on along every axis for one turn more. So another state of the node matters only if it is
+cheaper than that, and then only for the moves along its own axis.
+
+States wait in buckets by their f = g + h; a bucket is as wide as the cheapest step. Within a bucket a state that
+improves is opened again, so that the order inside does not matter and the answer is exact for any weights.
 """
 
 import math
@@ -17,14 +20,13 @@ from skyverse.cost import Pricing, add_soft
 from skyverse.numerics.arrays import doubled
 from skyverse.numerics.kernel import inner, inner_query, kernel, query
 from skyverse.numerics.tolerances import PRICE_ROUNDING
+from skyverse.search.few_turns import price_with_few_turns
+from skyverse.search.state_flags import CLOSED, ORIGIN, SEEN
 from skyverse.space.lattice import Grid, write_position
 
 BYTES_PER_STATE = 9
 """A float64 for g, and a byte for flags and parent; each state that waits takes another 16 bytes."""
 
-_SEEN = 64
-_CLOSED = 128
-_ORIGIN = 31
 _SOFT_BUCKETS = 4096
 
 
@@ -42,18 +44,19 @@ def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> Latt
     Soft terms are paid move by move. The bounds on the price that is left do without them, since none is below 0.
 
     Where turns are priced, a search backward from the goal over nodes alone first gives the exact length left from
-    every node that can matter. The search over node and axis is guided by it, and cut off at the full price of the path
-    that the first search found.
+    every node that can matter. The search over node and axis is guided by it, and cut off at the full price of a
+    shortest path with few turns.
     """
     unguided = np.empty(0)
     if pricing.turn == 0.0:
-        found = _search(grid, pricing, False, source, np.array([goal]), goal, unguided, math.inf)
+        found = _search(grid, pricing, False, _unseen(grid, 1), source, np.array([goal]), goal, unguided, math.inf)
         expanded = found.expanded
     else:
-        back = _search(grid, pricing, False, goal, np.array([source]), source, unguided, math.inf)
+        back = _search(grid, pricing, False, _unseen(grid, 1), goal, np.array([source]), source, unguided, math.inf)
         if len(back.nodes) == 0:
             return None
-        found = _search(grid, pricing, True, source, np.array([goal]), goal, back.lengths, back.ceiling)
+        info = _unseen(grid, len(grid.offsets) // 2)
+        found = _search(grid, pricing, True, info, source, np.array([goal]), goal, back.lengths, back.ceiling)
         expanded = back.expanded + found.expanded
     if len(found.nodes) == 0:
         return None
@@ -63,8 +66,18 @@ def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> Latt
 def prices_to(grid: Grid, pricing: Pricing, source: int, goals: Ints) -> Floats:
     """Return the price of a cheapest path from one node to each of (n,) goals, infinite where there is none."""
     wanted, order = np.unique(np.asarray(goals, dtype=np.int64), return_inverse=True)
-    found = _search(grid, pricing, pricing.turn > 0.0, source, wanted, -1, np.empty(0), math.inf)
+    turning = pricing.turn > 0.0
+    info = _unseen(grid, len(grid.offsets) // 2 if turning else 1)
+    found = _search(grid, pricing, turning, info, source, wanted, -1, np.empty(0), math.inf)
     return np.asarray(pricing.first + found.prices[order])
+
+
+def _unseen(grid: Grid, axes: int) -> NDArray[np.uint8]:
+    """Return the flags of states, none of which was seen yet.
+
+    A kernel would clear all of them, numpy only those that are read.
+    """
+    return np.zeros(len(grid.exits) * axes, np.uint8)
 
 
 class _Settled(NamedTuple):
@@ -130,7 +143,7 @@ def _walk_back(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> In
     """Return the nodes from the source to a state."""
     length = 1
     at = state
-    while info[at] & _ORIGIN != _ORIGIN:
+    while info[at] & ORIGIN != ORIGIN:
         at = _parent(grid, info, at, axes)
         length += 1
     nodes = np.empty(length, np.int64)
@@ -147,25 +160,9 @@ def _parent(grid: Grid, info: NDArray[np.uint8], state: int, axes: int) -> int:
     """Return the state from which a state was reached."""
     flags = info[state]
     if axes == 1:
-        return state - grid.offsets[flags & _ORIGIN]
+        return state - grid.offsets[flags & ORIGIN]
     move = 2 * (state % axes) + ((flags >> 5) & 1)
-    return (state // axes - grid.offsets[move]) * axes + (flags & _ORIGIN)
-
-
-@inner_query
-def _turns(grid: Grid, nodes: Ints) -> int:
-    """Return the number of turns of a path whose consecutive nodes are neighbours."""
-    turns = 0
-    ny, nz = grid.shape[1], grid.shape[2]
-    last = -1
-    for i in range(1, len(nodes)):
-        a, b = nodes[i - 1], nodes[i]
-        dx, dy, dz = b // (ny * nz) - a // (ny * nz), (b // nz) % ny - (a // nz) % ny, b % nz - a % nz
-        code = 9 * dx + 3 * dy + dz
-        if last != -1 and abs(code) != last:
-            turns += 1
-        last = abs(code)
-    return turns
+    return (state // axes - grid.offsets[move]) * axes + (flags & ORIGIN)
 
 
 @inner_query
@@ -186,6 +183,7 @@ def _search(
     grid: Grid,
     pricing: Pricing,
     turning: bool,
+    info: NDArray[np.uint8],
     source: int,
     goals: Ints,
     towards: int,
@@ -198,7 +196,9 @@ def _search(
     ----------
     turning
         Whether states have an axis and turns are paid. If not, and turns have a price, the ceiling becomes the full
-        price of the first path, and every state below it is settled.
+        price of a shortest path with few turns, and every state below it is settled.
+    info
+        (states,) the flags of every state, which are 0.
     goals
         Sorted nodes.
     towards
@@ -208,11 +208,11 @@ def _search(
     ceiling
         States whose f lies above it are dropped.
     """
+    # least: the least price seen of each node; turned: the price from which all moves of a node were last priced
     # read once: in the loop they would be read again after every write to an array
     offsets, moves, safe_moves, turn = grid.offsets, grid.moves, grid.exits, pricing.turn
     axes = len(offsets) // 2 if turning else 1
-    count = len(safe_moves) * axes
-    info = np.zeros(count, np.uint8)
+    count = len(info)
     g = np.empty(count, np.float64)
     step_price = np.empty(len(offsets))
     width, dearest = math.inf, 0.0
@@ -226,6 +226,8 @@ def _search(
     soft = pricing.rates.soft
     if soft:  # moves may cost any amount: a state that belongs beyond all buckets waits in the last one
         buckets = max(buckets, _SOFT_BUCKETS)
+    least = np.full(len(safe_moves) if turning else 0, math.inf)
+    turned = np.full(len(safe_moves) if turning else 0, math.inf)
     shares = np.zeros(3)
     a, b = np.empty(3), np.empty(3)
     head = np.full(buckets, -1, np.int64)
@@ -234,7 +236,6 @@ def _search(
     prices = np.full(len(goals), math.inf)
     unsettled = len(goals)
     reached = -1
-    slack = 0.0
     lengths_wanted = not turning and turn > 0.0 and towards >= 0
 
     ny, nz = grid.shape[1], grid.shape[2]
@@ -245,7 +246,9 @@ def _search(
         base = guide[source] if len(guide) else _steps_left(grid, pricing, x, y, z)
     state = source * axes
     g[state] = 0.0
-    info[state] = _SEEN | _ORIGIN
+    if turning:
+        least[source] = 0.0
+    info[state] = SEEN | ORIGIN
     waiting_state[0] = state
     waiting_next[0] = -1
     head[0] = 0
@@ -259,6 +262,8 @@ def _search(
         entry = head[slot]
         if entry < 0:
             current += 1
+            if unsettled == 0 and lengths_wanted and ceiling == math.inf and base + current * width > prices[0]:
+                ceiling = price_with_few_turns(grid, pricing, info, g, goals[0])
             if unsettled == 0 and base + current * width > ceiling:
                 break
             continue
@@ -267,7 +272,7 @@ def _search(
         spare = entry
         waiting -= 1
         state = waiting_state[entry]
-        if info[state] & _CLOSED:
+        if info[state] & CLOSED:
             continue
         here = g[state]
         node = state // axes
@@ -276,7 +281,7 @@ def _search(
             if towards >= 0:
                 bx, by, bz = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
                 f += guide[node] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
-                if turning and info[state] & _ORIGIN != _ORIGIN:
+                if turning and info[state] & ORIGIN != ORIGIN:
                     f += turn * _turns_left(grid, state % axes, bx, by, bz)
             due = int((f - base) / width)
             if due > current:
@@ -286,7 +291,9 @@ def _search(
                 head[slot] = entry
                 waiting += 1
                 continue
-        info[state] |= _CLOSED
+        info[state] |= CLOSED
+        if turning and here > least[node] + turn:
+            continue
         expanded += 1
         where = _index(goals, node)
         if where < len(goals) and goals[where] == node and here < prices[where]:
@@ -294,16 +301,19 @@ def _search(
                 unsettled -= 1
             prices[where] = here
             reached = state
-            if lengths_wanted:
-                slack = turn * _turns(grid, _walk_back(grid, info, state, axes))
-            if unsettled == 0:
+            if unsettled == 0 and not lengths_wanted:
                 furthest = 0.0
                 for settled in prices:
                     furthest = max(furthest, settled)
-                ceiling = min(ceiling, furthest + slack)
-        exits = safe_moves[node]
+                ceiling = min(ceiling, furthest)
+        exits = int(np.int64(safe_moves[node]))
         axis = state % axes
-        fresh = info[state] & _ORIGIN == _ORIGIN
+        fresh = info[state] & ORIGIN == ORIGIN
+        if turning:
+            if here < turned[node] - PRICE_ROUNDING * here and here <= least[node] + PRICE_ROUNDING * here:
+                turned[node] = here
+            else:
+                exits &= 3 << 2 * axis
         x, y, z = tx - node // (ny * nz), ty - (node // nz) % ny, tz - node % nz
         if soft:
             write_position(grid, node, a)
@@ -314,26 +324,38 @@ def _search(
             price = here + step_price[m]
             after = beyond
             if turning:
-                after = beyond * axes + (m >> 1)
                 if m >> 1 != axis and not fresh:
                     price += turn
-            if soft and not (info[after] & _SEEN and price >= g[after] - PRICE_ROUNDING * price):
+                if price >= least[beyond] + turn - PRICE_ROUNDING * price:
+                    continue
+                if len(guide) and price + guide[beyond] > ceiling + PRICE_ROUNDING * ceiling:
+                    continue
+                after = beyond * axes + (m >> 1)
+            if info[after] & SEEN and price >= g[after] - PRICE_ROUNDING * price:
+                continue
+            left = 0.0
+            if towards >= 0:
+                bx, by, bz = x - moves[m, 0], y - moves[m, 1], z - moves[m, 2]
+                left = guide[beyond] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
+                if turning:
+                    left += turn * _turns_left(grid, m >> 1, bx, by, bz)
+            if price + left > ceiling + PRICE_ROUNDING * ceiling:
+                continue
+            if soft:
                 write_position(grid, beyond, b)
                 shares[0] = shares[1] = shares[2] = 0.0
                 add_soft(pricing.rates, a, b, shares)
                 price += shares[0] + shares[1] + shares[2]
-            if info[after] & _SEEN and price >= g[after] - PRICE_ROUNDING * price:
-                continue
-            f = price
-            if towards >= 0:
-                bx, by, bz = x - moves[m, 0], y - moves[m, 1], z - moves[m, 2]
-                f += guide[beyond] if len(guide) else _steps_left(grid, pricing, bx, by, bz)
+                known = g[after] if info[after] & SEEN else math.inf
                 if turning:
-                    f += turn * _turns_left(grid, m >> 1, bx, by, bz)
-            if f > ceiling + PRICE_ROUNDING * ceiling:
-                continue
+                    known = min(known, least[beyond] + turn)
+                if price >= known - PRICE_ROUNDING * price or price + left > ceiling + PRICE_ROUNDING * ceiling:
+                    continue
+            f = price + left
+            if turning:
+                least[beyond] = min(least[beyond], price)
             g[after] = price
-            info[after] = _SEEN | (((m & 1) << 5) | axis if turning else m)
+            info[after] = SEEN | (((m & 1) << 5) | axis if turning else m)
             slot = min(max(int((f - base) / width), current), current + buckets - 1) % buckets
             if spare >= 0:
                 entry = spare
@@ -350,9 +372,11 @@ def _search(
             waiting += 1
     lengths = np.empty(0)
     if lengths_wanted:
+        if unsettled == 0 and ceiling == math.inf:  # nothing waits that is longer than the path
+            ceiling = price_with_few_turns(grid, pricing, info, g, goals[0])
         lengths = np.full(count, math.inf)
         for node in range(count):
-            if info[node] & _CLOSED:
+            if info[node] & CLOSED:
                 lengths[node] = g[node]
     nodes = _walk_back(grid, info, reached, axes) if reached >= 0 else np.empty(0, np.int64)
     return _Settled(nodes, prices, lengths, ceiling, expanded)

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from skyverse._typing import Ints
 from skyverse.numerics.heap import make_heap, pop, push
@@ -16,7 +17,6 @@ _SEEN = 1
 _CLOSED = 2
 
 
-@kernel
 def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int, most: float) -> tuple[Ints, int]:
     """Search from one node to another for a path shorter than `most` metres.
 
@@ -34,7 +34,16 @@ def lazy_theta_star(grid: Grid, space: Space, source: int, goal: int, most: floa
     ----------
     A. Nash, S. Koenig, C. Tovey, "Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in 3D" (AAAI 2010).
     """
-    flags = np.zeros(len(grid.exits), np.uint8)
+    unseen = np.zeros(len(grid.exits), np.uint8)  # a kernel would clear all of them, numpy those that are read
+    corners, expanded = _expand(grid, space, unseen, source, goal, most)
+    return corners, int(expanded)
+
+
+@kernel
+def _expand(
+    grid: Grid, space: Space, flags: NDArray[np.uint8], source: int, goal: int, most: float
+) -> tuple[Ints, int]:
+    """Do the search of `lazy_theta_star` with a flag for each node, (nodes,), which are 0."""
     parent = np.empty(len(grid.exits), np.int64)
     g = np.empty(len(grid.exits), np.float64)
     here, above, beside, target = np.empty(3), np.empty(3), np.empty(3), position(grid, goal)
