@@ -19,6 +19,9 @@ MIN_NORM = 1e-12
 MIN_SEGMENT = 1e-12
 """Metres: a shorter segment of a path takes no time to fly, because its duration would be lost in rounding."""
 
+MIN_SPEED_CHANGE = 1e-12
+"""Metres per second: a velocity that changes by less counts as constant."""
+
 PRICE_ROUNDING = 1e-12
 """Relative: two prices of one lattice state that differ by less are equal, as sums in another order may be."""
 
@@ -30,6 +33,9 @@ LENGTH_ROUNDING = 1e-12
 
 SLIDE_CONVERGED = 1e-12
 """Relative to the first coordinate: bends that slide along edges have settled when none moves farther."""
+
+MIN_PIECE = 1e-11
+"""Seconds: a shorter piece of a trajectory is left out, because the instants of its ends would be rounded to one."""
 
 SAME_CIRCLE = 1e-10
 """Turn radii between two circles that count as one, and radians short of a full turn that count as no turn."""
@@ -139,6 +145,9 @@ ON_EDGE = 1e-6
 
 LEAST_SEALED_PART = 1e-6
 """Metres: where no step of any part as short as this leads out of a seam, a line is refused."""
+
+MIN_RAMP = 1e-6
+"""Seconds in which an acceleration rises at least, so that it never jumps where the jerk is hardly limited."""
 
 MIN_PATH = 1e-6
 """Metres: a shorter path is not flown at all."""
