@@ -136,7 +136,9 @@ def test_a_jump_that_large_coefficients_hide_in_rounding_is_not_proven():
     assert found & {Fault.CONTINUITY, Fault.UNDECIDED}
 
 
-@pytest.mark.parametrize("form", ["smooth", "slowed", "straightened", "stop-and-go", "dubins", "teleported", None])
+@pytest.mark.parametrize(
+    "form", ["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins", "teleported", None]
+)
 @pytest.mark.parametrize("wing", [None, FixedWing(speed=1, turn_radius=1, climb=10)])
 def test_the_form_is_only_a_word(form, wing):
     flight = straight((0, 0, 5), (2, 0, 5), 3)

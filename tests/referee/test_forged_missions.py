@@ -210,7 +210,7 @@ def test_a_forged_flight_is_not_certified(forged):
     assert found is None or found.verdict is not Verdict.PROVEN or forged.trajectories[0] is ALPHA_FLIES
 
 
-@pytest.mark.parametrize("form", ["smooth", "slowed", "straightened", "stop-and-go", "dubins"])
+@pytest.mark.parametrize("form", ["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins"])
 def test_no_name_of_a_form_saves_a_forged_flight(form):
     for name in ("a thousand jumps", "a very short piece that is very bent"):
         flight = replace(FORGED[name].trajectories[0], form=form)

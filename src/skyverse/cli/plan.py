@@ -42,7 +42,7 @@ def plan(
     seconds: Annotated[float | None, Parameter(group=budget)] = None,
     assignment: Literal["path-cost", "euclidean", "identity"] = "path-cost",
     criterion: Literal["min-sum", "min-max"] = "min-sum",
-    shape: Literal["minimum-snap", "minimum-jerk", "stop-and-go"] = "minimum-snap",
+    shape: Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"] = "minimum-time",
     keep_apart: bool = True,
     apart_in_space: Annotated[bool, FLAG] = False,
     uav: More = None,

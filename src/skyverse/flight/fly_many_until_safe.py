@@ -25,7 +25,7 @@ def fly_many_until_safe(
     mission: Mission,
     *,
     rounds: int = 8,
-    shape: Shape = "minimum-snap",
+    shape: Shape = "minimum-time",
     runs: int = 100,
     vehicle: str | None = None,
     wind: Sequence[float] = (0.0, 0.0, 0.0),

@@ -23,7 +23,7 @@ def fly_until_safe(
     mission: Mission,
     *,
     rounds: int = 5,
-    shape: Shape = "minimum-snap",
+    shape: Shape = "minimum-time",
     vehicle: str | None = None,
     wind: Sequence[float] = (0.0, 0.0, 0.0),
     noise: float = 0.0,

@@ -47,7 +47,7 @@ def plan_mission(
     rng: Seed = None,
     assignment: Assignment = "path-cost",
     criterion: Criterion = "min-sum",
-    shape: Shape = "minimum-snap",
+    shape: Shape = "minimum-time",
     keep_apart: bool = True,
     apart_in_space: bool = False,
     on_progress: OnProgress | None = None,
@@ -70,7 +70,9 @@ def plan_mission(
     criterion
         ``"min-sum"`` or ``"min-max"``; ignored for ``"identity"``. See `assign`.
     shape
-        Of the trajectories of multirotors: ``"minimum-snap"``, ``"minimum-jerk"`` or ``"stop-and-go"``.
+        Of the trajectories of multirotors. ``"minimum-time"``: along the path's straight legs with blends at the bends,
+        or along a spline near the path where that is faster; ``"minimum-snap"`` and ``"minimum-jerk"``: along splines
+        that may cut corners; ``"stop-and-go"``: at rest at every waypoint.
     keep_apart
         Whether conflicts are resolved: UAVs that would come too close, those of lower priority first, depart later, fly
         more slowly, take a detour, or exchange targets (unless the assignment is ``"identity"``).

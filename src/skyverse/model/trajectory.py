@@ -12,7 +12,7 @@ from skyverse.model.arrays import ArrayRecord, FloatArray
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_point
 
-Form = Literal["smooth", "slowed", "straightened", "stop-and-go", "dubins"]
+Form = Literal["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins"]
 
 
 class Motion(NamedTuple):
@@ -34,8 +34,9 @@ class Trajectory(ArrayRecord):
     coefficients
         (n, degree + 1, 3) metres; piece k is the sum over j of ``coefficients[k, j] * (t - knots[k])**j``.
     form
-        How it is flown: ``"smooth"``; ``"slowed"`` or ``"straightened"``, which are smooth too, but slower or along
-        other curves than first planned; ``"stop-and-go"``, at rest at every waypoint; ``"dubins"``, for an aeroplane.
+        How it is flown: ``"blended"``, along straight legs with blends at the bends; ``"smooth"``, along a spline;
+        ``"slowed"`` or ``"straightened"``, which are smooth too, but slower or along other curves than first planned;
+        ``"stop-and-go"``, at rest at every waypoint; ``"dubins"``, for an aeroplane.
     note
         One sentence that says why the form is not the one that was asked for; empty where it is.
     """
@@ -69,7 +70,7 @@ class Trajectory(ArrayRecord):
     def retimed(self, start: float, factor: float = 1.0) -> "Trajectory":
         """Return the same motion, beginning at the instant `start` and taking `factor` times as long.
 
-        A smooth trajectory that becomes slower gets the form ``"slowed"``.
+        A blended or smooth trajectory that becomes slower gets the form ``"slowed"``.
         """
         if start == self.start and factor == 1.0:
             return self
@@ -78,7 +79,7 @@ class Trajectory(ArrayRecord):
             self,
             knots=start + (self.knots - self.start) * factor,
             coefficients=self.coefficients / powers[:, None],
-            form="slowed" if factor > 1.0 and self.form == "smooth" else self.form,
+            form="slowed" if factor > 1.0 and self.form in ("blended", "smooth") else self.form,
         )
 
     def at(self, t: ArrayLike) -> Motion:

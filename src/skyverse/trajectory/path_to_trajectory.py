@@ -19,30 +19,39 @@ from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.obstacles import with_margin
 from skyverse.space.world import World
 from skyverse.trajectory.aeroplane import fly_aeroplane
+from skyverse.trajectory.blended import blended
 from skyverse.trajectory.proof import prove
-from skyverse.trajectory.quintic import rest_to_rest
-from skyverse.trajectory.smooth import smooth
+from skyverse.trajectory.rest_to_rest import rest_to_rest
+from skyverse.trajectory.smooth import CLOSE_REACH, smooth
+from skyverse.trajectory.straight_legs import least_seconds
+from skyverse.trajectory.summary import largest_distance
 
-Shape = Literal["minimum-snap", "minimum-jerk", "stop-and-go"]
+Shape = Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"]
 SLOWDOWN = 1.1
 """How many times as long a trajectory takes that is tried more slowly."""
+TOLERANCE = 2.0
+"""Metres that a flight may be from its path without saying so: about as far as satellite navigation is off anyway."""
+WORTH_A_SPLINE = 1.02
+"""How many times as long a flight must take as its legs would without bends, for a spline to be tried instead."""
 
 
-def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-snap") -> Trajectory | None:
+def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -> Trajectory | None:
     """Turn a result's path into a trajectory from the UAV's true start to its true target, proven at every instant.
 
     Nodes on a straight line are dropped, and line-of-sight shortcuts leave out further ones. Where the objective prices
     altitude, risk or climb, which shortcuts would ignore, there are none, and the trajectory keeps close to the path. A
-    multirotor flies through a corridor around the path; where this is not proven, it flies more slowly, then closer to
-    the path, and at last from waypoint to waypoint. An aeroplane flies Dubins paths. In the columns above its start and
-    target, which a UAV with a tracking error may have, it flies straight up and down and stops at their tops.
+    multirotor flies straight legs with blends at the bends, or a spline through a corridor around the path. Where this
+    is not proven, it flies more slowly, or closer to the path, and at last from waypoint to waypoint. An aeroplane
+    flies Dubins paths. In the columns above its start and target, which a UAV with a tracking error may have, it flies
+    straight up and down and stops at their tops.
 
     Parameters
     ----------
     problem, result
         The path that was planned, and for what.
     shape
-        Of a multirotor's trajectory: with little snap, with little jerk, or at rest at every waypoint.
+        Of a multirotor's trajectory: straight legs with blends at the bends, or a spline where that is faster and no
+        farther from the path than `TOLERANCE`; a spline with little snap, or jerk; or at rest at every waypoint.
 
     Returns
     -------
@@ -99,22 +108,39 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
             yield flown
         return
     note = ""
-    stops = rest_to_rest(waypoints, uav)
     moves = np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() > MIN_PATH
     if shape != "stop-and-go" and moves:
-        order = 4 if shape == "minimum-snap" else 3
-        flown = smooth(world, waypoints, uav, order, close=close)
-        if flown is None:
-            note = "The passage is too narrow to be flown without stopping."
-        elif flown.end > stops.end:
-            note = "To stop at every waypoint takes less time."
-        else:
-            yield flown
-            note = "The faster trajectory could not be proven safe."
-            yield replace(flown.retimed(flown.start, SLOWDOWN), note=note)
-            straight = smooth(world, waypoints, uav, order, close=True)
-            if straight is not None:
-                yield replace(straight, form="straightened", note=note)
+        straight = blended(world, waypoints, uav, CLOSE_REACH if close else TOLERANCE)
+        if shape != "minimum-time":
+            order = 4 if shape == "minimum-snap" else 3
+            flown = smooth(world, waypoints, uav, order, close=close)
+            if flown is None:
+                note = "The passage is too narrow for a spline."
+            elif flown.end > straight.end * SLOWDOWN:
+                note = "Straight legs with blends at the bends take less time."
+            else:
+                yield _remarked(flown, waypoints)
+                note = "The faster trajectory could not be proven safe."
+                yield _remarked(replace(flown.retimed(flown.start, SLOWDOWN), note=note), waypoints)
+                nearer = smooth(world, waypoints, uav, order, close=True)
+                if nearer is not None:
+                    yield _remarked(replace(nearer, form="straightened", note=note), waypoints)
+        elif straight.end > WORTH_A_SPLINE * least_seconds(waypoints, uav):
+            flown = smooth(world, waypoints, uav, 3, close=close)
+            if flown is not None and flown.end < straight.end and largest_distance(flown, waypoints) <= TOLERANCE:
+                yield flown
+        yield replace(straight, note=note)
+        note = note or "The faster trajectory could not be proven safe."
+        yield replace(straight.retimed(straight.start, SLOWDOWN), note=note)
+    stops = rest_to_rest(waypoints, uav)
     yield replace(stops, note=note)
     note = note or "As fast as its limits allow it could not be proven safe."
     yield replace(stops.retimed(stops.start, SLOWDOWN), note=note)
+
+
+def _remarked(flown: Trajectory, waypoints: Floats) -> Trajectory:
+    """Return a trajectory whose note also says how far it is from its path, where that is more than `TOLERANCE`."""
+    off = largest_distance(flown, waypoints)
+    if off <= TOLERANCE:
+        return flown
+    return replace(flown, note=f"{flown.note} It leaves its path by up to {off:.1f} m.".strip())

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skyverse._typing import Floats, Ints
+from skyverse._typing import Bools, Floats, Ints
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
@@ -127,6 +127,17 @@ def _prove(space: Space, limits: Limits, knots: Floats, coefficients: Floats) ->
             if not upper <= _USABLE:
                 doubt = (_UNDECIDED, limit, knots[k] + where * duration)
     return doubt[0], doubt[1], doubt[2], cuts
+
+
+@kernel
+def clear_pieces(space: Space, durations: Floats, coefficients: Floats) -> Bools:
+    """Tell which pieces (m, degree + 1, 3) of a curve, of (m,) seconds each, are proven clear and in bounds, (m,)."""
+    clear = np.empty(len(durations), np.bool_)
+    step = -1
+    for k in range(len(durations)):
+        code, _, _, _, step = _clear(space, to_bernstein(coefficients[k], durations[k]), step)
+        clear[k] = code == _PROVEN
+    return clear
 
 
 @inner

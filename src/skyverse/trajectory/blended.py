@@ -1,0 +1,183 @@
+"""Trajectories that are what was planned: straight along the path, with a blend at each bend that needs no stop.
+
+A blend first cuts its corner on the inside. Where an obstacle is there, as at every bend of a shortest path, the corner
+is moved outwards by as much as the blend cuts off, so that the UAV flies through the path's own bend, or past it on the
+outside. Where that is not clear either, the blend becomes smaller, and at last the UAV stops at the bend. Two bends
+that are so near each other that they slow the UAV down are replaced by the point at which the legs before and after
+them meet.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Bools, Floats, Ints
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_CROSS_PRODUCT
+from skyverse.space.world import World, segment_free
+from skyverse.trajectory.limits import Limits, limits_of
+from skyverse.trajectory.proof import clear_pieces
+from skyverse.trajectory.straight_legs import (
+    Legs,
+    blend_depths,
+    corner_speeds,
+    legs_between,
+    pieces_along,
+    trajectory_along,
+    without_repeats,
+)
+
+MAX_ROUNDS = 24
+"""How often blends that are not clear are changed, before the UAV stops at every bend."""
+MAX_SHRINKS = 8
+"""How often one blend is made smaller before the UAV stops at its bend."""
+SHRINK = 0.5
+"""The factor by which a blend is made smaller."""
+OUTWARD_ROUNDS = 3
+"""How often corners are moved outwards in a round, since the path turns more sharply at a corner that is moved."""
+MERGED_SHARE = 0.5
+"""The share of the tolerance by which a point in place of two bends may be off the path; the rest is for its blend."""
+
+
+class _Fit(NamedTuple):
+    """A motion along waypoints.
+
+    Attributes
+    ----------
+    points
+        (n, 3) the waypoints, metres.
+    moved
+        (n,) how far these are from the path at most, metres.
+    legs
+        The legs between the corners, which may lie outside of the waypoints.
+    speeds
+        (n,) at the corners, m/s.
+    seconds
+        How long it takes.
+    """
+
+    points: Floats
+    moved: Floats
+    legs: Legs
+    speeds: Floats
+    seconds: float
+
+
+def blended(world: World, waypoints: Floats, uav: UAV, tolerance: float) -> Trajectory:
+    """Fly along straight legs at the UAV's limits, with blends at the bends.
+
+    Parameters
+    ----------
+    world
+        With the obstacles.
+    waypoints
+        (n, 3) metres, two of them apart: a path of straight legs that are free.
+    uav
+        A multirotor, whose limits are kept.
+    tolerance
+        How far the UAV may be from the path, metres.
+
+    Returns
+    -------
+    Trajectory
+        Cubic pieces, twice continuously differentiable. Its form is ``"stop-and-go"`` where the UAV has to stop at
+        every bend.
+    """
+    path = without_repeats(waypoints)
+    limits = limits_of(uav, -LIMIT_MARGIN)
+    best = _fit(world, path, np.zeros(len(path)), limits, tolerance) or _with_stops(path, limits)
+    leg = 1
+    while leg < len(best.points) - 2:
+        merged = _merged(best, leg, MERGED_SHARE * tolerance)
+        if merged is not None and all(segment_free(world.space, *merged[0][k : k + 2]) for k in (leg - 1, leg)):
+            tried = _fit(world, *merged, limits, tolerance, best.seconds)
+            if tried is not None:
+                best, leg = tried, max(leg - 1, 1)
+                continue
+        leg += 1
+    flows = len(path) == 2 or bool(best.speeds.any())
+    return trajectory_along(best.legs, best.speeds, "blended" if flows else "stop-and-go")
+
+
+def _fit(
+    world: World, points: Floats, moved: Floats, limits: Limits, tolerance: float, less_than: float = math.inf
+) -> _Fit | None:
+    """Return a fast, clear motion along waypoints (n, 3) that are (n,) metres from the path, or ``None``.
+
+    There is none where it takes at least as many seconds as given, or where no smaller blends would make it clear.
+    """
+    most = tolerance - moved
+    outside = np.zeros(len(points), bool)
+    shrinks = np.zeros(len(points), int)
+    straight, far = legs_between(points, limits), np.zeros(len(points))
+    for _ in range(MAX_ROUNDS):
+        legs, speeds = straight, corner_speeds(straight, most)
+        if outside.any():
+            for _ in range(OUTWARD_ROUNDS):
+                far = np.where(outside, blend_depths(legs, speeds), 0.0)
+                legs = legs_between(points - far[:, None] * straight.turns, limits)
+                speeds = corner_speeds(legs, np.where(outside, far, most))
+        durations, rows, parts = pieces_along(legs, speeds)
+        if durations.sum() >= less_than:
+            return None
+        clear = clear_pieces(world.space, durations, rows)
+        if clear.all():
+            return _Fit(points, moved, legs, speeds, float(durations.sum()))
+        failed = _corners_at_fault(parts[~clear], outside)
+        if not failed.any():
+            return None
+        again = failed & outside
+        shrinks[again] += 1
+        most[again] = np.where(shrinks[again] > MAX_SHRINKS, 0.0, SHRINK * far[again])
+        outside = (outside | failed) & (most > 0.0)
+    return None
+
+
+def _with_stops(path: Floats, limits: Limits) -> _Fit:
+    """Return the motion along a path that stops at every bend."""
+    legs, stops = legs_between(path, limits), np.zeros(len(path))
+    return _Fit(path, stops, legs, stops, float(pieces_along(legs, stops)[0].sum()))
+
+
+def _corners_at_fault(parts: Ints, outside: Bools) -> Bools:
+    """Tell which corners, (n,), are to be changed where parts, as from `pieces_along`, are not clear.
+
+    These are the corners of blends, and those at either end of a leg that were moved outwards, (n,).
+    """
+    failed = np.zeros(len(outside), bool)
+    failed[(parts[parts % 2 == 1] + 1) // 2] = True
+    for leg in np.unique(parts[parts % 2 == 0] // 2):
+        failed[leg : leg + 2] |= outside[leg : leg + 2]
+    return failed
+
+
+def _merged(fit: _Fit, leg: int, most: float) -> tuple[Floats, Floats] | None:
+    """Return waypoints with a point in place of both ends of a leg, and how far they are from the path at most.
+
+    The point is the one at which the legs before and after meet when they are made longer; where they pass each other
+    it is moved outwards by the distance between them. ``None`` where they do not meet, or too far from the path.
+    """
+    points = fit.points
+    before, after = points[leg] - points[leg - 1], points[leg + 1] - points[leg + 2]
+    gap = points[leg + 1] - points[leg]
+    mixed, squares = before @ after, (before @ before, after @ after)
+    determinant = squares[0] * squares[1] - mixed * mixed
+    if determinant <= MIN_CROSS_PRODUCT * squares[0] * squares[1]:
+        return None
+    on = (squares[1] * (before @ gap) - mixed * (after @ gap)) / determinant
+    back = (mixed * (before @ gap) - squares[0] * (after @ gap)) / determinant
+    if on < 0.0 or back < 0.0:
+        return None
+    ahead, behind = points[leg] + on * before, points[leg + 1] + back * after
+    meeting = 0.5 * (ahead + behind)
+    share = float((meeting - points[leg]) @ gap / (gap @ gap))
+    outward = meeting - points[leg] - share * gap
+    away, apart = float(np.linalg.norm(outward)), float(np.linalg.norm(ahead - behind))
+    moved = float(fit.moved[leg : leg + 2].max()) + away + apart
+    if not 0.0 <= share <= 1.0 or away == 0.0 or moved > most:
+        return None
+    meeting += apart / away * outward
+    rest = slice(leg + 2, None)
+    return np.vstack([points[:leg], meeting, points[rest]]), np.r_[fit.moved[:leg], moved, fit.moved[rest]]
