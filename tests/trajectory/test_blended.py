@@ -111,7 +111,7 @@ def test_two_bends_close_together_do_not_slow_a_flight_down():
     flown = blended(world, path, uav, TOLERANCE)
     assert prove(world, uav, flown).verdict is sky.Verdict.PROVEN
     assert flown.end < 1.002 * least_seconds(path, uav)
-    assert largest_distance(flown, path) < 0.5
+    assert largest_distance(flown, path) < 1.0
 
 
 def test_where_no_blend_is_clear_the_uav_stops():

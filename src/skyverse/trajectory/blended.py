@@ -37,6 +37,10 @@ SHRINK = 0.5
 """The factor by which a blend is made smaller."""
 OUTWARD_ROUNDS = 3
 """How often corners are moved outwards in a round, since the path turns more sharply at a corner that is moved."""
+PASSING_SHARE = 0.25
+"""The share of the tolerance by which the UAV passes outside of a bend, so that autopilots may cut corners there."""
+PASSING_SLOPE = 0.01
+"""The same distance at most as a share of the legs beside the bend, so that they hardly change their directions."""
 MERGED_SHARE = 0.5
 """The share of the tolerance by which a point in place of two bends may be off the path; the rest is for its blend."""
 
@@ -112,12 +116,15 @@ def _fit(
     outside = np.zeros(len(points), bool)
     shrinks = np.zeros(len(points), int)
     straight, far = legs_between(points, limits), np.zeros(len(points))
+    shorter = np.minimum(np.r_[straight.lengths, np.inf], np.r_[np.inf, straight.lengths])
     for _ in range(MAX_ROUNDS):
-        legs, speeds = straight, corner_speeds(straight, most)
+        legs, speeds = straight, corner_speeds(straight, np.where(outside, (1.0 - PASSING_SHARE) * most, most))
         if outside.any():
             for _ in range(OUTWARD_ROUNDS):
                 far = np.where(outside, blend_depths(legs, speeds), 0.0)
-                legs = legs_between(points - far[:, None] * straight.turns, limits)
+                passing = np.minimum(PASSING_SHARE * most, PASSING_SLOPE * shorter)
+                corners = points - np.where(outside, far + passing, 0.0)[:, None] * straight.turns
+                legs = legs_between(corners, limits)
                 speeds = corner_speeds(legs, np.where(outside, far, most))
         durations, rows, parts = pieces_along(legs, speeds)
         if durations.sum() >= less_than:
