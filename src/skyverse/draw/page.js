@@ -120,7 +120,7 @@
     const dot = (u, v) => u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
     const corners = [];
     for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [-1, 1]) corners.push([x * half[0], y * half[1], z * half[2]]);
-    const pad = [1 - 90 / box.width, 1 - 90 / box.height];  // room for the axes' words
+    const pad = [1 - 110 / box.width, 1 - 90 / box.height];  // room for the axes' words
     const fitted = (rise) => {
       const out = unit([a, b, rise]), right = unit(cross([0, 0, 1], out)), up = cross(out, right);
       let aim = [0, 0], distance = 4 * Math.hypot(...half), filled = [0, 0];

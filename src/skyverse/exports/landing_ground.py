@@ -42,7 +42,8 @@ def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
         slope = 0.0 if terrain is None else math.degrees(math.atan(steepest_within(terrain, place[:2], reach)))
         if slope <= STEEPEST:
             return None
-        return f"the ground within {reach:.3g} m slopes by {slope:.0f} degrees; at most {STEEPEST:g} are level enough"
+        steep = math.ceil(10 * slope - 0.001) / 10
+        return f"the ground within {reach:.3g} m slopes by {steep:g} degrees, more than the {STEEPEST:g} to land on"
     near = SurfacesNear(scenario, place[:2], reach, floor).solids
     for off in disc(reach):
         away = float(np.linalg.norm(off))
@@ -91,13 +92,16 @@ def _refuse(scenario: Scenario, asked: list[tuple[int, str | None]]) -> None:
 
 def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[str]:
     """Yield sentences on homes that are not level, and on what is not known where UAVs land."""
+    steep = []
     for plan in plans:
         vehicle = scenario.uavs[plan.route.uav]
         if vehicle.fixed_wing is not None or (scenario.terrain is None and vehicle.home is None):
             continue  # it takes off elsewhere, or from where the ground is not known
         why = why_not_level(scenario, plan.route.uav, plan.home)
         if why is not None:
-            yield f"{vehicle.name}: its home is not level: {why}. Choose another start, or level the place."
+            steep.append(f"{vehicle.name}: {why}")
+    if steep:
+        yield f"WARNING: homes that are not level: {'; '.join(steep)}. Choose other starts, or level the places."
     if scenario.terrain is not None and all(is_airspace(shape.kind) for shape in scenario.obstacles):
         yield (
             "The scenario knows the ground and no obstacles: trees, roofs and water are unknown; look at where UAVs "
