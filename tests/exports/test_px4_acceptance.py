@@ -5,6 +5,9 @@ from dataclasses import replace
 import handmade_exports as handmade
 import numpy as np
 import pytest
+from exported_fleets import ORIGIN as FIELD
+from exported_fleets import read_orders
+from replayed_autopilot import fly
 
 import skyverse as sky
 from skyverse.exports.timing import USUAL_TOLERANCE, timed_path
@@ -170,3 +173,32 @@ def test_returns_begin_wherever_a_cut_takeoff_leads(tmp_path):
         assert (leg == 0) == (low[own, 2].min() == 9.5)
         held = ((low[own] <= places[:, None] + 0.01) & (places[:, None] - 0.01 <= high[own])).all(axis=2)
         assert held.any(axis=1).all()
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.4, 0.7, 2.0])
+@pytest.mark.parametrize("acceleration", [0.2, 2.0])
+def test_a_slow_uav_stops_at_its_corner_in_a_narrow_corridor(tmp_path, speed, acceleration):
+    """PX4 counts a stop from when it is near: a slow UAV would turn before it is there, into the inner wall."""
+    walls = [((-5, 0.55, 0), (11.45, 17, 6)), ((-5, -3, 0), (15, -0.55, 6)), ((12.55, -0.55, 0), (15, 17, 6))]
+    uav = sky.UAV(start=(0, 0, 2.0), max_speed=speed, max_acceleration=acceleration, home=0.0)
+    scenario = sky.Scenario(
+        name="corridor",
+        frame=sky.Frame(origin=FIELD),
+        bounds=sky.Bounds(min=(-5, -3, 0), max=(15, 17, 6)),
+        clearance=0.5,
+        obstacles=[sky.Box(min=low, max=high) for low, high in walls],
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5)),
+        objective=sky.Objective(unit="metres"),
+        uavs=[uav],
+        targets=[sky.Target(position=(12, 12, 2.0))],
+    )
+    mission = sky.plan_mission(scenario, rng=1)
+    assert not sky.check(scenario, mission)
+    seen = []
+    files = sky.export(mission, tmp_path / "m.plan", end="land", on_certificate=seen.append)
+    assert seen[0].flights[0].legs_proven
+    (orders,) = read_orders(scenario, files)
+    track = fly(orders, 1.5, 1.5, 1.0, 1.0)
+    flown = track[np.argmax(track[:, 2] > 1) :]
+    assert min(gap(wall, flown[flown[:, 2] > 0.5]) for wall in walls) >= 0.48
+    assert np.linalg.norm(track - (12, 12, 2), axis=1).min() < 0.06  # it lands from above its target

@@ -64,6 +64,8 @@ PX4_GROUND_SPEED = 0.7
 """m/s down: the speed from which PX4 accelerates on the ground, so that it does not rise before that is made up for."""
 PX4_SPOOL_UP = 2.0
 """Seconds that PX4 waits at least before a take-off: `COM_SPOOLUP_TIME` after arming, 1 s, ends meanwhile."""
+SECONDS_TO_STOP = 0.9
+"""How far away PX4 may begin to count a stop, as seconds at its speed: less than half of those that it stops."""
 PX4_ALTITUDE_RADII = (0.05, 0.5)
 """Metres: the least `NAV_MC_ALT_RAD` that PX4 takes, and the greatest that is written, which its returns count on."""
 
@@ -213,3 +215,15 @@ def corner_acceptance(autopilot: Autopilot, radius: float) -> Acceptance:
 def takeoff_cut(name: AutopilotName, radius: float) -> float:
     """Return how far below its first waypoint a multirotor may turn to the next, metres: PX4 ends a take-off there."""
     return corner_acceptance(AUTOPILOTS[name], radius).altitude if name == "px4" else 0.0
+
+
+def stop_acceptance(autopilot: Autopilot, rates: Rates, radius: float, speed: float) -> float:
+    """Return the level acceptance radius, metres, of a waypoint at which a UAV stops after a leg with a speed, m/s.
+
+    PX4 counts the seconds of a stop from when it is within that radius. A UAV that is slow, or that brakes softly, must
+    be nearer by then, so that it is at the waypoint when the stop ends: within a second at its speed and `rates`.
+    """
+    usual = corner_acceptance(autopilot, radius).radius
+    if autopilot.name != "px4":
+        return usual
+    return min(usual, max(min(speed, rates.acceleration) * SECONDS_TO_STOP, MIN_ACCEPTANCE_RADIUS))

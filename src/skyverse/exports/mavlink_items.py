@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
-from skyverse.exports.autopilots import corner_acceptance
+from skyverse.exports.autopilots import corner_acceptance, stop_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
@@ -62,7 +62,10 @@ def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefer
             kind = 0.0 if wing is not None else 1.0  # airspeed for an aeroplane, ground speed otherwise
             add(Command.SPEED, MISSION_FRAME, kind, speed, -1.0, 0.0, 0.0, 0.0, 0.0)
             said = speed
-        add(Command.WAYPOINT, frame, round(float(route.waypoint_holds[k]), 3), radius, 0.0, None, *where[k])
+        hold, near = round(float(route.waypoint_holds[k]), 3), radius
+        if hold > 0 and wing is None:
+            near = stop_acceptance(plan.autopilot, plan.rates, route.radius, speed)
+        add(Command.WAYPOINT, frame, hold, near, 0.0, None, *where[k])
     if end == "land":
         (below,) = global_positions(scenario, route.uav, plan.ending[-1:], "home", plan.home).rows
         add(Command.LAND, MAVLINK_FRAMES[AboveHome], 0.0, 0.0, 0.0, None, *below)

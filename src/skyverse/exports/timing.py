@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.autopilots import Rates
+from skyverse.exports.autopilots import Rates, stop_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
@@ -84,7 +84,7 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
         made.add(a, b, early, early + least, late + braking, late + slow, turned + bend, bend)
         soon = reach
         if holds[k] > 0 and plan.autopilot.name == "px4" and wing is None:
-            soon = route.radius  # PX4 counts the seconds of a stay from when it is within the radius
+            soon = stop_acceptance(plan.autopilot, plan.rates, route.radius, float(speed))
         early += swift * max(length - turned - soon, 0.0) / length if length else 0.0
         late += slow
         if k in plan.breaks:
