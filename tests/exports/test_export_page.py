@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from html import unescape
 
 import handmade_exports as handmade
@@ -51,6 +52,19 @@ def test_the_page_shows_every_place_where_a_uav_may_land_and_all_that_is_said(tm
     assert notes
     assert all(f"<li>{note}</li>" in words for note in notes)
     assert text.count('"role":"landing"') == 4  # of two UAVs, in space and on the map
+
+
+def test_the_name_of_a_uav_is_no_warning(tmp_path, monkeypatch):
+    made = handmade.mission([handmade.along([(0, 0, 10), (50, 0, 10)], 20)], clearance=1.0, origin=ORIGIN)
+    uavs = tuple(uav.model_copy(update={"name": "NOTUS"}) for uav in made.scenario.uavs)
+    made = replace(made, scenario=made.scenario.model_copy(update={"uavs": uavs}))
+    drawn = []
+    page = export_page.page
+    monkeypatch.setattr(export_page, "page", lambda scene: drawn.append(scene) or page(scene))
+    sky.export(made, tmp_path / "m.plan", page=tmp_path / "m.html")
+    (scene,) = (replace(one, export_notes=("It flies.",)) for one in drawn)
+    assert any("NOTUS" in row for row in scene.export_verdicts)
+    assert 'class="verdict note"' in banner(scene)
 
 
 def test_only_waypoints_have_a_page(tmp_path):

@@ -86,12 +86,12 @@ def banner(scene: MissionScene) -> str:
         else:
             verdict += card("warn", "!", "The mission is not complete.", f"<ul>{lines}</ul>")
     if scene.export_notes:
-        doubts = [*scene.export_notes, *(cell for row in scene.export_verdicts for cell in row)]
+        cells = (cell for _, *cells in scene.export_verdicts[1:] for cell in cells)  # neither the heads nor the names
+        doubts = [*scene.export_notes, *cells]
         warned = any(said.startswith(STANDS_OUT) for said in doubts)
         tone, sign = ("warn", "!") if warned else ("note", "i")
-        notes = sorted(
-            scene.export_notes, key=lambda note: not note.startswith(STANDS_OUT)
-        )  # a page shows the first few
+        # a page shows the first few
+        notes = sorted(scene.export_notes, key=lambda note: not note.startswith(STANDS_OUT))
         lines = "".join(f"<li>{escape(note)}</li>" for note in notes)
         table = _export_table(scene.export_verdicts)
         verdict += card(tone, sign, "What is exported, and the ways home.", f"{table}<ul>{lines}</ul>")

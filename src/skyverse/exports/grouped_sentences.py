@@ -3,20 +3,21 @@
 from collections.abc import Iterator, Sequence
 
 
-def grouped(said: Sequence[tuple[str, str]]) -> Iterator[str]:
+def grouped(said: Sequence[tuple[str, str]], fleet: int) -> Iterator[str]:
     """Yield sentences, those that are the same of several UAVs once, in the order in which they first occur.
 
     Parameters
     ----------
     said
-        The name of each UAV, and what is said of it.
+        The name of a UAV, and what is said of it, for some or all of the fleet.
+    fleet
+        How many UAVs there are in all.
     """
     holders: dict[str, list[str]] = {}
     for name, text in said:
         holders.setdefault(text, []).append(name)
-    every = len({name for name, _ in said})
     for text, names in holders.items():
         if len(names) == 1:
             yield f"{names[0]}: {text}"
         else:
-            yield f"Each of {f'the {every} UAVs' if len(names) == every else ', '.join(names)}: {text}"
+            yield f"Each of {f'the {fleet} UAVs' if len(names) == fleet else ', '.join(names)}: {text}"

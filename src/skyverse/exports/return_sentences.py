@@ -39,10 +39,10 @@ def return_sentences(
         yield f"{scenario.uavs[plan.route.uav].name}: {_how(scenario, plan, back)}"
     flown = [back for back in returns if back is not None and back.proven]
     named = [(scenario.uavs[back.plan.route.uav].name, back) for back in flown]
-    yield from grouped([(name, _kept(scenario, back)) for name, back in named])
+    yield from grouped([(name, _kept(scenario, back)) for name, back in named], len(plans))
     if len(plans) > 1:
         met = [[scenario.uavs[uav].name for uav in crossed[back.plan.route.uav]] for back in flown]
-        yield from grouped([(name, _met(names)) for (name, _), names in zip(named, met, strict=True)])
+        yield from grouped([(name, _met(names)) for (name, _), names in zip(named, met, strict=True)], len(plans))
 
 
 def _how(scenario: Scenario, plan: FlightPlan, back: Return | None) -> str:

@@ -117,7 +117,7 @@ def export_waypoints(
     notes = [*proofs(scenario, plans, from_home=options.altitude == "home")]
     if options.end == "rtl":
         ends = [(scenario.uavs[back.plan.route.uav].name, landing_name(back)) for back in returns if back is not None]
-        notes += grouped([(name, f"at its end it returns and lands at {place}.") for name, place in ends])
+        notes += grouped([(name, f"at its end it returns and lands at {place}.") for name, place in ends], len(plans))
     warnings = []
     if len(plans) > 1:
         _require_apart(scenario, apart, plans, options, path)

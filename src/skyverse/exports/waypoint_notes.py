@@ -27,7 +27,9 @@ def proofs(scenario: Scenario, plans: Sequence[FlightPlan], *, from_home: bool) 
         yield plans[0].route.sentence(scenario)
     else:
         yield from _figures([(name, plan.route) for name, plan in zip(names, plans, strict=True)])
-        yield from grouped([(name, plan.route.proof(scenario)) for name, plan in zip(names, plans, strict=True)])
+        yield from grouped(
+            [(name, plan.route.proof(scenario)) for name, plan in zip(names, plans, strict=True)], len(plans)
+        )
     for name, plan in zip(names, plans, strict=True):
         if scenario.uavs[plan.route.uav].fixed_wing is not None and plan.autopilot.plane_radius > plan.route.radius:
             yield (
@@ -88,11 +90,13 @@ def _home_note(scenario: Scenario, uavs: Sequence[int]) -> str:
 def made_for(plans: Sequence[FlightPlan], names: Sequence[str], beside: Sequence[Path | None]) -> Iterator[str]:
     """Yield sentences on the autopilot that files are made for, and on the parameters beside them, if there are any."""
     title = plans[0].autopilot.title if plans else ""
-    yield from grouped([(name, f"made for {title}.") for name, file in zip(names, beside, strict=True) if file is None])
+    alone = [name for name, file in zip(names, beside, strict=True) if file is None]
+    yield from grouped([(name, f"made for {title}.") for name in alone], len(plans))
     rates = [(name, file) for name, file in zip(names, beside, strict=True) if file is not None]
     if len(rates) == 1:
         ((name, file),) = rates
         yield f"{name}: made for {title}, with the rates of {file}: load them into it first."
     elif rates:
         files = ", ".join(str(file) for _, file in rates)
-        yield f"Made for {title}, with the rates of a file for each UAV, to be loaded into it first: {files}."
+        which = f"each of {', '.join(name for name, _ in rates)}" if alone else "each UAV"
+        yield f"Made for {title}, with the rates of a file for {which}, to be loaded into it first: {files}."
