@@ -1,6 +1,7 @@
 """Within 5 m of home a DJI aircraft lands where it is: that is clear down to the ground or roof there."""
 
 import math
+from dataclasses import replace
 
 import handmade_exports as handmade
 import numpy as np
@@ -23,10 +24,14 @@ def plane(degrees, level):
     return Terrain(origin=(-320.0, -320.0), step=(10.0, 10.0), heights=heights, clearance=1.0)
 
 
-def returned(folder, ground, boxes=()):
+def returned(folder, ground, boxes=(), error=None):
     flight = handmade.along([(0, 0, 12), (30, 0, 12)], 20)
     low = (-300, -300, -150)
     mission = handmade.mission([flight], boxes=boxes, clearance=1.0, origin=ORIGIN, terrain=ground, low=low)
+    if error is not None:
+        stray = sky.TrackingError(horizontal=error, vertical=0.2)
+        uavs = tuple(uav.model_copy(update={"tracking_error": stray}) for uav in mission.scenario.uavs)
+        mission = replace(mission, scenario=mission.scenario.model_copy(update={"uavs": uavs}))
     seen = []
     sky.export(mission, folder / "m.wpml.kmz", on_certificate=seen.append)
     (back,) = seen[0].returns
@@ -34,9 +39,15 @@ def returned(folder, ground, boxes=()):
     return back
 
 
-def lands(ground, boxes, x):
-    """Whether the descent at y = 0 keeps half the clearance down to a clearance above what is there."""
-    at = np.array([x, 0.0])
+def lost_places(back):
+    """From where to where along x there is no way home, (n, 2), as if it flew at one speed: so it is told."""
+    begin, end = back.plan.arrivals[[0, -1]]
+    return 30 * (back.lost - begin) / (end - begin)
+
+
+def lands(ground, boxes, x, y=0.0):
+    """Whether the descent at x, y keeps half the clearance down to a clearance above what is there."""
+    at = np.array([x, y])
     inside = [box for box in boxes if all(low <= k <= high for low, k, high in zip(box[0], at, box[1], strict=False))]
     surface = max([float(ground.height(at)), *(box[1][2] for box in inside)])
     z = np.linspace(surface + 1, 12, 400)
@@ -64,8 +75,7 @@ CASES = {
 def test_where_it_lands_at_once_it_is_clear_down_to_what_is_there(tmp_path, case):
     ground, boxes = CASES[case]
     back = returned(tmp_path, ground, boxes)
-    begin, end = back.plan.arrivals[[0, -1]]
-    lost = 30 * (back.lost - begin) / (end - begin)  # as if it flew at one speed: so it is told
+    lost = lost_places(back)
     clear = []
     places = np.linspace(0, 5, 1001)
     for x in places:
@@ -73,6 +83,33 @@ def test_where_it_lands_at_once_it_is_clear_down_to_what_is_there(tmp_path, case
         assert clear[-1] or ((lost[:, 0] <= x) & (x <= lost[:, 1])).any(), (x, lost)
     assert all(clear) == (len(lost) == 0)
     assert np.diff(lost).sum() <= (len(clear) - sum(clear)) * places[1] + 3.0  # not much more than those
+
+
+ANGLES, STEP = np.linspace(0.0, 2 * np.pi, 24, endpoint=False), 0.05
+STRAYING = {
+    "level ground": (plane(0, 0), ()),
+    "a large roof": (plane(0, -20), (LARGE,)),
+    "the edge of a roof": (plane(0, -20), (((-20, -20, -21), (4, 20, 0)),)),
+    "a post on a roof": (plane(0, -20), (LARGE, ((5.2, -1, -21), (5.4, 1, 3)))),
+    "a post beside the flight": (plane(0, -20), (LARGE, ((3.0, 1.8, -21), (3.2, 2.2, 3)))),
+}
+
+
+@pytest.mark.parametrize("error", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("case", STRAYING)
+def test_where_it_lands_at_once_off_its_flight_it_is_clear_too(tmp_path, case, error):
+    """It is anywhere within its tracking error of where it is taken to be, and lands there if home is within 5 m."""
+    ground, boxes = STRAYING[case]
+    lost = lost_places(returned(tmp_path, ground, boxes, error))
+    off = error * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
+    bad = 0
+    for x in np.arange(0.0, 8.0, STEP):
+        around = np.array([x, 0.0]) + np.concatenate([off, off / 2, [[0.0, 0.0]]])
+        clear = all(lands(ground, boxes, *at) for at in around[np.hypot(*around.T) <= 5.0])
+        assert clear or ((lost[:, 0] <= x) & (x <= lost[:, 1])).any(), (x, lost)
+        bad += not clear
+    assert (bad == 0) == (len(lost) == 0)
+    assert np.diff(lost).sum() <= bad * STEP + 4.0
 
 
 SQUARE = ((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0))

@@ -220,19 +220,21 @@ class WayHome:
         if self.plan.autopilot.name == "dji":
             flat = over.copy()
             flat[:, 2] = at[:, 2]
-            near = away - half[part] <= NEAR_HOME
+            least = away - half[part] - self.error.horizontal  # it may be nearer to home than it is taken to be
+            near = least <= NEAR_HOME
             outside = (away > SAME_PLACE) | (at[:, 2] > column)
             lines.add(at, flat, free, near & outside)
             lines.add_in_column(at, flat, free, near & ~outside, roof)
-            close = away - half[part] <= LANDS_AT_ONCE
-            there = below + self._lower(at, free.aside, close)  # it lands on what is there, not at home
+            close = least <= LANDS_AT_ONCE
+            around = free.aside + self.error.horizontal
+            there = below + self._lower(at, around, close)  # it lands on what is there, not at home
             lines.descend(at, box[1][part, 2], there, free, close, whole=True)
         return lines.made()
 
     def _lower(self, places: Floats, aside: Floats, some: NDArray[np.bool_]) -> Floats:
         """Return how much the lowest surface about places (n, 3) is above home, (n,), below 0 if lower; all metres.
 
-        Only `some` of the places are asked, and as far around them as a UAV may be `aside`, (n,).
+        Only `some` of the places are asked, and as far around them as a UAV may be `aside`, (n,), its error included.
         """
         asked = np.unique(np.column_stack([places, aside])[some], axis=0)
         lowest = {tuple(row): self._surfaces.lowest(row[:3], float(row[3])) for row in asked}
@@ -245,7 +247,8 @@ class WayHome:
     def _surfaces(self) -> SurfacesNear:
         """On what it may land at once."""
         floor = float(home(self.scenario, self.plan.route.uav)[2]) if self.scenario.terrain is None else None
-        return SurfacesNear(self.scenario, self.plan.home[:2], LANDS_AT_ONCE + 3 * LARGEST_PART, floor)
+        reach = LANDS_AT_ONCE + 3 * LARGEST_PART + 2 * self.error.horizontal
+        return SurfacesNear(self.scenario, self.plan.home[:2], reach, floor)
 
     def _column(self, places: Floats, lowest: Floats) -> tuple[Floats, Floats]:
         """Return z up to which places are in the column over the own start or the flight's end, and its roof.
