@@ -327,3 +327,31 @@ def test_a_uav_may_land_on_a_slope_from_however_far_it_returns(tmp_path, suffix)
     certificate, _ = exported(sky.plan_mission(scenario, sky.Taut()), tmp_path, suffix)
     (back,) = certificate.returns
     assert back.everywhere
+
+
+def from_under_a_slab():
+    """A flight from below a slab that reaches up to the upper bound: a climb to any return altitude meets it."""
+    ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=np.zeros((33, 33)), clearance=0.3)
+    flight = handmade.along([(0, 0, 1.4), (60, 0, 1.4)], 20)
+    return handmade.mission([flight], boxes=[((-4, -4, 2.15), (6, 4, 150))], terrain=ground, origin=ORIGIN)
+
+
+def test_a_way_home_that_is_lost_at_the_end_of_the_take_off_is_lost_from_its_beginning(tmp_path):
+    certificate, notes = exported(from_under_a_slab(), tmp_path, takeoff=0)
+    (back,), (flight,) = certificate.returns, certificate.flights
+    end = float(back.lost[0][1])
+    assert len(back.lost) == 1
+    assert back.lost[0][0] == flight.gaps[0][0] == 0.0
+    assert back.plan.arrivals[0] < end < back.plan.arrivals[-1]
+    assert flight.row[3] == f"NOT from 0 to {end:.2f} s"
+    assert f"but NOT from t = 0 s to {end:.2f} s (the climb comes" in " ".join(notes)
+    assert "when there is a way home the climb" in " ".join(notes)
+
+
+def test_where_no_instant_of_a_flight_has_a_way_home_that_is_told(tmp_path):
+    certificate, notes = exported(from_under_a_slab(), tmp_path, "wpml.kmz", takeoff=0)
+    (flight,) = certificate.flights
+    assert flight.gaps == ((0.0, flight.duration),)
+    assert flight.row[3] == "NOT proven"
+    assert f"but NOT from t = 0 s to {flight.duration:.2f} s, its whole flight (" in " ".join(notes)
+    assert "when there is a way home" not in " ".join(notes)

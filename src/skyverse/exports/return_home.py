@@ -96,6 +96,11 @@ class Return:
         return self.proven and not len(self.lost)
 
     @property
+    def nowhere(self) -> bool:
+        """Whether there is no way home at any instant of the flight."""
+        return len(self.lost) == 1 and bool(self.lost[0][0] <= 0 and self.lost[0][1] >= self.plan.arrivals[-1])
+
+    @property
     def ends_safely(self) -> bool:
         """Whether its way home from the last waypoint is proven."""
         end = float(self.plan.arrivals[-1])
@@ -214,11 +219,16 @@ def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
 
 
 def _spans(lost: Parts, plan: FlightPlan) -> list[tuple[float, float, NDArray[np.intp]]]:
-    """Return the seconds between which parts of a flight are flown, those that touch as one, with the parts of each."""
+    """Return the seconds between which parts of a flight are flown, those that touch as one, with the parts of each.
+
+    A return during the take-off is one from its end: what is lost there is lost from the beginning.
+    """
     arrivals = plan.arrivals
     last = float(arrivals[-1])
     begins, ends = np.r_[arrivals[:-1], last], np.r_[arrivals[1:], last]
-    times = np.stack([begins[lost.leg] + share * (ends - begins)[lost.leg] for share in (lost.begin, lost.end)], axis=1)
+    shares = np.stack([lost.begin, lost.end], axis=1)
+    times = (1 - shares) * begins[lost.leg, None] + shares * ends[lost.leg, None]  # exactly the end at a share of 1
+    times[(lost.leg == 0) & (lost.begin == 0), 0] = 0.0
     told: list[tuple[float, float, list[int]]] = []
     for part in np.lexsort((times[:, 1], times[:, 0])).tolist():
         begin, end = times[part].tolist()

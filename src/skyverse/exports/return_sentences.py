@@ -39,7 +39,8 @@ def return_sentences(
         yield f"{scenario.uavs[plan.route.uav].name}: {_how(scenario, plan, back)}"
     flown = [back for back in returns if back is not None and back.proven]
     named = [(scenario.uavs[back.plan.route.uav].name, back) for back in flown]
-    yield from grouped([(name, _kept(scenario, back)) for name, back in named], len(plans))
+    kept = [(name, _kept(scenario, back)) for name, back in named if not back.nowhere]
+    yield from grouped(kept, len(plans))
     if len(plans) > 1:
         met = [[scenario.uavs[uav].name for uav in crossed[back.plan.route.uav]] for back in flown]
         yield from grouped([(name, _met(names)) for (name, _), names in zip(named, met, strict=True)], len(plans))
@@ -131,6 +132,7 @@ def _lost_text(scenario: Scenario, back: Return) -> str:
     """Return from when to when there is no way home, and what is in the way then."""
     spans = [
         f"from t = {told_seconds(begin)} to {told_seconds(end)}"
+        + (", its whole flight" if back.nowhere else "")
         + (f" ({why.sentence(scenario)})" if why is not None else "")
         for (begin, end), why in zip(back.lost.tolist(), back.obstructions, strict=True)
     ]
