@@ -47,6 +47,20 @@ def test_downtown_most_buildings_reach_the_ceiling_and_everybody_starts_and_ends
     assert np.all(first[:2] > 0.8 * side)
 
 
+@pytest.mark.parametrize("buildings", [5, 20, 50, 100])
+def test_small_downtowns_are_made_also_where_corners_are_built_up(buildings):
+    for seed in range(20):
+        city = sky.random_downtown(buildings, seed=seed, uavs=3)
+        world, middle = sky.World(city), city.bounds.max[0] / 2
+        starts = np.array([uav.start for uav in city.uavs])
+        ends = np.array([target.position for target in city.targets])
+        assert world.free(starts).all()
+        assert world.free(ends).all()
+        assert np.all(starts[0, :2] <= middle)
+        assert np.all(ends[0, :2] >= middle)
+        assert np.any((starts[:, :2] - middle) * (ends[:, :2] - middle) <= 0, axis=1).all()
+
+
 def test_what_cannot_be_is_refused_in_one_sentence():
     with pytest.raises(sky.InputError, match="buildings is a whole number from 0 on, not -1"):
         sky.random_city(-1)

@@ -1,6 +1,7 @@
 """Random cities on a square, under a flight ceiling: mostly lower than it, or downtown, mostly as high."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -19,6 +20,9 @@ DOWNTOWN_DENSITY = 1500 / 1500.0**2
 TALL_SHARE = 0.85
 """The share of the buildings downtown that reach the ceiling."""
 
+TRIES = 1000
+"""How many random places are tried before starts and targets are sought farther from a corner or a side."""
+
 
 def random_city(
     buildings: int = 2000,
@@ -34,7 +38,7 @@ def random_city(
     Footprints are rectangles with sides of 10 to 40 m at random places, so that some touch or overlap. Heights are
     log-normal with median 25 m (sigma 0.6), so that about 7 % exceed a ceiling of 60 m. The first UAV crosses from
     corner to corner; the others start at a random place on one side of the square and have their target on the
-    opposite side.
+    opposite side. Where there is no room, they start and end farther from the corners or sides.
 
     Parameters
     ----------
@@ -156,6 +160,15 @@ def _buildings(low: Floats, high: Floats, height: Floats) -> Floats:
     return np.asarray(boxes[np.all(boxes[:, 3:] > boxes[:, :3], axis=1)])
 
 
+def _reaches(reach: tuple[float, float], side: float) -> Iterator[Floats]:
+    """Yield how far from a corner or side places are sought, (2,) metres: twice as far each time, up to the middle."""
+    wide = np.array(reach)
+    yield wide
+    while wide.min() < side / 2:
+        wide = np.minimum(2 * wide, side / 2)
+        yield wide
+
+
 def _to_cross(
     name: str,
     description: str,
@@ -169,11 +182,13 @@ def _to_cross(
     """Return the scenario of a city and UAVs that have to cross it; the first one does from corner to corner."""
 
     def free_place(near: tuple[float, float], reach: tuple[float, float]) -> tuple[float, float, float]:
-        for _ in range(1000):
-            xy = np.clip(np.array(near) + rng.uniform(-1.0, 1.0, 2) * reach, 0.0, side)
-            p = np.floor([*100 * xy, 100 * rng.uniform(min(10.0, ceiling / 2), min(50.0, ceiling))]) / 100
-            if not np.any(np.all((boxes[:, :3] - clearance - 0.5 < p) & (p < boxes[:, 3:] + clearance + 0.5), axis=1)):
-                return float(p[0]), float(p[1]), float(p[2])
+        for wide in _reaches(reach, side):
+            for _ in range(TRIES):
+                xy = np.clip(np.array(near) + rng.uniform(-1.0, 1.0, 2) * wide, 0.0, side)
+                p = np.floor([*100 * xy, 100 * rng.uniform(min(10.0, ceiling / 2), min(50.0, ceiling))]) / 100
+                inside = (boxes[:, :3] - clearance - 0.5 < p) & (p < boxes[:, 3:] + clearance + 0.5)
+                if not np.any(np.all(inside, axis=1)):
+                    return float(p[0]), float(p[1]), float(p[2])
         raise InputError(f"{len(boxes)} buildings on {side:g} m leave no room for starts and targets")
 
     step = min(5.0, side, ceiling)
