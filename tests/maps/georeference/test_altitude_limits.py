@@ -82,6 +82,50 @@ def test_limits_without_a_unit_are_told_once_a_file_unless_the_user_says(read):
     assert len(told) == 1
 
 
+@pytest.mark.parametrize(
+    "unit_fields",
+    [
+        ("uomLower", "uomUpper"),
+        ("UOM_LOWER", "UOM_UPPER"),
+        ("lower_uom", "upperUom"),
+        ("unitLower", "unitUpper"),
+        ("LowerUnits", "upper_units"),
+        ("uomLowerLimit", "upperLimitUom"),
+        ("unitOfMeasureLower", "upperUnitOfMeasure"),
+        ("uomDimensionsLower", "uomDimensionsUpper"),
+        ("altitudeUom",),
+        ("uom_limits",),
+        ("unitOfMeasure",),
+    ],
+)
+def test_a_unit_stated_beside_a_limit_counts_whatever_its_field_is_called(read, unit_fields):
+    told = []
+    limits = {"lower": "300", "upper": "1000"}
+    (zone,) = read(collection(feature(**limits, **dict.fromkeys(unit_fields, "FT"))), altitudes="agl", tell=told.append)
+    assert (zone.low.metres, zone.high.metres) == (pytest.approx(91.44), pytest.approx(304.8))
+    assert not any("without a unit" in note for note in told)
+    unknown = collection(feature(**limits, **dict.fromkeys(unit_fields, "furlong")))
+    refused(read, unknown, "zones.geojson: feature 1", f"{unit_fields[0]!r}", "M or FT", "furlong", altitudes="agl")
+
+
+def test_a_unit_beside_a_limit_goes_by_the_name_of_the_limit(read):
+    fields = {"floor": 100, "floorUnit": "FT", "maxAltitude": 200, "unitMaxAltitude": "FT", "uom": "M"}
+    (zone,) = read(collection(feature(**fields)), altitudes="amsl")
+    assert (zone.low.metres, zone.high.metres) == (pytest.approx(30.48), pytest.approx(60.96))
+
+
+def test_a_unit_beside_a_limit_with_its_own_fields_counts_where_those_have_none(read):
+    fields = {"upper": {"value": 100, "referenceDatum": "AGL"}, "upperUom": "FT"}
+    assert read(collection(feature(**fields)))[0].high.metres == pytest.approx(30.48)
+    fields["upper"]["unit"] = "M"
+    assert read(collection(feature(**fields)))[0].high.metres == 100.0
+
+
+def test_a_reference_beside_a_limit_counts_in_either_order_of_words(read):
+    (zone,) = read(collection(feature(upper="100 m", referenceUpper="AMSL")), altitudes="agl")
+    assert zone.high == AboveSea(100.0)
+
+
 def test_a_field_that_is_said_twice_is_refused(read):
     twice = '{"name": "A", "upper": 2500, "upper": 1, "reference": "AMSL"}'
     document = json.dumps(collection(feature())).replace(json.dumps(ZONE), twice)

@@ -1,7 +1,8 @@
 """At which altitudes zones begin and end, from the many ways in which files say so."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
 
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.choices import Choices
@@ -10,14 +11,27 @@ from skyverse.model.altitude import FOOT, MAX_WRITTEN, AboveGround, AboveHome, A
 
 LOWER_FIELDS = ("lowerlimit", "lower", "minaltitude", "minalt", "altitudelower", "loweraltitude", "floor")
 UPPER_FIELDS = ("upperlimit", "upper", "maxaltitude", "maxalt", "altitudeupper", "upperaltitude", "ceiling")
-UNIT_FIELDS = ("uomdimensions", "uomdimensi", "uom", "unit", "units", "altitudeunit", "altitudeunits")
-"""Plain names of the fields that hold a lower limit, an upper limit, and the unit of both."""
+"""Plain names of the fields that hold a lower limit, and an upper limit."""
+_UNIT_WORDS = ("uomdimensions", "uomdimensi", "uom", "unit", "units", "unitofmeasure", "unitofmeasurement")
 _REFERENCE_FIELDS = ("verticalreference", "reference", "referencedatum", "altitudereference", "datum")
-_SIDE_REFERENCE_FIELDS = (
-    "verticalreference", "verti", "reference", "limitreference", "referencedatum", "altitudereference",
-)  # fmt: skip
-_SIDE_UNIT_FIELDS = ("uom", "unit", "limituom", "limitunit")
-"""What follows ``lower`` or ``upper`` in the names of fields that hold the reference and the unit of one limit."""
+
+
+def _joined(names: Iterable[str], words: Iterable[str]) -> tuple[str, ...]:
+    """Return the plain names of fields made of a name and a word, in either order: ``loweruom``, ``uomlower``."""
+    return tuple(joined for name, word in product(names, words) for joined in (name + word, word + name))
+
+
+UNIT_FIELDS = (*_UNIT_WORDS, *_joined(("altitude", "altitudes", "limit", "limits", "vertical"), _UNIT_WORDS))
+"""Plain names of the fields that hold the unit of both limits."""
+_UNITS_BESIDE = {
+    "lower": (*_joined(LOWER_FIELDS, _UNIT_WORDS), *UNIT_FIELDS),
+    "upper": (*_joined(UPPER_FIELDS, _UNIT_WORDS), *UNIT_FIELDS),
+}
+_REFERENCES_BESIDE = {
+    "lower": (*_joined(LOWER_FIELDS, (*_REFERENCE_FIELDS, "verti", "ref")), *_REFERENCE_FIELDS),
+    "upper": (*_joined(UPPER_FIELDS, (*_REFERENCE_FIELDS, "verti", "ref")), *_REFERENCE_FIELDS),
+}
+"""By limit, the fields that hold its unit and its reference: its own before those of both limits."""
 Reference = type[AboveSea] | type[AboveHome] | type[AboveGround]
 _REFERENCES: dict[str, Reference] = {
     **dict.fromkeys(("agl", "gnd", "ground", "sfc", "surface", "aboveground", "abovegroundlevel", "hei"), AboveGround),
@@ -65,9 +79,10 @@ def _limit(
 def _altitude(value: object, field: str, side: str, fields: Fields, where: str, choices: Choices) -> Altitude | None:
     """Return the altitude in one field; ``None`` for the ground below, or for unlimited above."""
     place = f"{where}: {field!r}"
+    beside = [fields]
     if isinstance(value, Mapping):  # such as {"value": 400, "unit": "FT", "referenceDatum": "AGL"}
-        fields = Fields({str(name): held for name, held in value.items()})
-        value = fields.get("value")
+        beside = [Fields({str(name): held for name, held in value.items()}), fields]
+        value = beside[0].get("value")
     unit: str | None = None
     if isinstance(value, str):
         if plain(value) in ("gnd", "sfc", "ground", "surface") and side == "lower":
@@ -76,11 +91,11 @@ def _altitude(value: object, field: str, side: str, fields: Fields, where: str, 
             return None
         written = _WRITTEN_NUMBER.fullmatch(value) if len(value) <= MAX_WRITTEN else None
         if written is None or (written[2] and written[2].lower() not in METRES_PER_LIMIT_UNIT):
-            return _parsed(value, place, _unit_beside(fields, side, where, choices))
+            return _parsed(value, place, _unit_beside(beside, side, where, choices))
         value, unit = float(written[1]), written[2].lower() or None
     number = number_of(value, place)
-    scale = METRES_PER_LIMIT_UNIT[unit] if unit else _scale(fields, side, where, choices, number)
-    return _reference(fields, side, place, choices)(number * scale)
+    scale = METRES_PER_LIMIT_UNIT[unit] if unit else _scale(beside, side, where, choices, number)
+    return _reference(beside, side, place, choices)(number * scale)
 
 
 def _parsed(text: str, place: str, unit: float | None) -> Altitude:
@@ -93,16 +108,21 @@ def _parsed(text: str, place: str, unit: float | None) -> Altitude:
         raise InputError(f"{place}: {error}", give=give) from None
 
 
-def _unit_beside(fields: Fields, side: str, where: str, choices: Choices) -> float | None:
+def _of(beside: Iterable[Fields], names: tuple[str, ...]) -> Iterator[tuple[str, object]]:
+    """Return the fields of these names, those beside a limit's own value first."""
+    return (field for fields in beside for field in fields.of(*names))
+
+
+def _unit_beside(beside: Iterable[Fields], side: str, where: str, choices: Choices) -> float | None:
     """Return the metres in the unit that stands beside one limit, or that the user gives; ``None`` for neither."""
-    for field, value in fields.of(*(side + name for name in _SIDE_UNIT_FIELDS), *UNIT_FIELDS):
+    for field, value in _of(beside, _UNITS_BESIDE[side]):
         return looked_up(METRES_PER_LIMIT_UNIT, value, f"{where}: {field!r}", "M or FT")
     return None if choices.unit is None else METRES_PER_LIMIT_UNIT[choices.unit]
 
 
-def _scale(fields: Fields, side: str, where: str, choices: Choices, number: float) -> float:
+def _scale(beside: Iterable[Fields], side: str, where: str, choices: Choices, number: float) -> float:
     """Return the metres in a unit of one limit."""
-    unit = _unit_beside(fields, side, where, choices)
+    unit = _unit_beside(beside, side, where, choices)
     if unit is not None:
         return unit
     if number != 0:
@@ -110,9 +130,9 @@ def _scale(fields: Fields, side: str, where: str, choices: Choices, number: floa
     return 1.0
 
 
-def _reference(fields: Fields, side: str, place: str, choices: Choices) -> Reference:
+def _reference(beside: Iterable[Fields], side: str, place: str, choices: Choices) -> Reference:
     """Return what one limit is counted from."""
-    for field, value in fields.of(*(side + name for name in _SIDE_REFERENCE_FIELDS), *_REFERENCE_FIELDS):
+    for field, value in _of(beside, _REFERENCES_BESIDE[side]):
         return looked_up(_REFERENCES, value, f"{place}: {field!r}", "AGL or AMSL")
     if choices.altitudes is None:
         raise InputError(
