@@ -9,7 +9,8 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 import skyverse as sky
-from skyverse.exports.landing_ground import why_not_clear
+from skyverse.exports import level_roofs
+from skyverse.exports.landing_ground import why_not_clear, why_not_level
 from skyverse.exports.return_lines import ReturnSpace
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
@@ -66,8 +67,9 @@ def test_rally_points_stand_on_level_ground(tmp_path, suffix, seed):
     corners = [(0, 0, 120), (0, 250, 120), (60, 250, 120), (60, 0, 120)]
     (back,), _ = exported(mission_over(terrain, corners, [wall], error=1.5), tmp_path, suffix)
     assert len(back.rally) > 0
+    beside = {"plan": 1.0, "waypoints": 0.0}[suffix]  # as far beside it begins to descend
     for place in back.rally:
-        assert steepest(terrain, place, 1.5) <= 15.0 + 0.01
+        assert steepest(terrain, place, 1.5 + beside) <= 15.0 + 0.01
     flown = back.plan.predicted().at(np.linspace(*back.plan.arrivals[[0, -1]], 60)).position
     assert max(steepest(terrain, place, 1.5) for place in flown) > 25.0
 
@@ -193,3 +195,48 @@ def test_a_landing_on_a_roof_with_a_slit_is_refused(tmp_path, slit, lands):
     else:
         with pytest.raises(sky.InputError, match="the roof there is not level within"):
             exported(mission, tmp_path, end="land")
+
+
+@pytest.mark.parametrize(("reach", "level"), [(6.9, True), (7.1, False)])
+def test_at_rally_points_of_px4_a_roof_is_as_large_as_the_error_and_1_m_more(reach, level):
+    roof = [((-7, 93, -1), (7, 107, 4))]
+    scenario = mission_over(slope(0), boxes=roof, error=reach - 1.0).scenario
+    assert why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 0.0) is None
+    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 1.0) is None) == level
+
+
+HALVES = [((-30, 60, -1), (0.2, 140, 4)), ((0.2, 60, -1), (30, 140, 4))]
+ON_ROOFS = {
+    "a roof": ([((-30, 60, -1), (30, 140, 4))], 25.0, True),
+    "two halves": (HALVES, 9.9, True),
+    "two halves of a wide disc": (HALVES, 10.1, False),
+    "a step down": ([HALVES[0], ((0.2, 60, -1), (30, 140, 3))], 5.0, False),
+    "a chimney beside the place": ([*HALVES, ((0.5, 100, 4), (0.7, 100.2, 4.4))], 2.0, False),
+    "a chimney on one roof": ([((-30, 60, -1), (30, 140, 4)), ((0.5, 100, 4), (0.7, 100.2, 4.4))], 2.0, False),
+    "a bridge above": ([*HALVES, ((-30, 99, 20), (30, 101, 21))], 5.0, True),
+}
+
+
+@pytest.mark.parametrize("case", ON_ROOFS)
+def test_whether_a_roof_is_level(case):
+    boxes, error, level = ON_ROOFS[case]
+    scenario = mission_over(slope(0), boxes=boxes, error=error).scenario
+    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 0.0) is None) == level
+
+
+@pytest.mark.parametrize(("degrees", "level"), [(1.0, True), (8.0, True), (40.0, False)])
+def test_a_roof_is_not_level_where_the_ground_rises_above_it(degrees, level):
+    """Eight degrees reach 0.7 m above the roof, 5 m away, which is less steep than what is landed on."""
+    boxes = [((-30, 60, -90), (30, 140, 0.01))]
+    scenario = mission_over(slope(degrees), boxes=boxes, error=5.0).scenario
+    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 0.01]), 0.0) is None) == level
+
+
+def test_places_of_a_disc_are_not_asked_where_one_roof_is_under_all_of_it(monkeypatch):
+    asked = []
+    monkeypatch.setattr(level_roofs, "disc", lambda radius: asked.append(radius) or np.zeros((1, 3)))
+    place = np.array([0.0, 100.0, 4.0])
+    for boxes, error, times in ((ON_ROOFS["a roof"][0], 8.0, 0), (HALVES, 8.0, 1), (HALVES, 30.0, 0)):
+        asked.clear()
+        why_not_level(mission_over(slope(0), boxes=boxes, error=error).scenario, 0, place, 0.0)
+        assert len(asked) == times

@@ -89,6 +89,7 @@ ANGLES, STEP = np.linspace(0.0, 2 * np.pi, 24, endpoint=False), 0.05
 STRAYING = {
     "level ground": (plane(0, 0), ()),
     "a large roof": (plane(0, -20), (LARGE,)),
+    "a roof of two halves": (plane(0, -20), HALVES),
     "the edge of a roof": (plane(0, -20), (((-20, -20, -21), (4, 20, 0)),)),
     "a post on a roof": (plane(0, -20), (LARGE, ((5.2, -1, -21), (5.4, 1, 3)))),
     "a post beside the flight": (plane(0, -20), (LARGE, ((3.0, 1.8, -21), (3.2, 2.2, 3)))),

@@ -1,6 +1,5 @@
 """Where a UAV stands before it takes off, and where it lands: on the ground, or on the roof below."""
 
-import math
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
 
@@ -13,10 +12,10 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.model.airspace_kinds import is_airspace
-from skyverse.model.polygon import is_inside
+from skyverse.model.polygon import are_inside
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import AnyShape, Box, Prism, Sphere, Voxels
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.problem import Airspace
 from skyverse.space.column import why_no_column
@@ -38,14 +37,29 @@ def surface_below(scenario: Scenario, place: Floats, floor: float | None = None)
         z of the ground there, if it is known better than by the terrain; without a terrain either, the ground is taken
         to be at the lower bound.
     """
-    return surface_among(solids_over(scenario, place[:2], place[:2]), place, ground_below(scenario, place, floor))
+    solids = solids_over(scenario, place[:2], place[:2])
+    return float(surfaces_among(solids, place[None], ground_below(scenario, place[None], floor))[0])
 
 
-def surface_among(solids: Sequence[AnyShape], place: Floats, ground: float) -> float:
-    """Return z of the highest roof of some solids that is not above a place (3,), or of the ground there; metres."""
-    x, y, z = (float(value) for value in place)
-    tops = [top for solid in solids for top in _tops(solid, x, y) if top <= z + LEG_ALLOWANCE]
-    return min(max([ground, *tops]), z)
+def surfaces_among(solids: Sequence[AnyShape], places: Floats, ground: Floats) -> Floats:
+    """Return z of the highest roof of some solids that is not above each place, (n,) metres, or of the ground there.
+
+    Parameters
+    ----------
+    solids
+        What has roofs.
+    places
+        (n, 3) metres.
+    ground
+        z of the ground below each place, (n,) metres.
+    """
+    highest = ground.copy()
+    for solid in solids:
+        low, high = extent(solid)
+        over = np.flatnonzero(((low[:2] <= places[:, :2]) & (places[:, :2] <= high[:2])).all(axis=1))
+        if len(over):
+            highest[over] = np.maximum(highest[over], _roofs(solid, places[over]))
+    return np.minimum(highest, places[:, 2])
 
 
 def solids_over(scenario: Scenario, low: Floats, high: Floats) -> list[AnyShape]:
@@ -55,11 +69,11 @@ def solids_over(scenario: Scenario, low: Floats, high: Floats) -> list[AnyShape]
     return [scenario.obstacles[k] for k in around if not is_airspace(scenario.obstacles[k].kind)]
 
 
-def ground_below(scenario: Scenario, place: Floats, floor: float | None = None) -> float:
-    """Return z of the ground below a place (3,), metres, whatever stands on it; `floor` is as in `surface_below`."""
-    if floor is not None:
-        return floor
-    return scenario.bounds.min[2] if scenario.terrain is None else float(scenario.terrain.height(place[:2]))
+def ground_below(scenario: Scenario, places: Floats, floor: float | None = None) -> Floats:
+    """Return z of the ground below places (..., 3), (...) metres, without roofs; `floor` is as in `surface_below`."""
+    if floor is None and scenario.terrain is not None:
+        return scenario.terrain.height(places[..., :2])
+    return np.full(places.shape[:-1], scenario.bounds.min[2] if floor is None else floor)
 
 
 def stand(scenario: Scenario, uav: int) -> Floats:
@@ -142,24 +156,31 @@ class _Descents:
             raise InputError(f"{name}: it cannot land below its last waypoint: {said}", field="end")
 
 
-def _tops(shape: Box | Cylinder | Sphere | Prism | Voxels, x: float, y: float) -> list[float]:
-    """Return z of the tops of a shape above a place, metres; a voxel grid may have several."""
-    if isinstance(shape, Box):
-        inside = all(low <= at <= high for low, at, high in zip(shape.min[:2], (x, y), shape.max[:2], strict=True))
-        return [shape.max[2]] if inside else []
+def _roofs(shape: AnyShape, places: Floats) -> Floats:
+    """Return z of the highest roof of a shape that is not above each of some places, (n,) metres, or -inf.
+
+    The places (n, 3) are in the shape's bounding box, seen from above. Only a voxel grid has several roofs at a place.
+    """
+    x, y, z = places.T
     if isinstance(shape, Voxels):
-        cell = [math.floor((at - low) / step) for at, low, step in zip((x, y), shape.origin, shape.step, strict=False)]
-        if not all(0 <= k < count for k, count in zip(cell, shape.occupied.shape, strict=False)):
-            return []
-        column = np.append(shape.occupied[cell[0], cell[1]], False)
-        return [shape.origin[2] + shape.step[2] * (k + 1) for k in np.flatnonzero(column[:-1] & ~column[1:]).tolist()]
-    if isinstance(shape, Prism):
-        within = is_inside((x, y), shape.vertices) and not any(is_inside((x, y), hole) for hole in shape.holes)
-        return [shape.high] if within else []
-    off = math.hypot(x - shape.centre[0], y - shape.centre[1])
-    if off > shape.radius:
-        return []
-    return [shape.high] if isinstance(shape, Cylinder) else [shape.centre[2] + math.sqrt(shape.radius**2 - off**2)]
+        steps = (places[:, :2] - shape.origin[:2]) / shape.step[:2]
+        i, j = np.minimum(steps.astype(np.intp), np.array(shape.occupied.shape[:2]) - 1).T
+        filled = shape.occupied[i, j]
+        ends = filled & ~np.pad(filled[:, 1:], ((0, 0), (0, 1)))
+        levels = shape.origin[2] + shape.step[2] * (np.arange(shape.occupied.shape[2]) + 1)
+        roofs = np.where(ends & (levels <= z[:, None] + LEG_ALLOWANCE), levels, -np.inf)
+        return np.asarray(roofs.max(axis=1))
+    if isinstance(shape, Box):
+        inside, top = np.ones(len(places), dtype=np.bool_), np.full(len(places), shape.max[2])
+    elif isinstance(shape, Prism):
+        inside, top = are_inside(places[:, :2], shape.vertices), np.full(len(places), shape.high)
+        for hole in shape.holes:
+            inside &= ~are_inside(places[:, :2], hole)
+    else:
+        squares = shape.radius**2 - (x - shape.centre[0]) ** 2 - (y - shape.centre[1]) ** 2
+        inside, top = squares >= 0, np.sqrt(np.maximum(squares, 0.0))
+        top = shape.centre[2] + top if isinstance(shape, Sphere) else np.full(len(places), shape.high)
+    return np.where(inside & (top <= z + LEG_ALLOWANCE), top, -np.inf)
 
 
 class _SameObstacles:

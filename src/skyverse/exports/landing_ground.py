@@ -11,8 +11,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.landing import ground_below, ground_level, surface_among
-from skyverse.exports.level_roofs import SurfacesNear, disc
+from skyverse.exports.landing import ground_below, ground_level
+from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnSpace
 from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Scenario
@@ -30,13 +30,13 @@ ASKED_HEIGHTS = 9
 """At how many heights above where a UAV lands it is asked what stands beside."""
 
 
-def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
+def why_not_level(scenario: Scenario, uav: int, place: Floats, beside: float) -> str | None:
     """Return the end of a sentence on why a UAV should not land at a place (3,) on the ground or a roof, or ``None``.
 
-    As far around as its horizontal tracking error, and `LEAST_REACH`, the ground must be no steeper than `STEEPEST`. A
-    roof must be there, and no steeper.
+    As far around as its horizontal tracking error and `beside`, metres by which its autopilot may be off the place, and
+    at least `LEAST_REACH`, the ground must be no steeper than `STEEPEST`. A roof must be there, and no steeper.
     """
-    reach = max(scenario.uavs[uav].tracking_error.horizontal, LEAST_REACH)
+    reach = max(scenario.uavs[uav].tracking_error.horizontal + beside, LEAST_REACH)
     terrain, floor = scenario.terrain, ground_level(scenario, uav)
     if place[2] <= ground_below(scenario, place, floor) + LEG_ALLOWANCE:
         slope = 0.0 if terrain is None else math.degrees(math.atan(steepest_within(terrain, place[:2], reach)))
@@ -44,14 +44,9 @@ def why_not_level(scenario: Scenario, uav: int, place: Floats) -> str | None:
             return None
         steep = math.ceil(10 * slope - 0.001) / 10
         return f"the ground within {reach:.3g} m slopes by {steep:g} degrees, more than the {STEEPEST:g} to land on"
-    near = SurfacesNear(scenario, place[:2], reach, floor).solids
-    for off in disc(reach):
-        away = float(np.linalg.norm(off))
-        at = place + off + np.array([0.0, 0.0, away])
-        beside = surface_among(near, at, ground_below(scenario, at, floor))
-        if abs(beside - place[2]) > max(away * math.tan(math.radians(STEEPEST)), LEG_ALLOWANCE):
-            return f"the roof there is not level within {reach:.3g} m, or ends"
-    return None
+    if SurfacesNear(scenario, place[:2], reach, floor).is_level(place, reach, math.tan(math.radians(STEEPEST))):
+        return None
+    return f"the roof there is not level within {reach:.3g} m, or ends"
 
 
 def why_not_clear(space: ReturnSpace, uav: int, place: Floats, beside: float) -> str | None:
@@ -73,7 +68,9 @@ def why_not_clear(space: ReturnSpace, uav: int, place: Floats, beside: float) ->
 
 def require_level_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` where a UAV that lands below its last waypoint would land on a slope or the edge of a roof."""
-    _refuse(scenario, [(plan.route.uav, why_not_level(scenario, plan.route.uav, plan.ending[-1])) for plan in plans])
+    _refuse(
+        scenario, [(plan.route.uav, why_not_level(scenario, plan.route.uav, plan.ending[-1], 0.0)) for plan in plans]
+    )
 
 
 def require_clear_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
@@ -97,7 +94,7 @@ def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[st
         vehicle = scenario.uavs[plan.route.uav]
         if vehicle.fixed_wing is not None or (scenario.terrain is None and vehicle.home is None):
             continue  # it takes off elsewhere, or from where the ground is not known
-        why = why_not_level(scenario, plan.route.uav, plan.home)
+        why = why_not_level(scenario, plan.route.uav, plan.home, 0.0)
         if why is not None:
             steep.append(f"{vehicle.name}: {why}")
     if steep:

@@ -1,19 +1,26 @@
-"""Roofs that are level under all of a disc, and the lowest surface in one: where a UAV is not known to the metre."""
+"""Roofs that are level under all of a disc, and the lowest surface in one: where a UAV is not known to the metre.
+
+One roof under all of a disc is looked for first. Where there is none, places of the disc are asked one by one.
+"""
 
 import math
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.exports.landing import ground_below, solids_over, surface_among
+from skyverse.exports.landing import ground_below, solids_over, surfaces_among
 from skyverse.model.polygon import is_inside
 from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Voxels
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.space.tube import steepest_within
 
-SMALL_DISC = 1.0
-"""Metres: only in discs with no larger radius roofs side by side are looked for, which count as one."""
+LOWEST_ASKED, LEVEL_ASKED = 3.0, 10.0
+"""Metres: places of discs with larger radii are not asked for the lowest surface, and whether a roof is level.
+
+The first is asked often. Wider discs are taken not to be level unless one roof is under all of them.
+"""
 GAP = 0.1
 """Metres between the places of a disc that are then asked: narrower gaps between roofs are not seen."""
 
@@ -42,15 +49,50 @@ class SurfacesNear:
 
         A roof counts if it is not above the place and under all of the disc, also several side by side in a small disc.
         """
+        roofs = self._roofs_under(place, radius)
+        ground, varies = self._ground_under(place, radius)
+        if not roofs and self.solids and radius <= LOWEST_ASKED:
+            places = place + disc(radius)
+            lowest = np.full(len(places), ground - varies)
+            roofs = [float(surfaces_among(self.solids, places, lowest).min())]
+        return min(max([ground - varies, *roofs]), float(place[2]))
+
+    def is_level(self, place: Floats, radius: float, steepest: float) -> bool:
+        """Tell whether what is under a disc about a place (3,) on a roof is no steeper as seen from there.
+
+        Parameters
+        ----------
+        place
+            (3,) metres.
+        radius
+            Of the disc, metres.
+        steepest
+            Metres up or down a metre.
+        """
+        ground, varies = self._ground_under(place, radius)
+        one = any(top >= place[2] - LEG_ALLOWANCE for top in self._roofs_under(place, radius))
+        highest = max([ground + varies, *(float(extent(shape)[1][2]) for shape in self.solids)])
+        if one and highest <= place[2] + LEG_ALLOWANCE:
+            return True
+        if radius > LEVEL_ASKED:
+            return False
+        off = disc(radius)
+        away = np.linalg.norm(off, axis=1)
+        places = place + off + away[:, None] * [0.0, 0.0, 1.0]
+        beside = surfaces_among(self.solids, places, ground_below(self.scenario, places, self.floor))
+        return bool((np.abs(beside - place[2]) <= np.maximum(away * steepest, LEG_ALLOWANCE)).all())
+
+    def _roofs_under(self, place: Floats, radius: float) -> list[float]:
+        """Return z of the roofs that are not above a place (3,) and each under all of a disc about it, metres."""
         x, y, _ = place.tolist()
         tops = [roof_under_disc(shape, x, y, radius) for shape in self.solids]
-        roofs = [top for top in tops if top is not None and top <= place[2] + LEG_ALLOWANCE]
-        ground = ground_below(self.scenario, place, self.floor)
-        if self.scenario.terrain is not None:
-            ground -= radius * steepest_within(self.scenario.terrain, place[:2], radius)
-        if not roofs and self.solids and radius <= SMALL_DISC:
-            roofs = [min(surface_among(self.solids, place + off, ground) for off in disc(radius))]
-        return min(max([ground, *roofs]), float(place[2]))
+        return [top for top in tops if top is not None and top <= place[2] + LEG_ALLOWANCE]
+
+    def _ground_under(self, place: Floats, radius: float) -> tuple[float, float]:
+        """Return z of the ground below a place (3,), and how much it varies at most within a disc about it; metres."""
+        terrain = self.scenario.terrain
+        varies = 0.0 if terrain is None else radius * steepest_within(terrain, place[:2], radius)
+        return float(ground_below(self.scenario, place, self.floor)), varies
 
 
 def disc(radius: float) -> Floats:

@@ -120,7 +120,7 @@ class ReturnChoice:
             surface = surface_below(self.scenario, place, ground_level(self.scenario, uav))
             below = np.array([*place[:2], surface])
             beside = ACCEPTANCE[self.plan.autopilot.name].radius
-            if why_not_level(self.scenario, uav, below) or why_not_clear(self.space, uav, below, beside):
+            if why_not_level(self.scenario, uav, below, beside) or why_not_clear(self.space, uav, below, beside):
                 continue
             found.append(destination(self.scenario, self.space, self.plan, below, float(place[2])))
         return found

@@ -2,6 +2,11 @@
 
 from bisect import bisect_right
 
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats
+
 Outline = tuple[tuple[float, float], ...]
 """The corners of an outline, x and y in metres, the first not repeated."""
 Edge = tuple[float, float, float, float]
@@ -95,4 +100,14 @@ def is_inside(point: tuple[float, float], ring: Outline) -> bool:
     for (ax, ay), (bx, by) in zip(ring, (*ring[1:], ring[0]), strict=True):
         if (ay > point[1]) != (by > point[1]):
             odd ^= (point[1] - ay) / (by - ay) * (bx - ax) + ax > point[0]
+    return odd
+
+
+def are_inside(points: Floats, ring: Outline) -> NDArray[np.bool_]:
+    """Tell of many points (n, 2) whether they are inside an outline, (n,)."""
+    x, y = points.T
+    odd = np.zeros(len(points), dtype=np.bool_)
+    for (ax, ay), (bx, by) in zip(ring, (*ring[1:], ring[0]), strict=True):
+        if ay != by:
+            odd ^= ((ay > y) != (by > y)) & ((y - ay) / (by - ay) * (bx - ax) + ax > x)
     return odd
