@@ -36,9 +36,19 @@ def bent(a, middle, b, seconds, begin=0.0):
 
 
 def mission(
-    trajectories, *, origin=None, boxes=(), terrain=None, names=None, clearance=0.5, wing=None, low=LOW, high=HIGH
+    trajectories,
+    *,
+    origin=None,
+    boxes=(),
+    terrain=None,
+    names=None,
+    clearance=0.5,
+    wing=None,
+    low=LOW,
+    high=HIGH,
+    from_home=False,
 ):
-    """A mission of these trajectories, proven or not."""
+    """A mission of these trajectories, proven or not, whose UAVs state their starts as homes where they begin there."""
     starts = [t.at(t.start).position[0].tolist() for t in trajectories]
     ends = [t.at(t.end).position[0].tolist() for t in trajectories]
     names = names or [f"uav-{k}" for k in range(1, len(starts) + 1)]
@@ -50,7 +60,14 @@ def mission(
         terrain=terrain,
         lattice=Lattice(step=tuple((b - a) / 20 for a, b in zip(low, high, strict=True))),
         uavs=tuple(
-            UAV(name=name, start=start, max_speed=30, max_acceleration=30, fixed_wing=wing)
+            UAV(
+                name=name,
+                start=start,
+                max_speed=30,
+                max_acceleration=30,
+                fixed_wing=wing,
+                home=start[2] if from_home else None,
+            )
             for name, start in zip(names, starts, strict=True)
         ),
         targets=tuple(Target(position=end) for end in ends),

@@ -84,7 +84,7 @@ def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsy
     """One UAV returns through the path of the other."""
     from skyverse.cli.export import export
 
-    mission = handmade.mission([EAST, ACROSS], origin=ORIGIN)
+    mission = handmade.mission([EAST, ACROSS], origin=ORIGIN, from_home=True)
     notes = []
     sky.export(mission, tmp_path / "stays.plan", on_note=notes.append)
     assert not any("WARNING" in note for note in notes)

@@ -118,6 +118,34 @@ def test_of_a_home_on_a_slope_it_is_told_and_trees_are_told_to_be_unknown_once(t
     assert "trees" not in said
 
 
+UNKNOWN = (
+    "WARNING: homes that are not known, as the scenario has no terrain, and are taken to be the starts: {}. Where a "
+    "UAV arms lower, it returns as much lower than is proven: state its home."
+)
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+@pytest.mark.parametrize("end", ["loiter", "land"])
+def test_of_homes_that_are_not_known_it_is_told_once(tmp_path, suffix, end):
+    """Two UAVs start in mid-air, one on the lower bound, and one states its home."""
+    starts = [(0, 0, 5), (40, 0, 7.25), (80, 0, 0), (120, 0, 5)]
+    flights = [handmade.along([(x, y, z), (x, y, 20), (x, 100, 20)], 20) for x, y, z in starts]
+    made = handmade.mission(flights, origin=ORIGIN, low=(-300, -300, 0))
+    homes = [None, None, None, 0.0]
+    uavs = [uav.model_copy(update={"home": z}) for uav, z in zip(made.scenario.uavs, homes, strict=True)]
+    mission = replace(made, scenario=made.scenario.model_copy(update={"uavs": tuple(uavs)}))
+    _, notes = exported(mission, tmp_path, suffix, end=end)
+    assert [note for note in notes if "not known" in note] == [UNKNOWN.format("uav-1 at z = 5 m, uav-2 at z = 7.25 m")]
+
+
+def test_of_homes_that_are_known_it_is_not_told_that_they_are_not(tmp_path):
+    wing = sky.FixedWing(speed=15.0, turn_radius=30.0, climb=15.0)
+    plane = handmade.mission([handmade.along([(0, 0, 50), (100, 0, 50)], 20)], origin=ORIGIN, wing=wing)
+    for mission in (mission_over(slope(0)), plane):
+        _, notes = exported(mission, tmp_path)
+        assert not any("not known" in note for note in notes)
+
+
 WINDS = {
     "north": (0, 1),
     "north-east": (1, 1),

@@ -60,7 +60,8 @@ def test_a_last_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
     wall = ((0.0, -300.0, 0.0), (1.0, 300.0, 300.0))
     corners = [(-100, 0, 50), (-100, 310, 50), (100, 310, 50), (100, 0, 50)]
     flights = [handmade.along(corners, 60), handmade.along([(-100, -100, 50), (-50, -100, 50)], 40)]
-    mission = handmade.mission(flights, origin=ORIGIN, boxes=[wall], low=(-400, -400, 0), high=(400, 400, 290))
+    bounds = {"low": (-400, -400, 0), "high": (400, 400, 290)}
+    mission = handmade.mission(flights, origin=ORIGIN, boxes=[wall], **bounds, from_home=True)
     notes = []
     sky.export(mission, tmp_path / "m.wpml.kmz", on_note=notes.append, page=tmp_path / "m.html")
     assert any("NOT from t = " in note for note in notes)
@@ -71,7 +72,7 @@ def test_a_last_line_names_all_that_have_no_way_home_at_every_instant(tmp_path):
     listed = (tmp_path / "m.html").read_text().split("What is exported", 1)[1]
     assert listed.index("<li>") == listed.index(f"<li>{warning}</li>")  # in a list of which a page shows a few lines
     notes = []
-    sky.export(handmade.mission([STRAIGHT], origin=ORIGIN), tmp_path / "m.plan", on_note=notes.append)
+    sky.export(handmade.mission([STRAIGHT], origin=ORIGIN, from_home=True), tmp_path / "m.plan", on_note=notes.append)
     assert not any("WARNING" in note for note in notes)
 
 

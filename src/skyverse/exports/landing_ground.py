@@ -88,7 +88,14 @@ def _refuse(scenario: Scenario, asked: list[tuple[int, str | None]]) -> None:
 
 
 def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[str]:
-    """Yield sentences on homes that are not level, and on what is not known where UAVs land."""
+    """Yield sentences on homes that are not known or not level, and on what is not known where UAVs land."""
+    unknown = [scenario.uavs[plan.route.uav] for plan in plans if _starts_in_the_air(scenario, plan.route.uav)]
+    if unknown:
+        told = ", ".join(f"{vehicle.name} at z = {vehicle.start[2]:.4g} m" for vehicle in unknown)
+        yield (
+            "WARNING: homes that are not known, as the scenario has no terrain, and are taken to be the starts: "
+            f"{told}. Where a UAV arms lower, it returns as much lower than is proven: state its home."
+        )
     steep = []
     for plan in plans:
         vehicle = scenario.uavs[plan.route.uav]
@@ -104,3 +111,12 @@ def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[st
             "The scenario knows the ground and no obstacles: trees, roofs and water are unknown; look at where UAVs "
             "fly low and land."
         )
+
+
+def _starts_in_the_air(scenario: Scenario, uav: int) -> bool:
+    """Tell whether a multirotor's start, above the lower bound, is taken as home for want of a terrain."""
+    vehicle = scenario.uavs[uav]
+    if vehicle.fixed_wing is not None or vehicle.home is not None or scenario.terrain is not None:
+        return False
+    start = np.array(vehicle.start)
+    return bool(start[2] > ground_below(scenario, start) + LEG_ALLOWANCE)
