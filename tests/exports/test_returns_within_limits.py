@@ -64,6 +64,12 @@ def test_a_uav_that_strays_comes_home_from_everywhere_and_lands_in_its_column(tm
     assert ("in the column over home" in said) == (error != sky.TrackingError())
 
 
+def test_a_flight_rises_straight_up_in_its_column():
+    flown = planned().trajectories[0]
+    places = flown.at(np.linspace(flown.start, flown.end, 20_000)).position
+    assert np.abs(places[places[:, 2] < 5.0, 0] + 200.0).max() < 1e-9
+
+
 @pytest.mark.parametrize("error", [0.0, 3.0])
 def test_a_return_exceeds_neither_the_bounds_nor_the_ceiling_by_what_the_uav_may_stray(tmp_path, error):
     wall = ((30, -200, -50), (31, 200, 40))

@@ -90,7 +90,8 @@ def test_the_flight_keeps_to_the_joints_that_lead_round_a_zone():
     problem = sky.Problem(sky.random_threats(15, seed=1))
     result = sky.HybridMVO().plan(problem, stop=BUDGET, rng=1)
     stops = fly_along(problem, result)
-    np.testing.assert_allclose(stops.at(stops.knots).position, result.path, atol=1e-6)
+    at_rest = stops.at(stops.knots[np.linalg.norm(stops.at(stops.knots).velocity, axis=1) < 1e-9]).position
+    np.testing.assert_allclose(at_rest, result.path, atol=1e-6)
 
 
 @settings(max_examples=40, deadline=None)

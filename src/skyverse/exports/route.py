@@ -180,15 +180,20 @@ def route(
     instants, flown = _samples(trajectory)
     curve = legs.below_ceiling(flown)
     lowered = float((flown - curve)[:, 2].max())
-    foot, risen = curve[0], 0 if stops else _count_in_column(legs, curve)
+    foot, risen = curve[0], _count_in_column(legs, curve)
     sunk = _count_in_column(legs, curve[::-1])
-    instants, curve = instants[risen:], curve[risen:]
     stop_at = set()
+    if risen and stops:  # it stops at the top of the column over the start, to which it flies straight up
+        kept = [0, *range(risen, len(curve))]
+        instants, curve, risen = instants[kept], curve[kept], 0
+        curve[1, :2] = foot[:2]
+        stop_at = {1}
+    instants, curve = instants[risen:], curve[risen:]
     if sunk:  # it stops at the top of the column over the target, and flies straight down from there
         kept = [*range(len(curve) - sunk), len(curve) - 1]
         instants, curve = instants[kept], curve[kept]
         curve[-2, :2] = curve[-1, :2]
-        stop_at = {len(curve) - 2}
+        stop_at |= {len(curve) - 2}
     height = float(curve[0, 2] - foot[2]) if risen else 0.0
     more = max(takeoff.climb - height, radius if risen else 0.0)  # the corner above a column may be cut
     climbs = [height + more, height + more / 2, height + more / 4, height] if more > 0 else [height]
