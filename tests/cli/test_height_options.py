@@ -65,7 +65,8 @@ def test_plan_sets_a_ceiling_above_ground(skyverse):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("120", "--max-height: expected an altitude"),
+        ("120", "--max-height: expected a height above ground, as in '120 m agl', found '120'"),
+        ("120 agl", "--max-height: expected an altitude in m or ft, as in '120 m agl'"),
         ("120 m amsl", "--max-height: expected a height above ground, as in '120 m agl', found '120 m amsl'"),
         ("120 m agl", "--max-height: is counted from the ground, but map1 has no terrain"),
     ],

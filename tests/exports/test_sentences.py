@@ -87,3 +87,26 @@ def test_of_an_aeroplane_it_is_told_where_its_autopilot_does_not_turn_at_the_rad
         mission = handmade.mission([STRAIGHT], origin=ORIGIN, wing=one)
         sky.export(mission, tmp_path / f"m.{suffix}", radius=radius, on_note=notes.append)
         assert any("what its corners keep is NOT proven" in note for note in notes) == told
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+def test_of_aeroplanes_no_take_off_is_told(tmp_path, suffix):
+    wing = sky.FixedWing(speed=15.0, turn_radius=30.0, climb=15.0)
+    for one, words in ((wing, "begin when they do in the mission."), (None, "when all take-offs have ended.")):
+        notes = []
+        mission = handmade.mission([STRAIGHT], origin=ORIGIN, wing=one)
+        sky.export(mission, tmp_path / f"m.{suffix}", on_note=notes.append)
+        (told,) = [note for note in notes if note.startswith("All times are of the exported schedule")]
+        assert told.endswith(words)
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+def test_an_altitude_that_rounds_to_zero_has_no_sign(tmp_path, suffix):
+    origin, notes = ORIGIN.model_copy(update={"altitude": -50.03}), []
+    mission = handmade.mission([STRAIGHT], origin=origin)
+    sky.export(mission, tmp_path / f"m.{suffix}", end="rtl", on_note=notes.append, page=tmp_path / "m.html")
+    (told,) = [note for note in notes if "it may land at" in note]
+    assert " 0.0 m above mean sea level" in told
+    said = (tmp_path / "m.html").read_text(encoding="utf-8")
+    assert "0.0 m above mean sea level" in said
+    assert "-0.0 m" not in said + told

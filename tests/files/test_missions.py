@@ -149,6 +149,8 @@ def dumped(tmp_path):
         (("provenance", "seed"), "x", ["provenance.seed", "found 'x'"]),
         (("provenance",), None, ["provenance"]),
         (("interrupted",), "perhaps", ["interrupted", "found 'perhaps'"]),
+        (("interrupted",), "no", ["interrupted", "found 'no'"]),
+        (("interrupted",), 0, ["interrupted", "found 0"]),
         (("format",), "skyverse/mission/3", ["format: expected 'skyverse/mission/2', found 'skyverse/mission/3'"]),
     ],
 )

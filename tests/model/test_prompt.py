@@ -47,6 +47,13 @@ def test_a_mission_says_who_flies_what_is_proven_and_what_it_costs(fleet):
     assert lines(replace(fleet, violations=(wrong,)))[0].endswith("1 thing found wrong")
 
 
+def test_a_mission_in_which_nobody_flies_is_not_said_to_be_safe(fleet):
+    grounded = replace(fleet, trajectories=(None,) * len(fleet.trajectories))
+    assert lines(grounded)[0] == "Mission 'table-4.9-2': nobody flies"
+    wrong = replace(grounded, violations=(sky.Violation(sky.Fault.SPEED, (0,), "Too fast."),))
+    assert lines(wrong)[0] == "Mission 'table-4.9-2': nobody flies, 1 thing found wrong"
+
+
 def test_a_mission_without_a_way_says_so(fleet):
     lost = replace(fleet, trajectories=(None, *fleet.trajectories[1:]))
     assert lines(lost)[0].startswith("Mission 'table-4.9-2': 1 of 2 UAVs flies")

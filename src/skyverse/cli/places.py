@@ -87,7 +87,7 @@ def altitude_above_sea(option: str, text: str) -> AboveSea:
 
 def height_above_ground(option: str, text: str) -> AboveGround:
     """Read a height above the ground, as in ``120 m agl``."""
-    altitude = altitude_of(option, text)
+    altitude = altitude_of(option, text) if "agl" in text.lower() else None
     if not (isinstance(altitude, AboveGround) and altitude.metres > 0):
         raise InputError(f"{option}: expected a height above ground, as in '120 m agl', found {text!r}")
     return altitude

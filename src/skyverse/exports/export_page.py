@@ -47,8 +47,8 @@ def _landings(scenario: Scenario, back: Return) -> list[LandingPlace]:
     drawn = []
     for told, (x, y, z), level in zip(return_places(scenario, back), way.places.tolist(), way.levels, strict=True):
         words = (
-            f"{scenario.uavs[uav].name}: {told.name}, {told.latitude:.6f}, {told.longitude:.6f}, {told.ground:.1f} m "
-            f"above mean sea level; it returns there at {told.level:.1f} m or higher"
+            f"{scenario.uavs[uav].name}: {told.name}, {told.latitude:.6f}, {told.longitude:.6f}, {told.ground:z.1f} m "
+            f"above mean sea level; it returns there at {told.level:z.1f} m or higher"
         )
         drawn.append(LandingPlace(uav, words, (x, y, z), float(level)))
     return drawn

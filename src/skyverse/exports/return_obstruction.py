@@ -61,7 +61,9 @@ class Obstruction:
             "rule": f"breaks a rule and meets nothing solid: it enters {self.what}",
             "bounds": f"leaves {self.what}, beyond which nothing is known,",
         }
-        return f"the {self.where} {met[self.kind]} at {latitude:.5f}, {longitude:.5f}, {sea:.0f} m above mean sea level"
+        return (
+            f"the {self.where} {met[self.kind]} at {latitude:.5f}, {longitude:.5f}, {sea:z.0f} m above mean sea level"
+        )
 
 
 def obstruction(space: ReturnSpace, way: WayHome, lost: Parts) -> Obstruction | None:

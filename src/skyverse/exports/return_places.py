@@ -50,8 +50,8 @@ def return_places(scenario: Scenario, back: Return) -> list[ReturnPlace]:
 def places_text(scenario: Scenario, back: Return) -> str:
     """Return the places where a UAV may land, and at which altitude it returns to each, as a part of a sentence."""
     told = [
-        f"{place.name} at {place.latitude:.6f}, {place.longitude:.6f}, {place.ground:.1f} m above mean sea level, "
-        f"returning there at {place.level:.1f} m"
+        f"{place.name} at {place.latitude:.6f}, {place.longitude:.6f}, {place.ground:z.1f} m above mean sea level, "
+        f"returning there at {place.level:z.1f} m"
         for place in return_places(scenario, back)
     ]
     return f"{'; at '.join(told)}, or higher if it is higher"

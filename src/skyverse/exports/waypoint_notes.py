@@ -66,9 +66,13 @@ def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], ap
 def schedule_note(plans: Sequence[FlightPlan]) -> str:
     """Return a sentence on the times that notes name."""
     late = max(float(plan.arrivals[0] + plan.hover - plan.route.waypoint_times[0]) for plan in plans)
+    later = told_seconds(max(late, 0.0))
+    begin = "when they do in the mission"  # as of aeroplanes, which do not take off
+    if later != told_seconds(0.0):
+        begin = f"{later} later than in the mission, when all take-offs have ended"
     return (
         "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
-        f"{told_seconds(max(late, 0.0))} later than in the mission, when all take-offs have ended."
+        f"{begin}."
     )
 
 

@@ -3,6 +3,9 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+from pydantic import Field
 
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.flight_summary import FlightSummary
@@ -48,7 +51,7 @@ class Mission(ArrayRecord):
     trajectories: tuple[Trajectory | None, ...]
     violations: tuple[Violation, ...]
     provenance: Provenance
-    interrupted: bool = False
+    interrupted: Annotated[bool, Field(strict=True)] = False
     certificates: tuple[Certificate | None, ...] = ()
     apart: Certificate | None = None
     deconfliction: Deconfliction | None = None
@@ -59,10 +62,12 @@ class Mission(ArrayRecord):
         flying = sum(trajectory is not None for trajectory in self.trajectories)
         fleet = len(self.scenario.uavs)
         who = counted(fleet, "UAV") if flying == fleet else f"{flying:,} of {counted(fleet, 'UAV')}"
+        who = f"{who} {'flies' if flying == 1 else 'fly'}" if flying else "nobody flies"
+        judged = f", {self._judged}" if flying or self.violations else ""
         length = sum(flight.length for flight in self.flights if flight is not None)
         flown = f"{told_metres(length)} flown, " if length else ""
         return as_lines(
-            f"Mission {self.scenario.name!r}: {who} {'flies' if flying == 1 else 'fly'}, {self._judged}",
+            f"Mission {self.scenario.name!r}: {who}{judged}",
             "" if self.complete else "not complete: " + self._missing,
             f"total cost {self.total_cost_sentence}",
             f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",

@@ -268,7 +268,7 @@ def test_soft_zones_carry_their_risk_and_no_end_reaches_past_the_bounds(valley, 
     assert zone.risk == 0.5
     assert zone.high > scenario.bounds.max[2]
     assert scenario.obstacles == ()
-    assert any("1 outlines, 1 prisms" in note.text for note in told)
+    assert any("1 outline, 1 prism" in note.text for note in told)
 
 
 def test_zones_with_latitude_first_are_not_dropped_as_lying_elsewhere(valley, tmp_path):
@@ -369,7 +369,7 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
         ({"uavs": [START], "clearance": -1.0}, r"clearance: expected a number from 0 on, found -1"),
         ({"uavs": [START], "clearance": 1e9}, r"clearance: expected a number of at most [\d,]+, found 1,000,000,000"),
         ({"uavs": [START], "lattice_step": 0.0}, r"lattice_step: expected a number from 0\.001 on, found 0"),
-        ({"uavs": [START], "terrain_step": float("nan")}, r"terrain_step: expected a number .* found nan"),
+        ({"uavs": [START], "terrain_step": float("nan")}, r"terrain_step: expected a finite number .* found nan"),
         ({"uavs": [START], "lattice_step": 0.01}, r"valley: lattice\.step"),
         ({"uavs": [START], "band": (80, 40)}, r"band: expected low,high"),
         ({"uavs": [START], "licences": {"no.tif": "x"}}, r"licences: no\.tif: expected one of the files given"),
@@ -494,7 +494,7 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
     )  # fmt: skip
     assert code == 0
     said = capsys.readouterr().out
-    assert "z.geojson: 1 outlines, 1 prisms" in said
+    assert "z.geojson: 1 outline, 1 prism" in said
     assert "raised" in said
     scenario = sky.read_scenario(out)
     assert scenario.uavs[0].name == "alpha"
@@ -626,7 +626,7 @@ def test_zones_end_where_their_file_says_which_is_told_unless_they_are_to_be_clo
 
     scenario, (note,) = built()
     assert not scenario.obstacles[0].closed_above
-    assert note.startswith("1 zones end below the top of the bounds, and may be flown over")
+    assert note.startswith("1 zone ends below the top of the bounds, and may be flown over")
     scenario, notes = built(zones_closed_above=True)
     assert scenario.obstacles[0].closed_above
     assert notes == []

@@ -47,6 +47,7 @@ from skyverse.model.scenario import (
     require_geoid,
 )
 from skyverse.model.shapes import Prism, Terrain, Voxels
+from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
 from skyverse.model.wrong_values import complaint
@@ -168,7 +169,8 @@ def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: s
         return [zone.model_copy(update={"closed_above": True}) for zone in zones]
     low = sum(zone.high + options.clearance < top for zone in zones)
     if low:
-        text = f"{low:,} zones end below the top of the bounds, and may be flown over"
+        ends = "zone ends" if low == 1 else "zones end"
+        text = f"{low:,} {ends} below the top of the bounds, and may be flown over"
         give = [Remedy("zones_closed_above", True, "to forbid it")]
         options.on_note(Note(path, Sentence(text, give=give)))
     return zones
@@ -316,4 +318,4 @@ def _z_below(zero: Origin, point: tuple[float, float, float], altitude: float) -
 
 def _summary(features: int, made: int, counts: Counter[str]) -> str:
     more = "".join(f", {number:,} {what}" for what, number in counts.items() if number)
-    return f"{features:,} outlines, {made:,} prisms{more}"
+    return f"{counted(features, 'outline')}, {counted(made, 'prism')}{more}"

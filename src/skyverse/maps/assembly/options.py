@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import math
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
@@ -191,7 +192,8 @@ def _require(least: float, **numbers: float | None) -> None:
     for name, value in numbers.items():
         if value is not None and not least <= value <= MAX_NUMBER:
             limits = f"from {least:g} on" if value < least else f"of at most {MAX_NUMBER:,.0f}"
-            raise InputError(f"expected a number {limits}, found {value:,.12g}", field=name)
+            kind = "number" if math.isfinite(value) else "finite number"
+            raise InputError(f"expected a {kind} {limits}, found {value:,.12g}", field=name)
 
 
 def documentation(options: type) -> dict[str, str]:
