@@ -77,7 +77,8 @@ def test_gaps_of_the_way_home_are_told_from_when_to_when(tmp_path):
 def test_an_aeroplane_has_no_proven_way_home(tmp_path):
     wing = sky.FixedWing(speed=15, turn_radius=30, climb=15)
     (flight,) = certificate(handmade.mission([EAST], origin=ORIGIN, wing=wing), tmp_path).flights
-    assert flight.row == ("uav-1", "NOT proven at corners", "stays at its target", "NOT proven")
+    circles = "circles within 60 m of its target (NOT proven)"
+    assert flight.row == ("uav-1", "NOT proven at corners", circles, "NOT proven")
 
 
 def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsys):

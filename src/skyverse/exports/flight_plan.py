@@ -85,6 +85,11 @@ class FlightPlan:
         return stops
 
     @property
+    def corners_proven(self) -> bool:
+        """Whether its corners are proven: not those of an aeroplane whose autopilot turns at a distance of its own."""
+        return bool(np.isfinite(self.rates.climb)) or self.autopilot.plane_radius <= self.route.radius
+
+    @property
     def takeoff_cut(self) -> float:
         """Metres below its first waypoint at which the UAV may turn to the next: PX4 ends a take-off that early."""
         if not np.isfinite(self.rates.climb):

@@ -11,6 +11,7 @@ from skyverse.exports.mavlink_items import End
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_places import landing_name
 from skyverse.exports.separation import Apart, FleetApart
+from skyverse.exports.timing import circle_reach
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 
@@ -41,7 +42,7 @@ class FlightVerdict:
         Whether all that is flown between its waypoints is proven clear; not so for an aeroplane whose autopilot turns
         at a distance of its own.
     at_end
-        What it does at its end, in words: whether it stays, and otherwise where it lands.
+        What it does at its end, in words: whether it stays or circles, and otherwise where it lands.
     duration
         Seconds from the start of all UAVs to its last waypoint.
     gaps
@@ -129,10 +130,12 @@ def flight_verdicts(
         duration = float(plan.arrivals[-1])
         gaps = np.array([[0.0, duration]]) if back is None or not back.proven else back.lost
         at_end = {"loiter": "stays at its target", "land": "lands below its target"}.get(end, "")
+        if (reach := circle_reach(scenario, uav)) > 0:
+            at_end = f"circles within {reach:.3g} m of its target (NOT proven)"
         made.append(
             FlightVerdict(
                 names[uav],
-                back is not None or plan.autopilot.plane_radius <= plan.route.radius,
+                plan.corners_proven,
                 at_end if back is None or at_end else f"lands at {landing_name(back)}",
                 duration,
                 tuple((float(begin), float(stop)) for begin, stop in gaps),

@@ -107,9 +107,11 @@ class Route:
         points = np.concatenate([self.lead, self.waypoints])
         return Polyline(points, self.radius, np.r_[np.zeros(len(self.lead)), self.waypoint_holds])
 
-    def sentence(self, scenario: Scenario) -> str:
-        """Return a sentence on what is proven."""
-        waypoints = f"{len(self.points)} waypoints, {self.corners}, at most {self.off:.3g} m off the trajectory"
+    def sentence(self, scenario: Scenario, corners: str | None = None) -> str:
+        """Return a sentence on what is proven; how corners are flown may be said in other words."""
+        waypoints = (
+            f"{len(self.points)} waypoints, {corners or self.corners}, at most {self.off:.3g} m off the trajectory"
+        )
         return f"{scenario.uavs[self.uav].name}: {waypoints}; {self.proof(scenario)}"
 
     @property

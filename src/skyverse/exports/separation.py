@@ -9,7 +9,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
-from skyverse.exports.timing import TimingTolerance, timed_path, tolerance_for
+from skyverse.exports.timing import TimingTolerance, circle_reach, scheduled_path, timed_path, tolerance_for
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.model.verdict import Certificate, Verdict, Violation
@@ -42,11 +42,17 @@ class FleetApart:
         What `Apart.TIMING` allows for.
     violations
         Where UAVs are too close even on schedule.
+    corners
+        The pairs of which one is an aeroplane whose corners are not proven.
+    circles
+        The pairs that are too close only because one is an aeroplane that circles at its end.
     """
 
     pairs: dict[tuple[int, int], Apart]
     tolerance: TimingTolerance
     violations: tuple[Violation, ...]
+    corners: frozenset[tuple[int, int]] = frozenset()
+    circles: frozenset[tuple[int, int]] = frozenset()
 
     def of(self, kind: Apart) -> list[tuple[int, int]]:
         """Return the pairs of which this, and nothing better, is proven."""
@@ -71,22 +77,35 @@ class FleetApart:
         return [self.sentence(scenario, kind) for kind in Apart if self.of(kind)]
 
     def sentence(self, scenario: Scenario, kind: Apart) -> str:
-        """Return the sentence on the pairs of one kind."""
+        """Return what is said of the pairs of one kind."""
+        said: dict[str, list[tuple[int, int]]] = {}
+        for pair in self.of(kind):
+            said.setdefault(self._words(pair, kind), []).append(pair)
+        return " ".join(f"{named_pairs(scenario, pairs)} {words}." for words, pairs in said.items())
+
+    def _words(self, pair: tuple[int, int], kind: Apart) -> str:
         at = self.tolerance.sentence()
-        told = {
-            Apart.SPACE: "keep their separation whatever the timing: their paths are apart in space",
-            Apart.TIMING: f"keep their separation by timing, {at}, if they start at the same time",
-            Apart.SCHEDULE: f"keep their separation only on schedule, NOT {at}",
-            Apart.CLOSE: "come too close even on schedule",
-        }
-        return f"{named_pairs(scenario, self.of(kind))} {told[kind]}."
+        if kind is Apart.SPACE:
+            return "keep their separation whatever the timing: their paths are apart in space"
+        if kind is Apart.TIMING:
+            return f"keep their separation by timing, {at}, if they start at the same time"
+        if kind is Apart.SCHEDULE:
+            turns = ", and only if aeroplanes turn where expected: what they keep at corners is NOT proven"
+            return f"keep their separation only on schedule, NOT {at}{turns if pair in self.corners else ''}"
+        if pair in self.circles:
+            return (
+                "may come too close even on schedule, where an aeroplane circles at its end, anywhere within twice its "
+                "turn radius"
+            )
+        return "come too close even on schedule"
 
 
 def fleet_apart(scenario: Scenario, plans: Sequence[FlightPlan]) -> FleetApart:
     """Judge each two UAVs that fly exported plans.
 
     Separation is counted with the tracking errors of both UAVs. Of the pairs whose paths are not apart in space, the
-    referee judges whether they are apart at all times that the tolerance allows, and at last on schedule.
+    referee judges whether they are apart at all times that the tolerance allows, and at last on schedule. An
+    aeroplane may then be anywhere on the circles that it may fly at its end.
     """
     tolerance = tolerance_for(plans)
     paths = [timed_path(scenario, plan, tolerance) for plan in plans]
@@ -105,10 +124,17 @@ def fleet_apart(scenario: Scenario, plans: Sequence[FlightPlan]) -> FleetApart:
             doubtful.append(pair)
     violations = _on_schedule(scenario, plans, doubtful)
     waits = {plan.route.uav for plan in plans if plan.breaks}
+    flown = {plan.route.uav: plan for plan in plans}
+    circles = set()
     for pair in doubtful:
         if any(set(pair) == set(violation.uavs) for violation in violations) or waits & set(pair):
             pairs[pair] = Apart.CLOSE
-    return FleetApart(pairs, tolerance, violations)
+        elif _circles_meet(scenario, flown[pair[0]], flown[pair[1]]):
+            pairs[pair] = Apart.CLOSE
+            circles.add(pair)
+    unproven = {plan.route.uav for plan in plans if len(plan.waypoints) > 2 and not plan.corners_proven}
+    corners = frozenset(pair for pair in doubtful if unproven & set(pair))
+    return FleetApart(pairs, tolerance, violations, corners, frozenset(circles))
 
 
 def kept_distance(scenario: Scenario, first: int, second: int) -> KeptDistance:
@@ -137,6 +163,19 @@ def _on_schedule(
     unknown = {uav for uav, curve in enumerate(curves) if curve is None}
     found = judge_separation(standing, [None] * len(uavs), curves, unknown).violations
     return tuple(violation for violation in found if any(set(pair) == set(violation.uavs) for pair in pairs))
+
+
+def _circles_meet(scenario: Scenario, first: FlightPlan, second: FlightPlan) -> bool:
+    """Tell whether two UAVs may come too close on schedule while one, an aeroplane, circles at its end."""
+    keep = kept_distance(scenario, first.route.uav, second.route.uav)
+    for plan, other in ((first, second), (second, first)):
+        if not circle_reach(scenario, plan.route.uav):
+            continue
+        own = scheduled_path(scenario, plan)
+        circle = TimedPath(own.starts[-1:], own.ends[-1:], own.earliest[-1:], own.latest[-1:], own.deviation[-1:])
+        if not paths_apart(circle, scheduled_path(scenario, other), keep, timed=True):
+            return True
+    return False
 
 
 def path_box(path: TimedPath) -> tuple[Floats, Floats]:

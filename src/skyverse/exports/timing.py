@@ -60,6 +60,7 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
 
     At the earliest it takes off at once, cuts every corner and nowhere slows down; at the latest it rises late, flies
     to every waypoint and stops. From the end of a file that is not the last of its UAV it may leave at any later time.
+    How far an aeroplane is off a corner is not known where its autopilot turns at a distance of its own.
     """
     route, waypoints, holds = plan.route, plan.waypoints, plan.route.waypoint_holds
     wing = scenario.uavs[route.uav].fixed_wing
@@ -75,7 +76,7 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
     early, late = early + plan.hover, late + plan.hover
     for k, speed in enumerate(plan.speeds, 1):
         a, b = waypoints[k - 1], waypoints[k]
-        reach = 0.0 if plan.full_stops[k] else route.radius
+        reach = 0.0 if plan.full_stops[k] else route.radius if plan.corners_proven else np.inf
         swift, slow = leg_seconds(a, b, float(speed), plan.rates, tolerance)
         length = float(np.linalg.norm(b - a))
         least = swift * max(length - turned, 0.0) / length if length else 0.0
@@ -98,9 +99,37 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
         swift, slow = leg_seconds(at, to, plan.top_speed, plan.rates, tolerance)
         made.add(at, to, early, early + swift, late, np.inf)
         at, early, late = to, early + swift, np.inf
-    circle = wing.turn_radius if wing is not None else 0.0
-    made.add(at, at, early, early, np.inf, np.inf, 2 * circle, 2 * circle)
+    circle = circle_reach(scenario, route.uav)
+    early -= circle / (plan.top_speed * (1 + tolerance.speed))  # it may leave its last leg for the circle that early
+    made.add(at, at, early, early, np.inf, np.inf, circle, circle)
     return made.path()
+
+
+def scheduled_path(scenario: Scenario, plan: FlightPlan) -> TimedPath:
+    """Return the path of a flight plan that is flown exactly as predicted; its last piece is the stay at its end.
+
+    Where the UAV gains or loses speed, it may be anywhere on that piece while it flies it.
+    """
+    flight = plan.predicted()
+    knots, places = flight.knots, flight.at(flight.knots).position
+    made = _Pieces()
+    made.add(places[0], places[0], 0.0, 0.0, knots[0], knots[0])
+    for k, terms in enumerate(flight.coefficients):
+        begin, end, even = knots[k], knots[k + 1], not terms[2].any()
+        made.add(places[k], places[k + 1], begin, end if even else begin, begin if even else end, end)
+    circle = circle_reach(scenario, plan.route.uav)
+    since = knots[-1] - circle / plan.top_speed
+    made.add(places[-1], places[-1], since, since, np.inf, np.inf, circle, circle)
+    return made.path()
+
+
+def circle_reach(scenario: Scenario, uav: int) -> float:
+    """Return how far from its last waypoint an aeroplane may be that circles there, metres; 0 for others, which stay.
+
+    It may turn at that waypoint or around it, so that it is within twice its turn radius.
+    """
+    wing = scenario.uavs[uav].fixed_wing
+    return 0.0 if wing is None else 2 * wing.turn_radius
 
 
 def leg_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: TimingTolerance) -> tuple[float, float]:

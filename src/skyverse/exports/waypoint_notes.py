@@ -8,8 +8,8 @@ from skyverse.errors import Remedy, Sentence
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home_on_globe
 from skyverse.exports.grouped_sentences import grouped
-from skyverse.exports.route import Route
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart, named_pairs
+from skyverse.exports.timing import circle_reach
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 
@@ -24,17 +24,22 @@ def proofs(scenario: Scenario, plans: Sequence[FlightPlan], *, from_home: bool) 
     """Yield sentences on what is proven of flight plans, whose altitudes may be counted `from_home`."""
     names = [scenario.uavs[plan.route.uav].name for plan in plans]
     if len(plans) == 1:
-        yield plans[0].route.sentence(scenario)
+        yield plans[0].route.sentence(scenario, _corners(plans[0]))
     else:
-        yield from _figures([(name, plan.route) for name, plan in zip(names, plans, strict=True)])
+        yield from _figures([*zip(names, plans, strict=True)])
         yield from grouped(
             [(name, plan.route.proof(scenario)) for name, plan in zip(names, plans, strict=True)], len(plans)
         )
     for name, plan in zip(names, plans, strict=True):
-        if scenario.uavs[plan.route.uav].fixed_wing is not None and plan.autopilot.plane_radius > plan.route.radius:
+        if not plan.corners_proven:
             yield (
                 f"{name}: {plan.autopilot.title} turns an aeroplane at a distance of its own from each waypoint, not "
                 f"at {plan.route.radius:.3g} m: what its corners keep is NOT proven."
+            )
+        if reach := circle_reach(scenario, plan.route.uav):
+            yield (
+                f"{name}: it ends circling within {reach:.3g} m of its last waypoint: what these circles keep from "
+                "obstacles, ground and bounds is NOT proven."
             )
         if plan.breaks:
             most = plan.autopilot.max_waypoints
@@ -43,12 +48,17 @@ def proofs(scenario: Scenario, plans: Sequence[FlightPlan], *, from_home: bool) 
         yield _home_note(scenario, [plan.route.uav for plan in plans])
 
 
-def _figures(routes: Sequence[tuple[str, Route]]) -> Iterator[str]:
+def _figures(flown: Sequence[tuple[str, FlightPlan]]) -> Iterator[str]:
     """Yield a sentence on the waypoints of several UAVs, one for each way in which corners are flown."""
-    for corners in dict.fromkeys(route.corners for _, route in routes):
-        own = [(name, route) for name, route in routes if route.corners == corners]
+    for corners in dict.fromkeys(_corners(plan) for _, plan in flown):
+        own = [(name, plan.route) for name, plan in flown if _corners(plan) == corners]
         told = "; ".join(f"{name} {len(route.points)} and {route.off:.3g} m" for name, route in own)
         yield f"How many waypoints, {corners}, and how far off the trajectory at most: {told}."
+
+
+def _corners(plan: FlightPlan) -> str:
+    """Return how corners are flown, in words."""
+    return plan.route.corners if plan.corners_proven else "corners NOT proven"
 
 
 def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], apart: FleetApart) -> Iterator[Sentence]:
