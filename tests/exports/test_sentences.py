@@ -110,3 +110,20 @@ def test_an_altitude_that_rounds_to_zero_has_no_sign(tmp_path, suffix):
     said = (tmp_path / "m.html").read_text(encoding="utf-8")
     assert "0.0 m above mean sea level" in said
     assert "-0.0 m" not in said + told
+
+
+@pytest.mark.parametrize(
+    ("suffix", "takeoff", "told"), [("plan", 1e9, "1e+09"), ("waypoints", 40.0, "40"), ("plan", 3.0, None)]
+)
+def test_it_is_told_where_a_take_off_is_lower_than_asked_for(tmp_path, suffix, takeoff, told):
+    """A slab is 20 m above the starts."""
+    slab = ((-300, -300, 70), (300, 300, 71))
+    mission = handmade.mission([STRAIGHT], origin=ORIGIN, boxes=[slab])
+    seen, notes = [], []
+    how = {"takeoff": takeoff, "on_note": notes.append, "on_certificate": seen.append}
+    sky.export(mission, tmp_path / f"m.{suffix}", **how)
+    plan = seen[0].returns[0].plan
+    rise = float(plan.waypoints[0][2] - plan.home[2])
+    said = f"uav-1: its take-off ends {rise:.4g} m above where it stands, as there is no room to rise by {told} m."
+    assert [note for note in notes if "take-off ends" in note] == ([said] if told else [])
+    assert rise < 20

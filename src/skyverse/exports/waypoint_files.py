@@ -27,7 +27,14 @@ from skyverse.exports.returns_apart import SweptReturns, paths_crossed, returns_
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
-from skyverse.exports.waypoint_notes import OTHER_ENDS, made_for, not_apart_when_returning, proofs, schedule_note
+from skyverse.exports.waypoint_notes import (
+    OTHER_ENDS,
+    lowered_takeoffs,
+    made_for,
+    not_apart_when_returning,
+    proofs,
+    schedule_note,
+)
 from skyverse.exports.wpl import rally_text, waypoints_text
 from skyverse.exports.wpml import wpml_parts
 from skyverse.model.mission import Mission
@@ -128,6 +135,8 @@ def export_waypoints(
     notes += return_sentences(scenario, plans, returns, crossed)
     notes += pairs_sentences(scenario, together)
     notes += ground_notes(scenario, plans)
+    if plans[0].autopilot.rises is None:
+        notes += lowered_takeoffs(scenario, plans, options.takeoff)
     notes.append(schedule_note(plans))
     for note in notes:
         on_note(note)

@@ -12,6 +12,7 @@ from skyverse.exports.separation import Apart, FleetApart, fleet_apart, named_pa
 from skyverse.exports.timing import circle_reach
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
+from skyverse.numerics.tolerances import SAME_PLACE
 
 OTHER_ENDS = (
     Remedy("end", "land", "to land below the last waypoints"),
@@ -84,6 +85,17 @@ def schedule_note(plans: Sequence[FlightPlan]) -> str:
         "All times are of the exported schedule: second 0 is when all UAVs start together, and trajectories begin "
         f"{begin}."
     )
+
+
+def lowered_takeoffs(scenario: Scenario, plans: Sequence[FlightPlan], asked: float) -> Iterator[str]:
+    """Yield sentences on multirotors whose take-off ends less than `asked` metres above where they stand."""
+    lowered = []
+    for plan in plans:
+        vehicle, rise = scenario.uavs[plan.route.uav], float(plan.waypoints[0][2] - plan.home[2])
+        if vehicle.fixed_wing is None and rise < asked - SAME_PLACE:
+            said = f"its take-off ends {rise:.4g} m above where it stands, as there is no room to rise by {asked:g} m."
+            lowered.append((vehicle.name, said))
+    yield from grouped(lowered, len(plans))
 
 
 def _home_note(scenario: Scenario, uavs: Sequence[int]) -> str:
