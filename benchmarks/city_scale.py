@@ -6,7 +6,6 @@ measured how long the referee takes to judge the mission, and how long an export
 waypoints and has them proven. Numbers on the command line are the UAVs of each fleet (20 and 100).
 """
 
-import re
 import sys
 import tempfile
 import time
@@ -17,6 +16,7 @@ import numpy as np
 from machine import describe, table
 
 import skyverse as sky
+from skyverse.exports.waypoint_files import ExportCertificate
 from skyverse.planners.base import provenance
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.problem import Airspace, Problem
@@ -107,15 +107,16 @@ def fleet(scenario: sky.Scenario) -> sky.Mission:
 def measured(uavs: int) -> list[str]:
     """Return a fleet's row of the table; seconds are those of the clock, and in brackets those of the processor."""
     mission = fleet(city(PRISMS, uavs))
-    notes: list[str] = []
+    seen: list[ExportCertificate] = []
     with tempfile.TemporaryDirectory() as folder:
         clocks = [(time.perf_counter(), time.process_time())]
         violations = sky.check(mission.scenario, mission)
         clocks.append((time.perf_counter(), time.process_time()))
-        files = sky.export(mission, Path(folder) / "city.plan", allow_close=True, on_note=notes.append)
+        files = sky.export(mission, Path(folder) / "city.plan", allow_close=True, on_certificate=seen.append)
         clocks.append((time.perf_counter(), time.process_time()))
     assert not [v for v in violations if v.fault.value.endswith("too close") and len(v.uavs) == 1]
-    waypoints = sum(int(found[1]) for note in notes if (found := re.search(r": (\d+) waypoints", note)))
+    (certificate,) = seen
+    waypoints = sum(len(back.plan.waypoints) for back in certificate.returns)
     seconds = [[end - start for start, end in zip(*pair, strict=True)] for pair in pairwise(clocks)]
     taken = [f"{wall:.1f} ({processor:.1f})" for wall, processor in seconds]
     return [str(uavs), *taken, f"{len(files)} files, {waypoints} waypoints"]
