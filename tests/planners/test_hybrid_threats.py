@@ -89,7 +89,7 @@ def test_it_flies_round_a_zone_over_a_low_one_and_level_where_that_pays():
 def test_the_flight_keeps_to_the_joints_that_lead_round_a_zone():
     problem = sky.Problem(sky.random_threats(15, seed=1))
     result = sky.HybridMVO().plan(problem, stop=BUDGET, rng=1)
-    stops = fly_along(problem, result)
+    stops = fly_along(problem, result, "stop-and-go")
     at_rest = stops.at(stops.knots[np.linalg.norm(stops.at(stops.knots).velocity, axis=1) < 1e-9]).position
     np.testing.assert_allclose(at_rest, result.path, atol=1e-6)
 
