@@ -4,21 +4,6 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse import cli
-
-
-@pytest.fixture
-def skyverse(monkeypatch, capsys, tmp_path):
-    """Return a function that runs a command line in a folder of its own: exit code, standard output and error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*words):
-        with pytest.raises(SystemExit) as stopped:
-            cli.main([str(word) for word in words])
-        said = capsys.readouterr()
-        return stopped.value.code or 0, said.out, said.err
-
-    return run
 
 
 def over_a_zone(**more):
