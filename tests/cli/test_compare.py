@@ -123,7 +123,7 @@ def test_a_folder_holds_one_study(compare, study):
         (("map1", "--paths", 5, "--iterations", 5), "--paths --iterations: expected one budget"),
         (("map1", "--set", "gso.x=5"), "--set: gso.x: expected a planner that is compared, found 'gso'"),
         (("map1", "--set", "univers=5"), "compare: planners[0]: MVO has no setting 'univers'"),
-        (("map1", "--planner", "mvoo"), "compare: planners[0]: there is no planner 'mvoo'"),
+        (("map1", "--planner", "mvoo"), 'Invalid value "mvoo" for --planner. Choose from:'),
         (("map9",), "map9: no such file, nor a built-in scenario"),
         (("map1", "--runs", 0), "--runs: expected a whole number from 1 on"),
         (("map1", "--seconds", -1), "compare: budget[0].seconds"),

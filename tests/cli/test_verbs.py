@@ -285,7 +285,7 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
         (
             ["plan", "map1", "--planner", "mvp"],
-            "there is no planner 'mvp'; there are auto, mvo, hybrid-mvo, gso, bbo, random-restart, astar, taut",
+            'Invalid value "mvp" for --planner. Choose from: "auto", "mvo", "hybrid-mvo", "gso", "bbo",',
         ),
         (["plan", "map1", "--planner", "mvo", "--set", "universe=5"], "MVO has no setting 'universe'; it has"),
         (["plan", "map1", "--set", "universes"], "--set: expected name=value"),

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Literal
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
@@ -50,6 +51,24 @@ app = App(
 _LONG_WORD = r"\S{300,}"
 for verb in (scenarios, plan, check, show, export, fly, compare, reproduce, scenario_app, cache):
     app.command(verb)
+
+
+@app.command(name="--install-completion")
+def install_completion(*, shell: Literal["bash", "zsh", "fish", "powershell"] | None = None) -> None:
+    """Let the shell complete verbs, options, planners, scenarios and files when TAB is pressed.
+
+    Parameters
+    ----------
+    shell
+        The shell; found out when left out.
+    """
+    from cyclopts.completion import ShellDetectionError
+
+    try:
+        written = app.install_completion(shell=shell)
+    except ShellDetectionError:
+        raise InputError("--shell: expected bash, zsh, fish or powershell, as this shell is not known") from None
+    print(f"{written}\nA new shell completes what you type.")
 
 
 def main(words: Sequence[str] | None = None) -> None:

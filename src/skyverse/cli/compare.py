@@ -9,7 +9,7 @@ from cyclopts import Group, Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG, INTERRUPTED
 from skyverse.cli.given_scenario import refuse_unsafe
-from skyverse.cli.option_types import AsJson, Output, Whole
+from skyverse.cli.option_types import PLANNER, SCENARIO, AsJson, Output, Whole
 from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
 from skyverse.cli.report import json_text, table
 from skyverse.cli.study import study_of
@@ -27,10 +27,10 @@ asked = Group("Study (instead of a study file)")
 
 
 def compare(
-    sources: Annotated[list[str], Parameter(name="scenarios", consume_multiple=True)],
+    sources: Annotated[list[str], Parameter(name="scenarios", consume_multiple=True), SCENARIO],
     /,
     *,
-    planner: Annotated[list[str] | None, Parameter(group=asked)] = None,
+    planner: Annotated[list[str] | None, PLANNER, Parameter(group=asked)] = None,
     settings: Annotated[list[str] | None, Parameter(name="--set", group=asked)] = None,
     runs: Annotated[Whole, Parameter(group=asked)] = None,
     seed: Annotated[Whole, Parameter(group=asked)] = None,
@@ -60,8 +60,7 @@ def compare(
     sources
         One study file, or scenarios by name or file.
     planner
-        A planner to compare; repeat for more. By default mvo and random-restart; there are gso, bbo, hybrid-mvo, taut,
-        theta-star, astar, cma-es, pso, ga, de, l-shade, woa, mfo, gwo and da, too.
+        A planner to compare; repeat for more. By default mvo and random-restart.
     settings
         A setting of all planners, as in `--set universes=50`, or of one, as in `--set mvo.universes=50`; repeat for
         more.

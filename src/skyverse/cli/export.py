@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from skyverse.cli.judgement import judging_scenario
 from skyverse.cli.option_names import for_command_line
-from skyverse.cli.option_types import FLAG, SIGNED
+from skyverse.cli.option_types import FLAG, SIGNED, GivenMission, GivenScenario
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.places import origin_of
 from skyverse.cli.report import table
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 def export(
-    mission: str,
+    mission: GivenMission,
     output: Path,
     /,
     *,
-    scenario: str | None = None,
+    scenario: GivenScenario | None = None,
     altitude: Literal["amsl", "home", "agl"] = "amsl",
     origin: Annotated[str | None, SIGNED] = None,
     geoid: Annotated[float | None, SIGNED] = None,

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.fly_runs import report_runs
 from skyverse.cli.judgement import tell_not_proven
-from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, Output, Whole
+from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, GivenMission, GivenScenario, Output, Whole
 from skyverse.cli.outputs import make_folder, refuse_output
 from skyverse.cli.places import share_of, wind_of
 from skyverse.cli.report import json_text, table, violation_data
@@ -24,10 +24,10 @@ ANIMATIONS = (".html", ".mp4", ".gif")
 
 
 def fly(
-    mission: str,
+    mission: GivenMission,
     /,
     *,
-    scenario: str | None = None,
+    scenario: GivenScenario | None = None,
     vehicle: Literal["thesis", "crazyflie", "hummingbird"] | None = None,
     wind: Annotated[str, SIGNED] = "0,0,0",
     wind_speed: float | None = None,

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import tell_unknown, without_way
 from skyverse.cli.judgement import judging_scenario
-from skyverse.cli.option_types import FLAG, AsJson, Output
+from skyverse.cli.option_types import FLAG, AsJson, GivenMission, GivenScenario, Output
 from skyverse.cli.outputs import DEFAULT_FOLDER, make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
 from skyverse.errors import InputError
@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 
 
 def check(
-    mission: str, /, *, scenario: str | None = None, optimality: Annotated[bool, FLAG] = False, as_json: AsJson = False
+    mission: GivenMission,
+    /,
+    *,
+    scenario: GivenScenario | None = None,
+    optimality: Annotated[bool, FLAG] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Let the referee judge a mission file, whatever planned it.
 
@@ -80,7 +85,7 @@ def check(
 
 
 def show(
-    mission: str,
+    mission: GivenScenario,
     /,
     *,
     output: Output = None,

@@ -7,7 +7,9 @@ from typing import Annotated
 
 from cyclopts import Parameter, Token
 
+from skyverse.cli.completion import files, scenarios_and_files
 from skyverse.errors import shown
+from skyverse.planners import PLANNER_NAMES
 
 
 def _whole_number(_: object, tokens: Sequence[Token]) -> int:
@@ -28,3 +30,7 @@ SIGNED = Parameter(allow_leading_hyphen=True)
 AsJson = Annotated[bool, Parameter(name="--json"), FLAG]
 WHOLE = Parameter(converter=_whole_number)
 Whole = Annotated[int | None, WHOLE]
+PLANNER = Parameter(choices=PLANNER_NAMES)
+SCENARIO = Parameter(completer=scenarios_and_files)
+GivenScenario = Annotated[str, SCENARIO]
+GivenMission = Annotated[str, Parameter(completer=files)]

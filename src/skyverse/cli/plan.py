@@ -15,7 +15,7 @@ from skyverse.cli.given_scenario import (
     with_ceiling,
     with_more,
 )
-from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, Output, Whole
+from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, WHOLE, AsJson, GivenScenario, Output, Whole
 from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
 from skyverse.cli.overflights import tell_overflights
 from skyverse.cli.places import tracking_error_of
@@ -30,11 +30,11 @@ More = Annotated[list[str] | None, SIGNED]
 
 
 def plan(
-    scenario: str,
+    scenario: GivenScenario,
     /,
     *,
     output: Output = None,
-    planner: str = "auto",
+    planner: Annotated[str, PLANNER] = "auto",
     settings: Annotated[list[str] | None, Parameter(name="--set")] = None,
     seed: Whole = None,
     iterations: Annotated[int | None, Parameter(group=budget), WHOLE] = None,
@@ -77,8 +77,7 @@ def plan(
         The mission file, .json; the page is put beside it. By default out/NAME.json.
     planner
         By default auto, the best for what the scenario prices: astar for nodes, taut for length, cheapest for length
-        and more. Or theta-star, hybrid-mvo, mvo, gso, bbo, random-restart, cma-es, pso, ga, de, l-shade, woa, mfo, gwo
-        or da.
+        and more.
     settings
         A setting of the planner, as in `--set universes=50`; repeat for more.
     seed

@@ -4,14 +4,14 @@ import sys
 from typing import Annotated
 
 from skyverse.atomic import write_text
-from skyverse.cli.option_types import FLAG, AsJson, Output
+from skyverse.cli.option_types import FLAG, AsJson, GivenScenario, Output
 from skyverse.cli.outputs import refuse_output
 from skyverse.cli.report import json_text, table
 from skyverse.errors import InputError
 
 
 def scenarios(
-    name: str | None = None,
+    name: GivenScenario | None = None,
     /,
     *,
     schema: Annotated[bool, FLAG] = False,
