@@ -5,7 +5,8 @@ import json
 from pathlib import Path
 
 import skyverse as sky
-from skyverse.cli.report import gaps_sentence, report, table
+from skyverse.cli.report import report, table
+from skyverse.model.flight_table import gaps_sentence, told_costs
 
 
 def test_a_total_never_adds_nodes_to_metres(capsys):
@@ -14,13 +15,13 @@ def test_a_total_never_adds_nodes_to_metres(capsys):
     mixed = dataclasses.replace(nodes, results=(nodes.results[0], metres.results[1]))
     first, second = nodes.results[0].cost, metres.results[1].cost
     report(mixed, [Path("mission.json")], as_json=False)
-    assert f"total cost {first:.6g} nodes and {second:.6g} metres, total time" in capsys.readouterr().out
+    assert f"total cost {first:.6g} nodes and {second:.6g} m, total time" in capsys.readouterr().out
     report(mixed, [Path("mission.json")], as_json=True)
     summary = json.loads(capsys.readouterr().out)
     assert summary["cost"] is None
     assert summary["costs"] == {"nodes": first, "metres": second}
     report(nodes, [Path("mission.json")], as_json=False)
-    assert f"total cost {nodes.cost:.6g}, total time" in capsys.readouterr().out
+    assert f"total cost {nodes.cost:.6g} nodes, total time" in capsys.readouterr().out
 
 
 def test_names_with_brackets_are_printed_as_they_are(capsys):
@@ -33,12 +34,18 @@ def test_a_table_has_units_and_no_columns_of_optimisers_unless_asked(capsys):
     report(mission, [Path("mission.json")], as_json=False)
     out = capsys.readouterr().out
     heads = out.splitlines()[0]
-    assert all(head in heads for head in ("gap at most", "flown", "climb", "steepest", "altitude", "time", "energy"))
+    assert all(head in heads for head in ("gap at most", "flown", "climb", "steepest", "altitude", "time"))
     assert "generated paths" not in out
     assert ", seed" not in out
     assert "-0.0" not in out
     report(mission, [Path("mission.json")], as_json=False, details=True)
     assert "generated paths" in capsys.readouterr().out
+
+
+def test_large_costs_are_told_without_powers_of_ten():
+    assert told_costs({"metres": 46819.7123}) == "46,819.7 m"
+    assert told_costs({"metres": 1234567.8}) == "1,234,568 m"
+    assert told_costs({}) == "-"
 
 
 def test_gaps_say_what_they_are_counted_from():

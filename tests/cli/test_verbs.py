@@ -179,7 +179,7 @@ def test_plan_takes_settings_and_negative_coordinates(skyverse):
 def test_plan_without_a_planner_says_which_one_it_chose_and_that_it_follows_no_budget(skyverse):
     code, out, err = skyverse("plan", "map1", "--iterations", 9, "--no-page")
     assert code == 0
-    assert "\nplanned by AStar\ntotal cost 265, " in out
+    assert "\nplanned by AStar\ntotal cost 265 nodes, " in out
     assert err.endswith(
         "AStar ends by itself; without effect: --iterations (mvo and other metaheuristics follow a budget).\n"
     )

@@ -1,13 +1,11 @@
 """The 3-D view begins where the flight is seen, in front of the mountain."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.draw import page
 from skyverse.draw.first_view import FROM_THE_SOUTH, first_view
 from skyverse.draw.page import scene_data
 from skyverse.draw.scene import scene
@@ -31,12 +29,12 @@ def beside_a_ridge(side):
             "targets": ({"position": (450, 20 if side == "south" else -20, 120)},),
         }
     )
-    return scene(sky.plan_mission(scenario, sky.Taut()))
+    return sky.plan_mission(scenario, sky.Taut())
 
 
 @pytest.mark.parametrize(("side", "north"), [("south", True), ("north", False), ("none", False)])
 def test_the_view_begins_on_the_side_of_the_ridge_on_which_the_flight_is(side, north):
-    drawn = beside_a_ridge(side)
+    drawn = scene(beside_a_ridge(side))
     east, ahead = first_view(drawn.world, drawn.tracks, drawn.scenario.terrain)
     assert (ahead > 0) == north
     assert np.hypot(east, ahead) == pytest.approx(np.hypot(*FROM_THE_SOUTH))
@@ -45,5 +43,10 @@ def test_the_view_begins_on_the_side_of_the_ridge_on_which_the_flight_is(side, n
     assert json.loads(json.dumps(scene_data(drawn)["overview"])) == [east, ahead]
 
 
-def test_the_page_takes_the_direction():
-    assert "overview: [...data.overview, 0.45]" in Path(page.__file__).with_name("page.js").read_text()
+@pytest.mark.parametrize(("side", "north"), [("south", True), ("north", False)])
+def test_the_page_looks_from_that_side(side, north, tmp_path, tab):
+    sky.write_html(beside_a_ridge(side), tmp_path / "ridge.html")
+    tab.goto((tmp_path / "ridge.html").as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    eye = tab.evaluate("internals.space(document.getElementById('space')).getCamera().eye")
+    assert (eye["y"] > 0) == north

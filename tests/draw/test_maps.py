@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.draw import shape_kinds as kinds_module
-from skyverse.draw.cost_table import cost_table
 from skyverse.draw.drawn_world import MAP_MARGIN
 from skyverse.draw.figures import trajectories
 from skyverse.draw.map_traces import contours, from_above, spacing
 from skyverse.draw.mission_page import page
+from skyverse.draw.mission_tables import flight_table
 from skyverse.draw.page import scene_data
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
@@ -290,7 +290,7 @@ def test_a_profiles_ground_is_that_below_the_path():
 
 def test_the_table_tells_the_least_and_the_greatest_height_above_ground():
     mission = town(10)
-    text = cost_table(scene(mission))
+    text = flight_table(scene(mission))
     for trajectory in mission.trajectories:
         points = trajectory.at(np.linspace(0, 60, 20_001)).position
         above = points[:, 2] - mission.scenario.terrain.height(points[:, :2])
@@ -298,7 +298,7 @@ def test_the_table_tells_the_least_and_the_greatest_height_above_ground():
         assert float(least) == pytest.approx(above.min(), abs=0.2)
         assert float(most) == pytest.approx(above.max(), abs=0.2)
     assert "Above ground" in text
-    assert "Above ground" not in cost_table(scene(town(10, terrain=False)))
+    assert "Above ground" not in flight_table(scene(town(10, terrain=False)))
 
 
 def test_a_profile_shows_the_ceiling_above_ground():

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
-from skyverse.draw.cost_table import percent, seconds
-from skyverse.draw.mission_page import banner, page
+from skyverse.draw.mission_page import banner, footer, page
 from skyverse.draw.page import slider_step
 from skyverse.draw.page_parts import number
 from skyverse.draw.scene import scene
@@ -114,20 +113,20 @@ def test_uavs_that_come_too_close_are_a_warning(troubled):
     assert 'class="verdict bad"' not in told
 
 
-def test_the_footer_says_what_made_the_answer(mission):
-    said = " ".join(read(page(scene(mission))).text)
-    for fact in ("walls", "MVO(universes=25)", "MaxIterations(4)", "0.1.0"):
+def test_the_footer_says_what_made_the_answer_and_no_seed_of_a_planner_that_draws_none(mission):
+    said = footer(scene(mission))
+    for fact in ("walls", "MVO(universes=25)", "MaxIterations(4)", "Seed", "0.1.0"):
         assert fact in said
+    said = footer(scene(sky.plan_mission(sky.read("map1"), sky.AStar(), rng=1)))
+    assert "AStar()" in said
+    assert "Seed" not in said
+    assert "MaxIterations" not in said
 
 
 def test_numbers_read_well():
     assert number(None) == "–"  # noqa: RUF001
     assert number(1234.5, 2) == "1,234.50"
     assert number(float("inf")) == "∞"
-    assert percent(12.34) == "+12.3 %"
-    assert percent(0.0) == "0 %"
-    assert seconds(0.0042) == "4.2 ms"
-    assert seconds(3.14159) == "3.14 s"
 
 
 @pytest.mark.parametrize(("makespan", "step"), [(8.0, 0.05), (250.0, 1.0), (1.0, 0.005), (0.0, 1.0)])

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyverse.draw.cost_table import cost_table, fleet_tiles
 from skyverse.draw.scene import scene
 from skyverse.draw.scene_traces import in_space, of_search
 from skyverse.draw.shape_geometry import surface
@@ -73,34 +72,6 @@ def test_the_flown_trail_ends_at_the_uav(mission):
     assert len(ada.flown(8.0)) > len(trail)
 
 
-def test_rows_tell_costs_gaps_lengths_and_times(mission):
-    ada, ben = scene(mission).rows
-    assert (ada.uav, ada.target, ada.status) == ("ada", "north", Status.COMPLETE)
-    assert (ada.cost, ada.optimum, ada.terms) == (44.0, 40.0, {"fuel": 44.0, "divergence": 0.0, "end": 0.0})
-    assert ada.gap == pytest.approx(10.0)
-    assert ada.length == pytest.approx(3 + 13 + 3)
-    assert (ada.duration, ben.duration) == (8.0, 4.0)
-    assert (ada.generated_paths, ada.seconds) == (100, 0.25)
-    assert ben.gap == pytest.approx(0.0)
-
-
-def test_totals_sum_the_fleet(mission):
-    totals = scene(mission).totals
-    assert (totals.uavs, totals.targeted, totals.reached) == (2, 2, 2)
-    assert (totals.costs, totals.optimum, totals.makespan) == ({"nodes": 61.0}, 57.0, 8.0)
-    assert totals.gap == pytest.approx(100 * 4 / 57)
-
-
-def test_nodes_and_metres_are_told_apart_and_have_no_optimum_in_common(mission):
-    nodes, metres = mission.results
-    mixed = dataclasses.replace(mission, results=(nodes, dataclasses.replace(metres, any_angle=True)))
-    drawn = scene(mixed)
-    assert drawn.totals.costs == {"nodes": 44.0, "metres": 17.0}
-    assert drawn.totals.optimum is drawn.totals.gap is None
-    assert "44 nodes, 17 metres" in fleet_tiles(drawn)
-    assert "fuel (nodes or metres)" in cost_table(drawn)
-
-
 def test_only_searches_with_iterations_have_a_curve(mission):
     ((track, result),) = scene(mission).curves
     assert (track.name, result.bound) == ("ada", 40.0)
@@ -123,17 +94,12 @@ def test_trouble_is_told(troubled):
     assert drawn.findings[0].uavs == (troubled.scenario.uavs[0].name, troubled.scenario.uavs[1].name)
     assert len(drawn.notes) == 3
     assert Status.NO_PATH.sentence in drawn.notes[0]
-    assert drawn.rows[1].cost == math.inf
-    assert drawn.rows[1].length is None
-    assert drawn.rows[2].status is None
-    assert drawn.totals.optimum is None
-    assert drawn.totals.gap is None
 
 
 def test_a_path_without_trajectory_is_complete_where_nobody_flies(grounded):
     drawn = scene(grounded)
     assert drawn.complete
-    assert drawn.totals.makespan is None
+    assert drawn.makespan is None
     np.testing.assert_array_equal(drawn.tracks[0].at(3.0), (5, -4, 3))
 
 
@@ -148,12 +114,6 @@ def test_missions_that_only_the_referee_can_judge_are_still_drawn(mission):
     drawn = scene(dataclasses.replace(mission, assignment=(7, 1), results=(None,), trajectories=(broken,)))
     assert [track.target for track in drawn.tracks] == [None, (2, 12, 4)]
     assert all(len(track.times) == 0 for track in drawn.tracks)
-
-
-def test_a_path_of_no_length_has_no_gap(mission):
-    nowhere = dataclasses.replace(mission.results[0], cost=0.0, bound=0.0)
-    drawn = scene(dataclasses.replace(mission, results=(nowhere, mission.results[1])))
-    assert drawn.rows[0].gap == 0.0
 
 
 def test_every_uav_of_a_swarm_looks_different(swarm):
@@ -225,6 +185,3 @@ def test_a_bound_is_called_an_optimum_only_where_it_is_one(mission):
         drawn = scene(dataclasses.replace(mission, results=(inexact, *others)))
         assert drawn.bound == "lower bound"
         assert of_search(drawn)[0]["name"].endswith("lower bound")
-    assert drawn.rows[0].terms["risk"] == 2.0
-    assert '<th scope="col" title="weighted share">Risk</th>' in cost_table(drawn)
-    assert "Risk" not in cost_table(scene(mission))

@@ -25,66 +25,24 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:
     """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
     from skyverse.model.digest import short
+    from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs
+    from skyverse.model.seconds import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.named_columns import named_columns
 
-    results = [result for result in mission.results if result is not None]
-    terms = max((list(result.terms) for result in results if len(result.terms) > 3), key=len, default=[])
-    exact = not terms and not any(result.any_angle for result in results)
-    costs = mission.costs if mission.complete else {}
-    rows = []
-    flights = mission.flights or (None,) * len(mission.scenario.uavs)
-    for uav, target, result, trajectory, flight in zip(
-        mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, flights, strict=True
-    ):
-        if target is not None and result is not None:
-            rows.append(
-                {
-                    "uav": uav.name,
-                    "target": mission.scenario.targets[target].name,
-                    "status": result.status.value,
-                    "cost": result.cost if result.path.size else None,
-                    "optimum" if exact else "bound": result.bound,
-                    "gap": result.gap,
-                    "departs at": None if trajectory is None else trajectory.start,
-                    "arrives at": None if trajectory is None else trajectory.end,
-                    "flies": None if trajectory is None else trajectory.form,
-                    "generated paths": result.effort.generated_paths,
-                    "flight": None if flight is None else asdict(flight),
-                    **{term: result.terms.get(term) for term in terms},
-                }
-            )
     if as_json:
-        summary = {
-            "mission": str(written[0]),
-            "page": str(written[1]) if len(written) > 1 else None,
-            "cost": mission.cost if len(costs) == 1 else None,
-            "costs": costs,
-            "total_time": mission.total_time,
-            "makespan": mission.makespan,
-            "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
-            "certificates": [None if c is None else certificate_data(c) for c in mission.certificates],
-            "apart": None if mission.apart is None else certificate_data(mission.apart),
-            "scenario": {"name": mission.scenario.name, "sha256": mission.scenario.digest},
-            "interrupted": mission.interrupted,
-            "provenance": asdict(mission.provenance),
-            "uavs": rows,
-            "violations": [violation_data(v) for v in mission.violations],
-        }
-        print(json_text(summary), end="")
+        print(json_text(_summary(mission, written)), end="")
         return
-    _report_flights(mission)
-    if details and rows:
-        heads = [head for head in rows[0] if head not in ("flight", "target", "status", "gap")]
-        table(heads, [[_cell(row[head]) for head in heads] for row in rows])
+    results = [result for result in mission.results if result is not None]
+    for columns in [flight_columns(mission), *([search_columns(mission)] if details else [])]:
+        table([column.head for column in columns], zip(*(column.cells for column in columns), strict=True))
     if any(result.status.value == "optimal" for result in results):
         print("Paths called optimal are so as claimed by the planner; skyverse check --optimality searches anew.")
     if results:
         planners = dict.fromkeys(result.provenance.planner.partition("(")[0] for result in results)
         print(f"planned by {' and '.join(planners)}")
-    sums = [f"{value:.6g}{f' {unit}' if len(costs) > 1 else ''}" for unit, value in costs.items()]
-    total = " and ".join(sums) or "-"
-    times = f"total time {mission.total_time:.1f} s, makespan {mission.makespan:.1f} s"
+    times = f"total time {told_seconds(mission.total_time)}, makespan {told_seconds(mission.makespan)}"
+    total = told_costs(mission.costs) if mission.complete else "-"
     print(f"total cost {total}, {times}{'' if mission.seed is None else f', seed {mission.seed}'}")
     told = gaps_sentence(mission)
     if told:
@@ -103,58 +61,63 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
             print(f"Proven at every instant: {what_is_proven(mission.scenario)}.")
-            columns = named_columns(mission.scenario, mission.assignment)
-            if columns:
-                print(columns)
+            named = named_columns(mission.scenario, mission.assignment)
+            if named:
+                print(named)
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
     for path in written:
         print(path)
 
 
-def _report_flights(mission: "Mission") -> None:
-    """Print what each UAV flies: how far, how steeply, how high, how long, and with how much energy."""
-    from skyverse.model.flight_measures import measure_flight
-    from skyverse.model.gaps import told_gap
-    from skyverse.model.seconds import told_seconds
-    from skyverse.model.short_lines import told_metres
+def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
+    """Return what became of each UAV, the verdict, and where the files are, as plain data."""
+    costs = mission.costs if mission.complete else {}
+    return {
+        "mission": str(written[0]),
+        "page": str(written[1]) if len(written) > 1 else None,
+        "cost": mission.cost if len(costs) == 1 else None,
+        "costs": costs,
+        "total_time": mission.total_time,
+        "makespan": mission.makespan,
+        "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
+        "certificates": [None if c is None else certificate_data(c) for c in mission.certificates],
+        "apart": None if mission.apart is None else certificate_data(mission.apart),
+        "scenario": {"name": mission.scenario.name, "sha256": mission.scenario.digest},
+        "interrupted": mission.interrupted,
+        "provenance": asdict(mission.provenance),
+        "uavs": _uav_data(mission),
+        "violations": [violation_data(v) for v in mission.violations],
+    }
 
-    terrain = mission.scenario.terrain
-    height = "altitude" if terrain is None else "above ground"
+
+def _uav_data(mission: "Mission") -> list[dict[str, Any]]:
+    """Return of each UAV that was planned its path's cost and bound, and its flight, as plain data."""
+    from skyverse.model.flight_table import EXACT_TERMS, bound_kind
+    from skyverse.model.planned_flights import planned_flights
+
+    bound = "optimum" if bound_kind(mission) == "exact optimum" else "bound"
     rows = []
-    flights = mission.flights or (None,) * len(mission.scenario.uavs)
-    for uav, target, result, trajectory, flight in zip(
-        mission.scenario.uavs, mission.assignment, mission.results, mission.trajectories, flights, strict=True
-    ):
-        if target is None or result is None:
+    for one in planned_flights(mission):
+        if one.target is None or one.result is None:
             continue
-        cost = f"{result.cost:.6g}" if result.path.size else "-"
-        found = [uav.name, mission.scenario.targets[target].name, result.status.value, cost, told_gap(result.gap)]
-        if trajectory is None or flight is None:
-            rows.append([*found, *["-"] * 6])
-            continue
-        measures = measure_flight(trajectory, terrain)
-        found += [told_metres(flight.length), f"{measures.climb:.1f} m", f"{measures.steepest:.0f}\N{DEGREE SIGN}"]
-        found += [f"{measures.lowest:.1f} to {measures.highest:.1f} m", told_seconds(flight.time)]
-        rows.append([*found, "-" if flight.energy is None else f"{flight.energy / 1000:.3g} kJ/kg"])
-    if rows:
-        heads = ["uav", "target", "status", "cost", "gap at most"]
-        table([*heads, "flown", "climb", "steepest", height, "time", "energy"], rows)
-
-
-def gaps_sentence(mission: "Mission") -> str:
-    """Return what the gaps of a mission are counted from; nothing where no path has any."""
-    from skyverse.model.gaps import SMALLEST_GAP
-
-    results = [result for result in mission.results if result is not None]
-    if not any(result.gap is not None and result.gap > SMALLEST_GAP for result in results):
-        return ""
-    if not any(result.any_angle for result in results):
-        return "Gaps are counted from the cheapest path on the same lattice."
-    turn = mission.scenario.objective.divergence
-    straight = sum(result.bounded_by_straight_line(turn) for result in results)
-    many = "every UAV" if straight == len(results) else f"{straight} of {len(results)} UAVs"
-    line = f", for {many} that of the straight line" if straight else ""
-    return f"Gaps are counted from a cost that no path beats{line}; the best possible path may cost more."
+        result, trajectory = one.result, one.trajectory
+        rows.append(
+            {
+                "uav": one.uav.name,
+                "target": one.target.name,
+                "status": result.status.value,
+                "cost": result.cost if result.path.size else None,
+                bound: result.bound,
+                "gap": result.gap,
+                "departs at": None if trajectory is None else trajectory.start,
+                "arrives at": None if trajectory is None else trajectory.end,
+                "flies": None if trajectory is None else trajectory.form,
+                "generated paths": result.effort.generated_paths,
+                "flight": None if one.summary is None else asdict(one.summary),
+                **(result.terms if result.terms.keys() - EXACT_TERMS else {}),
+            }
+        )
+    return rows
 
 
 def certificate_data(certificate: "Certificate") -> dict[str, Any]:
@@ -175,12 +138,6 @@ def _report_conflicts(mission: "Mission") -> None:
     )
     for action in done.actions:
         print(f"{action.kind}: {action.sentence}")
-
-
-def _cell(value: object) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, aside: bool = False) -> None:

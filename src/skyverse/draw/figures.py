@@ -45,7 +45,7 @@ def write_figures(mission: Mission | Scenario, folder: Path, *, suffix: str = ".
 
 
 def _wanted(drawn: MissionScene) -> list[tuple[str, Callable[[], "Figure"]]]:
-    makespan = drawn.totals.makespan
+    makespan = drawn.makespan
     wanted: list[tuple[str, Callable[[], Figure]]] = [("paths", partial(paths, drawn))]
     if makespan is not None:
         shares = (("start", 0.0), ("middle", 0.5), ("end", 1.0))
@@ -76,7 +76,7 @@ def trajectories(drawn: MissionScene) -> "Figure":
 
 def instant(drawn: MissionScene, t: float) -> "Figure":
     """Return the figure of the fleet at `t` seconds, with its trajectories up to that time."""
-    heading = f"t = {t:.1f} s of {drawn.totals.makespan or 0.0:.1f} s"
+    heading = f"t = {t:.1f} s of {drawn.makespan or 0.0:.1f} s"
     return fleet_figure(drawn, heading, lambda track: [(track.positions, 0.9, 0.55), (track.flown(t), 2.6, 1.0)], t=t)
 
 

@@ -63,6 +63,7 @@ def flight_page(flight: Flight) -> str:
         "dashed": "",
         "numbers": "As flown",
         "table": _table(flight, drawn),
+        "details": "",
         "footer": _footer(flight),
     }
     return filled(parts, scene_data(drawn) | {"search": _errors(flight, drawn), "words": _FLIGHT_WORDS})

@@ -16,14 +16,12 @@ def flight_scene(flight: Flight) -> MissionScene:
     """Return the scene of `flight`; the path of a track is the planned trajectory, its positions are as flown."""
     planned = scene(flight.mission)
     tracks = tuple(_track(track, flown) for track, flown in zip(planned.tracks, flight.flown, strict=True))
-    end = max(track.arrival for track in tracks if track.arrival is not None)
     return replace(
         planned,
         tracks=tracks,
         curves=(),
         findings=tuple(replace(finding_of(planned.scenario, one), severity="error") for one in flight.violations),
         notes=(),
-        totals=replace(planned.totals, makespan=end),
         complete=True,
     )
 

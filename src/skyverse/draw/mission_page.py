@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from html import escape
 
-from skyverse.draw.cost_table import cost_table, fleet_tiles
 from skyverse.draw.margin_traces import told
+from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table
 from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, finding_line
 from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
 from skyverse.model.digest import short
+from skyverse.model.flight_table import gaps_sentence
 from skyverse.model.result import Status
 from skyverse.model.what_is_proven import what_is_proven
 from skyverse.space.named_columns import columns_sentence
@@ -35,7 +36,7 @@ def page(scene: MissionScene) -> str:
     parts = {
         "title": escape(scene.scenario.name),
         "description": escape(scene.scenario.description),
-        "tiles": fleet_tiles(scene),
+        "tiles": mission_tiles(scene),
         "banner": banner(scene),
         "space": "Flight",
         "still": "This mission has no trajectories; the paths are shown as planned.",
@@ -44,11 +45,21 @@ def page(scene: MissionScene) -> str:
         "axis": _AXIS,
         "curves": "Best cost so far of each search",
         "dashed": f"Solid: best cost so far. Dashed: the {scene.bound}.",
-        "numbers": "Costs and gaps",
-        "table": cost_table(scene),
+        "numbers": "Flights",
+        "table": flight_table(scene),
+        "details": details(scene),
         "footer": footer(scene),
     }
     return filled(parts, scene_data(scene) | {"search": of_search(scene), "words": _WORDS})
+
+
+def details(scene: MissionScene) -> str:
+    """Return what the gaps are counted from, and a table of the searches that opens when it is asked for."""
+    gaps = gaps_sentence(scene.mission)
+    said = f'<p class="hint">{gaps}</p>' if gaps else ""
+    heading = "How the paths were searched for: bounds, terms of the cost and effort"
+    region = '<div class="scroll" tabindex="0" role="region" aria-label="Table: searches">'
+    return f"{said}<details><summary>{heading}</summary>{region}<table>{search_table(scene)}</table></div></details>"
 
 
 def _squares(scene: MissionScene) -> str:
@@ -127,18 +138,18 @@ def _what_was_judged(scene: MissionScene) -> str:
 
 
 def _called_optimal(scene: MissionScene) -> bool:
-    return any(row.status is Status.OPTIMAL for row in scene.rows)
+    return any(result is not None and result.status is Status.OPTIMAL for result in scene.mission.results)
 
 
 def footer(scene: MissionScene) -> str:
     """Return the provenance of the answer, from which it can be repeated."""
-    made = scene.provenance
+    made, seed = scene.mission.provenance, scene.mission.seed
+    searched = {} if seed is None else {"Stop": made.stop, "Seed": str(seed)}
     return facts_list(
         {
             "Scenario": f"{scene.scenario.name} ({short(scene.scenario.digest)})",
             "Planner": made.planner,
-            "Stop": made.stop,
-            "Seed": "none" if made.seed is None else str(made.seed),
+            **searched,
             "skyverse": made.skyverse,
             "Platform": made.platform,
         }

@@ -32,7 +32,8 @@ def table(caption: str, heads: Sequence[tuple[str, str]], rows: Iterable[str], *
         kind = ' class="text"' if column < text_columns else ""
         tooltip = f' title="{title}"' if title else ""
         head += f'<th scope="col"{kind}{tooltip}>{name}</th>'
-    return f"<caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
+    said = f"<caption>{caption}</caption>" if caption else ""
+    return f"{said}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
 
 
 def uav_row(name: str, colour: str, texts: Iterable[str], cells: Iterable[str]) -> str:

@@ -39,7 +39,7 @@ def scenario_page(drawn: Scene) -> str:
         "space": "Space",
         "still": "Nothing is planned yet.",
         "lines": "Rings mark starts and targets that are not safe." if drawn.findings else "",
-        **dict.fromkeys(("chart", "axis", "curves", "dashed"), ""),
+        **dict.fromkeys(("chart", "axis", "curves", "dashed", "details"), ""),
         "numbers": "Starts and targets",
         "table": _table(drawn),
         "footer": _footer(scenario),

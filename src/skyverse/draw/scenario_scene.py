@@ -2,6 +2,7 @@
 
 from skyverse.draw.scene import Scene, SceneFinding
 from skyverse.draw.track import track
+from skyverse.model.planned_flights import PlannedFlight
 from skyverse.model.scenario import Scenario
 from skyverse.space.unsafe_points import unsafe_points
 
@@ -10,7 +11,9 @@ def scenario_scene(scenario: Scenario) -> Scene:
     """Return the scene of a scenario: its UAVs at their starts, and every target as one to which no UAV flies yet."""
     return Scene(
         scenario=scenario,
-        tracks=tuple(track(uav, k, None, None, None, scenario.bounds) for k, uav in enumerate(scenario.uavs)),
+        tracks=tuple(
+            track(PlannedFlight(uav=uav), number, scenario.bounds) for number, uav in enumerate(scenario.uavs)
+        ),
         spare_targets=tuple((target.name, target.position) for target in scenario.targets),
         findings=tuple(
             SceneFinding(

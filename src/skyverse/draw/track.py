@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
-from skyverse.model.result import Result
-from skyverse.model.scenario import Bounds, Target
+from skyverse.model.planned_flights import PlannedFlight
+from skyverse.model.scenario import Bounds
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, TrackingError
+from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import DRAWN_DEVIATION
 
 Point = tuple[float, float, float]
@@ -67,14 +67,13 @@ class Track:
         return np.vstack([self.positions[self.times < t], self.at(t)])
 
 
-def track(
-    uav: UAV, number: int, target: Target | None, result: Result | None, trajectory: Trajectory | None, bounds: Bounds
-) -> Track:
+def track(flight: PlannedFlight, number: int, bounds: Bounds) -> Track:
     """Return the track of a UAV; `number` is its index in the fleet."""
+    uav, target, trajectory = flight.uav, flight.target, flight.trajectory
     times, positions = np.empty(0), np.empty((0, 3))
-    if trajectory is not None and _sound(trajectory):
+    if trajectory is not None:
         times, positions = sample(trajectory, DRAWN_DEVIATION * max(np.subtract(bounds.max, bounds.min)))
-    path = np.empty((0, 3)) if result is None else result.path
+    path = np.empty((0, 3)) if flight.result is None else flight.result.path
     return Track(
         name=uav.name,
         colour=TRACK_COLOURS[number % len(TRACK_COLOURS)],
@@ -125,17 +124,3 @@ def few(points: Floats, tolerance: float) -> NDArray[np.bool_]:
             kept[first + 1 + far] = True
             left += [(first, first + 1 + far), (first + 1 + far, last)]
     return kept
-
-
-def _sound(trajectory: Trajectory) -> bool:
-    """Return whether a trajectory can be drawn; one that was read from a file may have a wrong shape."""
-    knots, coefficients = trajectory.knots, trajectory.coefficients
-    if (
-        coefficients.ndim != 3
-        or coefficients.shape[2] != 3
-        or coefficients.shape[1] < 1
-        or knots.shape != (len(coefficients) + 1,)
-    ):
-        return False
-    rising = len(knots) > 1 and bool(np.all(np.diff(knots) > 0))
-    return rising and bool(np.isfinite(knots).all() and np.isfinite(coefficients).all())

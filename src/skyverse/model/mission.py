@@ -1,7 +1,6 @@
 """The fleet's answer: who goes where, by which path and trajectory, and what the referee says of it."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -97,6 +96,15 @@ class Mission(ArrayRecord):
         return sums[0] if len(sums) == 1 else math.nan if sums else 0.0
 
     @property
+    def gap(self) -> float | None:
+        """By which share the sum of all costs exceeds that of their bounds; ``None`` where that is not known."""
+        results = [result for result in self.results if result is not None]
+        bounds = [result.bound for result in results if result.bound is not None and result.status.reached]
+        if len(self.costs) != 1 or len(bounds) < len(results) or sum(bounds) <= 0:
+            return None
+        return self.cost / sum(bounds) - 1
+
+    @property
     def seed(self) -> int | None:
         """The seed that gives the same mission again; ``None`` where its planner draws no random numbers."""
         drawn = any(result is not None and result.provenance.stop != NO_STOP for result in self.results)
@@ -131,7 +139,7 @@ class Mission(ArrayRecord):
         """The sums of the costs by unit, and how far they are above the best possible, where that is known."""
         told = " and ".join(f"{value:,.6g} {unit}" for unit, value in self.costs.items()) or "none"
         results = [result for result in self.results if result is not None]
-        gap = _fleet_gap(results) if len(self.costs) == 1 else None
+        gap = self.gap
         if gap is None:
             return told
         lattice = "" if any(result.any_angle for result in results) else " on the lattice"
@@ -162,11 +170,3 @@ class Mission(ArrayRecord):
             for target, trajectory in zip(self.assignment, self.trajectories, strict=True)
         )
         return f"{counted(without, 'UAV')} with a target but no way to it"
-
-
-def _fleet_gap(results: Sequence[Result]) -> float | None:
-    """Return by which share the costs of results together exceed their bounds; ``None`` where that is not known."""
-    bounds = [result.bound for result in results if result.bound is not None and result.status.reached]
-    if not results or len(bounds) < len(results) or sum(bounds) <= 0:
-        return None
-    return sum(result.cost for result in results) / sum(bounds) - 1

@@ -58,7 +58,7 @@ def _blocks(name: str, what: str, scenario: str, draw: Draw, cells: CellRuns) ->
 
 
 def _at(share: float, drawn: MissionScene) -> "figure.Figure":
-    return instant(drawn, share * (drawn.totals.makespan or 0.0))
+    return instant(drawn, share * (drawn.makespan or 0.0))
 
 
 @cache

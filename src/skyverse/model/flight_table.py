@@ -1,0 +1,170 @@
+"""The numbers of a mission as people read them: a table of flights, and one of the searches that found their paths."""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from skyverse.model.flight_measures import FlightMeasures, measure_flight
+from skyverse.model.gaps import SMALLEST_GAP, told_gap
+from skyverse.model.mission import Mission
+from skyverse.model.planned_flights import PlannedFlight, planned_flights
+from skyverse.model.result import Result
+from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import told_metres
+from skyverse.model.trajectory import Trajectory
+
+NO_VALUE = "-"
+"""What stands in a table where there is no value."""
+EXACT_TERMS = {"fuel", "divergence", "end"}
+"""The terms of a cost of which exact search on the lattice finds the optimum."""
+_UNITS = {"nodes": " nodes", "metres": " m"}
+_TERMS = {"altitude": "outside band", "climb": "steepness"}
+
+BoundKind = Literal["exact optimum", "straight line", "lower bound"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: its head, what it means in one sentence, and a cell for each UAV of the scenario."""
+
+    head: str
+    meaning: str
+    cells: tuple[str, ...]
+
+
+def flight_columns(mission: Mission) -> list[Column]:
+    """Return the table of flights: who goes where, at what cost, how far, how steeply, how high and how long."""
+    flights, terrain = planned_flights(mission), mission.scenario.terrain
+    measures = [None if one.trajectory is None else measure_flight(one.trajectory, terrain) for one in flights]
+    above = ("altitude", "Least and greatest z of the flight.")
+    if terrain is not None:
+        above = ("above ground", "Least and greatest height of the flight above the terrain below.")
+        if terrain.lowest is not None:
+            above = ("above ground", "Least height above the raised terrain, greatest above its lowest heights.")
+
+    def measured(told: Callable[[FlightMeasures], str]) -> tuple[str, ...]:
+        return tuple(NO_VALUE if one is None else told(one) for one in measures)
+
+    energies = [None if one.summary is None else one.summary.energy for one in flights]
+    energy = tuple(NO_VALUE if value is None else f"{value / 1000:.3g} kJ/kg" for value in energies)
+    columns = [
+        Column("UAV", "", tuple(one.uav.name for one in flights)),
+        Column("target", "", tuple(NO_VALUE if one.target is None else one.target.name for one in flights)),
+        Column("status", "How the search for the path ended.", tuple(one.status for one in flights)),
+        Column("cost", "What the objective counts of the path.", tuple(_cost(one, mission) for one in flights)),
+        Column(
+            "gap at most",
+            f"How far the cost is above the {bound_kind(mission)}, rounded up.",
+            tuple(told_gap(None if one.result is None else one.result.gap) for one in flights),
+        ),
+        Column("flown", "Length of the flight.", tuple(map(_length, flights, measures))),
+        Column("climb", "All climbs together.", measured(lambda one: told_metres(round(one.climb, 1)))),
+        Column("steepest", "Largest slope, up or down.", measured(lambda one: f"{one.steepest:.0f}\N{DEGREE SIGN}")),
+        Column(*above, measured(lambda one: f"{one.lowest:.1f} to {one.highest:.1f} m")),
+        Column("time", "From departure to arrival.", _instants(flights, lambda one: one.end - one.start)),
+        Column("energy", "For each kilogram of take-off mass.", energy),
+    ]
+    return columns if any(value is not None for value in energies) else columns[:-1]
+
+
+def search_columns(mission: Mission) -> list[Column]:
+    """Return the table of searches, for those who study planners: bounds, terms of the cost, effort and timing."""
+    flights = planned_flights(mission)
+    found = [one.result for one in flights if one.result is not None]
+    terms = list(dict.fromkeys(term for result in found for term in result.terms))
+    bound = bound_kind(mission)
+
+    def searched(told: Callable[[Result], str]) -> tuple[str, ...]:
+        return tuple(NO_VALUE if one.result is None else told(one.result) for one in flights)
+
+    return [
+        Column("UAV", "", tuple(one.uav.name for one in flights)),
+        Column("cost", "The terms together.", searched(lambda one: _plain(one.cost))),
+        Column(bound, _BOUND_MEANINGS[bound], searched(lambda one: _plain(one.bound))),
+        *(
+            Column(_TERMS.get(term, term), "Its weighted share of the cost.", searched(_share_of(term)))
+            for term in terms
+        ),
+        Column("generated paths", "By the search.", searched(lambda one: f"{one.effort.generated_paths:,}")),
+        Column("search", "Wall-clock time of the search.", searched(lambda one: _duration(one.seconds))),
+        Column("departs at", "", _instants(flights, lambda one: one.start)),
+        Column("arrives at", "", _instants(flights, lambda one: one.end)),
+        Column("flies", "The form of the trajectory.", _of_trajectories(flights, lambda one: one.form)),
+    ]
+
+
+_BOUND_MEANINGS: dict[BoundKind, str] = {
+    "exact optimum": "The cheapest path on the same lattice.",
+    "straight line": "The cost of the straight line, which no path beats.",
+    "lower bound": "A cost that no path beats; it may be far below that of the best path.",
+}
+
+
+def bound_kind(mission: Mission) -> BoundKind:
+    """Return what the bounds of a mission's paths are: optima on the lattice, straight lines, or other lower bounds."""
+    found = [one.result for one in planned_flights(mission) if one.result is not None]
+    if not any(result.any_angle for result in found) and all(result.terms.keys() <= EXACT_TERMS for result in found):
+        return "exact optimum"
+    bounded = [result for result in found if result.bound is not None]
+    return "straight line" if bounded and len(_straight(mission, bounded)) == len(bounded) else "lower bound"
+
+
+def gaps_sentence(mission: Mission) -> str:
+    """Return what the gaps of a mission are counted from; nothing where no path has any."""
+    found = [one.result for one in planned_flights(mission) if one.result is not None]
+    if not any(result.gap is not None and result.gap > SMALLEST_GAP for result in found):
+        return ""
+    if not any(result.any_angle for result in found):
+        return "Gaps are counted from the cheapest path on the same lattice."
+    straight = len(_straight(mission, found))
+    many = "every UAV" if straight == len(found) else f"{straight} of {len(found)} UAVs"
+    line = f", for {many} that of the straight line" if straight else ""
+    return f"Gaps are counted from a cost that no path beats{line}; the best possible path may cost more."
+
+
+def told_costs(costs: dict[str, float]) -> str:
+    """Return sums of costs by unit, as in ``265 nodes and 24.6 m``."""
+    return " and ".join(f"{_plain(value)}{_UNITS[unit]}" for unit, value in costs.items()) or NO_VALUE
+
+
+def _straight(mission: Mission, results: Iterable[Result]) -> list[Result]:
+    """Return the results whose bound is the cost of the straight line."""
+    turn = mission.scenario.objective.divergence
+    return [result for result in results if result.bounded_by_straight_line(turn)]
+
+
+def _cost(flight: PlannedFlight, mission: Mission) -> str:
+    if flight.result is None or not len(flight.result.path):
+        return NO_VALUE
+    return told_costs({"metres" if flight.result.any_angle else mission.scenario.objective.unit: flight.result.cost})
+
+
+def _share_of(term: str) -> Callable[[Result], str]:
+    return lambda result: _plain(result.terms.get(term))
+
+
+def _plain(value: float | None) -> str:
+    """Return a number in six digits, never in powers of ten where it is large."""
+    if value is None or not math.isfinite(value):
+        return NO_VALUE
+    return f"{value:,.6g}" if abs(value) < 1e6 else f"{value:,.0f}"
+
+
+def _duration(seconds: float) -> str:
+    return f"{1000 * seconds:.1f} ms" if seconds < 0.1 else told_seconds(seconds)
+
+
+def _length(flight: PlannedFlight, measures: FlightMeasures | None) -> str:
+    """Return the length of a flight as the mission states it, or else as it is measured."""
+    if measures is None:
+        return NO_VALUE
+    return told_metres(measures.length if flight.summary is None else flight.summary.length)
+
+
+def _instants(flights: Iterable[PlannedFlight], instant: Callable[[Trajectory], float]) -> tuple[str, ...]:
+    return _of_trajectories(flights, lambda one: told_seconds(instant(one)))
+
+
+def _of_trajectories(flights: Iterable[PlannedFlight], told: Callable[[Trajectory], str]) -> tuple[str, ...]:
+    return tuple(NO_VALUE if one.trajectory is None else told(one.trajectory) for one in flights)

@@ -1,0 +1,108 @@
+"""The tiles and tables of a mission's page: the same numbers as on the command line, those of a pilot first."""
+
+import dataclasses
+import re
+
+import pytest
+
+import skyverse as sky
+from skyverse.cli.report import report
+from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table
+from skyverse.draw.scene import scene
+from skyverse.model.flight_table import flight_columns, search_columns
+
+
+def cells(columns):
+    """The cells of a table by the head of their column."""
+    return {column.head: column.cells for column in columns}
+
+
+def words(text):
+    """The words of a piece of HTML, one cell after the other."""
+    return [word for word in re.split(r"<[^>]*>", text) if word.strip()]
+
+
+def test_a_pilots_table_tells_what_is_flown(mission):
+    told = cells(flight_columns(mission))
+    assert told["UAV"] == ("ada", "ben")
+    assert told["target"] == ("north", "south")
+    assert told["status"] == ("complete", "optimal")
+    assert told["cost"] == ("44 nodes", "17 nodes")
+    assert told["gap at most"] == ("10 %", "0 %")  # 44 of 40 nodes, and 17 of 17
+    assert told["flown"] == ("14.32 m", "7.071 m")  # straight from (5, -4, 3) by (2, 2.5, 3) to (5, 9, 3)
+    assert told["time"] == ("8 s", "4 s")
+    assert told["climb"] == ("0 m", "1 m")
+    assert told["steepest"] == ("0°", "8°")
+    assert told["altitude"] == ("3.0 to 3.0 m", "3.0 to 4.0 m")
+    assert not {"generated paths", "divergence"} & told.keys()
+
+
+def test_what_students_of_planners_read_is_in_a_table_of_its_own(mission):
+    told = cells(search_columns(mission))
+    assert told["exact optimum"] == ("40", "17")
+    assert told["fuel"] == ("44", "17")
+    assert told["generated paths"] == ("100", "25")
+    assert told["search"] == ("0.25 s", "0.25 s")
+    assert told["departs at"] == ("0 s", "1 s")
+    assert "risk" not in told
+    first, *others = mission.results
+    riskier = dataclasses.replace(first, terms=first.terms | {"risk": 2.0})
+    told = cells(search_columns(dataclasses.replace(mission, results=(riskier, *others))))
+    assert told["risk"] == ("2", "-")
+    assert told["lower bound"] == ("40", "17")
+
+
+def test_what_is_missing_is_told_as_missing(troubled):
+    told = cells(flight_columns(troubled))
+    assert told["status"] == ("complete", "no path", "not planned", "no target")
+    assert told["cost"] == ("27 nodes", "-", "-", "-")
+    assert told["flown"] == ("13 m", "-", "-", "-")
+    assert told["target"][3] == "-"
+    drawn = scene(troubled)
+    assert "not every UAV has a path" in mission_tiles(drawn)
+    assert "27" in search_table(drawn)
+
+
+def test_the_page_and_the_command_line_tell_the_same(capsys):
+    mission = sky.plan_mission(sky.read("table-4.9-2"), sky.Taut())
+    report(mission, [], as_json=False)
+    lines = capsys.readouterr().out.splitlines()
+    shown = words(flight_table(scene(mission)))
+    rows = len(mission.scenario.uavs) + 1
+    columns = len(shown) // rows
+    for k, line in enumerate(lines[:rows]):
+        there = [cell.strip().casefold() for cell in re.split(r" {2,}", line.strip())]
+        assert there == [cell.casefold() for cell in shown[k * columns : (k + 1) * columns]]
+
+
+def test_tiles_sum_the_fleet(mission):
+    assert mission.gap == pytest.approx(4 / 57)
+    shown = words(mission_tiles(scene(mission)))
+    assert shown[shown.index("Total cost") + 1] == "61 nodes"
+    assert shown[shown.index("Gap at most") + 1 :][:2] == ["7.1 %", "above the exact optimum"]
+    assert shown[shown.index("Last arrival") + 1] == "8 s"
+    assert shown[shown.index("Paths found") + 1] == "2 of 2"
+
+
+def test_nodes_and_metres_are_told_apart_and_have_no_gap_in_common(mission):
+    nodes, metres = mission.results
+    mixed = dataclasses.replace(mission, results=(nodes, dataclasses.replace(metres, any_angle=True)))
+    assert mixed.gap is None
+    drawn = scene(mixed)
+    assert "44 nodes and 17 m" in mission_tiles(drawn)
+    assert "fuel (nodes or metres)" in search_table(drawn)
+
+
+def test_a_page_opens_with_the_flights_and_hides_the_searches_until_asked(tmp_path, tab):
+    mission = sky.plan_mission(sky.read("jacksboro"))
+    sky.write_html(mission, tmp_path / "page.html")
+    tab.goto((tmp_path / "page.html").as_uri(), timeout=120_000)
+    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    assert tab.get_by_text("Above ground", exact=True).is_visible()
+    assert "straight line" in tab.locator(".numbers .hint").text_content()
+    assert "+" not in tab.locator(".numbers table").first.text_content()
+    searches = tab.locator("details th", has_text="Generated paths")
+    assert not searches.is_visible()
+    tab.locator("details summary").click()
+    assert searches.is_visible()
+    assert tab.errors == []
