@@ -63,6 +63,19 @@ def test_what_is_missing_is_told_as_missing(troubled):
     assert "27" in search_table(drawn)
 
 
+def test_energy_is_told_only_where_the_power_of_a_vehicle_is_known():
+    scenario = sky.read("table-4.9-2")
+    assert "energy" not in cells(flight_columns(sky.plan_mission(scenario, sky.Taut())))
+    first, second = scenario.uavs
+    known = scenario.model_copy(update={"uavs": (first.model_copy(update={"hover_power": 120.0}), second)})
+    mission = sky.plan_mission(known, sky.Taut())
+    told, nothing = cells(flight_columns(mission))["energy"]
+    assert nothing == "-"
+    assert told.endswith(" Wh")
+    time = mission.trajectories[0].end - mission.trajectories[0].start
+    assert 1 <= float(told.removesuffix(" Wh")) / (120 * time / 3600) < 1.3  # a hover, and some acceleration
+
+
 def test_the_page_and_the_command_line_tell_the_same(capsys):
     mission = sky.plan_mission(sky.read("table-4.9-2"), sky.Taut())
     report(mission, [], as_json=False)

@@ -19,6 +19,7 @@ ADDED = {
     "tracking_error": {"horizontal": 0.0, "vertical": 0.0},
     "max_climb": None,
     "max_descent": None,
+    "hover_power": None,
     "vehicle": "",
     "closed_above": False,
     "max_height": None,

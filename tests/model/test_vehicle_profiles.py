@@ -73,6 +73,17 @@ def test_the_thesis_quadrotor_has_the_defaults_of_a_uav():
     assert thesis.model_copy(update={"vehicle": "", "vertical_separation": None}) == plain
 
 
+@pytest.mark.parametrize(
+    ("name", "mass", "rotors", "radius"),
+    [("indoor", 0.027, 4, 0.0235), ("camera", 0.915, 4, 0.1194), ("heavy", 15.5, 6, 0.2667)],
+)
+def test_a_hover_takes_several_times_the_ideal_power_of_the_rotors(name, mass, rotors, radius):
+    weight, discs = 9.81 * mass, rotors * math.pi * radius**2
+    ideal = weight**1.5 / math.sqrt(2 * 1.225 * discs)  # momentum theory, in the air of the standard atmosphere
+    efficiency = ideal / sky.VEHICLE_PROFILES[name].limits["hover_power"]
+    assert 0.1 < efficiency < 0.6  # rotors, motors and electronics together; least of all in the smallest vehicle
+
+
 def test_the_mapping_aeroplane_turns_at_30_degrees_of_bank_and_climbs_within_its_rates():
     uav = sky.UAV(start=(0, 0, 0), vehicle="mapping")
     wing = uav.fixed_wing

@@ -83,7 +83,7 @@ SCENARIO = Scenario(
     lattice=Lattice(step=(1, 1, 1)),
     objective=Objective(fuel=1, divergence=0.3, end=80, unit="nodes"),
     uavs=(
-        UAV(name="alpha", start=(0.2, 4.1, 1.2)),
+        UAV(name="alpha", start=(0.2, 4.1, 1.2), hover_power=120),
         UAV(name="bravo", start=(1.1, 5.2, 3.1)),
         UAV(name="charlie", start=(9, 1, 0.5)),
     ),

@@ -42,6 +42,21 @@ def test_a_curve_is_as_long_and_as_far_off_as_its_samples(seed):
     assert told.deviation == pytest.approx(worst, rel=1e-2)
 
 
+def test_a_hover_takes_its_power_times_its_time_and_twice_the_thrust_nearly_three_times_as_much():
+    camera = UAV(start=(0, 0, 1), vehicle="camera")
+    minute = np.array([0.0, 60.0])
+    hover = Trajectory(minute, np.array([[(0.0, 0, 1), (0, 0, 0), (0, 0, 0)]]))
+    assert flight_summary(camera, CORNERS[:1], hover).energy == pytest.approx(122 * 60)
+    rising = Trajectory(minute, np.array([[(0.0, 0, 1), (0, 0, 0), (0, 0, 9.81 / 2)]]))  # at one g
+    assert flight_summary(camera, CORNERS[:1], rising).energy == pytest.approx(122 * 60 * 2**1.5)
+
+
+def test_no_energy_is_told_where_the_power_is_not_known():
+    flight = rest_to_rest(CORNERS, ALPHA)
+    assert flight_summary(ALPHA, CORNERS, flight).energy is None
+    assert flight_summary(UAV(start=(0, 0, 1), vehicle="thesis"), CORNERS, flight).energy is None
+
+
 def test_the_distance_from_a_single_place_is_known():
     flight = rest_to_rest(np.array([(0.0, 0, 0), (3, 0, 0)]), ALPHA)
     assert largest_distance(flight, np.array([(0.0, 4, 0)])) == pytest.approx(5, abs=1e-7)

@@ -16,6 +16,7 @@ from skyverse.model.trajectory import Trajectory
 
 NO_VALUE = "-"
 """What stands in a table where there is no value."""
+JOULES_OF_WATT_HOUR = 3600.0
 EXACT_TERMS = {"fuel", "divergence", "end"}
 """The terms of a cost of which exact search on the lattice finds the optimum."""
 _UNITS = {"nodes": " nodes", "metres": " m"}
@@ -47,7 +48,7 @@ def flight_columns(mission: Mission) -> list[Column]:
         return tuple(NO_VALUE if one is None else told(one) for one in measures)
 
     energies = [None if one.summary is None else one.summary.energy for one in flights]
-    energy = tuple(NO_VALUE if value is None else f"{value / 1000:.3g} kJ/kg" for value in energies)
+    energy = tuple(NO_VALUE if value is None else f"{value / JOULES_OF_WATT_HOUR:.3g} Wh" for value in energies)
     columns = [
         Column("UAV", "", tuple(one.uav.name for one in flights)),
         Column("target", "", tuple(NO_VALUE if one.target is None else one.target.name for one in flights)),
@@ -63,7 +64,7 @@ def flight_columns(mission: Mission) -> list[Column]:
         Column("steepest", "Largest slope, up or down.", measured(lambda one: f"{one.steepest:.0f}\N{DEGREE SIGN}")),
         Column(*above, measured(lambda one: f"{one.lowest:.1f} to {one.highest:.1f} m")),
         Column("time", "From departure to arrival.", _instants(flights, lambda one: one.end - one.start)),
-        Column("energy", "For each kilogram of take-off mass.", energy),
+        Column("energy", "Estimated from the power at which the UAV hovers.", energy),
     ]
     return columns if any(value is not None for value in energies) else columns[:-1]
 

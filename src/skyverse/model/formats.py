@@ -18,7 +18,7 @@ Files of version 1 have them; they are not read, as whoever wrote the file may h
 """
 NEW_IN_SCENARIO_2 = {
     "": ("max_height",),
-    "uavs": ("tracking_error", "max_climb", "max_descent", "vehicle"),
+    "uavs": ("tracking_error", "max_climb", "max_descent", "hover_power", "vehicle"),
     "obstacles": ("closed_above",),
     "zones": ("closed_above",),
     "terrain": ("lowest",),

@@ -63,6 +63,9 @@ class UAV(Model):
     vertical_separation
         The vertical distance that UAVs above and below it must keep because of its downwash, metres; twice `separation`
         if it is left out. In all other directions an ellipsoid with these semi-axes must be kept free.
+    hover_power
+        The electrical power, W, at which a multirotor hovers, and from which the energy of its flights is estimated;
+        ``None`` where it is not known.
     tracking_error
         How far it may stray from its nominal position; it keeps to it exactly if this is left out.
     priority
@@ -86,6 +89,7 @@ class UAV(Model):
     thrust_to_weight: Annotated[Number, Field(gt=1, le=1e6)] = 2.5
     separation: NonNegative = 0.5
     vertical_separation: NonNegative | None = None
+    hover_power: Limit | None = None
     tracking_error: TrackingError = TrackingError()
     priority: Annotated[int, Field(strict=True)] = 0
     fixed_wing: FixedWing | None = None

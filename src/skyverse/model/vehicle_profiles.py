@@ -50,13 +50,14 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
             "PID_VEL_ROLL_MAX); thrust: rotorpy's parameters of it; separation: the downwash ellipsoids of Hönig et "
             "al., Trajectory Planning for Quadrotor Swarms, IEEE Transactions on Robotics, 2018; tracking error: five "
             "times the mean of 49 vehicles, below 0.02 m, in Preiss et al., Crazyswarm: A Large Nano-Quadcopter Swarm, "
-            "ICRA 2017",
+            "ICRA 2017; power: its maker's data sheet, 250 mAh at 3.7 V in 7 minutes of flight",
             simulated_as="crazyflie",
             max_speed=1.0,
             max_acceleration=2.0,
             max_jerk=20.0,
             max_tilt=20.0,
             thrust_to_weight=1.9,
+            hover_power=7.9,
             max_climb=1.0,
             max_descent=1.0,
             separation=0.24,
@@ -79,12 +80,14 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         ),
         "camera": _profile(
             "camera multirotor (of the class of the DJI Mavic 3 Enterprise, 0.9 kg)",
-            f"speeds and tilt: the manufacturer's specifications, normal mode; {_PX4}; {_GNSS}",
+            f"speeds and tilt: the manufacturer's specifications, normal mode; power: the same, 77 Wh in 38 minutes of "
+            f"hovering; {_PX4}; {_GNSS}",
             max_speed=15.0,
             max_acceleration=3.0,
             max_jerk=4.0,
             max_tilt=30.0,
             thrust_to_weight=2.0,
+            hover_power=122.0,
             max_climb=6.0,
             max_descent=6.0,
             separation=2.0,
@@ -93,12 +96,14 @@ VEHICLE_PROFILES: Mapping[str, VehicleProfile] = MappingProxyType(
         ),
         "heavy": _profile(
             "heavy multirotor (of the class of the DJI Matrice 600 Pro, up to 15.5 kg)",
-            f"speeds and tilt: the manufacturer's specifications; {_PX4}; {_GNSS}",
+            f"speeds and tilt: the manufacturer's specifications; power: the same, six batteries of 99.9 Wh in 16 "
+            f"minutes of hovering with 6 kg of payload, at 15.5 kg; {_PX4}; {_GNSS}",
             max_speed=18.0,
             max_acceleration=3.0,
             max_jerk=4.0,
             max_tilt=25.0,
             thrust_to_weight=2.0,
+            hover_power=2250.0,
             max_climb=5.0,
             max_descent=3.0,
             separation=5.0,

@@ -47,13 +47,13 @@ def judge_flight_summary(
         message = f"The mission summarises a flight of {vehicle.name}, but there is none along a path."
         yield Violation(Fault.FLIGHT, (uav,), message)
         return
-    time = float(curve.knots[-1] - curve.knots[0])
+    time, power = float(curve.knots[-1] - curve.knots[0]), vehicle.hover_power
     true = {
         "length": curve_length(curve),
         "time": Enclosure(time, time, time),
-        "energy": None if vehicle.fixed_wing is not None else flight_energy(curve),
+        "energy": None if vehicle.fixed_wing is not None or power is None else flight_energy(curve, power),
     }
-    for noun, unit in (("length", "m"), ("time", "s"), ("energy", "J/kg")):
+    for noun, unit in (("length", "m"), ("time", "s"), ("energy", "J")):
         said, is_so = getattr(claimed, noun), true[noun]
         if not (said is None if is_so is None else is_so.agrees(number(said))):
             told = "not known" if is_so is None else f"{is_so.estimate:.9g} {unit}"

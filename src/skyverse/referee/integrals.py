@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.flight_summary import AIR_DENSITY, DISC_LOADING, EFFICIENCY
 from skyverse.referee.curve import PolynomialCurve, derivative
 from skyverse.referee.limits import GRAVITY
 from skyverse.referee.polynomial import bernstein, halve
@@ -34,11 +33,11 @@ def curve_length(curve: PolynomialCurve) -> Enclosure:
     return _integral(derivative(curve.pieces), curve.durations, 1.0, 1.0)
 
 
-def flight_energy(curve: PolynomialCurve) -> Enclosure:
-    """Return the energy of a multirotor's flight, J/kg, as `FlightSummary.energy` tells."""
+def flight_energy(curve: PolynomialCurve, hover_power: float) -> Enclosure:
+    """Return the energy, J, of the flight of a multirotor that hovers at a power, W: see `FlightSummary.energy`."""
     thrust = derivative(derivative(curve.pieces))
     thrust[:, 0, 2] += GRAVITY
-    return _integral(thrust, curve.durations, 1.5, np.sqrt(DISC_LOADING / (2 * AIR_DENSITY)) / EFFICIENCY)
+    return _integral(thrust, curve.durations, 1.5, hover_power / GRAVITY**1.5)
 
 
 def _integral(rows: Floats, durations: Floats, exponent: float, factor: float) -> Enclosure:
@@ -48,6 +47,7 @@ def _integral(rows: Floats, durations: Floats, exponent: float, factor: float) -
     and over the part all weights of that mean have the same integral. By Jensen's inequality, the mean of |f|^p over
     the part is therefore at least |mean F_i|^p and at most the mean of |F_i|^p. Of a velocity, these are the chord and
     the control polygon. Parts are cut in two until the bounds are apart by less than a share of `SUMMARY_LET_PASS`.
+    The sums themselves are rounded, which is far less.
 
     The estimate is (2 low + n high) / (n + 2), with the degree n of f, which is exact up to the fourth order
     (J. Gravesen, "Adaptive subdivision and the length and energy of Bezier curves", Computational Geometry 8, 1997).

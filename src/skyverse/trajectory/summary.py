@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.model.flight_summary import AIR_DENSITY, DISC_LOADING, EFFICIENCY, FlightSummary
+from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import DEVIATION, QUADRATURE
@@ -28,14 +28,13 @@ def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSumm
         motion = trajectory.at(instants)
         thrust = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1)
         speed = np.linalg.norm(motion.velocity, axis=1)
-        return np.column_stack([speed, thrust**1.5 * math.sqrt(DISC_LOADING / (2 * AIR_DENSITY)) / EFFICIENCY])
+        return np.column_stack([speed, (thrust / GRAVITY) ** 1.5])
 
-    length, energy = _integrals(rates, trajectory.knots)
-    flies_on = uav.fixed_wing is not None
+    length, hovering = _integrals(rates, trajectory.knots)
     return FlightSummary(
         length=float(length),
         time=trajectory.end - trajectory.start,
-        energy=None if flies_on else float(energy),
+        energy=None if uav.fixed_wing or uav.hover_power is None else float(uav.hover_power * hovering),
         deviation=largest_distance(trajectory, path),
     )
 
