@@ -6,7 +6,9 @@ import tomllib
 import typing
 from pathlib import Path
 
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+from sphinx_gallery.scrapers import figure_rst
 
 import skyverse
 from skyverse import planners
@@ -56,7 +58,20 @@ napoleon_use_ivar = False
 napoleon_attr_annotations = False  # the signature says them
 smartquotes = False  # they make a dash of --
 
+
+def _figure_of_last_line(_block, variables, conf):
+    """Take up the figure that the last line of a block returns, as notebooks do."""
+    figure = variables["example_globals"].get("___")
+    if not isinstance(figure, Figure):
+        return ""
+    path = next(variables["image_path_iterator"])
+    figure.savefig(path, facecolor="white")
+    return figure_rst([path], conf["src_dir"])
+
+
 sphinx_gallery_conf = {
+    "image_scrapers": ("matplotlib", _figure_of_last_line),
+    "ignore_repr_types": "Figure",
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
     "filename_pattern": r".*\.py",
@@ -126,13 +141,17 @@ def _write_table(file: Path, head: str, rows: list[str]) -> None:
 _write_generated_pages()
 
 
+_NAMED_LATER = {"Figure": Figure, "Scenario": skyverse.Scenario}
+"""What signatures name that their modules import for type checkers alone."""
+
+
 def _signature(_app, what, _name, obj, _options, _arguments, _returned):
     """Say types as people do: without validators, without the modules that names live in."""
     if what not in ("class", "function", "method"):
         return None
     maker = obj.__init__ if dataclasses.is_dataclass(obj) else obj
     signature = inspect.signature(maker)
-    hints = typing.get_type_hints(obj) | typing.get_type_hints(maker)
+    hints = typing.get_type_hints(obj, localns=_NAMED_LATER) | typing.get_type_hints(maker, localns=_NAMED_LATER)
     parameters = [
         parameter.replace(annotation=_Said(hints[name])) if name in hints else parameter
         for name, parameter in signature.parameters.items()

@@ -5,9 +5,6 @@ Five UAVs: who goes where
 Table 4.8's mission on Map 3, with three ways to price a pair of UAV and target, and two criteria.
 """
 
-import tempfile
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 
 import skyverse as sky
@@ -54,14 +51,7 @@ for violation in mission.violations:
     print(f"{violation.fault.value}: {violation.message}")
 
 # %%
-# Figures are written to files; here is one of them. ``sky.write_html`` writes a page that flies the fleet.
+# A notebook shows a mission with its picture and its table. ``mission.plot()`` is the picture alone,
+# ``sky.write_figures`` writes all figures to files, and ``sky.write_html`` a page that flies the fleet.
 
-with tempfile.TemporaryDirectory() as folder:
-    pictures = {path.stem: plt.imread(path) for path in sky.write_figures(mission, Path(folder))}
-print(sorted(pictures))
-
-figure = plt.figure(figsize=(8, 6))
-axes = figure.add_axes((0, 0, 1, 1))
-axes.imshow(pictures["trajectories"])
-axes.set_axis_off()
-plt.show()
+mission

@@ -8,8 +8,6 @@ Build a scenario in code, keep it as YAML, plan it with turns priced, check it, 
 import tempfile
 from pathlib import Path
 
-import matplotlib.pyplot as plt
-
 import skyverse as sky
 
 # %%
@@ -77,16 +75,6 @@ assert sky.certify(scenario, again).trajectories == mission.certificates
 print(sorted(path.name for path in folder.iterdir()))
 
 # %%
-# A trajectory is a function of time.
+# A trajectory is a function of time. This is the carrier's, with its limits.
 
-figure, (above, below) = plt.subplots(2, sharex=True, figsize=(8, 5), layout="constrained")
-for uav, trajectory in zip(scenario.uavs, mission.trajectories, strict=True):
-    t = [trajectory.start + (trajectory.end - trajectory.start) * i / 500 for i in range(501)]
-    motion = trajectory.at(t)
-    above.plot(t, motion.position[:, 2], label=uav.name)
-    below.plot(t, (motion.velocity**2).sum(axis=1) ** 0.5, label=f"{uav.name}, limit {uav.max_speed:g} m/s")
-above.set_ylabel("height (m)")
-below.set(xlabel="time (s)", ylabel="speed (m/s)")
-above.legend()
-below.legend()
-plt.show()
+mission.trajectories[1].plot(scenario.uavs[1])

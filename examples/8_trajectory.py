@@ -2,8 +2,9 @@
 Without stopping
 ================
 
-The same path flown twice within the same limits: at rest at every waypoint, as the thesis does it, and as a smooth
-trajectory. Both are proven before they leave ``plan_mission``.
+One path, flown in four ways within the same limits. By default a UAV flies along the straight legs of its path in the
+least time, with a blend at each bend. It can also fly a smooth curve near the path, or stop at every bend, as the
+thesis does it. Each is proven before it leaves ``plan_mission``.
 """
 
 import matplotlib.pyplot as plt
@@ -11,47 +12,44 @@ import numpy as np
 
 import skyverse as sky
 
-scenario = sky.read("map3")
-flights = {shape: sky.plan_mission(scenario, sky.Taut(), shape=shape) for shape in ("stop-and-go", "minimum-snap")}
-for shape, mission in flights.items():
-    print(f"{shape}: {mission.makespan:.2f} s, {mission.certificates[0].sentence}")
+scenario = sky.random_downtown(60, seed=1)
+shapes = ("minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go")  # the first one is the default
+missions = {shape: sky.plan_mission(scenario, shape=shape) for shape in shapes}
+for shape, mission in missions.items():
+    trajectory = mission.trajectories[0]
+    print(f"{shape:12}  {trajectory.form:11}  {mission.makespan:.2f} s  {trajectory.note}")
 
 # %%
-# Speed and acceleration: the smooth one flies at one limit or the other nearly all the time.
+# What a notebook shows of a mission that is the last thing in a cell:
+
+missions["minimum-time"]
+
+# %%
+# The default over time. It is at the limit of speed nearly all the time, and at the limit of acceleration when it
+# starts, turns and brakes.
 
 uav = scenario.uavs[0]
-figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5), layout="constrained")
-for (shape, mission), colour in zip(flights.items(), ("#8a94a6", "#1456c8"), strict=True):
-    t = np.linspace(0, mission.makespan, 2000)
-    motion = mission.trajectories[0].at(t)
-    axes[0].plot(t, np.linalg.norm(motion.velocity, axis=1), color=colour, label=shape)
-    axes[1].plot(t, np.linalg.norm(motion.acceleration, axis=1), color=colour)
-for axis, limit, label in zip(
-    axes, (uav.max_speed, uav.max_acceleration), ("speed, m/s", "acceleration, m/s²"), strict=True
-):
-    axis.axhline(limit, color="#c0392b", linewidth=1, linestyle="--")
-    axis.text(0, limit, " limit", color="#c0392b", va="bottom")
-    axis.set_ylabel(label)
-    axis.set_ylim(0, 1.2 * limit)
-axes[1].set_xlabel("seconds")
-axes[0].legend(loc="upper right", ncols=2, frameon=False)
-plt.show()
+missions["minimum-time"].trajectories[0].plot(uav)
 
 # %%
-# From the side and from above: it passes the corners of the obstacles, grown by the clearance, at speed.
+# Stopping at every bend takes longer.
 
-figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5), layout="constrained")
-for axis, other, label in ((axes[0], 2, "z, m"), (axes[1], 0, "x, m")):
-    for box in scenario.obstacles:
-        low, high = np.array(box.min) - scenario.clearance, np.array(box.max) + scenario.clearance
-        size = high - low
-        axis.add_patch(plt.Rectangle((low[1], low[other]), size[1], size[other], color="#555555", alpha=0.2, lw=0))
-    for (shape, mission), colour in zip(flights.items(), ("#8a94a6", "#1456c8"), strict=True):
-        place = mission.trajectories[0].at(np.linspace(0, mission.makespan, 2000)).position
-        axis.plot(place[:, 1], place[:, other], color=colour, label=shape)
-    axis.set_ylabel(label)
-    axis.set_xlim(scenario.bounds.min[1], scenario.bounds.max[1])
-    axis.set_ylim(scenario.bounds.min[other], scenario.bounds.max[other])
-axes[1].set_xlabel("y, m")
-axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False)
+missions["stop-and-go"].trajectories[0].plot(uav)
+
+# %%
+# From above, at one bend: the blend keeps near the path, which leads around the grown corner of a building; a smooth
+# curve takes the space that there is. Obstacles are drawn as grown by the clearance.
+
+bend = missions["stop-and-go"].results[0].path[3]
+figure, axes = plt.subplots(figsize=(7, 6), layout="constrained")
+for box in scenario.obstacles:
+    low, high = np.array(box.min) - scenario.clearance, np.array(box.max) + scenario.clearance
+    axes.add_patch(plt.Rectangle(low[:2], *(high - low)[:2], color="#555555", alpha=0.25, lw=0))
+for (shape, mission), style in zip(missions.items(), ("-", "--", ":", "-"), strict=True):
+    trajectory = mission.trajectories[0]
+    place = trajectory.at(np.linspace(trajectory.start, trajectory.end, 5000)).position
+    axes.plot(place[:, 0], place[:, 1], style, label=shape, linewidth=1 if shape == "stop-and-go" else 2)
+axes.set(xlim=bend[0] + np.array([-20, 20]), ylim=bend[1] + np.array([-17, 17]), xlabel="x, m", ylabel="y, m")
+axes.set_aspect("equal")
+axes.legend(frameon=False)
 plt.show()

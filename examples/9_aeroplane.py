@@ -30,7 +30,7 @@ scenario = sky.Scenario(
     ),
     targets=(sky.Target(position=(430, 90, 40)), sky.Target(position=(660, 330, 20))),
 )
-mission = sky.plan_mission(scenario, sky.Taut(), assignment="identity")
+mission = sky.plan_mission(scenario, assignment="identity")
 print(len(mission.violations), "violations")
 
 # %%

@@ -1,5 +1,7 @@
 """What README and docs say of the code is what the code is."""
 
+import doctest
+import io
 import re
 import tomllib
 from pathlib import Path
@@ -14,7 +16,19 @@ CONTRIBUTING = (ROOT / "docs" / "contributing.md").read_text(encoding="utf-8")
 
 
 def python_blocks(page):
-    return re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    """Return the language, python or pycon, and the text of each block of Python on a page."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(r"^```(python|pycon)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def run_session(page, text, names):
+    """Run a session at the prompt, and require that it prints what stands there."""
+    test = doctest.DocTestParser().get_doctest(text, names, page, page, 0)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS, verbose=False)
+    said = io.StringIO()
+    runner.run(test, out=said.write, clear_globs=False)
+    assert runner.summarize(verbose=False).failed == 0, said.getvalue()
+    names.update(test.globs)
 
 
 def test_the_layers_that_are_drawn_are_the_contract():
@@ -41,8 +55,11 @@ def test_the_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatc
     pytest.importorskip("rotorpy", reason="the extra flight is not installed")
     monkeypatch.chdir(tmp_path)
     names = {"print": lambda *_: None}
-    for block in python_blocks(page):
-        exec(compile(block, page, "exec"), names)
+    for language, block in python_blocks(page):
+        if language == "pycon":
+            run_session(page, block, names)
+        else:
+            exec(compile(block, page, "exec"), names)
 
 
 def test_every_extra_is_named_on_the_page_about_installing():

@@ -41,10 +41,11 @@ def write_figures(mission: Mission | Scenario, folder: Path, *, suffix: str = ".
     """
     if isinstance(mission, Scenario):
         return write_stills([("scenario", partial(given, scenario_scene(mission)))], folder, suffix)
-    return write_stills(_wanted(scene(mission)), folder, suffix)
+    return write_stills(mission_figures(scene(mission)), folder, suffix)
 
 
-def _wanted(drawn: MissionScene) -> list[tuple[str, Callable[[], "Figure"]]]:
+def mission_figures(drawn: MissionScene) -> list[tuple[str, Callable[[], "Figure"]]]:
+    """Return the names of the figures that a mission has, and what draws each of them."""
     makespan = drawn.makespan
     wanted: list[tuple[str, Callable[[], Figure]]] = [("paths", partial(paths, drawn))]
     if makespan is not None:

@@ -26,12 +26,9 @@ MAX_MAP_WIDTH, MAX_MAP_HEIGHT = 9.4, 7.5
 
 def blank(width: float, height: float) -> "Figure":
     """Return an empty figure that needs no display; `width` and `height` are in inches."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from skyverse.draw.shown_figure import ShownFigure
 
-    figure = Figure(figsize=(width, height))
-    FigureCanvasAgg(figure)
-    return figure
+    return ShownFigure(figsize=(width, height))
 
 
 def map_figure(drawn: Scene, heading: str) -> tuple["Figure", Any]:

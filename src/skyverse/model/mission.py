@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from skyverse.model.arrays import ArrayRecord
+from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.formats import MISSION_2
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
@@ -17,9 +18,12 @@ from skyverse.model.short_lines import as_lines, counted, told_metres
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate, Deconfliction, Violation
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 @dataclass(frozen=True, eq=False)
-class Mission(ArrayRecord):
+class Mission(ArrayRecord, Drawn):
     """The fleet's answer. It embeds its scenario, so that one file is enough for everything that follows.
 
     Attributes
@@ -72,6 +76,25 @@ class Mission(ArrayRecord):
             f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",
             f"by {replace(self.provenance, seed=self.seed).planner_and_seed}",
         )
+
+    def plot(self, figure: str | None = None) -> "Figure":
+        """Return a figure of the mission, by default of its trajectories, or of its paths where nobody flies.
+
+        A notebook shows the figure; ``.savefig("mission.png")`` writes it.
+
+        Parameters
+        ----------
+        figure
+            The name of another figure, as `write_figures` has them: ``"paths"``, ``"flight-start"``,
+            ``"flight-middle"``, ``"flight-end"`` or ``"convergence"``.
+
+        Raises
+        ------
+        ValueError
+            If the mission has no such figure.
+        """
+        drawn: Figure = drawing().plot_mission(self, figure)
+        return drawn
 
     @property
     def costs(self) -> dict[str, float]:

@@ -3,14 +3,21 @@
 import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
+from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_metres, told_point
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from skyverse.model.scenario import Scenario
 
 
 class Status(Enum):
@@ -121,7 +128,7 @@ CANCELLED = "Cancelled"
 
 
 @dataclass(frozen=True, eq=False)
-class Result(ArrayRecord):
+class Result(ArrayRecord, Drawn):
     """One path, and what is known about it.
 
     Attributes
@@ -175,6 +182,19 @@ class Result(ArrayRecord):
             f"by {self.provenance.planner_and_seed}: {counted(self.effort.generated_paths, 'generated path')} "
             f"in {told_seconds(self.seconds)}",
         )
+
+    def plot(self, scenario: "Scenario | None" = None) -> "Figure":
+        """Return the figure of the path from above and from the side, and of the search where it has a history.
+
+        A notebook shows the figure; ``.savefig("path.png")`` writes it.
+
+        Parameters
+        ----------
+        scenario
+            Draws the path in the space of this scenario instead, among its obstacles.
+        """
+        figure: Figure = drawing().plot_result(self, scenario)
+        return figure
 
     @property
     def gap(self) -> float | None:

@@ -6,17 +6,21 @@ All units are SI; positions are local east-north-up metres, with an optional WGS
 import math
 from collections import Counter
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from skyverse.errors import InputError, shown
 from skyverse.model.digest import digest_of
+from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MAX_STATES = 5e8
 """States of the exact search on a scenario's lattice, more of which would not fit into memory."""
@@ -214,7 +218,7 @@ def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
     return named
 
 
-class Scenario(Model):
+class Scenario(Model, Drawn):
     """All that is given. Every field is validated; unknown keys are refused.
 
     Attributes
@@ -283,6 +287,14 @@ class Scenario(Model):
         )
 
     __str__ = __repr__
+
+    def plot(self) -> "Figure":
+        """Return the figure of the space with starts and targets, and rings around those that are not safe.
+
+        A notebook shows the figure; ``.savefig("scenario.png")`` writes it.
+        """
+        figure: Figure = drawing().plot_scenario(self)
+        return figure
 
     @property
     def ground_clearance(self) -> float:
