@@ -24,7 +24,7 @@ from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
 from skyverse.draw.scenario_scene import scenario_scene
 from skyverse.draw.scene import scene
-from skyverse.draw.shape_geometry import coarser, faces, footprint, span, surface
+from skyverse.draw.shape_geometry import below, coarser, faces, footprint, span, surface
 from skyverse.draw.triangulation import triangles, turned
 from skyverse.maps.readers.cityjson import KIND_OF_TYPE
 from skyverse.model.geodesy import to_wgs84
@@ -273,6 +273,30 @@ def test_a_city_of_boxes_without_names_is_opaque_and_has_a_map():
     brightness = numbers(mesh["intensity"])
     assert brightness[level].min() > 1.2 * brightness[~level].max()  # roofs stand out
     assert brightness.max() <= 1
+
+
+def test_what_is_higher_than_the_picture_has_a_roof_where_it_is_cut_off():
+    ring = ((0, 0), (5, 0), (5, 5))
+    tall = (
+        Box(min=(0, 0, 0), max=(10, 10, 90)),
+        Cylinder(centre=(30, 30), radius=5, low=0, high=70),
+        Prism(vertices=ring, low=2, high=61),
+    )
+    for shape in tall:
+        points, triangle = surface(below(shape, 60.0))
+        edges = Counter(frozenset(pair) for a, b, c in triangle for pair in ((a, b), (b, c), (c, a)))
+        assert set(edges.values()) == {2}  # closed
+        assert points[:, 2].max() == 60
+        assert points[:, 2].min() == surface(shape)[0][:, 2].min()
+    for kept in (tall[0], Box(min=(0, 0, 95), max=(10, 10, 99)), Sphere(centre=(0, 0, 60), radius=9)):
+        assert below(kept, 90.0) is kept
+    city = sky.random_downtown(40, seed=1)
+    mission = sky.plan_mission(city, sky.ThetaStar())
+    top = city.bounds.max[2]
+    meshes = [one for one in scene_data(scene(mission))["space"] if one["meta"]["role"] == "kind"]
+    assert max(numbers(mesh["z"]).max() for mesh in meshes) == top
+    assert f"cut off at its top, z = {top:g} m" in page(scene(mission))
+    assert "cut off" not in page(scene(town(5)))
 
 
 # ---- profiles and map ----

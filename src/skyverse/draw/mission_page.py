@@ -9,6 +9,7 @@ from skyverse.draw.page import filled, scene_data
 from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, finding_line
 from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
+from skyverse.draw.shape_geometry import below
 from skyverse.model.digest import short
 from skyverse.model.flight_table import gaps_sentence
 from skyverse.model.result import Status
@@ -33,6 +34,7 @@ _WORDS = {
 
 def page(scene: MissionScene) -> str:
     """Return the page of `scene`, in which every string that a user gave is escaped."""
+    marks = f"{told(scene)}{_squares(scene)}{_cut(scene)}"
     parts = {
         "title": escape(scene.scenario.name),
         "description": escape(scene.scenario.description),
@@ -40,7 +42,7 @@ def page(scene: MissionScene) -> str:
         "banner": banner(scene),
         "space": "Flight",
         "still": "This mission has no trajectories; the paths are shown as planned.",
-        "lines": f"Thick lines: trajectories; thin lines: the paths as planned. {told(scene)}{_squares(scene)}",
+        "lines": f"Thick lines: trajectories; thin lines: the paths as planned. {marks}",
         "chart": "Convergence",
         "axis": _AXIS,
         "curves": "Best cost so far of each search",
@@ -69,6 +71,13 @@ def _squares(scene: MissionScene) -> str:
         if scene.landings
         else ""
     )
+
+
+def _cut(scene: MissionScene) -> str:
+    """Say that shapes are cut off at the top of the picture, if any are."""
+    top = float(scene.world.high[2])
+    cut = any(below(shape, top) is not shape for kind in scene.world.kinds for shape in kind.shapes)
+    return f" What is higher than the picture is cut off at its top, z = {top:,.4g} m." if cut else ""
 
 
 def banner(scene: MissionScene) -> str:

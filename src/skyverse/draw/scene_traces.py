@@ -104,7 +104,8 @@ def in_space(scene: Scene) -> list[Trace]:
         spare |= {"mode": "markers+text", "textposition": "top center"}
     fine = DRAWN_DEVIATION * float((scene.world.high - scene.world.low).max())
     tracks = [each for number, track in enumerate(scene.tracks) for each in of_track(track, number, fine)]
-    kinds = [kind(shapes, number) for number, shapes in enumerate(scene.world.kinds)]
+    top = float(scene.world.high[2])
+    kinds = [kind(shapes, number, top) for number, shapes in enumerate(scene.world.kinds)]
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
     tubes = [each for number, track in enumerate(scene.tracks) for each in tube(track, number, fine)]
     margins = [*tubes, *columns(scene), *ceiling(scene), *separations(scene)]

@@ -36,6 +36,15 @@ def footprint(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:
     return [np.array(shape.centre[:2]) + shape.radius * np.column_stack([np.cos(turn), np.sin(turn)])]
 
 
+def below(shape: DrawnShape, top: float) -> DrawnShape:
+    """Return a shape without what is above z = `top`; spheres, voxels and what lies wholly above stay whole."""
+    if isinstance(shape, Box) and shape.min[2] < top < shape.max[2]:
+        return shape.model_copy(update={"max": (*shape.max[:2], top)})
+    if isinstance(shape, Cylinder | Prism) and shape.low < top < shape.high:
+        return shape.model_copy(update={"high": top})
+    return shape
+
+
 def surface(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> tuple[Floats, Ints]:
     """Return the points, (n, 3), of a shape's closed surface and its triangles, (m, 3), as indices of points."""
     if isinstance(shape, Box):

@@ -9,7 +9,7 @@ from skyverse.draw.box_union import touching, united
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
-from skyverse.draw.shape_geometry import outline, surface
+from skyverse.draw.shape_geometry import below, outline, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.model.shapes import Box
 
@@ -40,11 +40,11 @@ def terrain(scene: Scene) -> list[Trace]:
     return [ground]
 
 
-def kind(kind: ShapeKind, number: int) -> Trace:
-    """Return all shapes of a kind as one mesh, which stays fast for thousands of shapes."""
+def kind(kind: ShapeKind, number: int, top: float) -> Trace:
+    """Return all shapes of a kind, as far as they are below z = `top`, as one mesh, which is fast for thousands."""
     points, faces = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
     first = 0
-    for corners, triangles in _surfaces(kind):
+    for corners, triangles in _surfaces(kind, top):
         points.append(corners)
         faces.append(triangles + first)
         first += len(corners)
@@ -69,24 +69,25 @@ def _brightness(triangles: Floats) -> Floats:
     return 0.66 + 0.12 * x + 0.34 * z
 
 
-def _surfaces(kind: ShapeKind) -> Iterator[tuple[Floats, Ints]]:
+def _surfaces(kind: ShapeKind, top: float) -> Iterator[tuple[Floats, Ints]]:
     """Yield surfaces, points (n, 3) and triangles (m, 3); boxes that touch and are seen through have one together."""
-    together = set() if kind.solid else touching(kind.shapes)
-    whole = united([shape for k, shape in enumerate(kind.shapes) if k in together and isinstance(shape, Box)])
+    shapes = [below(shape, top) for shape in kind.shapes]
+    together = set() if kind.solid else touching(shapes)
+    whole = united([shape for k, shape in enumerate(shapes) if k in together and isinstance(shape, Box)])
     if whole is not None:
         yield whole
-    for k, shape in enumerate(kind.shapes):
+    for k, shape in enumerate(shapes):
         if whole is None or k not in together:
             yield surface(shape, kind.sides)
 
 
 def edges(scene: Scene) -> list[Trace]:
     """Return the edges of each kind as one line; those of too many shapes are omitted, as they would hide the faces."""
-    mapped = scene.world.mapped
+    mapped, top = scene.world.mapped, float(scene.world.high[2])
     return [
         _line(
             f"Edges: {plain(kind.name)}",
-            np.concatenate([outline(shape, kind.sides) for shape in kind.shapes]),
+            np.concatenate([outline(below(shape, top), kind.sides) for shape in kind.shapes]),
             {"role": "edge", "kind": number},
         )
         for number, kind in enumerate(scene.world.kinds)
