@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, PlainSerializer, PlainValidator
 
 from skyverse._typing import Floats, Ints
+from skyverse.model.quantities import NOT_FINITE
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -63,7 +64,18 @@ def integers(value: object) -> Ints:
     return frozen(array.astype(np.int64))
 
 
+def all_numbers(value: object) -> bool:
+    """Tell whether a value, or all that lists in it hold, are numbers; a text and a truth value are none."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind in "iuf"
+    if isinstance(value, list | tuple):
+        return set(map(type, value)) <= {int, float} or all(map(all_numbers, value))
+    return not isinstance(value, bool | str) or value in NOT_FINITE
+
+
 def _array(value: object, dtype: type[np.float64] | None, due: str) -> NDArray[Any]:
+    if not all_numbers(value):
+        raise ValueError(f"expected {due}")
     try:
         return np.array(value, dtype=dtype)
     except (TypeError, ValueError, OverflowError):

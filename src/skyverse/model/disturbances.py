@@ -7,6 +7,7 @@ from typing import ClassVar
 from pydantic import ConfigDict
 
 from skyverse.errors import InputError
+from skyverse.model.quantities import Flag, Real
 
 MAX_MISMATCH = 0.5
 """The largest share by which a vehicle may differ from its model; beyond, few could hover."""
@@ -52,10 +53,10 @@ class Disturbances:
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
-    gusts: bool = False
-    mismatch: float = 0.0
-    position_noise: float = 0.0
-    delay: float = 0.0
+    gusts: Flag = False
+    mismatch: Real = 0.0
+    position_noise: Real = 0.0
+    delay: Real = 0.0
 
     def __post_init__(self) -> None:
         for name, unit, most in (

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from skyverse.model.arrays import ArrayRecord, FloatArray, PointArray
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import Real, Whole
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, told_metres
 from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
@@ -42,21 +43,21 @@ class Flown(ArrayRecord):
         Joules: the integral over the flight of the rotors' mechanical power, which is yaw moment times speed.
     """
 
-    uav: int
+    uav: Whole
     times: FloatArray
     positions: PointArray
     velocities: PointArray
     commanded: PointArray
-    rms: float
-    largest: float
-    clearance: float
-    clearance_time: float
-    outside: float
-    peak_thrust: float
-    mean_thrust: float
-    peak_tilt: float
-    energy: float
-    above_ground: float | None = None
+    rms: Real
+    largest: Real
+    clearance: Real
+    clearance_time: Real
+    outside: Real
+    peak_thrust: Real
+    mean_thrust: Real
+    peak_tilt: Real
+    energy: Real
+    above_ground: Real | None = None
 
     def __repr__(self) -> str:
         return (
@@ -83,11 +84,11 @@ class Passing:
         The smallest nearness of their trajectories over the same times.
     """
 
-    uavs: tuple[int, int]
-    time: float
-    distance: float
-    nearness: float
-    planned: float
+    uavs: tuple[Whole, Whole]
+    time: Real
+    distance: Real
+    nearness: Real
+    planned: Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,10 +118,10 @@ class Flight(ArrayRecord):
 
     mission: Mission
     vehicle: str
-    wind: tuple[float, float, float]
-    noise: float
-    seed: int | None
-    margin: float
+    wind: tuple[Real, Real, Real]
+    noise: Real
+    seed: Whole | None
+    margin: Real
     flown: tuple[Flown | None, ...]
     passings: tuple[Passing, ...]
     violations: tuple[Violation, ...]

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from skyverse.model.quantities import Real
+
 
 @dataclass(frozen=True)
 class FlightSummary:
@@ -22,7 +24,7 @@ class FlightSummary:
         Metres: no place that is flown is farther than this from the path that was priced, the result's.
     """
 
-    length: float
-    time: float
-    energy: float | None
-    deviation: float
+    length: Real
+    time: Real
+    energy: Real | None
+    deviation: Real

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, PlainSerializer, PlainValidator, SerializationInfo, ValidationInfo, WithJsonSchema
 
 from skyverse._typing import Bools, Floats
-from skyverse.model.arrays import equal, frozen
+from skyverse.model.arrays import all_numbers, equal, frozen
 from skyverse.model.quantities import Model
 
 
@@ -60,6 +60,8 @@ def _dereferenced(value: object, info: ValidationInfo) -> object:
 def _heights(value: object, info: ValidationInfo) -> Floats:
     rows = _dereferenced(value, info)
     try:
+        if not all_numbers(rows):
+            raise ValueError
         heights = np.asarray(rows, dtype=np.float64)
     except (TypeError, OverflowError, ValueError):
         raise ValueError("expected rows of numbers of equal length") from None
@@ -79,7 +81,7 @@ def _occupied(value: object, info: ValidationInfo) -> Bools:
         raise ValueError("expected layers of rows of equal length") from None
     if occupied.ndim != 3 or not occupied.size:
         raise ValueError(f"expected an array of three dimensions, found one of shape {occupied.shape}")
-    if occupied.dtype != bool and not np.isin(occupied, (0, 1)).all():
+    if occupied.dtype != bool and not (all_numbers(layers) and np.isin(occupied, (0, 1)).all()):
         raise ValueError("expected 0 for what is free and 1 for what is occupied")
     return frozen(occupied.astype(bool))
 

@@ -2,15 +2,14 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated
-
-from pydantic import Field
+from typing import TYPE_CHECKING
 
 from skyverse.model.arrays import ArrayRecord
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.formats import MISSION_2
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
+from skyverse.model.quantities import Flag, Whole
 from skyverse.model.result import NO_STOP, Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
@@ -49,12 +48,12 @@ class Mission(ArrayRecord, Drawn):
     """
 
     scenario: Scenario
-    assignment: tuple[int | None, ...]
+    assignment: tuple[Whole | None, ...]
     results: tuple[Result | None, ...]
     trajectories: tuple[Trajectory | None, ...]
     violations: tuple[Violation, ...]
     provenance: Provenance
-    interrupted: Annotated[bool, Field(strict=True)] = False
+    interrupted: Flag = False
     certificates: tuple[Certificate | None, ...] = ()
     apart: Certificate | None = None
     deconfliction: Deconfliction | None = None

@@ -12,6 +12,22 @@ Limit = Annotated[Number, Field(ge=1e-3, le=1e6)]
 """A limit of a vehicle; the range holds every real one, and keeps durations and their powers finite."""
 
 
+NOT_FINITE = ("Infinity", "-Infinity", "NaN")
+"""How files spell numbers that are not finite, for which JSON has no other words."""
+
+
+def _number(value: object) -> object:
+    if isinstance(value, bool) or (isinstance(value, str) and value not in NOT_FINITE):
+        raise ValueError("expected a number")
+    return value
+
+
+Real = Annotated[float, BeforeValidator(_number)]
+"""A number of an answer, which may be infinite; a text and a truth value are none."""
+Whole = Annotated[int, Field(strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+
+
 MAX_COORDINATE = 1e12
 """Metres from the zero of the frame, beyond which squares and products of coordinates mean nothing any more."""
 Coordinate = Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]

@@ -11,6 +11,7 @@ from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
+from skyverse.model.quantities import Flag, Real, Whole
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_metres, told_point
 
@@ -74,9 +75,9 @@ class Effort:
         Objective values computed.
     """
 
-    generated_paths: int = 0
-    generated_nodes: int = 0
-    evaluations: int = 0
+    generated_paths: Whole = 0
+    generated_nodes: Whole = 0
+    evaluations: Whole = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +112,7 @@ class Provenance:
     skyverse: str
     planner: str
     stop: str
-    seed: int | None
+    seed: Whole | None
     platform: str
 
     @property
@@ -158,17 +159,17 @@ class Result(ArrayRecord, Drawn):
 
     status: Status
     path: PointArray
-    cost: float
-    terms: dict[str, float]
-    bound: float | None
+    cost: Real
+    terms: dict[str, Real]
+    bound: Real | None
     start: PointVector
     goal: PointVector
     effort: Effort
-    seconds: float
+    seconds: Real
     history: History
     stopped_by: str
     provenance: Provenance
-    any_angle: bool = False
+    any_angle: Flag = False
 
     def __repr__(self) -> str:
         if not len(self.path):

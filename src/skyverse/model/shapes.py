@@ -23,7 +23,7 @@ from pydantic import (
 from skyverse._typing import Floats
 from skyverse.model.grids import GridModel, Heights, Occupied, written
 from skyverse.model.polygon import edges_that_meet, is_inside
-from skyverse.model.quantities import Extent, Model, NonNegative, Number, Place, Point, Positive, Steps, listed
+from skyverse.model.quantities import Extent, Flag, Model, NonNegative, Number, Place, Point, Positive, Steps, listed
 
 NO_FLY_ZONE = "no-fly zone"
 """The kind of zones that must not be flown through, where a map says nothing more of them."""
@@ -47,7 +47,7 @@ class Shape(Model):
     name: str | None = None
     kind: str | None = None
     risk: Positive | None = None
-    closed_above: Annotated[bool, Field(strict=True)] = False
+    closed_above: Flag = False
 
 
 class Upright(Shape):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, Positive
+from skyverse.model.quantities import Limit, Model, NonNegative, Number, Point, Positive, Whole
 from skyverse.model.vehicle_profiles import with_profile
 
 
@@ -91,7 +91,7 @@ class UAV(Model):
     vertical_separation: NonNegative | None = None
     hover_power: Limit | None = None
     tracking_error: TrackingError = TrackingError()
-    priority: Annotated[int, Field(strict=True)] = 0
+    priority: Whole = 0
     fixed_wing: FixedWing | None = None
     vehicle: str = ""
 

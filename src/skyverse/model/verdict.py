@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
 
+from skyverse.model.quantities import Flag, Real, Whole
+
 
 class Fault(Enum):
     """The kinds of things that the referee can find wrong."""
@@ -59,10 +61,10 @@ class Violation:
     """
 
     fault: Fault
-    uavs: tuple[int, ...]
+    uavs: tuple[Whole, ...]
     message: str
-    time: float | None = None
-    position: tuple[float, float, float] | None = None
+    time: Real | None = None
+    position: tuple[Real, Real, Real] | None = None
 
 
 class Verdict(Enum):
@@ -93,9 +95,9 @@ class Certificate:
 
     verdict: Verdict
     sentence: str
-    time: float | None = None
-    position: tuple[float, float, float] | None = None
-    subdivisions: int = 0
+    time: Real | None = None
+    position: tuple[Real, Real, Real] | None = None
+    subdivisions: Whole = 0
     scenario: str = ""
 
     def __repr__(self) -> str:
@@ -122,13 +124,13 @@ class Conflict:
         Whether their starts or their targets are given too close, so that nothing can resolve the conflict.
     """
 
-    uavs: tuple[int, int]
-    begin: float
-    end: float
-    time: float
-    nearness: float
-    position: tuple[float, float, float]
-    given: bool = False
+    uavs: tuple[Whole, Whole]
+    begin: Real
+    end: Real
+    time: Real
+    nearness: Real
+    position: tuple[Real, Real, Real]
+    given: Flag = False
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ class Action:
         One sentence with the numbers.
     """
 
-    uav: int
+    uav: Whole
     kind: Literal["delay", "slow down", "exchange", "detour"]
     sentence: str
 
@@ -169,7 +171,7 @@ class Deconfliction:
     found: tuple[Conflict, ...]
     left: tuple[Conflict, ...]
     actions: tuple[Action, ...]
-    total_before: float
-    total_after: float
-    makespan_before: float
-    makespan_after: float
+    total_before: Real
+    total_after: Real
+    makespan_before: Real
+    makespan_after: Real
