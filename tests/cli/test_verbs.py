@@ -382,13 +382,34 @@ def test_what_is_read_is_never_replaced(skyverse, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["../../up", "/tmp/abs", "..", "a\nb", "x" * 300, "<b>", "übung 1"])
-def test_the_name_of_a_scenario_never_leads_out_of_the_folder(skyverse, tmp_path, name):
-    sky.write(sky.read_scenario("map2").model_copy(update={"name": name}), "named.json")
-    code, out, _ = skyverse("plan", "named.json", "--planner", "astar", "--no-page")
+def test_a_mission_is_named_after_its_scenarios_file_whatever_the_scenarios_own_name_is(skyverse, tmp_path, name):
+    sky.write(sky.read_scenario("map2").model_copy(update={"name": name}), "my yard.json")
+    code, out, _ = skyverse("plan", "my yard.json", "--no-page")
     assert code == 0
-    (written,) = (tmp_path / "out").iterdir()
-    assert out.splitlines()[-1] == str(Path("out") / written.name)
-    assert sky.read_mission(written).scenario.name == name
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["my_yard.json"]
+    assert out.splitlines()[-1] == str(Path("out/my_yard.json"))
+    assert sky.read_mission("out/my_yard.json").scenario.name == name
+
+
+def test_no_mission_replaces_that_of_another_scenario(skyverse, tmp_path):
+    for folder, world in (("north", "map1"), ("south", "map2")):
+        (tmp_path / folder).mkdir()
+        sky.write(sky.read_scenario(world).model_copy(update={"name": "room"}), f"{folder}/room.yaml")
+    assert skyverse("plan", "north/room.yaml", "--no-page")[1].splitlines()[-1] == str(Path("out/room.json"))
+    first = (tmp_path / "out/room.json").read_bytes()
+    second = str(Path("out/room-2.json"))
+    for _ in range(2):  # planned anew, it replaces itself
+        code, out, err = skyverse("plan", "south/room.yaml", "--no-page")
+        assert (code, out.splitlines()[-1]) == (0, second)
+        assert f"out/room.json is of another scenario and stays as it is; this mission is {second}." in err
+    assert (tmp_path / "out/room.json").read_bytes() == first
+    assert sky.read_mission(second).scenario == sky.read_scenario("south/room.yaml")
+    (tmp_path / "out/room-2.json").write_text("{}")  # no mission at all
+    assert skyverse("plan", "south/room.yaml", "--no-page")[1].splitlines()[-1] == str(Path("out/room-3.json"))
+    assert (tmp_path / "out/room-2.json").read_text() == "{}"
+    _, out, err = skyverse("plan", "north/room.yaml", "--no-page")
+    assert out.splitlines()[-1] == str(Path("out/room.json"))
+    assert "another scenario" not in err
 
 
 def test_a_uav_that_is_added_gets_a_name_of_its_own(skyverse):
@@ -396,7 +417,7 @@ def test_a_uav_that_is_added_gets_a_name_of_its_own(skyverse):
     given["uavs"][0]["name"] = "uav-2"
     sky.write(sky.Scenario.model_validate(given), "named.json")
     skyverse("plan", "named.json", "--uav", "1,-4,1", "--target", "3,17,3", "--planner", "astar", "--no-page")
-    assert [uav.name for uav in sky.read_mission("out/map1.json").scenario.uavs] == ["uav-2", "uav-3"]
+    assert [uav.name for uav in sky.read_mission("out/named.json").scenario.uavs] == ["uav-2", "uav-3"]
 
 
 @pytest.mark.parametrize("verb", ["show", "export", "check"])

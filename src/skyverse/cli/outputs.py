@@ -4,10 +4,15 @@ import os
 import re
 import sys
 from contextlib import suppress
+from itertools import chain, count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from skyverse.atomic import is_device
 from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.model.scenario import Scenario
 
 DEFAULT_FOLDER = Path("out")
 """Where files go whose place the user has not named, and which is made without a word."""
@@ -18,6 +23,35 @@ _MADE: list[Path] = []
 def file_name(name: str) -> str:
     """Return a sound file name for a scenario or study, whatever its own name holds."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._")[:100] or "mission"
+
+
+def mission_file(source: str, scenario: "Scenario") -> Path:
+    """Return the file, named after the source of a scenario, that replaces no mission of another scenario.
+
+    Where the first name holds another scenario, or no mission at all, it is ``NAME-2.json``, ``NAME-3.json`` and so on.
+    """
+    from skyverse.files import BUILTIN_NAMES
+
+    name = file_name(source if source in BUILTIN_NAMES else Path(source).stem)
+    names = (DEFAULT_FOLDER / f"{name}{number}.json" for number in chain([""], map("-{}".format, count(2))))
+    taken = []
+    for path in names:
+        if not path.exists() or _embeds(path, scenario):
+            break
+        taken.append(path)
+    if taken:
+        print(f"{taken[0]} is of another scenario and stays as it is; this mission is {path}.", file=sys.stderr)
+    return path
+
+
+def _embeds(path: Path, scenario: "Scenario") -> bool:
+    """Tell whether a file is a mission that embeds this scenario."""
+    from skyverse.files import read_mission
+
+    try:
+        return read_mission(path).scenario.digest == scenario.digest
+    except InputError:
+        return False
 
 
 def make_folder(folder: Path) -> None:

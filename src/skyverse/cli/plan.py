@@ -16,7 +16,7 @@ from skyverse.cli.given_scenario import (
     with_more,
 )
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, WHOLE, AsJson, GivenScenario, Output, Whole
-from skyverse.cli.outputs import DEFAULT_FOLDER, file_name, refuse_output
+from skyverse.cli.outputs import mission_file, refuse_output
 from skyverse.cli.overflights import tell_overflights
 from skyverse.cli.places import tracking_error_of
 from skyverse.cli.report import report
@@ -74,7 +74,8 @@ def plan(
     scenario
         A built-in name (see `skyverse scenarios`), a scenario file, a course map, or a mission to plan anew.
     output
-        The mission file, .json; the page is put beside it. By default out/NAME.json.
+        The mission file, .json; the page is put beside it. By default out/NAME.json, named after SCENARIO,
+        or NAME-2.json and so on where that file is of another scenario.
     planner
         By default auto, the best for what the scenario prices: astar for nodes, taut for length, cheapest for length
         and more.
@@ -143,7 +144,7 @@ def plan(
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [], asked)
     tell_unsought(asked, method)
-    out = output if output is not None else DEFAULT_FOLDER / f"{file_name(asked.name)}.json"
+    out = output if output is not None else mission_file(scenario, asked)
     if out.suffix.lower() != ".json":
         raise InputError(f"--output: {out}: a mission is written as .json")
     refuse_output(out, scenario)
