@@ -1,9 +1,11 @@
 """All 10,000 problems of a MovingAI 3-D benchmark against their published optima: ``python benchmarks/voxels.py DIR``.
 
 DIR contains Simple.3dmap and Simple.3dmap.3dscen. The optima are 26-connected, without cutting corners. First the exact
-search, then Theta*, whose any-angle paths should be no longer than the optima.
+search, then Theta*, whose any-angle paths should be no longer than the optima. At last Theta* in two maps of 60 million
+voxels: copies of the same map side by side, and a city.
 """
 
+import itertools
 import math
 import statistics
 import sys
@@ -19,6 +21,8 @@ from skyverse.space.lattice import Grid
 
 ROUNDED = 1e-7
 """The published optima have eight decimals; relative."""
+LARGE = 100
+"""Problems in each of the large maps."""
 
 
 def airspace(path: Path) -> sky.Airspace:
@@ -69,8 +73,50 @@ def any_angle(space: sky.Airspace, problems: list[list[str]]) -> None:
     head = ["problems", "longer than the published optimum", "length: by it, mean", "by the straight line, mean"]
     head += ["mean", "median", "slowest"]
     shares = [f"{statistics.mean(ratios):.4f}", f"{statistics.mean(stretches):.4f}"]
-    print("Theta* (Lazy Theta*, pulled tight; the exact search of the lattice is part of it)")
+    print("Theta* (Lazy Theta*, then shortened; where the lattice's path may be shorter, that is searched, too)")
     table(head, [[f"{len(problems):,}", f"{longer}", *shares, *_milliseconds(times)]])
+
+
+def large(path: Path) -> None:
+    """Run Theta* between random free voxels of two large maps; its times are those of the processor."""
+    size, *blocked = (np.array(line.split()[-3:], int) for line in path.read_text().splitlines())
+    tile = np.zeros(size, bool)
+    tile[tuple(np.transpose(blocked))] = True
+    rng = np.random.default_rng(1)
+    city = np.zeros((500, 500, 240), bool)
+    for corner in itertools.product(range(0, 500, 25), repeat=2):
+        x, y = corner + rng.integers(0, 5, 2)
+        wide, deep = rng.integers(10, 20, 2)
+        city[x : x + wide, y : y + deep, : rng.integers(60, 230)] = True
+    rows = []
+    for label, occupied in (("Simple, 4 x 3 x 4 times", np.tile(tile, (4, 3, 4))[:390, :390, :395]), ("city", city)):
+        ends = rng.choice(np.flatnonzero(~occupied), (LARGE + 1, 2))
+        places = np.stack(np.unravel_index(ends, occupied.shape), axis=-1).astype(float)
+        space = sky.Airspace(
+            sky.Scenario(
+                name=label,
+                bounds=sky.Bounds(min=(0, 0, 0), max=tuple(n - 1 for n in occupied.shape)),
+                obstacles=[sky.Voxels(origin=(-0.5,) * 3, step=(1, 1, 1), occupied=occupied)],
+                clearance=0,
+                lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
+                objective=sky.Objective(unit="metres"),
+                uavs=[sky.UAV(start=tuple(place)) for place in places[:, 0]],
+                targets=[sky.Target(position=tuple(place)) for place in places[:, 1]],
+            )
+        )
+        times, shares = [], []
+        for i in range(len(ends)):
+            problem = sky.Problem(space, i, i)
+            began = time.process_time()
+            result = sky.ThetaStar().plan(problem)
+            times.append(time.process_time() - began)
+            if result.status.reached:
+                shares.append(result.cost / result.bound)
+        stretch = f"{statistics.mean(shares):.4f}"
+        rows.append([label, f"{occupied.size:,}", f"{len(shares)} of {len(ends)}", stretch, *_milliseconds(times)])
+    head = ["map", "voxels", "paths", "length by the straight line, mean", "mean", "median", "slowest"]
+    print("Theta* in large maps, processor time")
+    table(head, rows)
 
 
 def _milliseconds(times: list[float]) -> list[str]:
@@ -85,6 +131,7 @@ def main(folder: Path) -> None:
     print(f"{describe()}\n")
     exact(space, problems)
     any_angle(space, problems)
+    large(folder / "Simple.3dmap")
 
 
 if __name__ == "__main__":

@@ -186,6 +186,15 @@ def test_a_run_can_be_repeated():
     assert first == second
 
 
+def test_the_lattice_is_searched_only_where_its_path_could_be_the_shorter_one():
+    """A zigzag along the lattice's moves is far longer than the straight way over a low wall."""
+    over = plan(hall((1, 5, 2), (9, 6, 2), ((4.9, 0, 0), (5.1, 10, 3.2)), connectivity=6))
+    assert over.effort.generated_paths == 1
+    tied = plan(hall((1, 5, 0), (9, 5, 0), ((4.5, 0, 0), (5.5, 10, 9.5)), connectivity=26))
+    assert tied.effort.generated_paths == 1
+    assert over.effort.generated_nodes + tied.effort.generated_nodes < 1000
+
+
 DATA = Path(os.environ.get("SKYVERSE_DATA", Path(__file__).parents[3] / "shared" / "data")) / "voxels"
 
 

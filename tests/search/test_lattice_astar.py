@@ -86,6 +86,8 @@ def check_route(scenario, source, goal):
     assert route.nodes[0] == source
     assert route.nodes[-1] == goal
     _, a, b, *_ = graph(scenario)
+    assert shortest_route(grid, pricing, source, goal, 1.0001 * truth).price == route.price
+    assert source == goal or shortest_route(grid, pricing, source, goal, 0.9999 * truth) is None
     edges = set(zip(a.tolist(), b.tolist(), strict=True))
     assert all(edge in edges for edge in zip(route.nodes[:-1].tolist(), route.nodes[1:].tolist(), strict=True))
     places = np.array(scenario.bounds.min) + indices_of(scenario)[route.nodes] * np.array(scenario.lattice.step)

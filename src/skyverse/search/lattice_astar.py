@@ -38,8 +38,10 @@ class LatticePath(NamedTuple):
     expanded: int
 
 
-def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> LatticePath | None:
-    """Find a cheapest path between two nodes under fuel, turns and soft terms, or ``None`` where there is no path.
+def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int, most: float = math.inf) -> LatticePath | None:
+    """Find a cheapest path between two nodes under fuel, turns and soft terms.
+
+    ``None`` is returned where there is no path, or none whose price is at most `most`.
 
     Soft terms are paid move by move. The bounds on the price that is left do without them, since none is below 0.
 
@@ -48,15 +50,18 @@ def shortest_route(grid: Grid, pricing: Pricing, source: int, goal: int) -> Latt
     shortest path with few turns.
     """
     unguided = np.empty(0)
+    most -= pricing.first
     if pricing.turn == 0.0:
-        found = _search(grid, pricing, False, _unseen(grid, 1), source, np.array([goal]), goal, unguided, math.inf)
+        found = _search(grid, pricing, False, _unseen(grid, 1), source, np.array([goal]), goal, unguided, most)
         expanded = found.expanded
     else:
         back = _search(grid, pricing, False, _unseen(grid, 1), goal, np.array([source]), source, unguided, math.inf)
         if len(back.nodes) == 0:
             return None
         info = _unseen(grid, len(grid.offsets) // 2)
-        found = _search(grid, pricing, True, info, source, np.array([goal]), goal, back.lengths, back.ceiling)
+        found = _search(
+            grid, pricing, True, info, source, np.array([goal]), goal, back.lengths, min(back.ceiling, most)
+        )
         expanded = back.expanded + found.expanded
     if len(found.nodes) == 0:
         return None
