@@ -15,7 +15,7 @@ def test_a_total_never_adds_nodes_to_metres(capsys):
     mixed = dataclasses.replace(nodes, results=(nodes.results[0], metres.results[1]))
     first, second = nodes.results[0].cost, metres.results[1].cost
     report(mixed, [Path("mission.json")], as_json=False)
-    assert f"total cost {first:.6g} nodes and {second:.6g} m, total time" in capsys.readouterr().out
+    assert f"total cost {first:.6g} nodes and {second:.2f} m, total time" in capsys.readouterr().out
     report(mixed, [Path("mission.json")], as_json=True)
     summary = json.loads(capsys.readouterr().out)
     assert summary["cost"] is None
@@ -43,8 +43,8 @@ def test_a_table_has_units_and_no_columns_of_optimisers_unless_asked(capsys):
 
 
 def test_large_costs_are_told_without_powers_of_ten():
-    assert told_costs({"metres": 46819.7123}) == "46,819.7 m"
-    assert told_costs({"metres": 1234567.8}) == "1,234,568 m"
+    assert told_costs({"metres": 46819.7123}) == "46,819.71 m"
+    assert told_costs({"metres": 1234567.8}) == "1,234,567.80 m"
     assert told_costs({}) == "-"
 
 

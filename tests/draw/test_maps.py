@@ -20,6 +20,7 @@ from skyverse.draw.map_traces import contours, from_above, spacing
 from skyverse.draw.mission_page import page
 from skyverse.draw.mission_tables import flight_table
 from skyverse.draw.page import scene_data
+from skyverse.draw.palette import KINDS
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.relief import MAX_SPACE_HEIGHTS, Relief, along, cleared, relief, tinted
 from skyverse.draw.scenario_scene import scenario_scene
@@ -219,7 +220,7 @@ def test_what_city_models_hold_has_colours_of_its_own():
     )
     colours = {kind.name: kind.colour for kind in found}
     assert colours.pop("tree") == colours.pop("vegetation")
-    assert set(colours.values()) < set(kinds_module._KIND_COLOURS.values())
+    assert set(colours.values()) < set(KINDS.values())
     assert len(set(colours.values())) == len(colours) == 4
 
 

@@ -102,7 +102,7 @@ def test_nodes_and_metres_are_told_apart_and_have_no_gap_in_common(mission):
     mixed = dataclasses.replace(mission, results=(nodes, dataclasses.replace(metres, any_angle=True)))
     assert mixed.gap is None
     drawn = scene(mixed)
-    assert "44 nodes and 17 m" in mission_tiles(drawn)
+    assert "44 nodes and 17.00 m" in mission_tiles(drawn)
     assert "fuel (nodes or metres)" in search_table(drawn)
 
 

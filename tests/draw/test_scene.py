@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skyverse.draw.palette import TRACKS
 from skyverse.draw.scene import scene
 from skyverse.draw.scene_traces import in_space, of_search
 from skyverse.draw.shape_geometry import surface
-from skyverse.draw.track import TRACK_COLOURS, few, sample
+from skyverse.draw.track import few, sample
 from skyverse.model.result import Status
 from skyverse.model.shapes import Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
@@ -119,7 +120,7 @@ def test_missions_that_only_the_referee_can_judge_are_still_drawn(mission):
 def test_every_uav_of_a_swarm_looks_different(swarm):
     tracks = scene(swarm).tracks
     assert len({(track.colour, track.lap) for track in tracks}) == 30
-    assert tracks[len(TRACK_COLOURS)].colour == TRACK_COLOURS[0]
+    assert tracks[len(TRACKS)].colour == TRACKS[0]
 
 
 def test_brisk_pieces_get_more_samples():

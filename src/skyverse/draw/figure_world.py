@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.draw.palette import LIGHT
 from skyverse.draw.relief import along, cleared, relief, tinted
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import DrawnShape, faces, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 
-OBSTACLE_COLOUR, EDGE_COLOUR, ZONE_COLOUR = "#8795a8", "#66758a", "#d9822b"
 MAX_FIGURE_HEIGHTS = 120
 """The largest number of heights along each side of the ground."""
 MAX_FIGURE_SHAPES = 3_000
@@ -53,7 +53,7 @@ def legend_entries(drawn: Scene) -> tuple[list[Any], list[str]]:
 
 def colour(kind: ShapeKind) -> str:
     """Return the colour in which a kind is drawn."""
-    return kind.colour or (OBSTACLE_COLOUR if kind.hard else ZONE_COLOUR)
+    return kind.colour or LIGHT["box" if kind.hard else "zone"]
 
 
 def _ground(drawn: Scene, polygons: list[Floats], colours: list[Floats]) -> None:
@@ -81,7 +81,7 @@ def _clear(axes: Any, kind: ShapeKind, shapes: list[DrawnShape]) -> None:
     """Draw transparent shapes: obstacles with their edges, zones without."""
     if kind.hard:
         walls = [face for shape in shapes for face in faces(shape, kind.sides)]
-        edge = EDGE_COLOUR if kind.colour is None else kind.colour
+        edge = LIGHT["edge"] if kind.colour is None else kind.colour
         crowded = len(shapes) > MAX_EDGED_SHAPES
         lines = {"edgecolors": edge, "linewidths": 0.15 if crowded else 0.5}
         _add(axes, walls, facecolors=colour(kind), alpha=0.16, zorder=1, rasterized=crowded, **lines)

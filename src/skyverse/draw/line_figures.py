@@ -6,14 +6,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from skyverse.draw.map_figure import GRID, INK, SOFT, blank, plain
-from skyverse.draw.track import TRACK_COLOURS
+from skyverse.draw.palette import FINDINGS, TRACKS
 from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 
 SAMPLES = 17
 """Instants at which each piece of a trajectory is drawn."""
-_COLOUR, _LIMIT_COLOUR = TRACK_COLOURS[0], "#c0392b"
+_COLOUR, _LIMIT_COLOUR = TRACKS[0], FINDINGS["error"]
 
 
 def path_figure(result: Result) -> Figure:

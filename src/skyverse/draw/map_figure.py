@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.figure_world import draw_world, legend_entries
+from skyverse.draw.palette import FINDINGS, LIGHT
 from skyverse.draw.scene import Scene, SceneFinding
 from skyverse.draw.shape_geometry import outline
 from skyverse.draw.track import Point, Track
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
 
 LINE_STYLES: tuple[Any, ...] = ("-", "--", ":", "-.", (0, (8, 2)))
 MARKERS = ("o", "s", "D", "^", "P")
-GRID, INK, SOFT = "#e3e8ee", "#17202b", "#5b6776"
-FINDING_COLOURS = {"warning": "#d97706", "error": "#dc2626"}
+GRID, INK, SOFT = LIGHT["grid"], LIGHT["ink"], LIGHT["soft"]
 MAX_MAP_WIDTH, MAX_MAP_HEIGHT = 9.4, 7.5
 """The largest width and height of the map in a figure, inches."""
 
@@ -74,7 +74,7 @@ def uav(axes: Any, track: Track, place: Floats) -> None:
 def ring(axes: Any, finding: SceneFinding) -> None:
     """Draw a ring around the place of a finding, if it has one."""
     if finding.position is not None:
-        _dot(axes, finding.position, "o", 15, "none", FINDING_COLOURS[finding.severity], zorder=8, rim=1.8)
+        _dot(axes, finding.position, "o", 15, "none", FINDINGS[finding.severity], zorder=8, rim=1.8)
 
 
 def legend(figure: "Figure", drawn: Scene) -> None:

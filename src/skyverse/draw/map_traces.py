@@ -10,6 +10,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw import landings
 from skyverse.draw.margin_traces import MIN_DEVIATION
+from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, round_step, trace
 from skyverse.draw.relief import Relief, tinted
 from skyverse.draw.scene import Scene
@@ -181,7 +182,8 @@ def _findings(scene: Scene) -> Trace:
     places = [finding.position[:2] for finding in placed if finding.position is not None]
     points = _xy(np.array(places, dtype=np.float64).reshape(-1, 2))
     words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
-    marker = {"symbol": "circle-open", "size": 18, "color": "#dc2626", "line": {"width": 2}}
+    colours = [FINDINGS[finding.severity] for finding in placed]
+    marker = {"symbol": "circle-open", "size": 18, "color": colours, "line": {"width": 2}}
     hover = "%{text}<extra></extra>"
     return trace("scatter", "markers", "Found wrong", points, hover, {"role": "finding"}, text=words, marker=marker)
 

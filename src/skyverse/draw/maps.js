@@ -11,12 +11,12 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
   // ---- the map ----
   const dress = (trace) => {
     const { role, kind } = trace.meta;
-    if (role === "contours") Object.assign(trace, { line: { color: "rgba(70, 60, 45, 0.45)", width: 0.7 } , contours: { ...trace.contours, labelfont: { size: 10, color: "rgb(70, 60, 45)" } } });
+    if (role === "contours") Object.assign(trace, { line: { color: faded(colour("contour"), 0.45), width: 0.7 }, contours: { ...trace.contours, labelfont: { size: 10, color: colour("contour") } } });
     if (role === "kind") {
       const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
       Object.assign(trace, { fillcolor: faded(paint, solid ? 0.9 : 0.28), line: { color: paint, width: solid ? 0.6 : 1.6, dash: hard ? "solid" : "dash" } });
     }
-    if (role === "ends") trace.marker.line.color = "#ffffff";
+    if (role === "ends") trace.marker.line.color = colour("map-rim");
     return trace;
   };
   const visible = ({ meta: { role, kind, uav, step } }) => {
@@ -32,7 +32,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     const [low, high] = data.extent, pad = 0.01 * Math.max(high[0] - low[0], high[1] - low[1]);
     const axis = (title, k) => ({ ...line(), title: { text: title, standoff: 6 }, range: [low[k] - pad, high[k] + pad], constrain: "domain", constraintoward: k ? "top" : "center", showgrid: !ground, tickformat: ",", nticks: 7 });
     const north = { text: "<b>N</b>", xref: "x domain", yref: "y domain", x: 0, y: 1, xshift: 16, yshift: -8, ax: 0, ay: 34, arrowhead: 2, arrowsize: 1.1, arrowwidth: 2,
-      arrowcolor: "#17202b", font: { ...font("ink", 13), color: "#17202b" }, bgcolor: "rgba(255,255,255,0.75)", borderpad: 2 };
+      arrowcolor: colour("map-ink"), font: font("map-ink", 13), bgcolor: faded(colour("map-rim"), 0.75), borderpad: 2 };
     await Plotly.newPlot("map", traces.map(dress), {
       xaxis: axis("x, east (m)", 0), yaxis: { ...axis("y, north (m)", 1), scaleanchor: "x" }, font: font("soft", 12), showlegend: false,
       images: ground ? [{ ...ground, xref: "x", yref: "y", sizing: "stretch", layer: "below" }] : [],

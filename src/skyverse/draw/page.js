@@ -265,7 +265,7 @@
       words.textContent = text;
       host.append(words);
     };
-    if (index("terrain") >= 0) host.append(switched("terrain", true, (on) => { layers.terrain = on; return restyle(); }, "#c5b28f"));
+    if (index("terrain") >= 0) host.append(switched("terrain", true, (on) => { layers.terrain = on; return restyle(); }, colour("terrain")));
     if (ceiling >= 0) host.append(switched(`ceiling, ${data.space[ceiling].meta.above} m above ground`, true, (on) => { layers.ceiling = on; return restyle(); }, colour("ceiling")));
     for (const hard of [true, false]) {
       if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Keep out:" : "May be entered, at a risk:");

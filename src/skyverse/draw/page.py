@@ -7,6 +7,7 @@ from typing import Any
 
 from skyverse.draw.first_view import first_view
 from skyverse.draw.map_traces import from_above
+from skyverse.draw.palette import style_sheet
 from skyverse.draw.plotly_values import flat, round_step
 from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene import Scene
@@ -39,7 +40,7 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
         "data": embedded(drawn),
         "layout": _layout(drawn),
         "maps": _MAPS if drawn["mapped"] else "",
-        "css": here.joinpath("page.css").read_text("utf-8"),
+        "css": style_sheet() + here.joinpath("page.css").read_text("utf-8"),
         "js": "".join(here.joinpath(name).read_text("utf-8") for name in _SCRIPTS),
         "plotly": get_plotlyjs(),
     }

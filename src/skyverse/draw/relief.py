@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
+from skyverse.draw.palette import GROUND_ON_MAP
 from skyverse.model.shapes import Terrain
 
 MAX_SPACE_HEIGHTS = 200
@@ -18,10 +19,7 @@ MAX_GAIN = 2.5
 """How much the contrast of gentle slopes is raised at most."""
 _LEVEL_SHARE = 0.02
 """Ground whose heights differ by less than this share of its longer side looks level."""
-_MEADOW, _STRAW, _EARTH = (168, 187, 147), (205, 206, 164), (214, 194, 158)
-_ROCK, _SCREE, _SNOW = (197, 178, 160), (214, 209, 206), (232, 233, 236)
-_TINTS = np.array([_MEADOW, _STRAW, _EARTH, _ROCK, _SCREE, _SNOW])
-"""From the lowest to the highest ground; pale, so that paths stand out."""
+_TINTS = np.array([list(bytes.fromhex(tone[1:])) for tone in GROUND_ON_MAP])
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from typing import ClassVar, Literal
 
 from skyverse.draw.drawn_world import DrawnWorld, Overhead, overhead, world
 from skyverse.draw.landing_place import LandingPlace
+from skyverse.draw.palette import TARGET_TO_REACH, TARGET_TO_SPARE
 from skyverse.draw.profile import Profile, profile
 from skyverse.draw.track import Point, Track, track
 from skyverse.model.flight_table import BoundKind, bound_kind
@@ -51,7 +52,7 @@ class Scene:
     landings: tuple[LandingPlace, ...] = ()
     spare_note: ClassVar[str] = ""
     """What is said of a spare target besides its name."""
-    spare_colour: ClassVar[str] = "#b5179e"
+    spare_colour: ClassVar[str] = TARGET_TO_REACH
     """The colour of spare targets, which stands out where no path leads to them."""
 
     @property
@@ -110,7 +111,7 @@ class MissionScene(Scene):
     export_notes: tuple[str, ...] = ()
     export_verdicts: tuple[tuple[str, ...], ...] = ()
     spare_note: ClassVar[str] = " (no UAV flies here)"
-    spare_colour: ClassVar[str] = "#8a94a3"
+    spare_colour: ClassVar[str] = TARGET_TO_SPARE
 
 
 def scene(mission: Mission) -> MissionScene:

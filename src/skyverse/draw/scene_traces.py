@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw import landings
 from skyverse.draw.margin_traces import ceiling, columns, separations, tube
+from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
 from skyverse.draw.scene import MissionScene, Scene
 from skyverse.draw.track import Track, few
@@ -64,8 +65,7 @@ def _marks(name: str, points: Iterable[Any], words: list[str], marker: Trace, ro
 def findings(scene: Scene) -> Trace:
     """Return the marks at the places of the referee's findings."""
     placed = [finding for finding in scene.findings if finding.position is not None]
-    colours = {"warning": "#d97706", "error": "#dc2626"}
-    marker = {"symbol": "circle-open", "size": 16, "color": [colours[finding.severity] for finding in placed]}
+    marker = {"symbol": "circle-open", "size": 16, "color": [FINDINGS[finding.severity] for finding in placed]}
     words = [plain(f"{finding.kind}: {finding.message}") for finding in placed]
     return _marks("Found wrong", (finding.position for finding in placed), words, marker, "finding")
 

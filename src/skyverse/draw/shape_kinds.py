@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
+from skyverse.draw.palette import KINDS, OTHER_KINDS
 from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, skin
 from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import NO_FLY_ZONE, Box, Cylinder, Prism, Sphere, Voxels
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
 MAX_TRIANGLES = 250_000
 """The largest number of triangles in a picture in space."""
@@ -19,23 +20,6 @@ MAX_EDGED_SHAPES = 300
 """The largest number of shapes whose edges are drawn in full; the edges of more would hide the faces."""
 MAX_SMOOTH_SHAPES = 2_500
 """The largest number of shapes whose circles are drawn smooth."""
-
-_KIND_COLOURS = {
-    "building": "#9aa3b4",
-    "tree": "#6f8f57",
-    "vegetation": "#6f8f57",
-    "power line": "#6b5b95",
-    NO_FLY_ZONE: "#c8323c",
-    "restricted": "#c8323c",
-    "prohibited": "#a3123a",
-    "school": "#b8860b",
-    "hospital": "#c2548b",
-    "water": "#4f86c6",
-    "bridge": "#a0785a",
-    "construction": "#b5a27c",
-    "furniture": "#5c6f82",
-}
-_OTHER_COLOURS = ("#7b61a8", "#3b8ea5", "#a0522d", "#5f7f3f", "#96487a", "#5a6ea8", "#8a7a2a", "#4d7f74")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +83,7 @@ def shapes_by_kind(
         shape, hard = everything[k], k < len(obstacles)
         grouped.setdefault((not hard, shape.kind or ("obstacle" if hard else "zone")), []).append(k)
     sorted_ = sorted(grouped.items(), key=lambda item: (item[0][0], -len(item[1]), item[0][1]))
-    others = iter(_OTHER_COLOURS * (1 + len(sorted_) // len(_OTHER_COLOURS)))
+    others = iter(OTHER_KINDS * (1 + len(sorted_) // len(OTHER_KINDS)))
     return tuple(
         ShapeKind(
             name=name,
@@ -117,7 +101,7 @@ def shapes_by_kind(
 def _colour(name: str, others: Iterator[str]) -> str | None:
     if name in ("obstacle", "zone"):
         return None
-    return next((colour for word, colour in _KIND_COLOURS.items() if word in name.lower()), None) or next(others)
+    return next((colour for word, colour in KINDS.items() if word in name.lower()), None) or next(others)
 
 
 def _chosen(shapes: Sequence[DrawnShape], lines: Sequence[Floats], sides: int) -> NDArray[np.bool_]:

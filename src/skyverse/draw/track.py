@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
+from skyverse.draw.palette import TRACKS
 from skyverse.model.planned_flights import PlannedFlight
 from skyverse.model.scenario import Bounds
 from skyverse.model.trajectory import Trajectory
@@ -13,9 +14,6 @@ from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import DRAWN_DEVIATION
 
 Point = tuple[float, float, float]
-
-TRACK_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Okabe and Ito's colours, which suit all kinds of colour vision, without black and yellow, which vanish on grounds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +74,8 @@ def track(flight: PlannedFlight, number: int, bounds: Bounds) -> Track:
     path = np.empty((0, 3)) if flight.result is None else flight.result.path
     return Track(
         name=uav.name,
-        colour=TRACK_COLOURS[number % len(TRACK_COLOURS)],
-        lap=number // len(TRACK_COLOURS),
+        colour=TRACKS[number % len(TRACKS)],
+        lap=number // len(TRACKS),
         path=path,
         times=times,
         positions=positions,

@@ -6,15 +6,13 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.draw.box_union import touching, united
+from skyverse.draw.palette import GROUND
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import below, outline, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.model.shapes import Box
-
-_SCALE = ("#46573f", "#71835a", "#a8a877", "#cdb98e", "#e3d6bf", "#f6f3ee")
-"""The colours of the ground, from low and shaded to high and lit."""
 
 
 def terrain(scene: Scene) -> list[Trace]:
@@ -31,7 +29,7 @@ def terrain(scene: Scene) -> list[Trace]:
         "surfacecolor": packed(relit(scene.world.relief, scene.world.stretch).T),
         "cmin": 0,
         "cmax": 1,
-        "colorscale": [[k / (len(_SCALE) - 1), tone] for k, tone in enumerate(_SCALE)],
+        "colorscale": [[k / (len(GROUND) - 1), tone] for k, tone in enumerate(GROUND)],
         "showscale": False,
         "hoverinfo": "skip",
         "contours": dict.fromkeys("xyz", off),

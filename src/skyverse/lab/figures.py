@@ -12,6 +12,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw.map_figure import GRID, INK, LINE_STYLES, SOFT, blank, logarithmic, plain
+from skyverse.draw.palette import TRACKS
 from skyverse.lab.curves import Band
 from skyverse.lab.formatting import one_line
 from skyverse.lab.statistics import Ranking, quantile
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 FIGURE_WIDTH = 8.0
 """Inches of every figure."""
-PLANNER_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+PLANNER_COLOURS = (*TRACKS, "#000000")
 """Okabe and Ito's colours without yellow, which is hard to see on white; planners from the eighth on are dashed."""
 
 _STYLE: Any = {

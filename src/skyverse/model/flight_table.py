@@ -19,7 +19,6 @@ NO_VALUE = "-"
 JOULES_OF_WATT_HOUR = 3600.0
 EXACT_TERMS = {"fuel", "divergence", "end"}
 """The terms of a cost of which exact search on the lattice finds the optimum."""
-_UNITS = {"nodes": " nodes", "metres": " m"}
 _TERMS = {"altitude": "outside band", "climb": "steepness"}
 
 BoundKind = Literal["exact optimum", "straight line", "lower bound"]
@@ -125,8 +124,9 @@ def gaps_sentence(mission: Mission) -> str:
 
 
 def told_costs(costs: dict[str, float]) -> str:
-    """Return sums of costs by unit, as in ``265 nodes and 24.6 m``."""
-    return " and ".join(f"{_plain(value)}{_UNITS[unit]}" for unit, value in costs.items()) or NO_VALUE
+    """Return sums of costs by unit, as in ``265 nodes and 24.60 m``."""
+    told = [f"{value:,.2f} m" if unit == "metres" else f"{_plain(value)} {unit}" for unit, value in costs.items()]
+    return " and ".join(told) or NO_VALUE
 
 
 def _straight(mission: Mission, results: Iterable[Result]) -> list[Result]:

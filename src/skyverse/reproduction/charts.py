@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyverse.draw.map_figure import SOFT, blank, logarithmic
+from skyverse.draw.map_figure import INK, SOFT, blank, logarithmic
 from skyverse.lab.figures import FIGURE_WIDTH, PLANNER_COLOURS
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def bars(groups: Sequence[str], series: Sequence[ChartSeries], y: str, *, bounds
         style |= {"facecolor": "white"} if one.form == "thesis" else {"facecolor": colour}
         if one.form == "as described":
             style |= {"facecolor": colour + "55", "hatch": "////"}
-        axes.bar(at, one.y, 0.92 * width, yerr=one.error, error_kw={"ecolor": "#17202b", "elinewidth": 0.9}, **style)
+        axes.bar(at, one.y, 0.92 * width, yerr=one.error, error_kw={"ecolor": INK, "elinewidth": 0.9}, **style)
     if bounds:
         middle = np.arange(float(len(groups)))
         dash: Any = {"color": SOFT, "linestyle": (0, (4, 3)), "linewidth": 1.3}
