@@ -8,16 +8,13 @@ from skyverse._typing import Floats
 from skyverse.draw.palette import LIGHT
 from skyverse.draw.relief import along, cleared, relief, tinted
 from skyverse.draw.scene import Scene
-from skyverse.draw.shape_geometry import DrawnShape, faces, surface
+from skyverse.draw.shape_geometry import DrawnShape, brightness, faces, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 
 MAX_FIGURE_HEIGHTS = 120
 """The largest number of heights along each side of the ground."""
 MAX_FIGURE_SHAPES = 3_000
 """The largest number of shapes in a figure; of more, the largest ones are drawn."""
-
-_LIGHT = np.array((-0.5, -0.62, 0.6))
-"""The direction of the light: from over the viewer's left shoulder, so that the visible walls are lit."""
 
 
 def draw_world(axes: Any, drawn: Scene) -> None:
@@ -94,13 +91,8 @@ def _clear(axes: Any, kind: ShapeKind, shapes: list[DrawnShape]) -> None:
 def _lit(walls: list[Floats], paint: str) -> list[Floats]:
     from matplotlib.colors import to_rgb
 
-    lit = []
-    for wall in walls:
-        around = np.cross(wall, np.append(wall[1:], wall[:1], axis=0)).sum(axis=0)
-        length = float(np.linalg.norm(around))
-        light = abs(float(around @ _LIGHT)) / length if length else 0.0
-        lit.append(np.clip(np.array(to_rgb(paint)) * (0.62 + 0.5 * light), 0, 1))
-    return lit
+    normals = [np.cross(wall, np.append(wall[1:], wall[:1], axis=0)).sum(axis=0) for wall in walls]
+    return [np.array(to_rgb(paint)) * light for light in brightness(np.array(normals).reshape(-1, 3))]
 
 
 def _add(axes: Any, polygons: list[Floats], *, rasterized: bool = False, **style: Any) -> None:

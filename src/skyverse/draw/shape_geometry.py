@@ -62,6 +62,12 @@ def surface(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> tuple[Floats, Ints]
     return _levels(rings, shape), np.vstack([floor[:, ::-1], floor + n, walls])
 
 
+def brightness(normals: Floats) -> Floats:
+    """Return the brightness, (m,) from 0 to 1, of faces with normals (m, 3): most of roofs, then of walls along y."""
+    x, _, z = np.abs(normals).T / np.maximum(np.linalg.norm(normals, axis=1), np.finfo(np.float64).tiny)
+    return 0.66 + 0.12 * x + 0.34 * z
+
+
 def faces(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:
     """Return the polygons, (n, 3) each, of a shape's surface; a roof with holes is one polygon with seams."""
     if isinstance(shape, Box):

@@ -10,7 +10,7 @@ from skyverse.draw.palette import GROUND
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.relief import relit
 from skyverse.draw.scene import Scene
-from skyverse.draw.shape_geometry import below, outline, surface
+from skyverse.draw.shape_geometry import below, brightness, outline, surface
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES, ShapeKind
 from skyverse.model.shapes import Box
 
@@ -47,7 +47,12 @@ def kind(kind: ShapeKind, number: int, top: float) -> Trace:
         faces.append(triangles + first)
         first += len(corners)
     triangles, corners = np.concatenate(faces), np.concatenate(points)
-    shaded = {"intensity": packed(_brightness(corners[triangles])), "intensitymode": "cell", "cmin": 0, "cmax": 1}
+    shaded = {
+        "intensity": packed(brightness(_normals(corners[triangles]))),
+        "intensitymode": "cell",
+        "cmin": 0,
+        "cmax": 1,
+    }
     return {
         "type": "mesh3d",
         "name": plain(kind.name),
@@ -60,11 +65,9 @@ def kind(kind: ShapeKind, number: int, top: float) -> Trace:
     }
 
 
-def _brightness(triangles: Floats) -> Floats:
-    """Return the brightness, (m,) from 0 to 1, of triangles (m, 3, 3): roofs are brightest, then walls along y."""
-    across = np.abs(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]))
-    x, _, z = across.T / np.maximum(np.linalg.norm(across, axis=1), np.finfo(np.float64).tiny)
-    return 0.66 + 0.12 * x + 0.34 * z
+def _normals(triangles: Floats) -> Floats:
+    """Return vectors, (m, 3), across triangles, (m, 3, 3)."""
+    return np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
 
 
 def _surfaces(kind: ShapeKind, top: float) -> Iterator[tuple[Floats, Ints]]:
