@@ -24,6 +24,7 @@ ADDED = {
     "closed_above": False,
     "max_height": None,
     "flights": [],
+    "straight_bound": False,
     "scenario": "",
     "disturbances": {"gusts": False, "mismatch": 0.0, "position_noise": 0.0, "delay": 0.0},
 }
@@ -121,6 +122,15 @@ def test_a_file_of_version_1_with_a_field_of_version_2_is_refused_by_name(name, 
     (tmp_path / name.replace("yaml", "json")).write_text(json.dumps(data))
     with pytest.raises(sky.InputError, match=f"{re.escape(place)}: 'skyverse/scenario/1' has no such field; "):
         sky.read(tmp_path / name.replace("yaml", "json"))
+
+
+@pytest.mark.parametrize("name", ["yard.mission.json", "yard.flight.json"])
+def test_a_result_of_version_1_cannot_say_what_its_bound_is(name, tmp_path):
+    data = load(HERE / name)
+    data.get("mission", data)["results"][0]["straight_bound"] = True
+    (tmp_path / name).write_text(json.dumps(data))
+    with pytest.raises(sky.InputError, match=r"results\[0\]\.straight_bound: 'skyverse/mission/1' has no such field; "):
+        sky.read(tmp_path / name)
 
 
 def test_a_study_goes_on_from_its_rows_where_it_was(tmp_path):

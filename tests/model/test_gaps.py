@@ -52,26 +52,39 @@ def around_a_wall():
     )
 
 
-def test_a_bound_that_is_the_straight_line_is_called_so(around_a_wall):
+def test_a_bound_with_a_turn_in_it_is_not_called_the_straight_line(around_a_wall):
     result = sky.ThetaStar().plan(sky.Problem(around_a_wall))
-    turn = around_a_wall.objective.divergence
-    assert not result.bounded_by_straight_line()  # one turn is part of the bound
-    assert result.bounded_by_straight_line(turn)
-    plain = replace(result, bound=result.bound - turn)
-    assert plain.bounded_by_straight_line()
-    assert plain.gap_sentence.endswith("above the straight line, which no path beats")
-    raised = replace(plain, bound=1.01 * plain.bound)
-    assert raised.gap_sentence.endswith("above the best possible")
+    assert result.bound == pytest.approx(8 + around_a_wall.objective.divergence)
+    assert not result.straight_bound
+    assert result.gap_sentence.endswith("above the best possible")
 
 
-def test_a_path_with_columns_at_its_ends_is_held_against_the_line_between_them():
-    path = np.array([(0.0, 0, 0), (0, 0, 5), (3, 4, 6), (6, 0, 5), (6, 0, 1)])
-    found = sky.AStar().plan(sky.Problem(sky.read("map1")))
-    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
-    result = replace(found, path=path, terms={"fuel": 2 * length}, any_angle=True, bound=2 * (5 + 6 + 4))
-    assert result.bounded_by_straight_line()
-    assert not replace(result, bound=2 * (5 + 6 + 4.1)).bounded_by_straight_line()
-    assert replace(result, bound=2 * float(np.linalg.norm(path[-1] - path[0]))).bounded_by_straight_line()
+@pytest.mark.parametrize("planner", [sky.ThetaStar(), sky.Taut(proof=0), sky.Cheapest()], ids=repr)
+def test_a_bound_that_is_the_straight_line_is_called_so(around_a_wall, planner):
+    plain = around_a_wall.model_copy(update={"objective": sky.Objective(unit="metres", fuel=2)})
+    result = planner.plan(sky.Problem(plain))
+    assert result.bound == pytest.approx(2 * 8)
+    assert result.straight_bound
+    assert result.gap_sentence.endswith("above the straight line, which no path beats")
+
+
+def test_a_bound_that_knows_the_obstacles_is_not_called_the_straight_line(around_a_wall):
+    result = sky.Taut().plan(sky.Problem(around_a_wall))
+    assert result.bound > 8.5
+    assert not result.straight_bound
+    assert not sky.AStar().plan(sky.Problem(around_a_wall)).straight_bound
+
+
+def test_the_straight_line_of_a_path_with_columns_joins_their_tops(around_a_wall):
+    strays = sky.UAV(start=(1, 1, 0.5), tracking_error=sky.TrackingError(horizontal=0.2, vertical=1))
+    problem = sky.Problem(
+        around_a_wall.model_copy(update={"objective": sky.Objective(unit="metres"), "uavs": (strays,)})
+    )
+    up, down = problem.start[2] - 0.5, problem.end[2] - 1
+    assert up > 0
+    result = sky.Taut(proof=0).plan(problem)
+    assert result.bound == pytest.approx(up + np.linalg.norm(problem.end - problem.start) + down)
+    assert result.straight_bound
 
 
 def test_an_optimum_on_the_lattice_is_not_called_the_best_of_all():

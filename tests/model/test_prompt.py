@@ -1,6 +1,6 @@
 """What the prompt shows: a few short lines that say what matters, whatever the scenario holds."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -16,6 +16,15 @@ def lines(shown):
     assert 1 <= len(found) <= MAX_LINES
     assert max(map(len, found)) <= MAX_LINE
     return found
+
+
+@dataclass(frozen=True)
+class OneWalk(sky.Planner):
+    """A planner that draws random numbers, and ends by itself."""
+
+    def plan(self, problem, *, stop=None, rng=None, on_iteration=None):
+        found = sky.RandomRestart().plan(problem, stop=sky.MaxIterations(1), rng=rng)
+        return replace(found, provenance=replace(found.provenance, stop="None"))
 
 
 @pytest.fixture(scope="module")
@@ -63,9 +72,14 @@ def test_a_mission_without_a_way_says_so(fleet):
 def test_a_seed_is_told_of_planners_that_draw_numbers_alone():
     scenario, stop = sky.read("map2"), sky.MaxIterations(2)
     assert lines(sky.plan_mission(scenario, sky.MVO(), stop=stop, rng=7))[-1] == "  by MVO, seed 7"
-    mission = sky.plan_mission(scenario, sky.AStar(), rng=7)
+    mission = sky.plan_mission(scenario, sky.AStar(), rng=7, stop=stop)
     assert lines(mission)[-1] == "  by AStar"
-    assert mission.seed is None
+    assert (mission.provenance.seed, mission.provenance.stop) == (None, "None")
+
+
+def test_the_seed_of_a_planner_of_ones_own_is_told_though_it_has_no_stop_rule():
+    mission = sky.plan_mission(sky.read("map2"), OneWalk(), rng=7)
+    assert lines(mission)[-1] == "  by OneWalk, seed 7"
 
 
 def test_the_parts_of_a_mission_are_shown_in_a_few_lines(fleet):

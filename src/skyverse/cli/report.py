@@ -42,8 +42,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
         planners = dict.fromkeys(result.provenance.planner.partition("(")[0] for result in results)
         print(f"planned by {' and '.join(planners)}")
     times = f"total time {told_seconds(mission.total_time)}, makespan {told_seconds(mission.makespan)}"
+    seed = mission.provenance.seed
     total = told_costs(mission.costs) if mission.complete else "-"
-    print(f"total cost {total}, {times}{'' if mission.seed is None else f', seed {mission.seed}'}")
+    print(f"total cost {total}, {times}{'' if seed is None else f', seed {seed}'}")
     told = gaps_sentence(mission)
     if told:
         print(told)

@@ -195,7 +195,8 @@ def _path_of_any_angle(problem: Problem, walled: Problem) -> Result | None:
     if not planned.status.reached or not same:  # a wall may leave no place for the top of a column
         return None
     origin = replace(planned.provenance, planner=f"{type(planner).__name__}, led around others")
-    return replace(planned, provenance=origin, bound=None, status=Status.COMPLETE)  # its bound is one among the walls
+    # its bound is one among the walls
+    return replace(planned, provenance=origin, bound=None, straight_bound=False, status=Status.COMPLETE)
 
 
 def _cheapest_on_lattice(problem: Problem, walled: Problem) -> Result | None:

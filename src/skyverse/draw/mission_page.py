@@ -12,7 +12,7 @@ from skyverse.draw.scene_traces import of_search
 from skyverse.draw.shape_geometry import below
 from skyverse.model.digest import short
 from skyverse.model.flight_table import gaps_sentence
-from skyverse.model.result import Status
+from skyverse.model.result import NO_STOP, Status
 from skyverse.model.what_is_proven import what_is_proven
 from skyverse.space.named_columns import columns_sentence
 
@@ -152,8 +152,9 @@ def _called_optimal(scene: MissionScene) -> bool:
 
 def footer(scene: MissionScene) -> str:
     """Return the provenance of the answer, from which it can be repeated."""
-    made, seed = scene.mission.provenance, scene.mission.seed
-    searched = {} if seed is None else {"Stop": made.stop, "Seed": str(seed)}
+    made = scene.mission.provenance
+    searched = {} if made.stop == NO_STOP else {"Stop": made.stop}
+    searched |= {} if made.seed is None else {"Seed": str(made.seed)}
     return facts_list(
         {
             "Scenario": f"{scene.scenario.name} ({short(scene.scenario.digest)})",

@@ -85,7 +85,7 @@ def _separated(uav: UAV, apart: float) -> UAV:
 def _unbounded(result: Result) -> Result:
     """Return a result without claims of optimality, which do not hold among paths nearer to obstacles."""
     status = Status.COMPLETE if result.status is Status.OPTIMAL else result.status
-    return replace(result, status=status, bound=None)
+    return replace(result, status=status, bound=None, straight_bound=False)
 
 
 def judged(mission: Mission) -> Mission:

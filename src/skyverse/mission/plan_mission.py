@@ -21,7 +21,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.planners.auto import Auto
-from skyverse.planners.base import Planner, Seed, provenance, seeded
+from skyverse.planners.base import DirectPlanner, Planner, Seed, provenance, seeded
 from skyverse.planners.results import refused_result
 from skyverse.problem import Airspace, Problem, snap_endpoint
 from skyverse.referee import judge
@@ -104,7 +104,8 @@ def plan_mission(
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
     assigned = assign_targets(airspace, assignment, criterion)
-    origin = provenance(f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}, shape={shape!r}", stop, seed)
+    asked = f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}, shape={shape!r}"
+    origin = provenance(asked, *((None, None) if isinstance(planner, DirectPlanner) else (stop, seed)))
     results: list[Result | None] = []
     trajectories: list[Trajectory | None] = []
     interrupted = False

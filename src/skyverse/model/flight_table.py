@@ -106,8 +106,8 @@ def bound_kind(mission: Mission) -> BoundKind:
     found = [one.result for one in planned_flights(mission) if one.result is not None]
     if not any(result.any_angle for result in found) and all(result.terms.keys() <= EXACT_TERMS for result in found):
         return "exact optimum"
-    bounded = [result for result in found if result.bound is not None]
-    return "straight line" if bounded and len(_straight(mission, bounded)) == len(bounded) else "lower bound"
+    straight = [result.straight_bound for result in found if result.bound is not None]
+    return "straight line" if straight and all(straight) else "lower bound"
 
 
 def gaps_sentence(mission: Mission) -> str:
@@ -117,7 +117,7 @@ def gaps_sentence(mission: Mission) -> str:
         return ""
     if not any(result.any_angle for result in found):
         return "Gaps are counted from the cheapest path on the same lattice."
-    straight = len(_straight(mission, found))
+    straight = sum(result.straight_bound for result in found)
     many = "every UAV" if straight == len(found) else f"{straight} of {len(found)} UAVs"
     line = f", for {many} that of the straight line" if straight else ""
     return f"Gaps are counted from a cost that no path beats{line}; the best possible path may cost more."
@@ -127,12 +127,6 @@ def told_costs(costs: dict[str, float]) -> str:
     """Return sums of costs by unit, as in ``265 nodes and 24.60 m``."""
     told = [f"{value:,.2f} m" if unit == "metres" else f"{_plain(value)} {unit}" for unit, value in costs.items()]
     return " and ".join(told) or NO_VALUE
-
-
-def _straight(mission: Mission, results: Iterable[Result]) -> list[Result]:
-    """Return the results whose bound is the cost of the straight line."""
-    turn = mission.scenario.objective.divergence
-    return [result for result in results if result.bounded_by_straight_line(turn)]
 
 
 def _cost(flight: PlannedFlight, mission: Mission) -> str:

@@ -1,7 +1,7 @@
 """The fleet's answer: who goes where, by which path and trajectory, and what the referee says of it."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from skyverse.model.arrays import ArrayRecord
@@ -10,7 +10,7 @@ from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.formats import MISSION_2
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
 from skyverse.model.quantities import Flag, Whole
-from skyverse.model.result import NO_STOP, Provenance, Result
+from skyverse.model.result import Provenance, Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_metres
@@ -73,7 +73,7 @@ class Mission(ArrayRecord, Drawn):
             "" if self.complete else "not complete: " + self._missing,
             f"total cost {self.total_cost_sentence}",
             f"{flown}last arrival after {told_seconds(self.makespan)}" if flying else "",
-            f"by {replace(self.provenance, seed=self.seed).planner_and_seed}",
+            f"by {self.provenance.planner_and_seed}",
         )
 
     def plot(self, figure: str | None = None) -> "Figure":
@@ -127,12 +127,6 @@ class Mission(ArrayRecord, Drawn):
         return self.cost / sum(bounds) - 1
 
     @property
-    def seed(self) -> int | None:
-        """The seed that gives the same mission again; ``None`` where its planner draws no random numbers."""
-        drawn = any(result is not None and result.provenance.stop != NO_STOP for result in self.results)
-        return self.provenance.seed if drawn else None
-
-    @property
     def makespan(self) -> float:
         """Seconds until the last UAV has arrived."""
         return max((trajectory.end for trajectory in self.trajectories if trajectory is not None), default=0.0)
@@ -167,7 +161,7 @@ class Mission(ArrayRecord, Drawn):
         lattice = "" if any(result.any_angle for result in results) else " on the lattice"
         if abs(gap) <= SMALLEST_GAP:
             return f"{told}, no paths{lattice} cost less"
-        if all(result.bounded_by_straight_line(self.scenario.objective.divergence) for result in results):
+        if all(result.straight_bound for result in results):
             return f"{told}, at most {told_gap(gap)} above the straight lines, which no paths beat"
         return f"{told}, at most {told_gap(gap)} above the best possible{lattice}"
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
@@ -107,7 +106,17 @@ def no_history() -> History:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What made an answer, so that it can be made again."""
+    """What made an answer, so that it can be made again.
+
+    Attributes
+    ----------
+    skyverse, platform
+        The version of skyverse, and the machine with the versions of Python and numpy.
+    planner, stop
+        The planner with its settings, and the stop rule; ``"None"`` for a planner that ends by itself.
+    seed
+        The seed of its random numbers; ``None`` where it draws none, or draws them from the caller's generator.
+    """
 
     skyverse: str
     planner: str
@@ -155,6 +164,9 @@ class Result(ArrayRecord, Drawn):
     any_angle
         Whether the path leaves the lattice, and consists of straight legs from the UAV's start to its target. Such a
         path has no nodes to count, so that its fuel is in metres whatever the objective's unit.
+    straight_bound
+        Whether `bound` is the cost of the straight line from start to goal, which tells nothing of what is in its way.
+        The line joins the tops of the columns in which a UAV takes off and lands, where there are any.
     """
 
     status: Status
@@ -170,6 +182,7 @@ class Result(ArrayRecord, Drawn):
     stopped_by: str
     provenance: Provenance
     any_angle: Flag = False
+    straight_bound: Flag = False
 
     def __repr__(self) -> str:
         if not len(self.path):
@@ -212,7 +225,7 @@ class Result(ArrayRecord, Drawn):
     @property
     def length(self) -> float:
         """The length of the path, metres; 0 where there is none."""
-        return _length(self.path)
+        return float(np.linalg.norm(np.diff(self.path, axis=0), axis=1).sum())
 
     @property
     def gap_sentence(self) -> str:
@@ -223,32 +236,11 @@ class Result(ArrayRecord, Drawn):
             return f"{told_gap(-self.gap)} below its bound, which is impossible"
         if self.gap <= SMALLEST_GAP:
             return f"no path {'' if self.any_angle else 'on the lattice '}costs less"
-        if self.bounded_by_straight_line():
+        if self.straight_bound:
             return f"at most {told_gap(self.gap)} above the straight line, which no path beats"
         return f"at most {told_gap(self.gap)} above the best possible{'' if self.any_angle else ' on the lattice'}"
-
-    def bounded_by_straight_line(self, turn: float = 0.0) -> bool:
-        """Tell whether the bound is the price of the straight line, perhaps with one `turn`, in the cost's unit.
-
-        The line joins start and goal or, where the path begins or ends with a vertical leg, the far ends of these legs.
-        """
-        path = self.path
-        length = self.length
-        if self.bound is None or not self.any_angle or length == 0:
-            return False
-        metre = self.terms.get("fuel", 0.0) / length
-        first = 1 if len(path) > 2 and np.array_equal(path[0, :2], path[1, :2]) else 0
-        last = len(path) - (2 if len(path) > 2 and np.array_equal(path[-1, :2], path[-2, :2]) else 1)
-        lines = [path[[0, -1]]] + ([path[[0, first, last, -1]]] if first <= last else [])
-        prices = [metre * _length(line) + extra for line in lines for extra in (0.0, turn)]
-        return any(math.isclose(self.bound, price, rel_tol=1e-6) for price in prices)
 
     @property
     def cancelled(self) -> bool:
         """Whether a `Cancelled` rule ended the run."""
         return self.stopped_by == CANCELLED
-
-
-def _length(path: Floats) -> float:
-    """Return the length of a path (n, 3), metres."""
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())

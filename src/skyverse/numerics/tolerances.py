@@ -29,7 +29,10 @@ GAIN_ROUNDING = 1e-12
 """Units of a price: a change that loses less counts as equally cheap, because its gain is a difference of sums."""
 
 LENGTH_ROUNDING = 1e-12
-"""Relative: a search for a path shorter than a known one also accepts that path itself, whose length is rounded."""
+"""Relative: a search for a path shorter than a known one also accepts that path itself, whose length is rounded.
+
+A bound that exceeds the cost of the straight line by no more is that cost.
+"""
 
 SLIDE_CONVERGED = 1e-12
 """Relative to the first coordinate: bends that slide along edges have settled when none moves farther."""

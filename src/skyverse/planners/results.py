@@ -8,7 +8,7 @@ import numpy as np
 from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
-from skyverse.numerics.tolerances import OPTIMALITY_GAP
+from skyverse.numerics.tolerances import LENGTH_ROUNDING, OPTIMALITY_GAP
 from skyverse.problem import Problem
 
 
@@ -45,6 +45,8 @@ def any_angle_result(problem: Problem, path: Floats, bound: float | None, record
     The columns above the UAV's start and its target, where there are any, are added to the path, its price and bound.
     """
     terms = cost.terms_of_legs(problem.scenario, problem.airspace.rates, path, problem.end)
+    straight = problem.airspace.rates.metre * math.dist(problem.start, problem.end)
+    straight_bound = bound is not None and bound <= straight * (1 + LENGTH_ROUNDING)
     reached = np.array_equal(path[-1], problem.end)
     up, down = problem.columns
     if len(up) or (len(down) and reached):
@@ -57,7 +59,8 @@ def any_angle_result(problem: Problem, path: Floats, bound: float | None, record
         history = replace(record.history, cost=record.history.cost + (sum(terms.values()) - price))
         record = replace(record, history=history)
     ends = problem.uav_place, problem.target_place
-    return _priced(path, ends, terms, bound, reached, record, any_angle=True)
+    priced = _priced(path, ends, terms, bound, reached, record)
+    return replace(priced, any_angle=True, straight_bound=straight_bound)
 
 
 def _priced(
@@ -67,9 +70,8 @@ def _priced(
     bound: float | None,
     reached: bool,
     record: SearchRecord,
-    any_angle: bool = False,
 ) -> Result:
     price, (start, goal) = sum(terms.values()), ends
     optimal = bound is not None and price <= bound * (1 + OPTIMALITY_GAP)
     status = Status.INCOMPLETE if not reached else Status.OPTIMAL if optimal else Status.COMPLETE
-    return Result(status, path, price, terms, bound, start, goal, any_angle=any_angle, **vars(record))
+    return Result(status, path, price, terms, bound, start, goal, **vars(record))
