@@ -46,7 +46,7 @@ def test_a_scenario_whose_points_are_all_safe_is_not_refused():
 def test_show_draws_a_scenario_before_it_is_planned(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     sky.write(with_starts((5, 2.2, 1)), tmp_path / "mine.yaml")
-    for words, page in ((["mine.yaml"], "mine.html"), (["table-4.8"], "out/table-4.8.html")):
+    for words, page in ((["mine.yaml"], "mine.html"), (["table-4.8"], "out/table-4.8-scenario.html")):
         with pytest.raises(SystemExit) as ended:
             main(["show", *words])
         assert not ended.value.code

@@ -412,6 +412,13 @@ def test_no_mission_replaces_that_of_another_scenario(skyverse, tmp_path):
     assert "another scenario" not in err
 
 
+def test_the_page_of_a_built_in_scenario_does_not_replace_that_of_its_mission(skyverse, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/map1.html").write_text("the mission's page")
+    assert skyverse("show", "map1") == (0, f"{Path('out/map1-scenario.html')}\n", "")
+    assert (tmp_path / "out/map1.html").read_text() == "the mission's page"
+
+
 def test_a_uav_that_is_added_gets_a_name_of_its_own(skyverse):
     given = sky.read_scenario("map1").model_dump()
     given["uavs"][0]["name"] = "uav-2"

@@ -105,7 +105,7 @@ def show(
     mission
         A mission file, or a scenario: a built-in one, a scenario file or a map in local metres.
     output
-        The page, .html; by default beside the file, and in out/ for a built-in scenario.
+        The page, .html; by default beside the file; for a built-in scenario, out/NAME-scenario.html.
     figures
         Write figures (PNG) into this folder instead.
     unknown
@@ -125,7 +125,9 @@ def show(
         for path in sky.write_figures(drawn, figures):
             print(path)
         return
-    beside = DEFAULT_FOLDER / f"{mission}.html" if mission in BUILTIN_NAMES else Path(mission).with_suffix(".html")
+    beside = Path(mission).with_suffix(".html")
+    if mission in BUILTIN_NAMES:  # whose missions have their pages in the same folder
+        beside = DEFAULT_FOLDER / f"{mission}-scenario.html"
     page = output if output is not None else beside
     if page.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--output: expected a file ending in .html, found {str(page)!r}")
