@@ -71,6 +71,23 @@ def test_planning_anew_keeps_the_assignment_and_answers_the_same_scenario():
     assert not [v for v in anew.violations if v.fault is not sky.Fault.SEPARATION]
 
 
+def test_planning_anew_heeds_all_that_the_scenario_prices():
+    """The straight line leads through 10 m of a zone in which a metre costs as much as 51 elsewhere."""
+    scenario = sky.Scenario(
+        name="a risk on the way",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(40, 30, 8)),
+        zones=[sky.Box(min=(15, 10, 0), max=(25, 20, 8), risk=50.0)],
+        clearance=0.1,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[sky.UAV(start=(2, 15, 2))],
+        targets=[sky.Target(position=(38, 15, 2))],
+    )
+    anew = farther(sky.plan_mission(scenario, rng=1), 0.3, "minimum-snap")
+    assert anew.results[0].terms["risk"] < 1.0
+    assert anew.cost < 40.0
+
+
 def test_planning_anew_keeps_paths_apart_in_space():
     ends = [((20, 0.6, 0.2), (20, 7.4, 0.2)), ((1, 4, 0.2), (39, 4, 0.2))]
     scenario = sky.Scenario(

@@ -266,6 +266,14 @@ def test_many_paths_are_those_planned_one_by_one():
         assert sky.check_result(city, uav, target, result) == []
 
 
+def test_many_paths_are_by_default_those_of_each_uav_to_its_own_target_planned_by_auto():
+    scenario = sky.read("table-4.8")
+    for many in (sky.plan_many(scenario), sky.plan_many(sky.Airspace(scenario))):
+        assert [result.provenance.planner for result in many] == ["AStar()"] * 5
+        for i, result in enumerate(many):
+            assert result.cost == sky.AStar().plan(sky.Problem(scenario, i, i)).cost
+
+
 def test_many_seeded_paths_do_not_depend_on_how_many_work_at_them():
     scenario = sky.read("table-4.8")
     pairs = [(i, i) for i in range(4)]

@@ -11,7 +11,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
-from skyverse.planners.taut import Taut
+from skyverse.planners.auto import Auto
 from skyverse.referee import certify, check
 from skyverse.trajectory import Shape
 
@@ -46,7 +46,7 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
 
 
 def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> Mission:
-    """Return a mission with the same starts and targets, planned by Taut with `more` metres of additional clearance.
+    """Return a mission with the same starts and targets, planned by `Auto` with `more` metres of additional clearance.
 
     UAVs are planned with `apart` metres of additional separation. Where the paths of a fleet are apart in space, those
     planned anew are led around each other too. The mission remains an answer to its own scenario, and is judged with
@@ -63,7 +63,7 @@ def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> 
     in_space = flying > 1 and not apart_by_timing_only(mission)
     resolve = in_space or mission.deconfliction is not None or apart > 0
     seed = mission.provenance.seed
-    plan = partial(plan_mission, planner=Taut(), rng=seed, shape=shape, keep_apart=resolve, apart_in_space=in_space)
+    plan = partial(plan_mission, planner=Auto(), rng=seed, shape=shape, keep_apart=resolve, apart_in_space=in_space)
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # keep the assignment
         wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})

@@ -40,7 +40,7 @@ def fly_many_until_safe(
 
     A round makes the whole mission take half as long again, which keeps all that is proven of it. If that did not halve
     what was missing to the vehicle's radius, or is impossible because of an aeroplane, the next round instead plans the
-    mission again with Taut, with what was missing added to clearance and separation, and as slow as before. A round
+    mission again with `Auto`, with what was missing added to clearance and separation, and as slow as before. A round
     ends soon after a run has touched something. A mission that is still not safe after all rounds, or for which there
     is no way left, is refused.
 

@@ -7,6 +7,7 @@ from skyverse.errors import InputError
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.cores import cores
+from skyverse.planners.auto import Auto
 from skyverse.planners.base import Planner, Seed, seeded
 from skyverse.problem import Airspace, Problem
 from skyverse.stop import Stop
@@ -14,8 +15,8 @@ from skyverse.stop import Stop
 
 def plan_many(
     scenario: Scenario | Airspace,
-    planner: Planner,
-    pairs: Iterable[tuple[int, int]],
+    planner: Planner | None = None,
+    pairs: Iterable[tuple[int, int]] | None = None,
     *,
     stop: Stop | None = None,
     rng: Seed = None,
@@ -31,9 +32,10 @@ def plan_many(
     scenario
         The scenario, or an `Airspace` that was made of it before.
     planner
-        Plans each path.
+        Plans each path; by default `Auto`, which chooses a planner by what the scenario prices.
     pairs
-        Indices (uav, target), one pair for each path; a UAV or target may occur in many pairs.
+        Indices (uav, target), one pair for each path; a UAV or target may occur in many pairs. By default each UAV flies
+        to the target with its own index.
     stop
         When the planning of each path ends.
     rng
@@ -57,9 +59,14 @@ def plan_many(
     """
     if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
         raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
+    if planner is None:
+        planner = Auto()
     if not isinstance(planner, Planner):
         raise InputError(f"plan_many needs a planner, as in plan_many(scenario, Taut(), pairs), not {planner!r:.60}")
     airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
+    if pairs is None:
+        count = min(len(airspace.scenario.uavs), len(airspace.scenario.targets))
+        pairs = [(i, i) for i in range(count)]
     problems = [Problem(airspace, uav, target) for uav, target in pairs]
     streams = seeded(rng)[0].spawn(len(problems))
     results: dict[int, Result] = {}
