@@ -73,6 +73,29 @@ def zones(draw):
     return sky.Prism(vertices=corners, low=low, high=high, risk=risk)
 
 
+@given(st.integers(0, 2**32 - 1), st.integers(200, 400))
+@settings(max_examples=30, deadline=None)
+def test_among_zones_of_hundreds_of_corners_the_risk_is_what_shapely_says(seed, corners):
+    shapely = pytest.importorskip("shapely")
+    rng = np.random.default_rng(seed)
+    angles = np.linspace(0, 2 * np.pi, corners, endpoint=False)
+    rings = []
+    for middle, least, most in (((12, 10), 4, 9), ((30, 12), 2, 6), ((12, 10), 1, 3)):
+        rings.append(np.array(middle) + rng.uniform(least, most, (corners, 1)) * np.c_[np.cos(angles), np.sin(angles)])
+    outline, other, hole = rings
+    scenario = field(
+        sky.Prism(vertices=outline.tolist(), holes=[hole.tolist()], low=0, high=9, risk=2.0),
+        sky.Prism(vertices=other.tolist(), low=0, high=9, risk=3.0),
+        risk=1.0,
+    )
+    areas = shapely.Polygon(outline, [hole]), shapely.Polygon(other)
+    for a, b in rng.uniform(0, [40, 20], (20, 2, 2)):
+        line = shapely.LineString([a, b])
+        lengths = [line.intersection(area).length for area in areas]
+        found = terms(scenario, (*a, 4.0), (*b, 4.0))["risk"]
+        assert found == pytest.approx(2 * lengths[0] + 3 * lengths[1], abs=1e-6)
+
+
 @settings(max_examples=60)
 @given(st.lists(zones(), max_size=3), st.lists(anywhere, min_size=2, max_size=4), st.floats(0, 10), st.floats(0, 80))
 def test_the_terms_are_what_dense_sampling_says(given_zones, points, low, angle):

@@ -36,6 +36,8 @@ class Rates(NamedTuple):
         The price of a metre flown a radian too steeply, and the angle, radians, above which it is too steep.
     zones, risks
         The zones that may be flown through at a risk, in the order of their index; (n,) the price of a metre inside.
+    frames
+        The rectangles around the edges of the zones; see `chord.frames_around`.
     order
         (n,) the numbers of the zones sorted by kind: cylinders first, then prisms, then others.
     ground
@@ -54,6 +56,7 @@ class Rates(NamedTuple):
     steepest: float
     zones: Solids
     risks: Floats
+    frames: Floats
     order: Ints
     ground: Ground
 
@@ -80,6 +83,7 @@ def make_rates(scenario: Scenario) -> Rates:
         steepest=0.0 if limit is None else math.radians(limit.angle),
         zones=compiled,
         risks=risks[order],
+        frames=chord.frames_around(compiled.edges),
         order=np.argsort(order),
         ground=make_ground(scenario.terrain if above else None),
     )
@@ -92,7 +96,7 @@ def _rank(zone: Zone) -> int:
 
 _UNPRICED = Rates(
     *(0.0, 0.0, 0.0, False, 0.0, 0.0, 0.0, False, 0.0, 0.0),
-    *(make_solids([])[0], np.zeros(0), np.zeros(0, np.int64), make_ground(None)),
+    *(make_solids([])[0], np.zeros(0), np.zeros((0, 4)), np.zeros(0, np.int64), make_ground(None)),
 )
 
 
@@ -221,7 +225,7 @@ def add_soft(rates: Rates, a: Floats, b: Floats, shares: Floats) -> None:
         shares[0] += rates.altitude * size * (_mean_above(rates.low - top, rates.low - bottom))
         shares[0] += rates.altitude * size * (_mean_above(bottom - rates.high, top - rates.high))
     if len(rates.risks):
-        shares[1] += size * chord.priced(rates.zones, rates.risks, a, b)
+        shares[1] += size * chord.priced(rates.zones, rates.frames, rates.risks, a, b)
     if rates.climb > 0.0:
         shares[2] += rates.climb * size * max(0.0, math.atan2(rise, across) - rates.steepest)
 
