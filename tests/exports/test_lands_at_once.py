@@ -40,9 +40,8 @@ def returned(folder, ground, boxes=(), error=None):
 
 
 def lost_places(back):
-    """From where to where along x there is no way home, (n, 2), as if it flew at one speed: so it is told."""
-    begin, end = back.plan.arrivals[[0, -1]]
-    return 30 * (back.lost - begin) / (end - begin)
+    """Where along x it is between the times without a way home, (n, 2), with its run-up and its braking."""
+    return back.plan.predicted().at(back.lost.ravel()).position[:, 0].reshape(-1, 2)
 
 
 def lands(ground, boxes, x, y=0.0):

@@ -28,6 +28,8 @@ REFINEMENTS = 3
 """How often the step below the lowest good altitude is halved."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
+HALVINGS = 40
+"""How often a leg's time is halved to find when the flight is at a place of it."""
 RETURN_ALTITUDES = {"px4": (2 * ACCEPTANCE["px4"].radius, math.inf), "ardupilot": (0.3, 3000.0), "dji": (2.0, 1500.0)}
 """Metres above home: the least and the greatest return altitude that an autopilot keeps to: PX4 1.14 climbs at least to
 twice its acceptance radius; the others are what files can name, `RTL_ALT` and `globalRTHHeight`."""
@@ -137,7 +139,7 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     order = np.argsort(away)
     landings = way.places[order[way.taken(away[None], np.zeros(1))[0][order]]]
     level = max(float(last[2]), float(way.levels[order[0]]))
-    spans = _spans(found.lost, plan)
+    spans = _spans(found.lost, way)
     lost = np.array([(begin, end) for begin, end, _ in spans]).reshape(-1, 2)
     met = tuple(obstruction(space, way, found.lost.of(parts)) for _, _, parts in spans)
     top = max(_altitudes(scenario, plan))
@@ -218,16 +220,12 @@ def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     return [float(value) for value in altitudes if least <= value <= most] or [least]
 
 
-def _spans(lost: Parts, plan: FlightPlan) -> list[tuple[float, float, NDArray[np.intp]]]:
+def _spans(lost: Parts, way: WayHome) -> list[tuple[float, float, NDArray[np.intp]]]:
     """Return the seconds between which parts of a flight are flown, those that touch as one, with the parts of each.
 
     A return during the take-off is one from its end: what is lost there is lost from the beginning.
     """
-    arrivals = plan.arrivals
-    last = float(arrivals[-1])
-    begins, ends = np.r_[arrivals[:-1], last], np.r_[arrivals[1:], last]
-    shares = np.stack([lost.begin, lost.end], axis=1)
-    times = (1 - shares) * begins[lost.leg, None] + shares * ends[lost.leg, None]  # exactly the end at a share of 1
+    times = np.column_stack([_seconds(way, lost.leg, share) for share in (lost.begin, lost.end)])
     times[(lost.leg == 0) & (lost.begin == 0), 0] = 0.0
     told: list[tuple[float, float, list[int]]] = []
     for part in np.lexsort((times[:, 1], times[:, 0])).tolist():
@@ -237,3 +235,17 @@ def _spans(lost: Parts, plan: FlightPlan) -> list[tuple[float, float, NDArray[np
         else:
             told.append((begin, end, [part]))
     return [(begin, end, np.array(parts)) for begin, end, parts in told]
+
+
+def _seconds(way: WayHome, leg: NDArray[np.intp], share: Floats) -> Floats:
+    """Return when a flight is at shares (n,) of legs, seconds: it runs up and brakes where it stops."""
+    arrivals, flight, legs = way.plan.arrivals, way.plan.predicted(), way.legs
+    end = np.append(arrivals, arrivals[-1])[leg + 1]
+    early, late = arrivals[leg], end
+    start = legs.starts[leg]
+    along = legs.ends[leg] - start
+    for _ in range(HALVINGS):
+        middle = (early + late) / 2
+        before = ((flight.at(middle).position - start) * along).sum(axis=1) < share * (along**2).sum(axis=1)
+        early, late = np.where(before, middle, early), np.where(before, late, middle)
+    return np.where(share < 1.0, late, end)

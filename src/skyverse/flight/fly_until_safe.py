@@ -38,7 +38,8 @@ def fly_until_safe(
 
     A round makes the whole mission take a quarter longer, which keeps all that is proven of it. If that did not halve
     the distance by which a UAV came too near to an obstacle, or is impossible because of an aeroplane, the next round
-    instead plans the mission again with `Auto`, with the missing distance added to the clearance, and as slow as before.
+    instead plans the mission again with `Auto`, with the missing distance added to the clearance, and as slow as
+    before.
 
     Parameters
     ----------

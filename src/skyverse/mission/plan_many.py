@@ -34,8 +34,8 @@ def plan_many(
     planner
         Plans each path; by default `Auto`, which chooses a planner by what the scenario prices.
     pairs
-        Indices (uav, target), one pair for each path; a UAV or target may occur in many pairs. By default each UAV flies
-        to the target with its own index.
+        Indices (uav, target), one pair for each path; a UAV or target may occur in many pairs. By default each UAV
+        flies to the target with its own index.
     stop
         When the planning of each path ends.
     rng
