@@ -66,7 +66,7 @@ def make_rates(scenario: Scenario) -> Rates:
     objective = scenario.objective
     limits, limit = objective.altitude, objective.climb
     above = limits is not None and limits.above == "ground"
-    zones = sorted(scenario.zones if objective.risk > 0 else (), key=_rank)
+    zones = sorted(scenario.risky_zones, key=_rank)
     solids = [solid for zone in zones for solid in (boxes_of(zone) if isinstance(zone, Voxels) else (zone,))]
     compiled, order = make_solids(solids)
     risks = np.array([objective.risk * (solid.risk or 0.0) for solid in solids], dtype=np.float64)
@@ -103,7 +103,7 @@ _UNPRICED = Rates(
 def soft_terms(scenario: Scenario) -> tuple[str, ...]:
     """Return those of ``altitude``, ``risk`` and ``climb`` that a scenario prices."""
     objective = scenario.objective
-    priced = (objective.altitude is not None, objective.risk > 0 and bool(scenario.zones), objective.climb is not None)
+    priced = (objective.altitude is not None, bool(scenario.risky_zones), objective.climb is not None)
     return tuple(name for name, on in zip(("altitude", "risk", "climb"), priced, strict=True) if on)
 
 

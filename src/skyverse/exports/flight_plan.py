@@ -20,6 +20,8 @@ from skyverse.numerics.tolerances import MIN_LEG_DURATION, SAME_PLACE
 
 MIN_SPEED = 0.2
 """m/s: no slower speed is commanded. Copter ignores a command to fly slower."""
+SPEED_TOLERANCE = 0.1
+"""The share by which an autopilot's speed may be off the commanded one."""
 SPEED_CHANGE = 1.01
 """A new speed is commanded where it differs from the last by more than this factor."""
 
@@ -43,7 +45,7 @@ class FlightPlan:
     speeds
         (m,) m/s: the commanded speed of each of the m legs after the take-off.
     top_speed
-        m/s: the highest speed that may be commanded, at which it returns.
+        m/s: the speed at which it returns, and the highest that may be commanded but for speed limits of zones.
     ending
         (k, 3) metres: where it flies after the last waypoint, to land there or at home; empty where it stays.
     """

@@ -59,7 +59,8 @@ def _rate_parameters(plan: FlightPlan) -> list[Parameter]:
         return []  # an aeroplane's rates are its own
     disarm = math.ceil(plan.delay) + DISARM_AFTER  # by default both disarm 10 s after arming
     if plan.autopilot.name == "px4":
-        most = min(max(PX4_SPEED_MARGIN * speed, PX4_MAX_SPEED), plan.autopilot.max_speed)
+        fastest = max(speed, float(plan.speeds.max()))
+        most = min(max(PX4_SPEED_MARGIN * fastest, PX4_MAX_SPEED), plan.autopilot.max_speed)
         return [
             # where these are not negative, they set all those below anew
             Parameter("SYS_VEHICLE_RESP", -0.4),

@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
-from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName
+from skyverse.exports.autopilots import AUTOPILOTS, AutopilotName, rates_of
 from skyverse.exports.flight_plan import flight_plans
 from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.landing import stand
@@ -15,8 +15,10 @@ from skyverse.exports.leg_certificate import LegCertificate, require_homes
 from skyverse.exports.requirements import require_plausible_homes, require_radius_and_takeoff
 from skyverse.exports.route import Route, Takeoff, route
 from skyverse.exports.separation import fleet_apart
+from skyverse.exports.speed_limits import with_limited_speeds, with_waypoints_at_zones
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Certificate
 from skyverse.problem import Airspace
 from skyverse.space.tube import NO_ERROR
@@ -62,7 +64,7 @@ def routes(
     flying: AutopilotName = "ardupilot" if altitude == "agl" else autopilot  # PX4 takes no altitudes above ground
     search = [
         partial(
-            route,
+            _route_with_zones,
             certificates[k],
             k,
             trajectory,
@@ -83,6 +85,18 @@ def routes(
         found = [search[k]() if k in refused else one for k, one in enumerate(found)]
     names = ", ".join(scenario.uavs[found[k].uav].name for k in sorted(refused))
     raise InputError(f"{names}: straight legs between waypoints could not be proven; fly them as trajectories")
+
+
+def _route_with_zones(
+    certificate: LegCertificate, uav: int, trajectory: Trajectory, *, radius: float, takeoff: Takeoff, stops: bool
+) -> Route:
+    """Return a UAV's waypoints with those at zones, except where legs follow the ground; see `route`."""
+    found = route(certificate, uav, trajectory, radius=radius, takeoff=takeoff, stops=stops)
+    scenario = certificate.legs.scenario
+    if certificate.legs.reference == "agl":
+        return found
+    rates = rates_of(scenario.uavs[uav], AUTOPILOTS[takeoff.autopilot])
+    return with_waypoints_at_zones(scenario, found, trajectory, rates)
 
 
 def leg_certificates(mission: Mission, scenario: Scenario, altitude: AltitudeReference) -> list[LegCertificate]:
@@ -144,4 +158,5 @@ def routes_apart(mission: Mission, flown: list[Route], *, autopilot: AutopilotNa
     """
     scenario = mission.scenario
     homes = [stand(scenario, one.uav) for one in flown]
-    return fleet_apart(scenario, flight_plans(scenario, flown, AUTOPILOTS[autopilot], homes)).certificate(scenario)
+    plans = flight_plans(scenario, flown, AUTOPILOTS[autopilot], homes)
+    return fleet_apart(scenario, [with_limited_speeds(scenario, plan) for plan in plans]).certificate(scenario)

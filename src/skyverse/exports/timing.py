@@ -7,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.exports.autopilots import Rates, stop_acceptance
-from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.flight_plan import SPEED_TOLERANCE, FlightPlan
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.numerics.tolerances import MIN_LEG_DURATION
@@ -28,7 +28,7 @@ class TimingTolerance(NamedTuple):
 
     slowest_climb: float = 1.0
     fastest_climb: float = 5.0
-    speed: float = 0.1
+    speed: float = SPEED_TOLERANCE
     takeoff: float = 1.0
 
     def sentence(self) -> str:

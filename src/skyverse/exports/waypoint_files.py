@@ -27,6 +27,7 @@ from skyverse.exports.returns_apart import SweptReturns, paths_crossed, returns_
 from skyverse.exports.route import stop_seconds
 from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
+from skyverse.exports.speed_limits import return_warnings, speed_notes, with_limited_speeds
 from skyverse.exports.waypoint_notes import (
     OTHER_ENDS,
     lowered_takeoffs,
@@ -114,7 +115,7 @@ def export_waypoints(
     returns = _returns(scenario, plans)
     if options.end == "rtl":
         require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
-        plans = [_returning(*each) for each in zip(plans, returns, strict=True)]
+        plans = [with_limited_speeds(scenario, _returning(*each)) for each in zip(plans, returns, strict=True)]
     apart = fleet_apart(scenario, plans)
     swept = [None if back is None else SweptReturns(back) for back in returns]
     together = returns_apart(scenario, [one for one in swept if one is not None])
@@ -125,16 +126,17 @@ def export_waypoints(
     if options.end == "rtl":
         ends = [(scenario.uavs[back.plan.route.uav].name, landing_name(back)) for back in returns if back is not None]
         notes += grouped([(name, f"at its end it returns and lands at {place}.") for name, place in ends], len(plans))
-    warnings = []
+    warnings = list(return_warnings(scenario, plans))
     if len(plans) > 1:
         _require_apart(scenario, apart, plans, options, path)
         notes += apart.sentences(scenario)
         if options.end == "rtl" and not apart.only(Apart.SPACE):
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
-            warnings = [*not_apart_when_returning(scenario, plans, apart)]
+            warnings += [*not_apart_when_returning(scenario, plans, apart)]
     notes += return_sentences(scenario, plans, returns, crossed)
     notes += pairs_sentences(scenario, together)
     notes += ground_notes(scenario, plans)
+    notes += speed_notes(scenario, plans)
     if plans[0].autopilot.rises is None:
         notes += lowered_takeoffs(scenario, plans, options.takeoff)
     notes.append(schedule_note(plans))
@@ -192,6 +194,7 @@ def _plans(mission: Mission, scenario: Scenario, suffix: str, options: WaypointO
             require_level_landings(scenario, plans)
             require_landings(scenario, plans)
             require_clear_landings(scenario, plans)
+        plans = [with_limited_speeds(scenario, plan) for plan in plans]
         if not options.apart_in_space or fleet_apart(scenario, plans).only(Apart.SPACE):
             break
     return plans

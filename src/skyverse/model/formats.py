@@ -20,7 +20,7 @@ NEW_IN_SCENARIO_2 = {
     "": ("max_height",),
     "uavs": ("tracking_error", "max_climb", "max_descent", "hover_power", "vehicle"),
     "obstacles": ("closed_above",),
-    "zones": ("closed_above",),
+    "zones": ("closed_above", "max_speed"),
     "terrain": ("lowest",),
 }
 """The fields that version 2 brought, by the part that has them, or whose entries do; the scenario itself is ``""``."""

@@ -226,7 +226,7 @@ class Scenario(Model, Drawn):
     clearance
         Metres by which every obstacle is grown on every side; a place inside a grown obstacle is unsafe.
     zones
-        Shapes that may be flown through, at a risk.
+        Shapes that may be flown through, at a risk, or no faster than at some speed.
     terrain
         The ground, which must cover the bounds.
     max_height
@@ -295,6 +295,11 @@ class Scenario(Model, Drawn):
         """
         figure: Figure = drawing().plot_scenario(self)
         return figure
+
+    @property
+    def risky_zones(self) -> tuple[Zone, ...]:
+        """The zones in which every metre has a price: none where the objective's weight of risks is 0."""
+        return tuple(zone for zone in self.zones if zone.risk is not None and self.objective.risk > 0)
 
     @property
     def ground_clearance(self) -> float:

@@ -1,6 +1,6 @@
 """The shapes that fill space: boxes, cylinders, spheres, prisms, voxels, and the ground.
 
-A shape is an obstacle, or, if it has a risk, a zone that may be flown through. The ground is neither.
+A shape is an obstacle, or, if it has a risk or a speed limit, a zone that may be flown through. The ground is neither.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -23,7 +23,19 @@ from pydantic import (
 from skyverse._typing import Floats
 from skyverse.model.grids import GridModel, Heights, Occupied, written
 from skyverse.model.polygon import edges_that_meet, is_inside
-from skyverse.model.quantities import Extent, Flag, Model, NonNegative, Number, Place, Point, Positive, Steps, listed
+from skyverse.model.quantities import (
+    Extent,
+    Flag,
+    Limit,
+    Model,
+    NonNegative,
+    Number,
+    Place,
+    Point,
+    Positive,
+    Steps,
+    listed,
+)
 
 NO_FLY_ZONE = "no-fly zone"
 """The kind of zones that must not be flown through, where a map says nothing more of them."""
@@ -40,6 +52,8 @@ class Shape(Model):
         What it stands for, such as ``"building"`` or ``"no-fly zone"``; pictures show each kind in its own way.
     risk
         What a metre flown inside a zone adds to the path's risk. Obstacles have none.
+    max_speed
+        How fast UAVs may fly inside a zone at most, m/s; ``None`` where it has no such limit. Obstacles have none.
     closed_above
         Whether all that is above the shape belongs to it too, so that nothing may fly over it. Zones have no such.
     """
@@ -47,6 +61,7 @@ class Shape(Model):
     name: str | None = None
     kind: str | None = None
     risk: Positive | None = None
+    max_speed: Limit | None = None
     closed_above: Flag = False
 
 
@@ -264,16 +279,21 @@ AnyShape = Annotated[
 def _forbidden(shape: Shape) -> Shape:
     if shape.risk is not None:
         raise ValueError("an obstacle has no risk; what may be flown through belongs to zones")
+    if shape.max_speed is not None:
+        raise ValueError("an obstacle has no max_speed; what may be flown through belongs to zones")
     return shape
 
 
-def _risky(shape: Shape) -> Shape:
-    if shape.risk is None:
-        raise ValueError("a zone needs a risk, per metre flown inside; what must not be entered belongs to obstacles")
+def _open_to_flight(shape: Shape) -> Shape:
+    if shape.risk is None and shape.max_speed is None:
+        raise ValueError(
+            "a zone needs a risk, per metre flown inside, or a max_speed, m/s; "
+            "what must not be entered belongs to obstacles"
+        )
     if shape.closed_above:
         raise ValueError("a zone cannot be closed above; what must not be flown over belongs to obstacles")
     return shape
 
 
 Obstacle = Annotated[AnyShape, AfterValidator(_forbidden)]
-Zone = Annotated[AnyShape, AfterValidator(_risky)]
+Zone = Annotated[AnyShape, AfterValidator(_open_to_flight)]

@@ -26,6 +26,7 @@ class Fault(Enum):
     TRAJECTORY_ENDS = "trajectory ends"
     CONTINUITY = "trajectory jumps"
     SPEED = "too fast"
+    ZONE_SPEED = "too fast in a zone"
     ACCELERATION = "accelerates too hard"
     JERK = "jerks too hard"
     THRUST = "too much thrust"

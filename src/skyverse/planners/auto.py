@@ -40,7 +40,9 @@ class Auto(Planner):
             return AStar()
         if prices_length_alone(scenario):
             return Taut()
-        return Cheapest(legs=min(MOST_LEGS, FEWEST_LEGS + LEGS_PER_SHAPE * len(scenario.obstacles + scenario.zones)))
+        return Cheapest(
+            legs=min(MOST_LEGS, FEWEST_LEGS + LEGS_PER_SHAPE * len(scenario.obstacles + scenario.risky_zones))
+        )
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether the planner for a scenario leaves its lattice."""

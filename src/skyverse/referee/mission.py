@@ -128,6 +128,8 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
     rates = (("climb rate", vehicle.max_climb), ("descent rate", vehicle.max_descent))
     limits += [noun for noun, most in rates if most is not None]
     kept = f"{', '.join(limits[:-1])} and {limits[-1]}"
+    if any(zone.max_speed is not None for zone in scenario.zones):
+        kept += ", and the speed limits of zones,"
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
     if scenario.max_height is not None:
         ground = f"{scenario.ground_clearance:.6g} to {scenario.max_height:.6g} m above ground, "

@@ -81,7 +81,7 @@ class _Judge:
         states = int(np.prod(lattice_shape(world), dtype=float))
         if scenario.objective.divergence > 0:
             states *= scenario.lattice.connectivity // 2
-        soft = scenario.objective.altitude is not None or scenario.objective.climb is not None or scenario.zones
+        soft = scenario.objective.altitude is not None or scenario.objective.climb is not None or scenario.risky_zones
         most = min(max_states, MAX_PRICED_STATES) if soft else max_states
         self.beyond = f"its lattice has {states:,} states, above {most:,}" if states > most else ""
         if not can_be_judged(world):
@@ -163,7 +163,7 @@ class _Judge:
         def price(a: int, b: int) -> float:
             return _soft_price(world, np.stack([lattice.position(a), lattice.position(b)]), by_nodes, strict)
 
-        soft = objective.altitude is not None or objective.climb is not None or bool(self.scenario.zones)
+        soft = objective.altitude is not None or objective.climb is not None or bool(self.scenario.risky_zones)
         cost, nodes = cheapest_path(lattice, first, last, price if soft else fuel, objective.divergence)
         return cost + head, nodes
 
@@ -189,7 +189,7 @@ def _soft_price(world: RefereeWorld, leg: Floats, by_nodes: bool, strict: bool) 
         total += objective.altitude.weight * altitude_term(objective.altitude, leg, world.ground)
     if objective.climb is not None:
         total += objective.climb.weight * climb_term(objective.climb, leg)
-    if objective.risk > 0 and world.scenario.zones:
+    if world.scenario.risky_zones:
         _, least, most = risk_term(world.scenario, leg)
         total += objective.risk * (most if strict else least)
     return total

@@ -185,7 +185,7 @@ def _soft_terms(world: RefereeWorld, path: Floats, claimed: dict[str, float]) ->
     corners = _without_straight_nodes(path)
     if objective.altitude is not None:
         terms["altitude"] = objective.altitude.weight * altitude_term(objective.altitude, corners, world.ground)
-    if objective.risk > 0 and scenario.zones:
+    if scenario.risky_zones:
         as_it_is, least, most = (objective.risk * metres for metres in risk_term(scenario, corners))
         claim = claimed.get("risk", np.nan)
         terms["risk"] = min(max(claim, least), most) if np.isfinite(claim) else as_it_is

@@ -6,6 +6,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.result import Result, Status
+from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
 from skyverse.referee.path import costs_agree, judge_cost, judge_ends, judge_moves, judge_safety
 from skyverse.referee.positions import position_text
@@ -37,7 +38,8 @@ def judge_result(
     expected = has_trajectory in (None, status.reached) or (has_trajectory and target is None)
     if not expected:
         has = "a trajectory" if has_trajectory else "no trajectory"
-        yield Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s status is {status.value}, but it has {has}.")
+        why = "" if has_trajectory else _too_slow_for_an_aeroplane(scenario, uav)
+        yield Violation(Fault.TRAJECTORY_SHAPE, (uav,), f"{name}'s status is {status.value}, but it has {has}{why}.")
     yield from _judge_history(uav, name, result)
 
     path = float_array(result.path)
@@ -99,3 +101,12 @@ def _judge_history(uav: int, name: str, result: Result) -> Iterator[Violation]:
     else:
         return
     yield Violation(Fault.COST, (uav,), f"{name}'s history of costs {complaint}.")
+
+
+def _too_slow_for_an_aeroplane(scenario: Scenario, uav: int) -> str:
+    """Return words on the zones whose speed limit an aeroplane cannot keep, if there are any."""
+    wing = scenario.uavs[uav].fixed_wing
+    zones = [k for k, zone in enumerate(scenario.zones) if wing and zone.max_speed and zone.max_speed < wing.speed]
+    if wing is None or not zones:
+        return ""
+    return f"; at its {wing.speed:g} m/s it cannot keep the speed limit of zone {', '.join(map(str, zones))}"

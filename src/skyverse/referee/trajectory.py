@@ -16,6 +16,7 @@ from skyverse.referee.limits import FlightLimit, flight_limits
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.positions import position_text, position_tuple
 from skyverse.referee.seams import find_seam
+from skyverse.referee.speed_zones import judge_zone_speed
 from skyverse.referee.subdivision import Peaks, find_peaks
 from skyverse.referee.tolerances import LET_PASS
 from skyverse.referee.tube import EXACT, named
@@ -60,6 +61,9 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
         violations.append(_undecided(name, uav, undecided[0]))
+    in_zones = judge_zone_speed(world.scenario, uav, curve)
+    if in_zones.violation is not None:
+        violations.append(in_zones.violation)
     if all(answer.violation is None for answer in safe):  # else the worst is said already
         seams = [
             seam
@@ -67,7 +71,8 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
             for seam in _judge_seams(where, uav, part, at)
         ]
         violations += [seam for seam in seams[:1] if not undecided or seam.fault is not Fault.UNDECIDED]
-    return JudgedTrajectory(violations, sum(int(answer.peaks.halvings[0]) for answer in answers), curve)
+    halvings = in_zones.halvings + sum(int(answer.peaks.halvings[0]) for answer in answers)
+    return JudgedTrajectory(violations, halvings, curve)
 
 
 def _parts(

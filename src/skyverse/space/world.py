@@ -1,6 +1,7 @@
 """Which points and segments of a scenario's space are free, and how far away obstacles are."""
 
 import math
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,7 @@ from skyverse.space.obstacles import (
     with_margin,
 )
 from skyverse.space.seams import avoids_seams, bounds_are_wide, within_bounds
+from skyverse.space.speed_zones import SpeedZone, make_speed_zones
 from skyverse.space.tube import NO_ERROR, inner_bounds, is_wall_within, raised, stretch_boxes
 from skyverse.space.voxels import merged
 
@@ -232,6 +234,11 @@ class World:
         found._shapes = [shapes[k] for k in rank]
         found.space = space._replace(low=low, boxes=table[order], tree=index, solids=round_, ground=floor)
         return found
+
+    @cached_property
+    def speed_zones(self) -> tuple[SpeedZone, ...]:
+        """The zones with a speed limit, as they are for a nominal position."""
+        return make_speed_zones(self._scenario, self.error)
 
     def is_steep_about(self, place: ArrayLike) -> bool:
         """Tell whether the ground is steeper than 45 degrees somewhere within the horizontal error of a place (3,)."""

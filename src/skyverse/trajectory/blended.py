@@ -17,13 +17,14 @@ from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_CROSS_PRODUCT
 from skyverse.space.world import World, segment_free
+from skyverse.trajectory.leg_parts import ZONE_MARGIN, LegParts, cut_legs, whole_legs
 from skyverse.trajectory.limits import Limits, limits_of
 from skyverse.trajectory.proof import clear_pieces
+from skyverse.trajectory.speed_in_zones import first_too_fast
 from skyverse.trajectory.straight_legs import (
     Legs,
     blend_depths,
     corner_speeds,
-    legs_between,
     pieces_along,
     trajectory_along,
     without_repeats,
@@ -102,20 +103,43 @@ def blended(world: World, waypoints: Floats, uav: UAV, tolerance: float) -> Traj
                 continue
         leg += 1
     flows = len(path) == 2 or bool(best.speeds.any())
-    return trajectory_along(best.legs, best.speeds, "blended" if flows else "stop-and-go")
+    flown = trajectory_along(best.legs, best.speeds, "blended" if flows else "stop-and-go")
+    for margin in (ZONE_MARGIN, tolerance):  # blends and legs that were moved are within the tolerance of the path
+        if first_too_fast(world.speed_zones, flown) is None:
+            break
+        flown = _slow_in_zones(world, best, limits, tolerance, margin)
+    return flown
+
+
+def _slow_in_zones(world: World, fit: _Fit, limits: Limits, tolerance: float, margin: float) -> Trajectory:
+    """Return a motion along the waypoints of another one that is slow within `margin` metres of zones."""
+    parts = cut_legs(world.speed_zones, fit.points, limits, margin)
+    slow = _fit(world, fit.points, fit.moved, limits, tolerance, parts=parts) or _with_stops(fit.points, limits, parts)
+    flows = len(fit.points) == 2 or bool(slow.speeds[parts.at_waypoint].any())
+    return trajectory_along(slow.legs, slow.speeds, "blended" if flows else "stop-and-go")
 
 
 def _fit(
-    world: World, points: Floats, moved: Floats, limits: Limits, tolerance: float, less_than: float = math.inf
+    world: World,
+    points: Floats,
+    moved: Floats,
+    limits: Limits,
+    tolerance: float,
+    less_than: float = math.inf,
+    parts: LegParts | None = None,
 ) -> _Fit | None:
     """Return a fast, clear motion along waypoints (n, 3) that are (n,) metres from the path, or ``None``.
 
-    There is none where it takes at least as many seconds as given, or where no smaller blends would make it clear.
+    There is none where it takes at least as many seconds as given, or where no smaller blends would make it clear. With
+    parts of legs, the ends of the parts (m, 3) take the place of the waypoints, and the speed limit of each is kept.
     """
-    most = tolerance - moved
-    outside = np.zeros(len(points), bool)
-    shrinks = np.zeros(len(points), int)
-    straight, far = legs_between(points, limits), np.zeros(len(points))
+    parts = parts or whole_legs(points)
+    ends = parts.ends(points)
+    most = np.full(len(ends), math.inf)
+    most[parts.at_waypoint] = tolerance - moved
+    outside = np.zeros(len(ends), bool)
+    shrinks = np.zeros(len(ends), int)
+    straight, far = parts.legs(ends, limits), np.zeros(len(ends))
     shorter = np.minimum(np.r_[straight.lengths, np.inf], np.r_[np.inf, straight.lengths])
     for _ in range(MAX_ROUNDS):
         legs, speeds = straight, corner_speeds(straight, np.where(outside, (1.0 - PASSING_SHARE) * most, most))
@@ -123,16 +147,16 @@ def _fit(
             for _ in range(OUTWARD_ROUNDS):
                 far = np.where(outside, blend_depths(legs, speeds), 0.0)
                 passing = np.minimum(PASSING_SHARE * most, PASSING_SLOPE * shorter)
-                corners = points - np.where(outside, far + passing, 0.0)[:, None] * straight.turns
-                legs = legs_between(corners, limits)
+                corners = ends - np.where(outside, far + passing, 0.0)[:, None] * straight.turns
+                legs = parts.legs(parts.ends(corners[parts.at_waypoint]), limits)
                 speeds = corner_speeds(legs, np.where(outside, far, most))
-        durations, rows, parts = pieces_along(legs, speeds)
+        durations, rows, pieces = pieces_along(legs, speeds)
         if durations.sum() >= less_than:
             return None
         clear = clear_pieces(world.space, durations, rows)
         if clear.all():
             return _Fit(points, moved, legs, speeds, float(durations.sum()))
-        failed = _corners_at_fault(parts[~clear], outside)
+        failed = _corners_at_fault(pieces[~clear], outside, parts)
         if not failed.any():
             return None
         again = failed & outside
@@ -142,21 +166,25 @@ def _fit(
     return None
 
 
-def _with_stops(path: Floats, limits: Limits) -> _Fit:
+def _with_stops(path: Floats, limits: Limits, parts: LegParts | None = None) -> _Fit:
     """Return the motion along a path that stops at every bend."""
-    legs, stops = legs_between(path, limits), np.zeros(len(path))
-    return _Fit(path, stops, legs, stops, float(pieces_along(legs, stops)[0].sum()))
+    parts = parts or whole_legs(path)
+    legs = parts.legs(parts.ends(path), limits)
+    speeds = corner_speeds(legs, np.where(parts.at_waypoint, 0.0, math.inf))
+    return _Fit(path, np.zeros(len(path)), legs, speeds, float(pieces_along(legs, speeds)[0].sum()))
 
 
-def _corners_at_fault(parts: Ints, outside: Bools) -> Bools:
-    """Tell which corners, (n,), are to be changed where parts, as from `pieces_along`, are not clear.
+def _corners_at_fault(pieces: Ints, outside: Bools, parts: LegParts) -> Bools:
+    """Tell which corners, (n,), are to be changed where pieces of legs and blends are not clear.
 
-    These are the corners of blends, and those at either end of a leg that were moved outwards, (n,).
+    These are the corners of blends, and those at either end of a leg that were moved outwards, (n,). The pieces are
+    numbered as by `pieces_along`.
     """
     failed = np.zeros(len(outside), bool)
-    failed[(parts[parts % 2 == 1] + 1) // 2] = True
-    for leg in np.unique(parts[parts % 2 == 0] // 2):
-        failed[leg : leg + 2] |= outside[leg : leg + 2]
+    failed[(pieces[pieces % 2 == 1] + 1) // 2] = True
+    for ends in parts.neighbours:
+        corners = ends[pieces[pieces % 2 == 0] // 2]
+        failed[corners] |= outside[corners]
     return failed
 
 

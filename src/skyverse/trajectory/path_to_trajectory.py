@@ -23,6 +23,7 @@ from skyverse.trajectory.blended import blended
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.rest_to_rest import rest_to_rest
 from skyverse.trajectory.smooth import CLOSE_REACH, smooth
+from skyverse.trajectory.speed_in_zones import first_too_fast
 from skyverse.trajectory.straight_legs import least_seconds
 from skyverse.trajectory.summary import largest_distance
 
@@ -88,11 +89,12 @@ def _with_columns(problem: Problem, trajectory: Trajectory) -> Trajectory | None
     """
     uav, nominal = problem.scenario.uavs[problem.uav], problem.airspace.nominal.world
     up, down = problem.columns
+    zones = problem.airspace.world.speed_zones  # the tracking error counts for these in columns too
     parts = [trajectory]
     if len(up):
-        parts.insert(0, rest_to_rest(np.vstack([up, problem.start]), uav))
+        parts.insert(0, rest_to_rest(np.vstack([up, problem.start]), uav, zones=zones))
     if len(down):
-        parts.append(rest_to_rest(np.vstack([problem.end, down]), uav))
+        parts.append(rest_to_rest(np.vstack([problem.end, down]), uav, zones=zones))
     if len(parts) == 1:
         return trajectory
     if any(prove(nominal, uav, part).verdict is not Verdict.PROVEN for part in parts if part is not trajectory):
@@ -118,6 +120,8 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
                 note = "The passage is too narrow for a spline."
             elif flown.end > straight.end * SLOWDOWN:
                 note = "Straight legs with blends at the bends take less time."
+            elif first_too_fast(world.speed_zones, flown) is not None:
+                note = "A spline would exceed the speed limit of a zone."
             else:
                 yield _remarked(flown, waypoints)
                 note = "The faster trajectory could not be proven safe."
@@ -132,7 +136,7 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
         yield replace(straight, note=note)
         note = note or "The faster trajectory could not be proven safe."
         yield replace(straight.retimed(straight.start, SLOWDOWN), note=note)
-    stops = rest_to_rest(waypoints, uav)
+    stops = rest_to_rest(waypoints, uav, zones=world.speed_zones)
     yield replace(stops, note=note)
     note = note or "As fast as its limits allow it could not be proven safe."
     yield replace(stops.retimed(stops.start, SLOWDOWN), note=note)

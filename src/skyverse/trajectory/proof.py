@@ -37,6 +37,7 @@ from skyverse.trajectory.limits import (
     limits_of,
     peak,
 )
+from skyverse.trajectory.speed_in_zones import first_too_fast
 
 _USABLE = 1.0 - LIMIT_MARGIN
 """The share of the eased limits that may be used."""
@@ -53,8 +54,9 @@ DEMANDS = (
     "climb",
     "bounds",
     "clearance",
+    "speed in a zone",
 )
-_BOUNDS, _CLEARANCE = 9, 10
+_BOUNDS, _CLEARANCE, _ZONE_SPEED = 9, 10, 11
 _VERDICTS = (Verdict.PROVEN, Verdict.REFUTED, Verdict.UNDECIDED)
 _PROVEN, _REFUTED, _UNDECIDED = range(3)
 
@@ -90,7 +92,10 @@ def prove(world: World, uav: UAV, trajectory: Trajectory) -> Proof:
     )
     verdict = _VERDICTS[code]
     if verdict is Verdict.PROVEN:
-        return Proof(verdict, "", None, cuts)
+        too_fast = first_too_fast(world.speed_zones, trajectory)
+        if too_fast is None:
+            return Proof(verdict, "", None, cuts)
+        return Proof(Verdict.UNDECIDED, DEMANDS[_ZONE_SPEED], too_fast, cuts)
     return Proof(verdict, DEMANDS[what], instant, cuts)
 
 

@@ -1,0 +1,173 @@
+"""The speed limits of zones, kept by the speeds that exported waypoints command.
+
+A leg that may lead into a zone is commanded slowly. An autopilot changes to a new speed at the beginning of a leg, so a
+leg before it is commanded no faster than the way that is left to the zone allows it to brake. Waypoints are added where
+legs come near zones and leave them, so that no leg is slow for long.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.exports.autopilots import Rates
+from skyverse.exports.flight_plan import MIN_SPEED, SPEED_TOLERANCE, FlightPlan
+from skyverse.exports.route import Route
+from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory
+from skyverse.space.speed_zones import SpeedZone, make_speed_zones
+
+BRAKING_SHARE = 0.5
+"""The share of an autopilot's acceleration with which it is counted to brake for a zone, since its jerk is limited."""
+MIN_PART = 2.0
+"""Metres from other waypoints at which none is added, as a multiple of the acceptance radius and at least 1 m."""
+SAMPLES = 2000
+"""Instants of a trajectory at which is looked when it passes a waypoint that is added."""
+
+
+def zones_of(scenario: Scenario, uav: int) -> tuple[SpeedZone, ...]:
+    """Return the zones with a speed limit that a UAV cannot ignore, with its tracking error."""
+    vehicle = scenario.uavs[uav]
+    zones = make_speed_zones(scenario, vehicle.tracking_error)
+    return tuple(zone for zone in zones if zone.max_speed < vehicle.max_speed * (1 + SPEED_TOLERANCE))
+
+
+def with_waypoints_at_zones(scenario: Scenario, route: Route, trajectory: Trajectory, rates: Rates) -> Route:
+    """Return a route with waypoints where the UAV has to brake for a zone, and where it has left it."""
+    zones = zones_of(scenario, route.uav)
+    if not zones or scenario.uavs[route.uav].fixed_wing is not None:
+        return route
+    points, fast = route.waypoints, scenario.uavs[route.uav].max_speed
+    near = MIN_PART * max(route.radius, 0.5)
+    added = []
+    for k, (a, b) in enumerate(pairwise(points)):
+        length = float(np.linalg.norm(b - a))
+        for zone in zones:
+            inside = zone.stretch(a, b, _reach(route, k)) if length else None
+            if inside is not None:
+                braking = (fast**2 - zone.max_speed**2) / (2 * BRAKING_SHARE * rates.acceleration)
+                ends = (inside[0] * length - braking, inside[1] * length + route.radius)
+                added += [k + along / length for along in ends if near < along < length - near]
+    kept: list[float] = []
+    for place in sorted(added):
+        leg = np.linalg.norm(points[int(place) + 1] - points[int(place)])
+        if not kept or int(kept[-1]) != int(place) or (place - kept[-1]) * leg > near:
+            kept.append(place)
+    return _with_waypoints(route, trajectory, kept) if kept else route
+
+
+def _with_waypoints(route: Route, trajectory: Trajectory, places: Sequence[float]) -> Route:
+    """Return a route with more waypoints, at which the UAV does not stop, at places k + u on the legs."""
+    points, first = route.waypoints, int(bool(route.takeoff))
+    legs = np.array(places).astype(np.int64)
+    shares = (np.array(places) - legs)[:, None]
+    more = (1.0 - shares) * points[legs] + shares * points[legs + 1]
+    instants = np.linspace(trajectory.start, trajectory.end, SAMPLES)
+    flown = trajectory.at(instants).position
+    times = []
+    for leg, place in zip(legs, more, strict=True):
+        begin, end = route.waypoint_times[leg : leg + 2]
+        stopped = float(route.holds[: leg + first + 1].sum())  # what the UAV waits until then comes on top
+        during = (instants > begin - stopped) & (instants < end - stopped)
+        nearest = instants[during][np.argmin(np.linalg.norm(flown[during] - place, axis=1))] if during.any() else begin
+        times.append(float(np.clip(nearest + stopped, begin, end)))
+    at = legs + first + 1
+    return replace(
+        route,
+        points=np.insert(route.points, at, more, axis=0),
+        times=np.insert(route.times, at, times),
+        holds=np.insert(route.holds, at, 0.0),
+        bends=np.insert(route.bends, legs, route.bends[legs]),
+    )
+
+
+def _reach(route: Route, leg: int) -> float:
+    """Return how far a UAV may be from a leg, metres, its tracking error aside."""
+    return route.radius + float(route.bends[leg])
+
+
+def with_limited_speeds(scenario: Scenario, plan: FlightPlan) -> FlightPlan:
+    """Return a flight plan whose speeds keep the speed limits of zones, or raise `InputError` where none can."""
+    route, name = plan.route, scenario.uavs[plan.route.uav].name
+    zones = zones_of(scenario, route.uav)
+    if not zones:
+        return plan
+    points, stops = route.waypoints, plan.full_stops
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    speeds = plan.speeds.copy()
+    for k, (a, b) in enumerate(pairwise(points)):
+        for zone in zones:
+            inside = zone.stretch(a, b, _reach(route, k)) if lengths[k] else None
+            if inside is None:
+                continue
+            speeds[k] = min(speeds[k], _commanded(plan, a, b, zone, f"{name}: leg {k + 1}"))
+            left = inside[0] * lengths[k] - route.radius  # from where the leg before may end
+            for j in range(k - 1, -1, -1):
+                if stops[j + 1]:
+                    break
+                slow = zone.max_speed / (1 + SPEED_TOLERANCE)
+                within = math.sqrt(slow**2 + 2 * BRAKING_SHARE * plan.rates.acceleration * max(left, 0.0))
+                speeds[j] = min(speeds[j], max(within, MIN_SPEED))
+                left += lengths[j]
+    if scenario.uavs[route.uav].fixed_wing is not None:
+        if (speeds < plan.speeds).any():
+            raise InputError(f"{name}: its waypoints lead into a zone whose speed limit an aeroplane cannot keep")
+        return plan
+    rise = [(plan.home, points[0], "take-off")]
+    for a, b, noun in rise + [(*ends, "end") for ends in pairwise([points[-1], *plan.ending])]:
+        for zone in zones:
+            if zone.crossed(a, b, route.radius):
+                _commanded(plan, a, b, zone, f"{name}: its {noun}")
+    return replace(plan, speeds=np.floor(1000 * speeds) / 1000, top_speed=_return_speed(plan, zones))
+
+
+def _commanded(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone, what: str) -> float:
+    """Return the speed, m/s, to command on a leg in a zone, or raise `InputError` where the leg is flown too fast.
+
+    The commanded speed may be that over ground, and the autopilot may exceed it by its tolerance. On a steep leg the
+    rate of climb may keep the UAV slower.
+    """
+    way = b - a
+    length, level, up = float(np.linalg.norm(way)), float(np.hypot(way[0], way[1])), float(way[2])
+    rate = max(plan.rates.climb, plan.rates.takeoff) if up > 0 else plan.rates.descent
+    if up and (1 + SPEED_TOLERANCE) * rate * length / abs(up) <= zone.max_speed:
+        return math.inf
+    commanded = zone.max_speed * level / length / (1 + SPEED_TOLERANCE) if length else math.inf
+    if commanded < MIN_SPEED:
+        raise InputError(
+            f"{what} leads through zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep: "
+            f"it climbs and descends at up to {rate:g} m/s; lower the UAV's max_climb and max_descent"
+        )
+    return commanded
+
+
+def _return_speed(plan: FlightPlan, zones: Sequence[SpeedZone]) -> float:
+    """Return how fast a UAV returns, m/s: by whatever way, no faster than the lowest speed limit of the zones."""
+    return max(min([plan.top_speed, *(zone.max_speed / (1 + SPEED_TOLERANCE) for zone in zones)]), MIN_SPEED)
+
+
+def speed_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
+    """Return a sentence on the speed limits of zones, if there are any that UAVs cannot ignore."""
+    if not any(zones_of(scenario, plan.route.uav) for plan in plans):
+        return []
+    return [
+        "The commanded speeds keep the speed limits of zones, also where an autopilot flies up to "
+        f"{SPEED_TOLERANCE:.0%} faster than it is told."
+    ]
+
+
+def return_warnings(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
+    """Return a warning of the UAVs that may exceed the speed limit of a zone when they return by themselves."""
+    names = []
+    for plan in plans:
+        slowest = min((zone.max_speed for zone in zones_of(scenario, plan.route.uav)), default=math.inf)
+        rates = (plan.rates.climb, plan.rates.descent, MIN_SPEED)
+        if plan.autopilot.name == "dji" or (1 + SPEED_TOLERANCE) * max(rates) > slowest:
+            names += [scenario.uavs[plan.route.uav].name] if slowest < math.inf else []
+    if not names:
+        return []
+    return [f"WARNING: the speed limits of zones are not proven of the returns of {', '.join(names)}."]
