@@ -23,6 +23,7 @@ ADDED = {
     "vehicle": "",
     "closed_above": False,
     "max_height": None,
+    "max_speed": None,
     "flights": [],
     "straight_bound": False,
     "scenario": "",
