@@ -199,7 +199,7 @@ def test_the_trajectories_csv_holds_what_the_trajectories_say(rate, tmp_path):
     mission = room_mission()
     sky.write(mission, tmp_path / "flown.csv", rate=rate)
     rows = rows_of(tmp_path / "flown.csv")
-    assert list(rows[0]) == ["uav", "t", "x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"]
+    assert list(rows[0]) == ["uav", "t", "x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "yaw", "pitch"]
     assert {row["uav"] for row in rows} == {"a"}
     t = np.array([float(row["t"]) for row in rows])
     trajectory = mission.trajectories[0]
@@ -209,7 +209,8 @@ def test_the_trajectories_csv_holds_what_the_trajectories_say(rate, tmp_path):
     assert np.diff(t).max() <= 1 / rate + 1e-6
     assert len(t) >= (trajectory.end - trajectory.start) * rate
     values = np.array([[float(row[k]) for k in list(row)[2:]] for row in rows])
-    np.testing.assert_allclose(values, np.column_stack(trajectory.at(t)), atol=1e-6)
+    heading = trajectory.heading(t)
+    np.testing.assert_allclose(values, np.column_stack([*trajectory.at(t), heading.yaw, heading.pitch]), atol=1e-6)
 
 
 def test_the_waypoints_csv_holds_the_places_between_the_pieces_exactly(tmp_path):

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Literal
 
+import numpy as np
+
 from skyverse.exports.autopilots import corner_acceptance, stop_acceptance
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, global_positions
@@ -27,6 +29,7 @@ class Command(IntEnum):
     TAKEOFF = 22
     DELAY = 93
     SPEED = 178
+    LOOK_AT = 195
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,10 @@ class MissionItem:
 
 
 def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeReference, end: End) -> list[MissionItem]:
-    """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter, land or return."""
+    """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter, land or return.
+
+    A UAV that looks at a place is told so after the take-off (MAV_CMD_DO_SET_ROI_LOCATION).
+    """
     route = plan.route
     wing = scenario.uavs[route.uav].fixed_wing
     at = global_positions(scenario, route.uav, route.waypoints, reference)
@@ -56,6 +62,10 @@ def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefer
         add(Command.DELAY, MISSION_FRAME, plan.delay, -1.0, -1.0, -1.0, 0.0, 0.0, 0.0)
     pitch = wing.climb if wing is not None else 0.0
     add(Command.TAKEOFF, frame, pitch, 0.0, 0.0, None, *where[0])
+    look_at = scenario.uavs[route.uav].look_at
+    if look_at is not None:
+        (place,) = global_positions(scenario, route.uav, np.array([look_at]), reference).rows
+        add(Command.LOOK_AT, frame, 0.0, 0.0, 0.0, 0.0, *place)
     said, radius = 0.0, route.radius if wing is not None else corner_acceptance(plan.autopilot, route.radius).radius
     for k, speed in enumerate(plan.speeds.tolist(), 1):
         if speed != said:

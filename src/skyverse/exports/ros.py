@@ -1,38 +1,36 @@
 """ROS messages as JSON and YAML: nav_msgs/Path, and trajectory_msgs/MultiDOFJointTrajectory, in local metres."""
 
 import json
+import math
 from typing import Any
 
 from skyverse.exports.sampling import SampledTrajectory
 
 ROS_FRAME = "map"
 """The frame of coordinates: x east, y north, z up (REP 103)."""
-NO_ROTATION = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
-"""The orientation of all poses, since headings are not planned."""
 
 
 def path_message(flight: SampledTrajectory) -> dict[str, Any]:
     """Return a nav_msgs/msg/Path whose stamps are seconds into the mission."""
     poses = [
-        {"header": _header(t), "pose": {"position": _vector(p), "orientation": dict(NO_ROTATION)}}
-        for t, p in zip(flight.seconds.tolist(), flight.position.tolist(), strict=True)
+        {"header": _header(t), "pose": {"position": _vector(p), "orientation": _rotation(yaw)}}
+        for t, p, yaw in zip(flight.seconds.tolist(), flight.position.tolist(), flight.yaw.tolist(), strict=True)
     ]
     return {"header": _header(0.0), "poses": poses}
 
 
 def trajectory_message(flight: SampledTrajectory) -> dict[str, Any]:
     """Return a trajectory_msgs/msg/MultiDOFJointTrajectory; times are seconds into the mission."""
-    rows = zip(
-        *(v.tolist() for v in (flight.seconds, flight.position, flight.velocity, flight.acceleration)), strict=True
-    )
+    columns = (flight.seconds, flight.position, flight.velocity, flight.acceleration, flight.yaw, flight.yaw_rate)
+    rows = zip(*(column.tolist() for column in columns), strict=True)
     points = [
         {
-            "transforms": [{"translation": _vector(p), "rotation": dict(NO_ROTATION)}],
-            "velocities": [_twist(v)],
+            "transforms": [{"translation": _vector(p), "rotation": _rotation(yaw)}],
+            "velocities": [_twist(v, yaw_rate)],
             "accelerations": [_twist(a)],
             "time_from_start": _time(t),
         }
-        for t, p, v, a in rows
+        for t, p, v, a, yaw, yaw_rate in rows
     ]
     return {"header": _header(0.0), "joint_names": [flight.name], "points": points}
 
@@ -81,5 +79,10 @@ def _vector(values: list[float]) -> dict[str, float]:
     return dict(zip("xyz", values, strict=True))
 
 
-def _twist(values: list[float]) -> dict[str, dict[str, float]]:
-    return {"linear": _vector(values), "angular": _vector([0.0, 0.0, 0.0])}
+def _twist(values: list[float], yaw_rate: float = 0.0) -> dict[str, dict[str, float]]:
+    return {"linear": _vector(values), "angular": _vector([0.0, 0.0, yaw_rate])}
+
+
+def _rotation(yaw: float) -> dict[str, float]:
+    """Return a rotation about the vertical as a quaternion."""
+    return {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}

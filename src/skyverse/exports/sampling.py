@@ -17,7 +17,10 @@ EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 
 
 class SampledTrajectory(NamedTuple):
-    """One UAV's trajectory: (n,) seconds into the mission; position, velocity and acceleration, (n, 3) each."""
+    """One UAV's trajectory: (n,) seconds into the mission; position, velocity and acceleration, (n, 3) each.
+
+    The yaw, rad counterclockwise from east, its rate, rad/s, and the camera's pitch, rad, are (n,) each.
+    """
 
     uav: int
     name: str
@@ -25,6 +28,9 @@ class SampledTrajectory(NamedTuple):
     position: Floats
     velocity: Floats
     acceleration: Floats
+    yaw: Floats
+    yaw_rate: Floats
+    pitch: Floats
 
 
 def sample_trajectories(mission: Mission, rate: float) -> list[SampledTrajectory]:
@@ -35,7 +41,7 @@ def sample_trajectories(mission: Mission, rate: float) -> list[SampledTrajectory
     for k, (uav, trajectory) in enumerate(zip(mission.scenario.uavs, mission.trajectories, strict=True)):
         if trajectory is not None:
             t = instants(trajectory, rate)
-            made.append(SampledTrajectory(k, uav.name, t, *trajectory.at(t)))
+            made.append(SampledTrajectory(k, uav.name, t, *trajectory.at(t), *trajectory.heading(t)))
     return made
 
 

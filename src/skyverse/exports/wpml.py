@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
+import numpy as np
+
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import AltitudeReference, geoid_of, global_positions, origin_of
@@ -10,6 +12,7 @@ from skyverse.exports.kml import KML
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.return_home import Return
 from skyverse.exports.xml_text import add_texts, document_text
+from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 
 WPML = "http://www.dji.com/wpmz/1.0.2"
@@ -91,8 +94,7 @@ def _template(wayline: _Wayline) -> str:
     at = global_positions(scenario, wayline.uav, wayline.points, reference)
     _add(folder, autoFlightSpeed=_number(max(speeds)), gimbalPitchMode="manual")
     _add(folder, globalHeight=_number(float(at.altitude[0])))
-    heading = ET.SubElement(folder, "wpml:globalWaypointHeadingParam")
-    _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
+    _add_heading(folder, "globalWaypointHeadingParam", wayline)
     _add(folder, globalWaypointTurnMode=STOP_AT_WAYPOINT, globalUseStraightLine="1")
     geoid = origin_of(scenario).geoid
     # DJI reads these only with heights above the sea
@@ -103,6 +105,18 @@ def _template(wayline: _Wayline) -> str:
         _add(mark, useGlobalHeight="0", useGlobalSpeed="0", waypointSpeed=_number(speed))
         _add(mark, useGlobalHeadingParam="1", useGlobalTurnParam="1")
     return document_text(root)
+
+
+def _add_heading(parent: ET.Element, name: str, wayline: _Wayline) -> None:
+    """Tell where the nose points: along the legs, or at a place, at which DJI aims the nose and not the camera."""
+    heading = ET.SubElement(parent, f"wpml:{name}")
+    look_at = wayline.scenario.uavs[wayline.uav].look_at
+    if look_at is None:
+        _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
+        return
+    latitude, longitude, _ = to_wgs84(origin_of(wayline.scenario), np.array([look_at]))[0].tolist()
+    _add(heading, waypointHeadingMode="towardPOI", waypointPoiPoint=f"{latitude:.9f},{longitude:.9f},0.000000")
+    _add(heading, waypointHeadingPathMode="followBadArc", waypointHeadingPoiIndex="0")
 
 
 def _waylines(wayline: _Wayline) -> str:
@@ -118,8 +132,7 @@ def _waylines(wayline: _Wayline) -> str:
     for k, speed in enumerate(speeds):
         mark = _placemark(folder, float(at.longitude[k]), float(at.latitude[k]), k)
         _add(mark, executeHeight=_number(float(heights[k])), waypointSpeed=_number(speed))
-        heading = ET.SubElement(mark, "wpml:waypointHeadingParam")
-        _add(heading, waypointHeadingMode="followWayline", waypointHeadingPathMode="followBadArc")
+        _add_heading(mark, "waypointHeadingParam", wayline)
         turn = ET.SubElement(mark, "wpml:waypointTurnParam")
         _add(turn, waypointTurnMode=STOP_AT_WAYPOINT, waypointTurnDampingDist="0")
         _add(mark, useStraightLine="1")

@@ -12,6 +12,7 @@ from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
 from skyverse.model.formats import JUDGEMENTS, MISSION_2, flight_with_mission_2, mission_to_2
 from skyverse.model.mission import Mission
+from skyverse.model.pointing import Pointing
 
 _UNWRITTEN = dict.fromkeys(JUDGEMENTS, True)
 MISSIONS = JsonFormat(Mission, MISSION_2, mission_to_2, _UNWRITTEN)
@@ -46,11 +47,29 @@ def _require_sound_arrays(source: object, mission: Mission) -> None:
                 )
             if not np.isfinite(rows).all():
                 raise InputError(f"{source}: trajectories[{i}].coefficients: expected numbers, found NaN or infinity")
+            _require_sound_pointing(f"{source}: trajectories[{i}].pointing", trajectory.pointing)
     for i, result in enumerate(mission.results):
         if result is not None:
             columns = vars(result.history).values()
             if any(c.ndim != 1 for c in columns) or len({len(c) for c in columns}) > 1:
                 raise InputError(f"{source}: results[{i}].history: expected four columns of one length")
+
+
+def _require_sound_pointing(place: str, pointing: Pointing | None) -> None:
+    """Refuse turns that cannot be evaluated."""
+    if pointing is None:
+        return
+    if pointing.instants.ndim != 1 or pointing.instants.shape != pointing.turns.shape:
+        raise InputError(
+            f"{place}: expected as many instants as turns, found {pointing.instants.shape} and {pointing.turns.shape}"
+        )
+    if not (0 < pointing.rise <= pointing.spread < np.inf and np.isfinite(pointing.yaw)):
+        raise InputError(
+            f"{place}: expected a finite yaw and 0 < rise <= spread, found {pointing.yaw:g}, "
+            f"{pointing.rise:g} and {pointing.spread:g}"
+        )
+    if not (np.isfinite(pointing.instants).all() and np.isfinite(pointing.turns).all()):
+        raise InputError(f"{place}: expected numbers, found NaN or infinity")
 
 
 def waypoints_csv(mission: Mission) -> str:
@@ -80,9 +99,10 @@ def trajectories_csv(mission: Mission, rate: float) -> str:
             ticks = (np.ceil(trajectory.start * rate) + np.arange(count)) / rate
             t = np.unique(np.r_[trajectory.start, ticks, trajectory.end])
             motion = trajectory.at(t)
-            table = np.column_stack([t, *motion])
+            heading = trajectory.heading(t)
+            table = np.column_stack([t, *motion, heading.yaw, heading.pitch])
             rows += [[uav.name, *(f"{value:.9g}" for value in row)] for row in table]
-    head = ["uav", "t", *(f"{kind}{axis}" for kind in ("", "v", "a") for axis in "xyz")]
+    head = ["uav", "t", *(f"{kind}{axis}" for kind in ("", "v", "a") for axis in "xyz"), "yaw", "pitch"]
     return _csv(head, rows)
 
 

@@ -18,8 +18,17 @@ Files of version 1 have them; they are not read, as whoever wrote the file may h
 """
 NEW_IN_SCENARIO_2 = {
     "": ("max_height",),
-    "uavs": ("tracking_error", "max_climb", "max_descent", "hover_power", "vehicle"),
-    "obstacles": ("closed_above",),
+    "uavs": (
+        "tracking_error",
+        "max_climb",
+        "max_descent",
+        "hover_power",
+        "vehicle",
+        "max_yaw_rate",
+        "max_yaw_acceleration",
+        "look_at",
+    ),
+    "obstacles": ("closed_above", "max_speed"),
     "zones": ("closed_above", "max_speed"),
     "terrain": ("lowest",),
 }

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray
 from skyverse.model.drawing import Drawn, drawing
+from skyverse.model.pointing import Heading, Pointing
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_point
 from skyverse.model.uav import UAV
@@ -44,12 +45,15 @@ class Trajectory(ArrayRecord, Drawn):
         ``"stop-and-go"``, at rest at every waypoint; ``"dubins"``, for an aeroplane.
     note
         One sentence that says why the form is not the one that was asked for; empty where it is.
+    pointing
+        Where the UAV's nose and camera point; ``None`` in files of older versions, whose UAVs keep their noses east.
     """
 
     knots: FloatArray
     coefficients: FloatArray
     form: Form = "stop-and-go"
     note: str = ""
+    pointing: Pointing | None = None
 
     def __repr__(self) -> str:
         ends = self.at([self.start, self.end]).position
@@ -97,6 +101,7 @@ class Trajectory(ArrayRecord, Drawn):
             self,
             knots=start + (self.knots - self.start) * factor,
             coefficients=self.coefficients / powers[:, None],
+            pointing=None if self.pointing is None else self.pointing.retimed(self.start, start, factor),
             form="slowed" if factor > 1.0 and self.form in ("blended", "smooth") else self.form,
         )
 
@@ -119,6 +124,13 @@ class Trajectory(ArrayRecord, Drawn):
         motion[1][holding] = 0.0
         motion[2][holding] = 0.0
         return Motion(*motion)
+
+    def heading(self, t: ArrayLike) -> Heading:
+        """Return where the UAV's nose and camera point at instants `t`, (m,) seconds."""
+        instants = np.clip(np.atleast_1d(np.asarray(t, dtype=np.float64)), self.start, self.end)
+        if self.pointing is None:
+            return Heading(*np.zeros((3, len(instants))))
+        return self.pointing.at(instants, self.at(instants).position)
 
 
 def joined(parts: Sequence[Trajectory]) -> Trajectory:

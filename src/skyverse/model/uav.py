@@ -54,6 +54,10 @@ class UAV(Model):
         Limits on the norm of velocity (m/s), of acceleration (m/s^2) and of its rate of change (m/s^3).
     max_climb, max_descent
         The fastest that it climbs and descends, m/s; ``None`` where it has no such limit of its own.
+    max_yaw_rate, max_yaw_acceleration
+        Limits on how fast a UAV turns about the vertical, degrees/s, and on the rate of change of that, degrees/s^2.
+    look_at
+        x, y, z in metres at which a multirotor points its nose and camera; along its course if it is left out.
     max_tilt
         The largest angle between a multirotor's thrust and the vertical, degrees.
     thrust_to_weight
@@ -85,6 +89,9 @@ class UAV(Model):
     max_jerk: Limit = 50.0
     max_climb: Limit | None = None
     max_descent: Limit | None = None
+    max_yaw_rate: Limit = 60.0
+    max_yaw_acceleration: Limit = 120.0
+    look_at: Point | None = None
     max_tilt: Annotated[Number, Field(ge=0.1, lt=90)] = 40.0
     thrust_to_weight: Annotated[Number, Field(gt=1, le=1e6)] = 2.5
     separation: NonNegative = 0.5
@@ -118,6 +125,8 @@ class UAV(Model):
         wing = self.fixed_wing
         if wing is None:
             return self
+        if self.look_at is not None:
+            raise ValueError("look_at is for multirotors: an aeroplane flies where its nose points")
         fastest = wing.speed / math.cos(math.radians(wing.climb))
         if fastest > self.max_speed:
             raise ValueError(

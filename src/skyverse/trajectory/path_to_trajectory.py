@@ -20,6 +20,7 @@ from skyverse.space.obstacles import with_margin
 from skyverse.space.world import World
 from skyverse.trajectory.aeroplane import fly_aeroplane
 from skyverse.trajectory.blended import blended
+from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.rest_to_rest import rest_to_rest
 from skyverse.trajectory.smooth import CLOSE_REACH, smooth
@@ -78,7 +79,8 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
         waypoints = shortcut(with_margin(world.space, SEAM_MARGIN), waypoints)
     for trajectory in _attempts(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
-            return _with_columns(problem, trajectory)
+            flown = _with_columns(problem, trajectory)
+            return None if flown is None else with_heading(flown, uav)
     return None
 
 

@@ -1,0 +1,103 @@
+"""Where a UAV's nose and camera point during a flight."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.arrays import ArrayRecord, FloatArray
+from skyverse.model.quantities import Point
+
+
+class Heading(NamedTuple):
+    """Yaw (rad, counterclockwise from east), its rate (rad/s) and the camera's pitch (rad), at m instants, (m,) each.
+
+    The pitch is that of the line of sight above the horizon: 0 level, and -pi/2 straight down.
+    """
+
+    yaw: Floats
+    yaw_rate: Floats
+    pitch: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Pointing(ArrayRecord):
+    """The yaw of a UAV: turns, each spread over some seconds about its instant, so that the yaw rate is continuous.
+
+    The yaw is the sum of the turns before an instant, averaged over a window of `spread` seconds, and that average
+    over a window of `rise` seconds. So the yaw rate is at most the sum of the turns within one spread, divided by it.
+
+    Attributes
+    ----------
+    yaw
+        At the beginning, rad, counterclockwise from east.
+    instants, turns
+        (n,) seconds, rising, and the turns about them, (n,) rad, positive to the left.
+    spread, rise
+        The windows, seconds.
+    look_at
+        x, y, z in metres, where nose and camera point; ``None`` where the nose follows the course and the camera looks
+        ahead.
+    """
+
+    yaw: float
+    instants: FloatArray
+    turns: FloatArray
+    spread: float
+    rise: float
+    look_at: Point | None = None
+
+    def retimed(self, begin: float, start: float, factor: float) -> "Pointing":
+        """Return the same turns in a flight that begins at `start`, not `begin`, and is `factor` times as long."""
+        instants = start + (self.instants - begin) * factor
+        return replace(self, instants=instants, spread=self.spread * factor, rise=self.rise * factor)
+
+    def at(self, t: Floats, position: Floats) -> Heading:
+        """Return where nose and camera point at instants (m,), seconds, from positions (m, 3), metres."""
+        half, flat = 0.5 * (self.spread + self.rise), 0.5 * (self.spread - self.rise)
+        x = np.clip(t[:, None] - self.instants, -half, half)
+        ends = [np.maximum(x + shift, 0.0) for shift in (half, flat, -flat, -half)]
+        area = self.spread * self.rise
+        signs = (1.0, -1.0, -1.0, 1.0)
+        shares = sum(sign * end**2 for sign, end in zip(signs, ends, strict=True)) / (2.0 * area)
+        rates = sum(sign * end for sign, end in zip(signs, ends, strict=True)) / area
+        pitch = np.zeros(len(t))
+        if self.look_at is not None:
+            way = np.array(self.look_at) - position
+            pitch = np.arctan2(way[:, 2], np.hypot(way[:, 0], way[:, 1]))
+        return Heading(self.yaw + shares @ self.turns, rates @ self.turns, pitch)
+
+
+def spread_turns(
+    instants: Floats, turns: Floats, max_rate: float, max_acceleration: float, shortest: float
+) -> tuple[float, float]:
+    """Return the windows over which turns are to be spread, seconds, so that rate and acceleration keep their limits.
+
+    Parameters
+    ----------
+    instants, turns
+        As of `Pointing`.
+    max_rate, max_acceleration
+        The largest yaw rate, rad/s, and its largest rate of change, rad/s^2.
+    shortest
+        The least spread, seconds.
+    """
+    spread, sums = shortest, np.r_[0.0, np.cumsum(turns)]
+    while True:
+        first = np.searchsorted(instants, instants - spread, side="left")
+        last = np.searchsorted(instants, instants + spread, side="right")
+        each = np.arange(len(instants))
+        within = np.abs(np.r_[sums[each + 1] - sums[first], sums[last] - sums[each]])
+        rate = float(within.max(initial=0.0)) / spread
+        rise = max(2.0 * rate / max_acceleration, 0.1 * shortest)
+        if rate <= max_rate and rise <= spread:
+            return spread, rise
+        spread *= 1.1
+
+
+def wrapped(angle: Floats) -> Floats:
+    """Return angles between -pi and pi, rad."""
+    turned: Floats = (angle + math.pi) % (2.0 * math.pi) - math.pi
+    return turned

@@ -1,0 +1,65 @@
+"""Where a UAV's nose points: along its course, or at a point, no faster than it may turn."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.pointing import Pointing, spread_turns, wrapped
+from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import UAV
+
+SAMPLES = 16
+"""Instants of each piece of a trajectory at which its course is taken."""
+MIN_COURSE_SPEED = 0.1
+"""m/s seen from above: a slower UAV hovers, climbs or turns back, and has no course."""
+MIN_SIGHT = 0.1
+"""Metres seen from above: from a nearer place there is no direction to a point."""
+STEP = math.radians(2.0)
+"""The turn, rad, in which the course's changes are gathered."""
+STRAIGHT = 1e-6
+"""The turn between two samples, rad, below which a course is straight."""
+SHORTEST_SPREAD = 0.2
+"""Seconds over which each turn is spread at least."""
+
+
+def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
+    """Return a trajectory with where the UAV's nose and camera point, within its limits on the yaw.
+
+    By default the nose points along the course seen from above; with `uav.look_at`, at that point. Where there is no
+    course, as in a hover or a vertical climb, the heading is kept, and a turn from one course to the next is made half
+    before and half after the middle of that time.
+    """
+    shares = np.arange(SAMPLES) / SAMPLES
+    instants = np.r_[
+        (trajectory.knots[:-1, None] + np.diff(trajectory.knots)[:, None] * shares).ravel(), trajectory.end
+    ]
+    motion = trajectory.at(instants)
+    way, least = motion.velocity, MIN_COURSE_SPEED
+    if uav.look_at is not None:
+        way, least = np.array(uav.look_at) - motion.position, MIN_SIGHT
+    known = np.hypot(way[:, 0], way[:, 1]) > least
+    courses, at = np.arctan2(way[known, 1], way[known, 0]), instants[known]
+    when, turns = _gathered(at, wrapped(np.diff(courses)))
+    rate, acceleration = math.radians(uav.max_yaw_rate), math.radians(uav.max_yaw_acceleration)
+    if uav.fixed_wing is not None:  # its course is its heading
+        rate = acceleration = math.inf
+    spread, rise = spread_turns(when, turns, rate, acceleration, SHORTEST_SPREAD)
+    first = float(courses[0]) if len(courses) else 0.0
+    return replace(trajectory, pointing=Pointing(first, when, turns, spread, rise, uav.look_at))
+
+
+def _gathered(at: Floats, changes: Floats) -> tuple[Floats, Floats]:
+    """Return the changes (n,) of a course between instants (n + 1,) as fewer turns: their instants and sizes."""
+    when, turns, turn, begun = [], [], 0.0, 0
+    for k, change in enumerate(changes.tolist()):
+        if turn == 0.0:
+            begun = k
+        turn += change
+        straight = abs(change) < STRAIGHT or k == len(changes) - 1
+        if abs(turn) >= STEP or (straight and abs(turn) >= STRAIGHT):
+            when.append(0.5 * (at[begun] + at[k + 1]))
+            turns.append(turn)
+            turn = 0.0
+    return np.array(when), np.array(turns)

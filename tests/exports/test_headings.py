@@ -1,0 +1,57 @@
+"""Exports tell autopilots and robots where noses point."""
+
+import json
+import re
+import zipfile
+
+import numpy as np
+import pytest
+from exported_fleets import ORIGIN
+from handmade_exports import local
+
+import skyverse as sky
+from speed_zones import world_of
+
+PLACE = (10.0, 40.0, 5.0)
+
+
+def mission(look_at):
+    uav = sky.UAV(start=(-60, 0, 12), home=0, look_at=look_at)
+    target = sky.Target(position=(60, 30, 20))
+    return sky.plan_mission(world_of(uavs=(uav,), targets=(target,), frame=sky.Frame(origin=ORIGIN)), sky.Taut())
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints"])
+@pytest.mark.parametrize("altitude", ["amsl", "home"])
+def test_missions_of_mavlink_look_at_the_place(tmp_path, suffix, altitude):
+    (file,) = sky.export(mission(PLACE), tmp_path / f"m.{suffix}", altitude=altitude)
+    if suffix == "plan":
+        rows = [(item["command"], *item["params"]) for item in json.loads(file.read_text())["mission"]["items"]]
+    else:
+        rows = [tuple(map(float, line.split("\t")[3:11])) for line in file.read_text().splitlines()[2:]]
+    commands = [row[0] for row in rows]
+    assert commands.count(195) == 1
+    assert commands.index(195) < commands.index(16)
+    place = local(ORIGIN, *([value] for value in rows[commands.index(195)][5:]))[0]
+    np.testing.assert_allclose(place, PLACE, atol=0.01)
+    (plain,) = sky.export(mission(None), tmp_path / f"n.{suffix}", altitude=altitude)
+    assert "195" not in [re.split(r"\t", line)[3] for line in plain.read_text().splitlines() if "\t" in line]
+
+
+def test_dji_aircraft_turn_their_noses_to_the_place(tmp_path):
+    (file,) = sky.export(mission(PLACE), tmp_path / "m.wpml.kmz")
+    with zipfile.ZipFile(file) as archive:
+        text = archive.read("wpmz/waylines.wpml").decode()
+    points = re.findall(r"<wpml:waypointPoiPoint>(.*?)<", text)
+    assert len(points) == text.count("<Placemark>") == text.count("towardPOI")
+    latitude, longitude, _ = map(float, points[0].split(","))
+    np.testing.assert_allclose(local(ORIGIN, [latitude], [longitude], [0.0])[0][:2], PLACE[:2], atol=0.02)
+
+
+def test_robots_are_told_the_yaw_as_a_rotation(tmp_path):
+    flown = mission(None)
+    (file,) = sky.export(flown, tmp_path / "m.trajectory.json")
+    points = json.loads(file.read_text())["points"]
+    turns = [2 * np.arctan2(p["transforms"][0]["rotation"]["z"], p["transforms"][0]["rotation"]["w"]) for p in points]
+    np.testing.assert_allclose(turns, np.arctan2(30, 120), atol=1e-6)
+    assert all(p["velocities"][0]["angular"]["z"] == 0 for p in points)

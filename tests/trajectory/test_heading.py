@@ -1,0 +1,105 @@
+"""Headings: continuous, within the limits on the yaw, along the course or at a point."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.trajectory.blended import blended
+from skyverse.trajectory.heading import with_heading
+from skyverse.trajectory.rest_to_rest import rest_to_rest
+from speed_zones import world_of
+
+PLACE = st.tuples(st.floats(-90, 90), st.floats(-90, 90), st.floats(1, 60))
+PATHS = st.lists(PLACE, min_size=2, max_size=6).map(np.array)
+UAVS = st.builds(
+    sky.UAV,
+    start=st.just((0, 0, 0)),
+    max_speed=st.floats(1, 20),
+    max_yaw_rate=st.floats(5, 300),
+    max_yaw_acceleration=st.floats(5, 1000),
+    look_at=st.none() | PLACE,
+)
+WORLD = sky.World(world_of())
+
+
+def wrapped(angle):
+    return np.angle(np.exp(1j * angle))
+
+
+@settings(max_examples=60)
+@given(PATHS, UAVS)
+def test_the_yaw_is_continuous_and_its_rate_and_acceleration_keep_their_limits(path, uav):
+    if np.linalg.norm(np.diff(path, axis=0), axis=1).min() < 1e-3:
+        return
+    for flown in (blended(WORLD, path, uav, 2.0), rest_to_rest(path, uav)):
+        told = with_heading(flown, uav)
+        t = np.linspace(flown.start, flown.end, 20001)
+        heading, step = told.heading(t), t[1] - t[0]
+        rate, acceleration = np.radians(uav.max_yaw_rate), np.radians(uav.max_yaw_acceleration)
+        assert np.abs(heading.yaw_rate).max() <= rate * (1 + 1e-9)
+        assert np.abs(np.diff(heading.yaw)).max() <= rate * step * (1 + 1e-6) + 1e-9
+        assert np.abs(np.diff(heading.yaw_rate)).max() <= acceleration * step * (1 + 1e-6) + 1e-9
+        middles = 0.5 * (heading.yaw_rate[1:] + heading.yaw_rate[:-1])
+        np.testing.assert_allclose(np.diff(heading.yaw) / step, middles, atol=acceleration * step + 1e-6)
+        slower = told.retimed(3.0, 1.5)
+        np.testing.assert_allclose(slower.heading(3.0 + 1.5 * t).yaw, heading.yaw, atol=1e-6)
+
+
+def test_the_nose_points_along_straight_legs_and_turns_at_the_bend():
+    path = np.array([(-80.0, 0, 10), (0, 0, 10), (0, 80, 30)])
+    uav = sky.UAV(start=(0, 0, 0), max_speed=5)
+    flown = with_heading(blended(WORLD, path, uav, 2.0), uav)
+    yaw = np.degrees(flown.heading(np.linspace(0, flown.end, 1001)).yaw)
+    np.testing.assert_allclose(yaw[:400], 0.0, atol=1e-9)
+    np.testing.assert_allclose(yaw[-400:], 90.0, atol=1e-6)
+    assert np.all(np.diff(yaw) >= -1e-9)
+
+
+def test_a_uav_that_turns_back_does_so_while_it_is_slow():
+    path = np.array([(-50.0, 0, 10), (50, 0, 10), (-50, 1e-3, 10)])
+    uav = sky.UAV(start=(0, 0, 0), max_speed=10, max_yaw_rate=90, max_yaw_acceleration=360)
+    flown = with_heading(rest_to_rest(path, uav), uav)
+    t = np.linspace(0, flown.end, 5001)
+    turning, speed = np.abs(flown.heading(t).yaw_rate) > 1e-6, np.linalg.norm(flown.at(t).velocity, axis=1)
+    assert speed[turning].max() < 0.5 * speed.max()
+    stop = t[np.argmin(np.where(abs(t - flown.end / 2) < 5, speed, np.inf))]
+    assert np.degrees(abs(flown.heading(stop).yaw[0])) == pytest.approx(90, abs=3)
+
+
+def test_a_vertical_climb_keeps_the_heading():
+    path = np.array([(0.0, 0, 5), (0, 0, 40), (60, 60, 40), (60, 60, 5)])
+    uav = sky.UAV(start=(0, 0, 0))
+    flown = with_heading(rest_to_rest(path, uav), uav)
+    np.testing.assert_allclose(np.degrees(flown.heading(np.linspace(0, flown.end, 500)).yaw), 45, atol=1e-6)
+
+
+def test_the_nose_and_the_camera_point_at_a_place():
+    uav = sky.UAV(start=(0, 0, 0), look_at=(0, 60, 0), max_speed=5)
+    flown = with_heading(blended(WORLD, np.array([(-80.0, 0, 30), (80, 0, 30)]), uav, 2.0), uav)
+    t = np.linspace(0, flown.end, 500)
+    heading, position = flown.heading(t), flown.at(t).position
+    bearing = np.arctan2(60 - position[:, 1], -position[:, 0])
+    assert np.degrees(np.abs(wrapped(heading.yaw - bearing))).max() < 3
+    np.testing.assert_allclose(heading.pitch, -np.arctan2(30, np.hypot(position[:, 0], 60)), atol=1e-12)
+
+
+def test_missions_have_headings_and_files_keep_them(tmp_path):
+    uav, target = sky.UAV(start=(-70, 0, 12), look_at=(0, 30, 0)), sky.Target(position=(70, 0, 12))
+    mission = sky.plan_mission(world_of(uavs=(uav,), targets=(target,)), sky.Taut())
+    sky.write(mission, tmp_path / "m.json")
+    assert sky.read_mission(tmp_path / "m.json").trajectories == mission.trajectories
+    assert mission.trajectories[0].pointing.look_at == (0, 30, 0)
+    sky.write(mission, tmp_path / "m.csv")
+    head, first, *_ = (tmp_path / "m.csv").read_text().splitlines()
+    row = dict(zip(head.split(","), first.split(","), strict=True))
+    heading = mission.trajectories[0].heading(0.0)
+    assert float(row["yaw"]) == pytest.approx(heading.yaw[0], rel=1e-6)
+    assert float(row["pitch"]) == pytest.approx(heading.pitch[0], rel=1e-6)
+
+
+def test_an_aeroplane_cannot_look_aside():
+    wing = sky.FixedWing(speed=10, turn_radius=40, climb=10)
+    with pytest.raises(ValueError, match="look_at is for multirotors"):
+        sky.UAV(start=(0, 0, 0), max_speed=12, fixed_wing=wing, look_at=(0, 0, 0))
