@@ -13,7 +13,9 @@ from scipy.sparse.csgraph import dijkstra
 
 import skyverse as sky
 from skyverse.search import lattice_astar as exact
+from skyverse.search.few_turns import price_with_few_turns
 from skyverse.search.lattice_astar import prices_to, shortest_route
+from skyverse.search.state_flags import ORIGIN, SEEN
 from worlds import OBJECTIVES, exits_of, indices_of, neighbours, price_of, scenarios, shape_of
 
 
@@ -255,3 +257,43 @@ def test_the_movingai_benchmark_has_its_published_optimal_lengths():
         source, goal = (np.ravel_multi_index([int(n) for n in numbers[i : i + 3]], (105, 132, 105)) for i in (0, 3))
         route = shortest_route(airspace.grid, airspace.pricing, int(source), int(goal))
         assert route.price == pytest.approx(float(numbers[6]), rel=1e-5), row
+
+
+def price_with_few(scenario, node):
+    """What the function says, the length alone, and the exact price, each without the first node; all from node 0."""
+    plain = scenario.model_copy(update={"objective": scenario.objective.model_copy(update={"divergence": 0.0})})
+    first = scenario.objective.fuel if scenario.objective.unit == "nodes" else 0.0
+    lengths = prices_by_dijkstra(plain, 0) - first
+    flags = np.where(np.isfinite(lengths), SEEN, 0).astype(np.uint8)
+    flags[0] = SEEN | ORIGIN
+    grid, pricing = compiled(scenario)
+    found = price_with_few_turns(grid, pricing, flags, lengths, node)
+    return found, lengths[node], prices_by_dijkstra(scenario, 0)[node] - first
+
+
+@given(scenarios(most_nodes=6, objectives=TURNS), st.data())
+@settings(max_examples=60, deadline=None)
+def test_few_turns_are_whole_turns_of_a_shortest_path_and_no_cheaper_than_the_cheapest(scenario, data):
+    grid, _ = compiled(scenario)
+    node = data.draw(st.integers(0, len(grid.exits) - 1))
+    found, length, cheapest = price_with_few(scenario, node)
+    if not np.isfinite(length) or node == 0:
+        return
+    assert found >= cheapest * (1 - 1e-9)
+    turns = (found - length) / scenario.objective.divergence
+    assert turns == pytest.approx(round(turns), abs=1e-3 + 1e-9 * length / scenario.objective.divergence)
+    assert 0 <= round(turns) < len(grid.exits)
+
+
+@given(st.tuples(*[st.integers(0, 4)] * 3), st.sampled_from([6, 26]), TURNS)
+@settings(max_examples=60, deadline=None)
+def test_where_nothing_is_in_the_way_no_path_with_other_turns_is_cheaper(place, connectivity, objective):
+    scenario = sky.Scenario(
+        name="empty",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(4, 4, 4)),
+        clearance=0,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=connectivity),
+        objective=objective.model_copy(update={"divergence": 0.01 * objective.fuel}),
+    )
+    found, _, cheapest = price_with_few(scenario, int(np.ravel_multi_index(place, (5, 5, 5))))
+    assert found == pytest.approx(cheapest)
