@@ -117,7 +117,7 @@ def test_scenarios_prints_the_schema(skyverse):
 
 
 def test_plan_writes_a_mission_and_a_page_and_says_where(skyverse, tmp_path):
-    code, out, err = skyverse("plan", "map2", "--seed", 5)
+    code, out, err = skyverse("plan", "map2", "--planner", "mvo", "--iterations", 3, "--seed", 5)
     assert code == 0
     assert err == "" or "compiling" in err
     assert out.splitlines()[-2:] == [str(Path("out/map2.json")), str(Path("out/map2.html"))]
