@@ -91,9 +91,6 @@ SHORTER = 1e-9
 DETOUR_GAIN = 1e-9
 """Metres, or units of a price, that a change must gain at least, so that rounding alone is no gain."""
 
-MIN_JUMP = 1e-9
-"""The share of a path's length below which jumps between its legs are too short to give a direction."""
-
 NOT_DEARER = 1e-9
 """Units of a price: a detour whose least price exceeds that of the present path by less may still be as cheap."""
 

@@ -1,262 +1,200 @@
-"""A length that no path beats: the search over edges, in which every doubt is settled in the path's favour.
+"""A length that no path beats: what remains of a graph of intervals of edges once all is struck out that is too long.
 
-Edges are cut into intervals. A leg from one interval to another costs as little as between any two of their points,
-whichever points the path came in by; it is forbidden only where one box blocks all legs between the two. The cheapest
-path in this graph is a lower bound.
+Edges are cut into intervals. A leg may join two intervals unless one box blocks all legs between them. Let a search
+over this graph find for each state, an interval and the face along which it is reached, a linear function
 
-The bound is raised in two ways. For any vector `pull` of length below 1, the length of a path with the legs d is
+    value(x) = at + slope x
 
-    pull . (goal - start) + sum over d of (|d| - pull . d)
+of the place x on the interval, metres from its middle, such that no path from the start to x is shorter. That holds if
 
-and the sum is bounded in place of the length. Between a leg that ends in an interval and the next, which begins
-elsewhere in it, the cheapest path jumps; a pull against these jumps takes away what the path gains by them (Lagrangian
-relaxation, with Polyak's step lengths). And the intervals that it jumps in are halved.
+    at_j + slope_j y  <=  at_i + slope_i x + |leg from x to y|
+
+for all legs from all states i to state j, and the value of the start is 0. The slope is that of the length of a good
+path to the middle, so what is lost falls with the square of the interval's length. A search from the goal does the same
+for paths the other way. Where the sum of both values is never below a limit, no path shorter than the limit touches the
+interval, and it is struck out. The others are halved, and all is repeated. When the goal is out of reach, the limit is
+proven to be a lower bound. Until then it is the value of the goal.
 """
 
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.numerics.arrays import put, put_box
-from skyverse.numerics.heap import make_heap, push
-from skyverse.numerics.kernel import inner
-from skyverse.numerics.norm import distance, norm
-from skyverse.numerics.tolerances import MIN_JUMP, SURFACE_DEPTH
-from skyverse.search.taut.edge_geometry import beside_faces, pieces_within
-from skyverse.search.taut.edge_search import GOAL_STATE, faces_onward, next_leg, walk_back
-from skyverse.space import box
+from skyverse.numerics.heap import make_heap, pop, push
+from skyverse.numerics.kernel import inner, inner_query
+from skyverse.numerics.tolerances import DETOUR_GAIN, OTHER_WAY_WORTH
+from skyverse.search.taut.interval_graph import FACES, Graph, Values, finer, first_graph
+from skyverse.search.taut.legs import Intervals, leg_bound, middle_leg, quick_leg_bound
 from skyverse.space.edges import Edges
 from skyverse.space.obstacles import Space
-from skyverse.space.tree import FIRST, SKIP, STOP
 
-MAX_INTERVALS = 400
-"""Intervals at most."""
-PULL_STEPS = 5
-"""Changes of the pull before intervals are halved again."""
-MAX_PULL = 0.999
-"""The length of the pull at most."""
-LEG_DESCENTS = 4
-"""How often the legs between two intervals are searched for the cheapest, axis by axis."""
+GAPS = (0.02, 0.5 * OTHER_WAY_WORTH)
+"""The gaps between a known length and its bound that are sought one after the other, as shares of the bound."""
+FIRST_SPACING = 1 / 6
+"""The greatest length of the first intervals, as a share of the path's length."""
+HALVINGS = 12
+"""How often intervals are halved at most."""
+MAX_REVISITS = 6
+"""How often the value of a state is lowered before its slope is given up, so that searches end."""
 
 
 @inner
 def lower_bound(
-    space: Space, edges: Edges, start: Floats, goal: Floats, length: float, gap: float, most: int
-) -> tuple[float, int]:
-    """Return a length that no path from start to goal beats, and the states expanded for it.
+    space: Space, edges: Edges, start: Floats, goal: Floats, length: float, bound: float, most: int
+) -> float:
+    """Return a length that no path from start to goal beats.
 
     Parameters
     ----------
     length
         The length of a path that is known, metres.
-    gap
-        The search ends where the bound is so near to this length, as a share of the bound.
-    most
-        States to expand at most, about.
-    """
-    bound = distance(start, goal)
-    pieces = pieces_within(edges, start, goal, length, MAX_INTERVALS - 2)
-    if len(pieces) > MAX_INTERVALS - 2:
-        return bound, 0
-    ends = np.empty((MAX_INTERVALS, 6))
-    edge = np.full(MAX_INTERVALS, -1)
-    put_box(ends, 0, start, start)
-    put_box(ends, 1, goal, goal)
-    n = 2
-    for e in pieces:
-        put(ends, n, edges.ends[e])
-        edge[n] = e
-        n += 1
-    pull, jump = np.zeros(3), np.empty(3)
-    expanded = 0
-    step = 0
-    while bound * (1.0 + gap) < length and expanded < most:
-        found, path, count = _cheapest(space, edges, ends[:n], edge[:n], pull, length)
-        expanded += count
-        if len(path) == 0:
-            if step:  # paths were found before: now it is proven that none is shorter than the one that is known
-                bound = length
-            break
-        bound = max(bound, min(found, length))
-        for axis in range(3):
-            jump[axis] = goal[axis] - start[axis]
-        for k in range(len(path) - 1):
-            _, leg = _cheapest_leg(ends, path[k + 1], path[k], pull)
-            for axis in range(3):
-                jump[axis] -= leg[axis]
-        size = _size(jump)
-        step += 1
-        if step % PULL_STEPS and size > MIN_JUMP * length:
-            for axis in range(3):
-                pull[axis] += jump[axis] * ((length - found) / size**2)
-            share = min(1.0, MAX_PULL / max(_size(pull), MIN_JUMP))
-            for axis in range(3):
-                pull[axis] *= share
-            continue
-        if n + len(path) > MAX_INTERVALS:
-            break
-        halved = np.zeros(n, np.bool_)
-        for i in path:
-            halved[i] = edge[i] >= 0
-        for i in range(len(halved)):
-            e = edge[i]
-            if halved[i]:
-                axis = edges.axis[e]
-                put(ends, n, ends[i])
-                edge[n] = e
-                ends[n, axis] = ends[i, axis + 3] = 0.5 * (ends[i, axis] + ends[i, axis + 3])
-                n += 1
-    return bound, expanded
-
-
-@inner
-def _cheapest(
-    space: Space, edges: Edges, ends: Floats, edge: Ints, pull: Floats, length: float
-) -> tuple[float, Ints, int]:
-    """Find the cheapest path over intervals from the first, the start, to the second, the goal.
-
-    Returns
-    -------
     bound
-        What it costs, metres; infinite if none costs less than `length`.
-    path
-        (k,) its intervals from the goal back to the start.
-    expanded
-        How many states were expanded.
+        A lower bound that is known, metres.
+    most
+        Pairs of intervals to look at, at most, about; less where the known gap is small.
     """
-    n = len(ends)
-    price = np.full(2 * n, np.inf)
-    came = np.full(2 * n, -1)
-    gained = 0.0
-    for axis in range(3):
-        gained += pull[axis] * (ends[1, axis] - ends[0, axis])
-    left = np.empty(n)
-    for v in range(n):
-        left[v] = _cheapest_leg(ends, v, 1, pull)[0]
-    # where the path jumps, what is left rises by more than a leg costs: so legs wait in order of their price alone
-    heap = push(make_heap(1024), 0.0, 0)
-    expanded = 0
-    while True:
-        along, before, state = next_leg(heap, price)
-        if state < 0:
+    looked = 0
+    most = int(most * min((length - bound) / (GAPS[0] * length), 1.0))
+    for gap in GAPS:
+        limit = length / (1.0 + gap)
+        if bound < limit:
+            found, more = _bound_up_to(space, edges, start, goal, limit, most - looked)
+            looked += more
+            bound = max(bound, found)
+            if found < limit:
+                break
+    return bound
+
+
+@inner
+def _bound_up_to(space: Space, edges: Edges, start: Floats, goal: Floats, limit: float, most: int) -> tuple[float, int]:
+    """Return a lower bound of at most `limit`, 0 if there would be too much to look at, and the pairs looked at."""
+    spacing = FIRST_SPACING * limit
+    graph, looked = first_graph(space, edges, start, goal, limit, spacing, most)
+    bound = 0.0
+    for turn in range(HALVINGS):
+        if looked > most:
             break
-        v = state >> 1
-        if state:
-            if _blocked(space, ends, before >> 1, v):
-                continue
-            came[state] = before
-        price[state] = along
-        expanded += 1
-        if v == 1:
+        values, goal_value = _search(graph, turn % 2, limit)
+        bound = max(bound, min(goal_value, limit))
+        if bound == limit:
             break
-        onward = faces_onward(edge[v], state)
-        for w in range(1, n):
-            if w == v:
-                continue
-            if onward < 3 and not _beside(edges, edge[v], ends, v, w) & onward:
-                continue
-            beside = _beside(edges, edge[w], ends, w, v) if edge[w] >= 0 else 1
-            new = (beside & 1 and price[2 * w] == np.inf) or (beside & 2 and price[2 * w + 1] == np.inf)
-            if not new:
-                continue
-            further = along + _cheapest_leg(ends, v, w, pull)[0]
-            if gained + further + left[w] >= length:
-                continue
-            if beside & 1:
-                heap = push(heap, further, state * 2 * n + 2 * w)
-            if beside & 2:
-                heap = push(heap, further, state * 2 * n + 2 * w + 1)
-    if price[GOAL_STATE] == np.inf:
-        return np.inf, np.empty(0, np.int64), expanded
-    return gained + price[GOAL_STATE], walk_back(came), expanded
+        if turn % 2:
+            graph = Graph(graph.intervals, graph.legs, graph.ahead, values)
+        else:
+            graph = Graph(graph.intervals, graph.legs, values, graph.behind)
+        spacing *= 0.5
+        graph, more = finer(space, edges, graph, limit, spacing, most - looked)
+        looked += more
+    return bound, looked
 
 
 @inner
-def _cheapest_leg(ends: Floats, v: int, w: int, pull: Floats) -> tuple[float, Floats]:
-    """Bound |d| - pull . d from below over all legs d from interval v to interval w; return it, and about the best d.
+def _search(graph: Graph, source: int, limit: float) -> tuple[Values, float]:
+    """Bound the lengths of paths from start (0) or goal (1) to all states, and to the other end; see the file's top.
 
-    The legs d fill a box, and the function is convex. Along one axis, with r the length of d's other components, it is
-    least at d_axis = pull_axis r / sqrt(1 - pull_axis^2). After some such steps the function's tangent at d, which lies
-    below the function everywhere, is minimised over the box.
+    A value is first set by the best leg to the interval's middle, which also decides the slope, and lowered later where
+    a leg from another state demands it. States that no path shorter than `limit` touches are not left.
     """
-    low, high, d = np.empty(3), np.empty(3), np.empty(3)
-    for axis in range(3):
-        low[axis] = ends[w, axis] - ends[v, axis + 3]
-        high[axis] = ends[w, axis + 3] - ends[v, axis]
-        d[axis] = min(max(0.0, low[axis]), high[axis])
-    for _ in range(LEG_DESCENTS):
-        for axis in range(3):
-            if low[axis] < high[axis]:
-                rest = np.sqrt(max(d[0] ** 2 + d[1] ** 2 + d[2] ** 2 - d[axis] ** 2, 0.0))
-                d[axis] = min(max(pull[axis] * rest / np.sqrt(1.0 - pull[axis] ** 2), low[axis]), high[axis])
-    size = _size(d)
-    if size == 0.0:
-        return 0.0, d
-    least = 0.0
-    for axis in range(3):
-        slope = d[axis] / size - pull[axis]
-        least += slope * (low[axis] if slope > 0.0 else high[axis])
-    return max(least, 0.0), d
-
-
-@inner
-def _size(d: Floats) -> float:
-    """Return the length of a vector (3,)."""
-    return norm(d[0], d[1], d[2])
-
-
-@inner
-def _beside(edges: Edges, e: int, ends: Floats, v: int, w: int) -> int:
-    """Return beside which faces of interval v's edge some point of interval w lies; see `beside_faces`."""
-    b, c = (edges.axis[e] + 1) % 3, (edges.axis[e] + 2) % 3
-    if edges.side[e, 0] > 0:
-        least_b, most_b = ends[w, b] - ends[v, b], ends[w, b + 3] - ends[v, b]
-    else:
-        least_b, most_b = ends[v, b] - ends[w, b + 3], ends[v, b] - ends[w, b]
-    if edges.side[e, 1] > 0:
-        least_c, most_c = ends[w, c] - ends[v, c], ends[w, c + 3] - ends[v, c]
-    else:
-        least_c, most_c = ends[v, c] - ends[w, c + 3], ends[v, c] - ends[w, c]
-    return beside_faces(least_b, most_b, least_c, most_c)
-
-
-@inner
-def _blocked(space: Space, ends: Floats, v: int, w: int) -> bool:
-    """Tell whether one box surely blocks all legs from interval v to interval w."""
-    a, b = np.empty(3), np.empty(3)
-    for axis in range(3):
-        a[axis] = 0.5 * (ends[v, axis] + ends[v, axis + 3])
-        b[axis] = 0.5 * (ends[w, axis] + ends[w, axis + 3])
-    r = box.ray(a, b)
-    growth = space.clearance
-    node = 0
-    while node < len(space.tree.links):
-        if not box.meets(space.tree.bounds, node, growth, r):
-            node = space.tree.links[node, SKIP]
-            continue
-        for i in range(space.tree.links[node, FIRST], space.tree.links[node, STOP]):
-            if box.meets(space.boxes, i, growth, r) and _all_meet(space.boxes, i, growth, ends, v, w):
-                return True
-        node += 1
-    return False
-
-
-@inner
-def _all_meet(boxes: Floats, i: int, growth: float, ends: Floats, v: int, w: int) -> bool:
-    """Tell whether the four legs between the ends of two intervals are in box i at one and the same share of the leg.
-
-    Then all legs between the intervals are: at that share, the points of all legs are mixtures of those four.
-    """
-    margin = growth - SURFACE_DEPTH
-    enter, leave = 0.0, 1.0
-    for corner in range(4):
-        for axis in range(3):
-            p = ends[v, axis + 3 * (corner & 1)]
-            d = ends[w, axis + 3 * (corner >> 1)] - p
-            low, high = boxes[i, axis] - margin, boxes[i, axis + 3] + margin
-            if d == 0.0:
-                if p <= low or p >= high:
-                    return False
+    intervals, legs = graph.intervals, graph.legs
+    known, rest = (graph.ahead, graph.behind) if source == 0 else (graph.behind, graph.ahead)
+    first, order = _legs_by_interval(graph)
+    states = 2 * len(intervals.half)
+    guess, before, visits = np.full(states, np.inf), np.full(states, -1), np.zeros(states, np.int64)
+    values = Values(np.full(states, np.inf), np.zeros(states))
+    target = 2 * (1 - source)
+    guess[2 * source] = 0.0
+    heap = push(make_heap(1024), 0.0, 2 * source)
+    while heap.size[0]:
+        key, state = pop(heap)
+        i = state >> 1
+        if visits[state] == 0:
+            visits[state] = 1
+            if i == source:
+                values.at[state] = 0.0
             else:
-                enter = max(enter, min((low - p) / d, (high - p) / d))
-                leave = min(leave, max((low - p) / d, (high - p) / d))
-    return enter < leave
+                _, _, values.slope[state] = middle_leg(intervals, before[state] >> 1, i)
+                least = _least_value(graph, first, order, source, visits, values, state)
+                values.at[state] = max(least, _floor(intervals, known, state, values.slope[state]))
+        elif key != values.at[state]:
+            continue
+        back = state ^ 1 if i > 1 else state
+        aside = intervals.half[i] * abs(values.slope[state] + rest.slope[back])
+        if state == target or values.at[state] + rest.at[back] - aside >= limit:
+            continue
+        for k in range(first[i], first[i + 1]):
+            leg, end = order[k] >> 1, order[k] & 1
+            j = legs[leg, 1 - end]
+            if j == source or (i > 1 and not legs[leg, FACES + end] & (2 - (state & 1))):
+                continue
+            for face in range(2 if j > 1 else 1):
+                other = 2 * j + face
+                if not legs[leg, FACES + 1 - end] >> face & 1:
+                    continue
+                if visits[other] == 0:
+                    reached = values.at[state] + middle_leg(intervals, i, j)[0]
+                    if reached < guess[other]:
+                        guess[other], before[other] = reached, state
+                        heap = push(heap, reached, other)
+                    continue
+                to_gain = values.at[other] - values.at[state] - DETOUR_GAIN
+                if quick_leg_bound(intervals, i, j, values.slope[state], -values.slope[other]) >= to_gain:
+                    continue
+                least = values.at[state] + leg_bound(intervals, i, j, values.slope[state], -values.slope[other])
+                least = max(least, _floor(intervals, known, other, values.slope[other]))
+                if least < values.at[other] - DETOUR_GAIN:
+                    visits[other] += 1
+                    if visits[other] > MAX_REVISITS:
+                        least -= intervals.half[j] * abs(values.slope[other])
+                        values.slope[other] = 0.0
+                    values.at[other] = least
+                    heap = push(heap, least, other)
+    return values, values.at[target]
+
+
+@inner
+def _least_value(
+    graph: Graph, first: Ints, order: Ints, source: int, visits: Ints, values: Values, state: int
+) -> float:
+    """Return the greatest value that a state with this slope may have beside all states that have a value."""
+    intervals, legs = graph.intervals, graph.legs
+    i = state >> 1
+    least = np.inf
+    for k in range(first[i], first[i + 1]):
+        leg, end = order[k] >> 1, order[k] & 1
+        j = legs[leg, 1 - end]
+        if j == 1 - source or not legs[leg, FACES + end] >> (state & 1) & 1:
+            continue
+        for face in range(2 if j > 1 else 1):
+            other = 2 * j + face
+            if visits[other] == 0 or (j > 1 and not legs[leg, FACES + 1 - end] & (2 - face)):
+                continue
+            rest = least - values.at[other]
+            if quick_leg_bound(intervals, j, i, values.slope[other], -values.slope[state]) < rest:
+                leg_least = leg_bound(intervals, j, i, values.slope[other], -values.slope[state])
+                least = min(least, values.at[other] + leg_least)
+    return least
+
+
+@inner_query
+def _floor(intervals: Intervals, known: Values, state: int, slope: float) -> float:
+    """Return the greatest value with another slope that is nowhere on the interval above the known one."""
+    return known.at[state] - intervals.half[state >> 1] * abs(known.slope[state] - slope)
+
+
+@inner
+def _legs_by_interval(graph: Graph) -> tuple[Ints, Ints]:
+    """Return (n + 1,) where the legs of each interval begin in a list, and this list: 2 * leg + end of the leg."""
+    n, legs = len(graph.intervals.half), graph.legs
+    first = np.zeros(n + 2, np.int64)
+    for leg in range(len(legs)):
+        first[legs[leg, 0] + 2] += 1
+        first[legs[leg, 1] + 2] += 1
+    for i in range(2, n + 2):
+        first[i] += first[i - 1]
+    order = np.empty(2 * len(legs), np.int64)
+    for leg in range(len(legs)):
+        for end in range(2):
+            i = legs[leg, end]
+            order[first[i + 1]] = 2 * leg + end
+            first[i + 1] += 1
+    return first[: n + 1], order
