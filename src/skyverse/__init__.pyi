@@ -50,6 +50,13 @@ from .model.flight_summary import FlightSummary as FlightSummary
 from .model.geodesy import to_local as to_local
 from .model.geodesy import to_wgs84 as to_wgs84
 from .model.mission import Mission as Mission
+from .model.mover import Doubt as Doubt
+from .model.mover import Ellipsoid as Ellipsoid
+from .model.mover import Mover as Mover
+from .model.mover_motions import CircularMotion as CircularMotion
+from .model.mover_motions import PeriodicMotion as PeriodicMotion
+from .model.mover_motions import PolynomialMotion as PolynomialMotion
+from .model.mover_motions import WaypointMotion as WaypointMotion
 from .model.result import Effort as Effort
 from .model.result import History as History
 from .model.result import Provenance as Provenance

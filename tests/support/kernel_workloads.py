@@ -14,6 +14,7 @@ from skyverse.flight.vehicle import vehicle_of
 from skyverse.flight.weather import Weather
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.voxelise import touched
+from skyverse.space.moving_shapes import mover_gaps, moving_shapes
 
 FEW = sky.MaxIterations(3)
 SIZE = np.array([24.0, 20.0, 12.0])
@@ -168,6 +169,29 @@ def fleets():
     sky.plan_mission(close, sky.Taut(), rng=1, assignment="identity")
 
 
+def flights_among_movers():
+    swap = sky.circle_swap(2, radius=4.0)
+    ends = {"points": [(0, -6, 5), (0, 6, 5)], "times": [0.0, 9.0]}
+    shapes = (
+        sky.Sphere(centre=(0, 0, 0), radius=0.4),
+        sky.Cylinder(centre=(0.1, 0), radius=0.3, low=-1, high=1),
+        sky.Box(min=(-0.3, -0.2, -0.5), max=(0.3, 0.2, 0.5)),
+        sky.Ellipsoid(centre=(0, 0, 0), semi_axis_xy=0.3, semi_axis_z=0.5),
+    )
+    motions = (
+        sky.WaypointMotion(**ends, then="returns"),
+        sky.CircularMotion(centre=(0, 0, 5), radius=2, period=7),
+        sky.PolynomialMotion(knots=(0, 4), coefficients=[[(3, 3, 5), (-1, -0.5, 0), (0.1, 0, 0)]]),
+        sky.WaypointMotion(points=[(5, 5, 5), (4, 5, 5), (5, 5, 5)], times=[0, 3, 5], then="repeats"),
+    )
+    doubt = sky.Doubt(radius=0.05, growth=0.01, since=1.0, top_speed=2.0)
+    movers = [sky.Mover(shape=shape, motion=motion, doubt=doubt) for shape, motion in zip(shapes, motions, strict=True)]
+    given = sky.Scenario(**{**dict(swap), "movers": movers})
+    sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity")
+    instants = np.linspace(0, 12, 40)
+    mover_gaps(moving_shapes(given.movers, 0.2, sky.TrackingError()), instants, np.zeros((40, 3)))
+
+
 MEETING = (np.array([[[-4.0, 0, 5], [1, 0, 0]]]), np.array([[[4.0, 0, 5], [-1, 0, 0]]]))
 """Two straight flights, (1, 2, 3) each: the first ends at the origin, where the second arrives after it."""
 
@@ -233,6 +257,7 @@ WORKLOADS = (
     searches_for_the_whole_objective,
     trajectories,
     fleets,
+    flights_among_movers,
     aeroplanes,
     questions_about_space,
     maps_and_pages,

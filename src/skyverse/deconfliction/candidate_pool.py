@@ -5,17 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from skyverse._typing import Bools, Ints
+from skyverse.deconfliction.among_movers import clear_departure, meets_movers
 from skyverse.deconfliction.candidate import Candidate, Gate, PlacedFlight
 from skyverse.deconfliction.curve_store import CurveStore
 from skyverse.deconfliction.curves import Schedule, TimedCurve, stay_at_start
 from skyverse.deconfliction.detours import MakeTrajectory, RankedGates, gates_beside, plan_detour
 from skyverse.deconfliction.find_conflicts import semi_axes
-from skyverse.deconfliction.forbidden_departures import free_departures
+from skyverse.deconfliction.forbidden_departures import TICK, free_departures
 from skyverse.deconfliction.pair_conflicts import conflict_spans
 from skyverse.deconfliction.traffic import Traffic, conflicting_flights, earliest_departure, estimate_detours
 from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory
+from skyverse.model.uav import TrackingError
 from skyverse.problem import Airspace, Problem
+from skyverse.space.moving_shapes import MovingShapes, moving_shapes
 from skyverse.stop import Stop
 
 CLOSE_ENDS = 1.05
@@ -40,6 +43,8 @@ class CandidatePool:
     ----------
     semi_axis_xy, semi_axis_z
         (n, n) the ellipsoid's semi-axes that count between each two of the n UAVs, metres.
+    end
+        Seconds into the mission until which UAVs must be clear of movers where they have arrived.
     """
 
     def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory, stop: Stop | None = None) -> None:
@@ -50,6 +55,8 @@ class CandidatePool:
         self._gates: dict[tuple[int, int], RankedGates] = {}
         self._detours: dict[tuple[int, Gate], Candidate | None] = {}
         self._problems: dict[tuple[int, int], Problem] = {}
+        self._shapes: dict[TrackingError, MovingShapes] = {}
+        self.end = 0.0
 
     @property
     def cancelled(self) -> bool:
@@ -85,9 +92,35 @@ class CandidatePool:
         return Traffic(Schedule(curve, departure, time_scale), xy, z, close_ends)
 
     def conflicts(self, candidate: Candidate, departure: float, traffic: Traffic) -> Bools:
-        """Tell with which flights of the traffic a candidate is in conflict if it departs at an instant, (n,)."""
+        """Tell with whom a candidate is in conflict if it departs at an instant.
+
+        Returns
+        -------
+        (n + m,)
+            Of the n flights of the traffic, and then of the scenario's m movers.
+        """
         curves, trees = self._store.arrays
-        return conflicting_flights(curves, trees, traffic, TimedCurve(candidate.curve, departure, 1.0))
+        own = TimedCurve(candidate.curve, departure, 1.0)
+        flights = conflicting_flights(curves, trees, traffic, own)
+        if not self.scenario.movers:
+            return flights
+        return np.concatenate([flights, meets_movers(self._movers(candidate.uav), curves, own, self.end) < np.inf])
+
+    def meets_movers(self, candidate: Candidate) -> bool:
+        """Tell whether a candidate that departs at once comes too near to a mover."""
+        if not self.scenario.movers:
+            return False
+        own = TimedCurve(candidate.curve, candidate.trajectory.start, 1.0)
+        return bool(
+            (meets_movers(self._movers(candidate.uav), self._store.arrays.curves, own, self.end) < np.inf).any()
+        )
+
+    def _movers(self, uav: int) -> MovingShapes:
+        """Return the movers, for the tracking error of a UAV."""
+        error = self.scenario.uavs[uav].tracking_error
+        if error not in self._shapes:
+            self._shapes[error] = moving_shapes(self.scenario.movers, self.scenario.clearance, error)
+        return self._shapes[error]
 
     def earliest_departure(
         self, candidate: Candidate, time_scale: float, traffic: Traffic, latest: float
@@ -95,8 +128,14 @@ class CandidatePool:
         """Return the earliest instant, up to the latest, at which a candidate can depart without a conflict, if any."""
         free: Ints = free_departures(latest, candidate.trajectory.start)
         curves, trees = self._store.arrays
-        found = earliest_departure(curves, trees, traffic, candidate.curve, time_scale, free)
-        return None if found < 0.0 else found
+        while True:
+            found = earliest_departure(curves, trees, traffic, candidate.curve, time_scale, free)
+            if found < 0.0 or not self.scenario.movers:
+                return None if found < 0.0 else found
+            number, shapes = round(found / TICK), self._movers(candidate.uav)
+            clear = clear_departure(shapes, curves, candidate.curve, time_scale, self.end, number, free)
+            if clear == number:
+                return found
 
     def ranked_gates(
         self, candidate: Candidate, share: float, traffic: Traffic, latest: float
@@ -172,7 +211,7 @@ class CandidatePool:
         traffic
             The others.
         in_conflict
-            (n,) as from `conflicts`.
+            As from `conflicts`.
         """
         curves = self._store.arrays.curves
         schedule, xy, z, _ = traffic
@@ -180,7 +219,11 @@ class CandidatePool:
         departure = candidate.trajectory.start
         end = departure + candidate.seconds
         own = TimedCurve(candidate.curve, departure, 1.0)
-        for p in np.flatnonzero(in_conflict):
+        flights = len(schedule.curve)
+        if in_conflict[flights:].any():
+            met = meets_movers(self._movers(candidate.uav), curves, own, end)
+            shares += [(when - departure) / candidate.seconds for when in met[met < np.inf].tolist()]
+        for p in np.flatnonzero(in_conflict[:flights]):
             other = TimedCurve(int(schedule.curve[p]), float(schedule.departure[p]), float(schedule.time_scale[p]))
             spans = conflict_spans(curves, other, own, float(xy[p]), float(z[p]), end, False)
             shares += [(when - departure) / candidate.seconds for when in spans[:, 2].tolist()]

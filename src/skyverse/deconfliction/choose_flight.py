@@ -11,6 +11,8 @@ SLOWDOWNS = (1.15, 1.4, 2.0)
 """How many times as long a multirotor may take along its path."""
 TOLERATED_DELAY = 0.1
 """The share of its flight time by which a UAV may arrive later before a detour is looked for."""
+LONGEST_WAIT = 120.0
+"""Seconds that a UAV waits for movers to pass, at most, after all others have arrived."""
 MAX_DETOURS = 6
 """Detours that are planned in one turn, by the best estimates, around one place of conflict."""
 MAX_GATES = 2
@@ -36,7 +38,9 @@ def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[Plac
     in_conflict = pool.conflicts(planned, departure, traffic)
     if planned.target is None or not in_conflict.any() or pool.cancelled:
         return PlacedFlight(planned, departure, in_conflict=bool(in_conflict.any()))
-    latest = max(flight.arrival for flight in placed) + TICK
+    latest = max((flight.arrival for flight in placed), default=0.0) + TICK
+    if pool.scenario.movers:
+        latest = max(latest, departure + planned.seconds) + LONGEST_WAIT
     best = _later_or_slower(pool, planned, traffic, latest, None)
     enough = planned.seconds * (1.0 + TOLERATED_DELAY) + departure
     around = planned

@@ -45,6 +45,7 @@ class Resolution:
 def resolve_by_placing(pool: CandidatePool, planned: list[Candidate], conflicts: tuple[Conflict, ...]) -> Resolution:
     """Resolve the conflicts between planned paths by delays, slower flights and detours."""
     in_conflict = {uav for conflict in conflicts if not conflict.given for uav in conflict.uavs}
+    in_conflict |= {own.uav for own in planned if pool.meets_movers(own)}
     return Resolution(planned, conflicts, place_flights(pool, planned, in_conflict))
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from skyverse.deconfliction.among_movers import STAY
 from skyverse.deconfliction.candidate import flown_length
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.detours import MakeTrajectory
@@ -12,6 +13,9 @@ from skyverse.model.mission import Mission
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.problem import Airspace
 from skyverse.stop import Stop
+
+MAX_LATER_ENDS = 4
+"""How often all flights are placed among movers, each time for a mission that ends later."""
 
 
 def resolve_conflicts(
@@ -50,14 +54,21 @@ def resolve_conflicts(
     scenario, trajectories = mission.scenario, mission.trajectories
     found = find_conflicts(scenario, trajectories)
     total, makespan = mission.total_time, mission.makespan
-    if all(conflict.given for conflict in found):
-        unchanged = Deconfliction(found, found, (), total, total, makespan, makespan)
-        return replace(mission, interrupted=stop is not None and stop.cancelled, deconfliction=unchanged)
     pool = CandidatePool(airspace, make_trajectory, stop)
     flights = zip(range(len(trajectories)), mission.assignment, mission.results, trajectories, strict=True)
-    resolution = resolve_by_placing(pool, [pool.add_planned(*flight) for flight in flights], found)
-    if replan is not None:
-        resolution = exchange_targets(pool, resolution, replan)
+    if all(conflict.given for conflict in found) and not scenario.movers:
+        unchanged = Deconfliction(found, found, (), total, total, makespan, makespan)
+        return replace(mission, interrupted=stop is not None and stop.cancelled, deconfliction=unchanged)
+    planned = [pool.add_planned(*flight) for flight in flights]
+    pool.end = makespan + STAY
+    for _ in range(MAX_LATER_ENDS):
+        resolution = resolve_by_placing(pool, planned, found)
+        if replan is not None:
+            resolution = exchange_targets(pool, resolution, replan)
+        end = max(flight.arrival for flight in resolution.placed) + STAY
+        if not scenario.movers or end <= pool.end or pool.cancelled:
+            break
+        pool.end = end  # those that have arrived must be clear of movers until the last UAV has arrived
     targets, paths, flown = list(mission.assignment), list(mission.results), list(trajectories)
     for uav, flight in enumerate(resolution.placed):
         if trajectories[uav] is not None:

@@ -35,6 +35,11 @@ def require_not_refuted(
     InputError
         If the referee refutes the mission.
     """
+    if scenario.movers:
+        raise InputError(
+            f"{path}: scenario {scenario.name!r} has movers, and no autopilot keeps a schedule exactly enough to be "
+            "proven clear of them; missions without movers can be exported"
+        )
     violations, (certificates, apart) = judge(scenario, mission)
     close = [one for one in violations if one.fault in TOO_CLOSE]
     doubtful = [one for one in violations if one.fault is Fault.UNDECIDED]

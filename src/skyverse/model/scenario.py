@@ -14,6 +14,7 @@ from skyverse.errors import InputError, shown
 from skyverse.model.digest import digest_of
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
+from skyverse.model.mover import Mover
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
@@ -227,6 +228,8 @@ class Scenario(Model, Drawn):
         Metres by which every obstacle is grown on every side; a place inside a grown obstacle is unsafe.
     zones
         Shapes that may be flown through, at a risk, or no faster than at some speed.
+    movers
+        Obstacles that move in stated ways.
     terrain
         The ground, which must cover the bounds.
     max_height
@@ -247,6 +250,7 @@ class Scenario(Model, Drawn):
     bounds: Bounds
     obstacles: tuple[Obstacle, ...] = ()
     zones: tuple[Zone, ...] = ()
+    movers: tuple[Mover, ...] = ()
     terrain: Terrain | None = None
     clearance: NonNegative
     max_height: Positive | None = None
@@ -268,6 +272,7 @@ class Scenario(Model, Drawn):
             counted(len(self.obstacles), "obstacle") + (f" ({kinds_told})" if kinds_told else ""),
         ]
         things += [counted(len(self.zones), "zone")] if self.zones else []
+        things += [counted(len(self.movers), "mover")] if self.movers else []
         things += ["over a terrain"] if self.terrain is not None else []
         low, high, step = self.bounds.min, self.bounds.max, self.lattice.step
         sizes = [b - a for a, b in zip(low, high, strict=True)]
@@ -326,6 +331,11 @@ class Scenario(Model, Drawn):
     @classmethod
     def _name_targets(cls, targets: tuple[Target, ...]) -> tuple[Target, ...]:
         return _named(targets, "target")
+
+    @field_validator("movers")
+    @classmethod
+    def _name_movers(cls, movers: tuple[Mover, ...]) -> tuple[Mover, ...]:
+        return _named(movers, "mover")
 
     @model_validator(mode="after")
     def _on_the_ground(self) -> Self:

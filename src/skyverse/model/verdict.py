@@ -23,6 +23,7 @@ class Fault(Enum):
     TRAJECTORY_SHAPE = "trajectory shape"
     TRAJECTORY_BOUNDS = "trajectory out of bounds"
     TRAJECTORY_CLEARANCE = "trajectory too close"
+    MOVER = "mover too close"
     TRAJECTORY_ENDS = "trajectory ends"
     CONTINUITY = "trajectory jumps"
     SPEED = "too fast"

@@ -179,6 +179,9 @@ SAME_PLACE = 1e-6
 SAME_INSTANT = 1e-6
 """Seconds: exported samples that are closer in time are one, since files round to microseconds."""
 
+MOVER_MARGIN = 2e-6
+"""Metres that flights are kept farther from movers than they must: more than rounding makes of where a mover is."""
+
 SEAM_REACH = 3e-6
 """Metres: an obstacle farther than this from a line leaves space for a step aside, also where bounds are touched."""
 

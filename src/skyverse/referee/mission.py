@@ -17,6 +17,7 @@ from skyverse.referee.claims import judge_claims, judge_deconfliction
 from skyverse.referee.column import Columns, columns_of
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.flight_summary import judge_flight_summary, priced_path
+from skyverse.referee.movers import judge_movers
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
 from skyverse.referee.trajectory import judge_trajectory
@@ -96,17 +97,23 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     curves: list[PolynomialCurve | None] = [None] * count
     unknown: set[int] = set()
     violations: list[list[Violation]] = [[] for _ in range(count)]
-    certificates: list[Certificate | None] = [None] * count
+    halvings = [0] * count
     for uav in range(count):
         trajectory = entry(mission.trajectories, uav)
         if not isinstance(trajectory, Trajectory):
             continue
-        violations[uav], halvings, curve = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
-        curves[uav] = curve
-        if curve is None:
+        violations[uav], halvings[uav], curves[uav] = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
+        if curves[uav] is None:
             unknown.add(uav)
-        sentence = _proven_sentence(scenario, digest, uav, curve, columns_of(worlds.of(uav), uav, targets[uav]))
-        certificates[uav] = _certificate(digest, violations[uav], sentence, halvings)
+    among_movers = judge_movers(scenario, curves, unknown)
+    certificates: list[Certificate | None] = [None] * count
+    for uav in range(count):
+        violations[uav] += among_movers.violations[uav]
+        if isinstance(entry(mission.trajectories, uav), Trajectory):
+            columns = columns_of(worlds.of(uav), uav, targets[uav])
+            sentence = _proven_sentence(scenario, digest, uav, curves[uav], columns)
+            cuts = halvings[uav] + among_movers.halvings[uav]
+            certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, targets, curves, unknown)
     sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"
     if any(uav.tracking_error != EXACT for uav in scenario.uavs):
@@ -133,9 +140,10 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
     if scenario.max_height is not None:
         ground = f"{scenario.ground_clearance:.6g} to {scenario.max_height:.6g} m above ground, "
-    clear, without = f"clear of every obstacle by {scenario.clearance:.6g} m, ", ""
-    if not scenario.obstacles:
-        clear, without = "", ", which has no obstacles"
+    things = ["every obstacle"] if scenario.obstacles else []
+    things += ["every mover, wherever within its doubt that may be,"] if scenario.movers else []
+    clear = f"clear of {' and of '.join(things)} by {scenario.clearance:.6g} m, " if things else ""
+    without = "" if things else ", which has no obstacles"
     return (
         f"{vehicle.name} is {clear}{ground}inside the bounds and within its limits of {kept}, "
         f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "

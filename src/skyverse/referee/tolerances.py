@@ -68,6 +68,9 @@ EDGE_OVERHANG = 1e-3
 COLUMN_REACH = 1e-3
 """Metres: what a column does not meet by more than this, grown by what must be kept, does not matter in it."""
 
+MOVER_SLACK = 1e-3
+"""Metres by which boxes about UAVs and movers are compared too generously, more than all their roundings make."""
+
 COLUMN_SLACK = 2e-3
 """Metres that a leg in a column over a start or target may end above the lowest place from which the UAV may stray."""
 

@@ -1,0 +1,125 @@
+"""Moving obstacles: a shape about a point that moves in a stated way, and how far it may be from there."""
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import AfterValidator, Discriminator, Tag, model_validator
+
+from skyverse._typing import Floats
+from skyverse.model.mover_motions import Instant, MoverMotion
+from skyverse.model.quantities import Limit, Model, NonNegative, Point, Positive
+from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
+
+
+class Ellipsoid(Shape):
+    """An upright ellipsoid, such as other UAVs must stay out of about a UAV.
+
+    Where it grows, it keeps its proportions, and grows by at least as much as is asked for in every direction.
+
+    Attributes
+    ----------
+    centre
+        Metres.
+    semi_axis_xy, semi_axis_z
+        Its horizontal and its vertical semi-axis, metres.
+    """
+
+    shape: Literal["ellipsoid"] = "ellipsoid"
+    centre: Point
+    semi_axis_xy: Positive
+    semi_axis_z: Positive
+
+
+def _kind_of(value: object) -> str:
+    said = value.get("shape", "box") if isinstance(value, dict) else getattr(value, "shape", "box")
+    return said if isinstance(said, str) else "box"
+
+
+def _plain(shape: Shape) -> Shape:
+    if shape.risk is not None:
+        raise ValueError("a mover has no risk; nothing may fly through it")
+    if shape.closed_above:
+        raise ValueError("a mover cannot be closed above; make it as high as the bounds")
+    return shape
+
+
+MoverShape = Annotated[
+    Annotated[Box, Tag("box")]
+    | Annotated[Cylinder, Tag("cylinder")]
+    | Annotated[Sphere, Tag("sphere")]
+    | Annotated[Ellipsoid, Tag("ellipsoid")],
+    Discriminator(_kind_of),
+    AfterValidator(_plain),
+]
+"""The shape of a mover, in a frame whose zero is the moving point and whose axes do not turn."""
+
+
+class Doubt(Model):
+    """How far a mover may be from its stated motion.
+
+    At an instant t the point of the mover lies within `radius` + `growth` (t - `since`) of where its motion has it;
+    before `since`, within `radius`. If a top speed is given, then from `since` on it lies also within `radius` +
+    `top_speed` (t - `since`) of where its motion had it at that instant, whatever it does after that.
+
+    Attributes
+    ----------
+    radius
+        Metres.
+    growth
+        Metres a second.
+    since
+        The instant of the last observation, seconds into the mission.
+    top_speed
+        Metres a second; ``None`` where nothing is known of it.
+    """
+
+    radius: NonNegative = 0.0
+    growth: NonNegative = 0.0
+    since: Instant = 0.0
+    top_speed: Limit | None = None
+
+    def at(self, instants: ArrayLike) -> Floats:
+        """Return how far the mover may be from its stated motion at instants (m,) seconds, (m,) metres."""
+        t = np.atleast_1d(np.asarray(instants, dtype=np.float64))
+        doubt: Floats = self.radius + self.growth * np.maximum(t - self.since, 0.0)
+        return doubt
+
+
+class Mover(Model):
+    """An obstacle that moves.
+
+    UAVs keep the scenario's clearance from it, as from any obstacle, wherever within its doubt it may be.
+
+    Attributes
+    ----------
+    name
+        Unique in its scenario; ``mover-1``, ``mover-2`` and so on if it is left out.
+    kind
+        What it stands for, such as ``"crane"``.
+    shape
+        In a frame whose zero is the moving point and whose axes do not turn.
+    motion
+        How that point moves.
+    doubt
+        How far it may be from there; not at all if this is left out.
+    """
+
+    name: str = ""
+    kind: str | None = None
+    shape: MoverShape
+    motion: MoverMotion
+    doubt: Doubt = Doubt()
+
+    @model_validator(mode="after")
+    def _bounded(self) -> Self:
+        if self.doubt.top_speed is not None and self.doubt.growth > 0 and self.doubt.top_speed < self.doubt.growth:
+            raise ValueError(
+                f"doubt.growth, {self.doubt.growth:g} m/s, must not be above doubt.top_speed, "
+                f"{self.doubt.top_speed:g} m/s"
+            )
+        return self
+
+    def at(self, instants: ArrayLike) -> Floats:
+        """Return where its point is by its stated motion, (m, 3) metres, at instants (m,), seconds into the mission."""
+        return self.motion.at(instants)

@@ -1,0 +1,253 @@
+"""Movers compiled to arrays: where each one is at an instant, and how far a point is from where it may be."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats, Ints
+from skyverse.model.mover import Ellipsoid, Mover
+from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
+from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.kernel import by_reference, inner, kernel
+
+BOX, CYLINDER, SPHERE, ELLIPSOID = range(4)
+STAYS, REPEATS, RETURNS = range(3)
+
+
+@by_reference
+class MovingShapes(NamedTuple):
+    """Movers as arrays, n of them, for UAVs with one tracking error.
+
+    Attributes
+    ----------
+    first
+        (n + 1,) index of the first piece of each mover.
+    begin, rows
+        (p,) seconds and (p, degree + 1, 3) metres: on piece k a mover is at the sum over j of
+        ``rows[k, j] * (t - begin[k])**j``.
+    span
+        (n, 2) seconds between which the pieces lie.
+    then
+        (n,) what follows them: ``STAYS``, ``REPEATS`` or ``RETURNS``.
+    first_term
+        (n + 1,) index of the first term of each mover's closed curve, which is added to the pieces.
+    period, cosine, sine
+        (n,) seconds, and (q, 3) metres: the closed curves, as in `Periodic`.
+    kind, size
+        (n,) and (n, 6) metres: a box's corners; a cylinder's x, y, radius, low and high; a sphere's centre and radius;
+        an ellipsoid's centre and semi-axes. All relative to the moving point.
+    keep
+        (n,) metres that UAVs must keep from each.
+    doubt
+        (n, 4): its radius, metres; how fast it grows, m/s; since when, seconds; and the top speed, m/s, or infinity.
+    seen
+        (n, 3) metres: where each one was when it was last seen.
+    rate
+        (n,) m/s: a point that does not move comes nearer to a mover, or to where it may be, no faster than this.
+    """
+
+    first: Ints
+    begin: Floats
+    rows: Floats
+    span: Floats
+    then: Ints
+    first_term: Ints
+    period: Floats
+    cosine: Floats
+    sine: Floats
+    kind: Ints
+    size: Floats
+    keep: Floats
+    doubt: Floats
+    seen: Floats
+    rate: Floats
+
+
+def moving_shapes(movers: Sequence[Mover], clearance: float, error: TrackingError) -> MovingShapes:
+    """Return movers as arrays, for UAVs that keep a clearance, in metres, and have a tracking error."""
+    n = len(movers)
+    pieces = [_pieces(mover) for mover in movers]
+    degree = max((rows.shape[1] for _, rows in pieces), default=1)
+    rows = [np.pad(rows, ((0, 0), (0, degree - rows.shape[1]), (0, 0))) for _, rows in pieces]
+    terms = [_terms(mover) for mover in movers]
+    kept = [_kept(mover.shape, clearance, error) for mover in movers]
+    top = [math.inf if mover.doubt.top_speed is None else mover.doubt.top_speed for mover in movers]
+    doubt = [(m.doubt.radius, m.doubt.growth, m.doubt.since, fast) for m, fast in zip(movers, top, strict=True)]
+    rate = [_rate(mover) for mover in movers]
+    return MovingShapes(
+        first=np.cumsum([0, *(len(begin) for begin, _ in pieces)]).astype(np.int64),
+        begin=np.concatenate([np.zeros(0), *(begin for begin, _ in pieces)]),
+        rows=np.concatenate([np.zeros((0, degree, 3)), *rows]),
+        span=np.array([_span(mover) for mover in movers]).reshape(n, 2),
+        then=np.array([_then(mover) for mover in movers], dtype=np.int64),
+        first_term=np.cumsum([0, *(0 if one is None else len(one.cosine) for one in terms)]).astype(np.int64),
+        period=np.array([1.0 if one is None else one.period for one in terms]),
+        cosine=np.array([row for one in terms if one is not None for row in one.cosine]).reshape(-1, 3),
+        sine=np.array([row for one in terms if one is not None for row in one.sine]).reshape(-1, 3),
+        kind=np.array([kind for kind, _, _ in kept], dtype=np.int64),
+        size=np.array([size for _, size, _ in kept]).reshape(n, 6),
+        keep=np.array([keep for _, _, keep in kept]),
+        doubt=np.array(doubt).reshape(n, 4),
+        seen=np.array([mover.at(mover.doubt.since)[0] for mover in movers]).reshape(n, 3),
+        rate=np.array(rate),
+    )
+
+
+def _kept(shape: Shape, clearance: float, error: TrackingError) -> tuple[int, tuple[float, ...], float]:
+    """Return the kind and the sizes of a shape, and the metres to keep from it, so that the error is allowed for.
+
+    What must be kept grows to the side by the error's radius, and up and down by half its height.
+    """
+    aside, up = error.horizontal, error.vertical - error.horizontal
+    match shape:
+        case Box():
+            low, high = (*shape.min[:2], shape.min[2] - up), (*shape.max[:2], shape.max[2] + up)
+            return BOX, (*low, *high), clearance + aside
+        case Cylinder():
+            return CYLINDER, (*shape.centre, shape.radius, shape.low - up, shape.high + up, 0.0), clearance + aside
+        case Sphere():
+            return SPHERE, (*shape.centre, shape.radius, 0.0, 0.0), clearance + math.hypot(aside, error.vertical)
+        case Ellipsoid():
+            size = (*shape.centre, shape.semi_axis_xy, shape.semi_axis_z, 0.0)
+            return ELLIPSOID, size, clearance + math.hypot(aside, error.vertical)
+    raise TypeError(f"a mover cannot be a {type(shape).__name__}")
+
+
+def _pieces(mover: Mover) -> tuple[Floats, Floats]:
+    """Return when pieces begin, (p,) seconds, and their coefficients (p, degree + 1, 3), metres."""
+    match mover.motion:
+        case WaypointMotion(points=points, times=times):
+            places, instants = np.array(points), np.array(times)
+            if len(places) == 1:
+                return instants, places[:, None]
+            slopes = np.diff(places, axis=0) / np.diff(instants)[:, None]
+            return instants[:-1], np.stack([places[:-1], slopes], axis=1)
+        case PolynomialMotion(knots=knots, coefficients=coefficients):
+            rows = np.zeros((len(coefficients), max(map(len, coefficients)), 3))
+            for k, given in enumerate(coefficients):
+                rows[k, : len(given)] = given
+            return np.array(knots[:-1]), rows
+        case CircularMotion(centre=centre) | PeriodicMotion(centre=centre):
+            return np.zeros(1), np.array(centre)[None, None]
+
+
+def _terms(mover: Mover) -> PeriodicMotion | None:
+    match mover.motion:
+        case CircularMotion():
+            return mover.motion.as_periodic
+        case PeriodicMotion():
+            return mover.motion
+        case _:
+            return None
+
+
+def _span(mover: Mover) -> tuple[float, float]:
+    match mover.motion:
+        case WaypointMotion(times=instants) | PolynomialMotion(knots=instants):
+            return instants[0], instants[-1]
+        case _:
+            return 0.0, 0.0
+
+
+def _then(mover: Mover) -> int:
+    followed = mover.motion.then if isinstance(mover.motion, WaypointMotion) else "stays"
+    return {"stays": STAYS, "repeats": REPEATS, "returns": RETURNS}[followed]
+
+
+def _rate(mover: Mover) -> float:
+    """Return how fast at most a point comes nearer to where a mover may be, m/s."""
+    terms = _terms(mover)
+    if terms is not None:
+        size = np.hypot(np.linalg.norm(terms.cosine, axis=1), np.linalg.norm(terms.sine, axis=1))
+        fastest = float(np.sum(size * 2.0 * np.pi * np.arange(1, len(size) + 1) / terms.period))
+    else:
+        begin, rows = _pieces(mover)
+        seconds = np.diff(np.append(begin, _span(mover)[1]))
+        powers = np.arange(1, rows.shape[1])
+        bound = np.linalg.norm(rows[:, 1:], axis=2) * powers * seconds[:, None] ** (powers - 1)
+        fastest = float(bound.sum(axis=1).max(initial=0.0))
+    return max(fastest + mover.doubt.growth, mover.doubt.top_speed or 0.0)
+
+
+@inner
+def mover_position(shapes: MovingShapes, m: int, t: float, out: Floats) -> None:
+    """Write where the point of mover m is at an instant by its stated motion, (3,) metres."""
+    begins, ends = shapes.span[m, 0], shapes.span[m, 1]
+    since, length = t - begins, ends - begins
+    if since > length:
+        if shapes.then[m] == REPEATS:
+            since = since % length
+        elif shapes.then[m] == RETURNS:
+            since = length - abs(since % (2.0 * length) - length)
+        else:
+            since = length
+    since = max(since, 0.0)
+    low, high = shapes.first[m], shapes.first[m + 1] - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if shapes.begin[middle] - begins <= since:
+            low = middle
+        else:
+            high = middle - 1
+    local = since - (shapes.begin[low] - begins)
+    for axis in range(3):
+        value = 0.0
+        for j in range(shapes.rows.shape[1] - 1, -1, -1):
+            value = value * local + shapes.rows[low, j, axis]
+        out[axis] = value
+    first = shapes.first_term[m]
+    turn = t / shapes.period[m] % 1.0
+    for k in range(first, shapes.first_term[m + 1]):
+        angle = 2.0 * math.pi * turn * (k - first + 1)
+        c, s = math.cos(angle), math.sin(angle)
+        for axis in range(3):
+            out[axis] += c * shapes.cosine[k, axis] + s * shapes.sine[k, axis]
+
+
+@inner
+def _gap(kind: int, size: Floats, x: float, y: float, z: float) -> float:
+    """Return how far a point is from a shape, metres, below 0 inside; to boxes along the axis where it is farthest."""
+    if kind == BOX:
+        level = max(max(size[0] - x, x - size[3]), max(size[1] - y, y - size[4]))
+        return max(level, max(size[2] - z, z - size[5]))
+    if kind == CYLINDER:
+        level = math.hypot(x - size[0], y - size[1]) - size[2]
+        return max(level, max(size[3] - z, z - size[4]))
+    x, y, z = x - size[0], y - size[1], z - size[2]
+    if kind == SPHERE:
+        return math.sqrt(x * x + y * y + z * z) - size[3]
+    shorter = min(size[3], size[4])
+    across, up = shorter / size[3], shorter / size[4]
+    return math.sqrt((x * x + y * y) * across * across + z * z * up * up) - shorter
+
+
+@inner
+def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
+    """Return how much farther than it must a place is from where mover m may be at an instant, metres.
+
+    Below 0 it is too near. `moved` is (3,) metres of room to work in.
+    """
+    kind, size, doubt = shapes.kind[m], shapes.size[m], shapes.doubt[m]
+    mover_position(shapes, m, t, moved)
+    after = max(t - doubt[2], 0.0)
+    gap = _gap(kind, size, place[0] - moved[0], place[1] - moved[1], place[2] - moved[2])
+    gap -= doubt[0] + doubt[1] * after
+    if after > 0.0 and doubt[3] < math.inf:
+        seen = shapes.seen[m]
+        reached = _gap(kind, size, place[0] - seen[0], place[1] - seen[1], place[2] - seen[2])
+        gap = max(gap, reached - doubt[0] - doubt[3] * after)
+    return gap - shapes.keep[m]
+
+
+@kernel
+def mover_gaps(shapes: MovingShapes, instants: Floats, places: Floats) -> Floats:
+    """Return for n movers and m instants how much farther than it must the place (m, 3) is from each, (n, m) metres."""
+    gaps = np.empty((len(shapes.kind), len(instants)))
+    moved = np.empty(3)
+    for m in range(len(shapes.kind)):
+        for i in range(len(instants)):
+            gaps[m, i] = gap_at(shapes, m, instants[i], places[i], moved)
+    return gaps
