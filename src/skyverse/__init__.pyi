@@ -126,6 +126,7 @@ from .samples.circle import circle_swap as circle_swap
 from .samples.city import random_city as random_city
 from .samples.city import random_downtown as random_downtown
 from .samples.jacksboro import jacksboro as jacksboro
+from .samples.movers import random_movers as random_movers
 from .samples.room import random_room as random_room
 from .samples.threats import random_threats as random_threats
 from .samples.window import window_swap as window_swap
