@@ -3,6 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.draw.mover_traces import ways_and_edges
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.scene import Scene
 from skyverse.draw.shape_geometry import surface
@@ -85,12 +86,12 @@ def _mesh(name: str, points: Floats, triangles: Ints, colour: str, meta: Trace) 
 
 
 def told(scene: Scene) -> str:
-    """Return sentences that say what the drawn margins are; empty where there are none."""
+    """Return sentences that say what the drawn margins and movers are; empty where there are none."""
     rings = "Rings: half the separation of each UAV." if separations(scene) else ""
     straying = any(track.error.horizontal + track.error.vertical > 0 for track in scene.tracks)
     tubes = "Tubes: how far UAVs may stray." if straying else ""
     darker = "Darker at their ends: columns, where that does not count for what lies below." if scene.columns else ""
-    return " ".join(filter(None, [rings, tubes, darker]))
+    return " ".join(filter(None, [rings, tubes, darker, ways_and_edges(scene)]))
 
 
 def separations(scene: Scene) -> list[Trace]:

@@ -4,7 +4,7 @@
   const { tracks, extent, makespan, words } = data;
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
   const shown = tracks.map(() => true);
-  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, tube: true, separation: true, ceiling: true, names: data.space.at(-1).mode.includes("text") };
+  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, tube: true, separation: true, movers: true, ceiling: true, names: data.space.at(-1).mode.includes("text") };
   const config = {
     responsive: true, displaylogo: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
@@ -17,7 +17,7 @@
   const ground = index("terrain") < 0 ? null : data.space[index("terrain")];
   const grid = ground && { x: decoded(ground.x), y: decoded(ground.y), z: decoded(ground.z), light: decoded(ground.surfacecolor) };
   if (ground) Object.assign(ground, { type: "mesh3d", ...meshed(grid, Infinity) }), delete ground.surfacecolor, delete ground.contours;
-  const ceiling = index("ceiling"), separation = index("separation"), rings = separation < 0 ? null : data.separations;
+  const ceiling = index("ceiling"), separation = index("separation"), rings = separation < 0 ? null : data.separations, mover = index("mover");
   if (ceiling >= 0) ceilingOver(grid, data.space[ceiling].meta).forEach((made, k) => Object.assign(data.space[ceiling + k], made));
   const swift = motion($("space"), grid);
   let stretch = data.stretch;
@@ -45,6 +45,14 @@
   const fleetAt = (t) => {
     const xyz = [[], [], []];
     tracks.forEach((track, uav) => at(track, t).forEach((value, k) => xyz[k].push(shown[uav] ? value : null)));
+    return xyz;
+  };
+  const moversAt = (t) => {
+    const xyz = [[], [], []];
+    for (const mover of data.movers) {
+      const centre = at(mover, t), [doubt] = at({ times: mover.times, positions: [mover.doubt] }, t);
+      mover.edges.forEach((edges, k) => edges.forEach((value, m) => xyz[k].push(value === null ? null : centre[k] + value + doubt * mover.outwards[k][m])));
+    }
     return xyz;
   };
   const trailAt = (t) => {
@@ -80,6 +88,7 @@
     if (role === "ceiling") Object.assign(trace, { color: colour("ceiling"), opacity: 0.16, lighting: { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 } });
     if (role === "rim") Object.assign(trace, { line: { color: colour("ceiling"), width: 2 } });
     if (role === "separation") trace.line.color = colour("soft");
+    if (role === "mover" || role === "way") Object.assign(trace.line, { color: colour("mover"), dash: role === "way" ? "dot" : "solid" });
     if (role === "bounds") Object.assign(trace, { line: { color: colour(data.mapped ? "line" : "soft"), width: 1 }, opacity: data.mapped ? 1 : 0.5 });
     if (role === "spare") trace.textfont = { color: ink, size: 12 };
     if (role === "fleet") {
@@ -98,6 +107,7 @@
     if (role === "tube" || role === "column") return layers.tube && shown[uav];
     if (role === "ceiling" || role === "rim") return layers.ceiling;
     if (role === "separation") return layers.separation;
+    if (role === "mover" || role === "way") return layers.movers;
     return true;
   };
   const seen = () => [size[0], size[1], size[2] * stretch];
@@ -170,6 +180,10 @@
     if (rings && layers.separation) {
       const [east, north, up] = ringsAround([x, y, z], rings);
       changes.push({ index: separation, x: east, y: north, z: up });
+    }
+    if (mover >= 0 && layers.movers) {
+      const [east, north, up] = moversAt(now);
+      changes.push({ index: mover, x: east, y: north, z: up });
     }
     return swift.move(changes);
   };
@@ -277,7 +291,7 @@
     host.hidden = !host.childElementCount;
   };
   legend();
-  const kept = { ...(index("tube") < 0 ? {} : { tube: "Tracking error" }), ...(rings ? { separation: "Separation" } : {}) };
+  const kept = { ...(index("tube") < 0 ? {} : { tube: "Tracking error" }), ...(rings ? { separation: "Separation" } : {}), ...(mover < 0 ? {} : { movers: "Movers" }) };
   const LAYERS = { ...words.layers, ...kept, trail: "Trail", names: "Names" };
   for (const [layer, title] of Object.entries(LAYERS)) {
     if (!makespan && (layer === "trajectories" || layer === "trail")) continue;

@@ -7,6 +7,7 @@ from typing import Any
 
 from skyverse.draw.first_view import first_view
 from skyverse.draw.map_traces import from_above
+from skyverse.draw.mover_traces import mover_motions
 from skyverse.draw.palette import style_sheet
 from skyverse.draw.plotly_values import flat, round_step
 from skyverse.draw.profile_traces import from_the_side
@@ -82,6 +83,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
             }
             for kind in scene.world.kinds
         ],
+        "movers": mover_motions(scene),
         "separations": [list(axes) for axes in scene.separations],
         "errors": [[track.error.horizontal, track.error.vertical] for track in scene.tracks],
         "makespan": makespan,

@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw import landings
 from skyverse.draw.margin_traces import ceiling, columns, separations, tube
+from skyverse.draw.mover_traces import movers_in_space
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, flat, plain, trace
 from skyverse.draw.scene import MissionScene, Scene
@@ -109,7 +110,8 @@ def in_space(scene: Scene) -> list[Trace]:
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
     tubes = [each for number, track in enumerate(scene.tracks) for each in tube(track, number, fine)]
     margins = [*tubes, *columns(scene), *ceiling(scene), *separations(scene)]
-    return [*world, *tracks, spare, findings(scene), *margins, *landings.in_space(scene), *fleet(scene)]
+    moving = movers_in_space(scene)
+    return [*world, *moving, *tracks, spare, findings(scene), *margins, *landings.in_space(scene), *fleet(scene)]
 
 
 def of_curve(track: Track, result: Result, number: int, bound: str) -> list[Trace]:

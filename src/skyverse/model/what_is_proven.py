@@ -6,6 +6,7 @@ from skyverse.model.scenario import Scenario
 def what_is_proven(scenario: Scenario) -> str:
     """Return what is proven of the flights of a scenario's UAVs, as in ``clear of obstacles, in bounds and apart``."""
     kept = ["clear of obstacles"] if scenario.obstacles else []
+    kept += ["clear of movers"] if scenario.movers else []
     kept += ["clear of the ground"] if scenario.terrain is not None else []
     kept += ["below the ceiling above ground"] if scenario.max_height is not None else []
     kept += ["in bounds", "within limits"]
