@@ -189,7 +189,7 @@ def _path_of_any_angle(problem: Problem, walled: Problem) -> Result | None:
 
     It is a shortest one where length alone is priced, and otherwise one that is cheap under the whole objective.
     """
-    planner = Taut(proof=0) if prices_length_alone(problem.scenario) else Cheapest(legs=DETOUR_LEGS)
+    planner = Taut(proof=0) if prices_length_alone(problem.scenario) else Cheapest(legs=DETOUR_LEGS, proof=0)
     planned = planner.plan(walled)
     same = np.array_equal(walled.start, problem.start) and np.array_equal(walled.end, problem.end)
     if not planned.status.reached or not same:  # a wall may leave no place for the top of a column

@@ -43,6 +43,12 @@ MIN_PIECE = 1e-11
 SAME_CIRCLE = 1e-10
 """Turn radii between two circles that count as one, and radians short of a full turn that count as no turn."""
 
+SWEEP_CONVERGED = 1e-9
+"""Relative: a node of an eikonal equation has settled when a sweep lowers its value by less."""
+
+PROOF_ROUNDING = 1e-9
+"""Relative: the share of a lower bound that is given up for the rounding of the sums that it is made of."""
+
 QUADRATURE = 1e-9
 """Relative: the length and the energy of a flight are integrated until halving the intervals changes them by less."""
 
@@ -139,6 +145,9 @@ among boxes, lines of sight keep one margin beside the clearance, edges at which
 are three wide on either side: so wherever there is a passage there are edges to bend at, and each edge has lines of
 sight to it.
 """
+
+COVER_MARGIN = 1e-6
+"""Metres: an obstacle or zone must reach so far beyond what it is said to cover, clear of its surface."""
 
 ON_EDGE = 1e-6
 """Metres: a bend this near to a piece of an edge can slide along it; bends come from edges, but for rounding."""

@@ -1,21 +1,25 @@
 """Cheap any-angle paths under a whole objective as a planner."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from skyverse import cost
 from skyverse._typing import Floats
 from skyverse.model.result import Effort, Provenance, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.kernel import Stopwatch
+from skyverse.numerics.tolerances import OPTIMALITY_GAP
 from skyverse.planners.astar import AStar
 from skyverse.planners.base import DirectPlanner
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.settings import require_integer
-from skyverse.planners.straight_legs import joined_to_ends, lower_bound, straight_space
+from skyverse.planners.straight_legs import joined_to_ends, straight_bound, straight_space
 from skyverse.planners.taut import Taut
 from skyverse.problem import Problem
 from skyverse.search.cheapest.cheapest_path import LEGS, PATHS, cheapest_path
+from skyverse.search.cheapest.lower_bound import lower_bound
 from skyverse.space.world import path_free
 
 
@@ -30,19 +34,27 @@ class Cheapest(DirectPlanner):
     never dearer than the paths it begins with, and no small change makes it cheaper; a quite different path may be.
 
     Random numbers come from a fixed seed, so that the same problem has the same answer. It ends by itself: `stop`,
-    `rng` and `on_iteration` have no effect. The bound is the price of the straight line's length, and of one turn where
-    that line is not free. In its effort, an evaluation is a leg that was priced.
+    `rng` and `on_iteration` have no effect. In its effort, an evaluation is a leg that was priced.
+
+    Its `bound` is proven. It is the price of the straight line's length, or a greater one that counts how obstacles and
+    zones make ways over the map dearer, and what paths pay for climbs outside the altitude band. One turn is added
+    where the straight line is not free. A band above ground and the ground itself are not counted.
 
     Attributes
     ----------
     legs
         After about so many priced legs no other ways are tried: about half a second for each million.
+    proof
+        About how many cells the lattice over the map has that proves the bound: about a fifth of a second for each
+        100,000. With 0 the bound is that of the straight line.
     """
 
     legs: int = 1_000_000
+    proof: int = 50_000
 
     def __post_init__(self) -> None:
         require_integer(self, "legs", 0)
+        require_integer(self, "proof", 0)
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether paths leave the lattice: always."""
@@ -50,7 +62,7 @@ class Cheapest(DirectPlanner):
 
     def find(self, problem: Problem, origin: Provenance) -> Result | Status:
         """Return a cheap path, or the status that says why there is none."""
-        space, bound = straight_space(problem), lower_bound(problem)
+        space, bound = straight_space(problem), straight_bound(problem)
         clock = Stopwatch()
         found = [_as_legs(problem, planner.plan(problem)) for planner in (Taut(proof=0), AStar())]
         known = [path for path in found if len(path) > 1 and path_free(space, path)]
@@ -69,7 +81,18 @@ class Cheapest(DirectPlanner):
         effort = Effort(
             generated_paths=int(spent[PATHS]), generated_nodes=int(spent[LEGS]), evaluations=int(spent[LEGS])
         )
+        bound = self._proven(problem, path, bound)
         return any_angle_result(problem, path, bound, SearchRecord(origin, effort, clock.seconds))
+
+    def _proven(self, problem: Problem, path: Floats, bound: float) -> float:
+        """Return a lower bound that is at least the given one, that of the straight line."""
+        rates = problem.airspace.rates
+        price = float(cost.legs(rates, path, problem.end).sum())
+        if self.proof == 0 or rates.metre == 0.0 or price <= bound * (1.0 + OPTIMALITY_GAP):
+            return bound
+        turn = bound - rates.metre * math.dist(problem.start, problem.end)
+        space = problem.airspace.world.space
+        return max(bound, turn + lower_bound(space, rates, problem.start, problem.end, price - turn, self.proof))
 
 
 def _as_legs(problem: Problem, result: Result) -> Floats:

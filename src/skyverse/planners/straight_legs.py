@@ -78,7 +78,7 @@ class StraightRun(Run):
     def result(self, problem: Problem, record: SearchRecord) -> Result:
         """Return the result that holds the best path."""
         path = self.best.points[0, : self.best.length[0]].copy()
-        return any_angle_result(problem, path, lower_bound(problem), record)
+        return any_angle_result(problem, path, straight_bound(problem), record)
 
 
 def open_straight_run(
@@ -115,7 +115,7 @@ def joined_to_ends(problem: Problem, path: Floats) -> Floats:
     return drop_repeated(np.vstack([problem.start, path, problem.end]))
 
 
-def lower_bound(problem: Problem) -> float:
+def straight_bound(problem: Problem) -> float:
     """Return what every path costs at least: the straight line's length, and one turn where that line is not safe."""
     rates = problem.airspace.rates
     straight = segment_free(problem.airspace.world.space, problem.start, problem.end)

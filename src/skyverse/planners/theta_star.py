@@ -11,7 +11,7 @@ from skyverse.numerics.kernel import Stopwatch
 from skyverse.numerics.norm import length_of
 from skyverse.planners.base import DirectPlanner
 from skyverse.planners.results import SearchRecord, any_angle_result
-from skyverse.planners.straight_legs import joined_to_ends, lower_bound
+from skyverse.planners.straight_legs import joined_to_ends, straight_bound
 from skyverse.problem import Problem
 from skyverse.search.lattice_astar import shortest_route
 from skyverse.search.lazy_theta_star import lazy_theta_star
@@ -76,4 +76,4 @@ class ThetaStar(DirectPlanner):
         path = min(paths, key=length_of)
         seconds = clock.seconds
         effort = Effort(generated_paths=len(paths), generated_nodes=expanded, evaluations=len(paths))
-        return any_angle_result(problem, path, lower_bound(problem), SearchRecord(origin, effort, seconds))
+        return any_angle_result(problem, path, straight_bound(problem), SearchRecord(origin, effort, seconds))
