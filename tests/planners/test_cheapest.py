@@ -158,3 +158,13 @@ def test_a_target_that_cannot_be_reached_is_told_as_other_planners_tell_it():
 def test_settings_that_make_no_sense_are_refused():
     with pytest.raises(ValueError, match="legs"):
         sky.Cheapest(legs=-1)
+
+
+def test_the_proof_raises_the_bound_above_the_straight_line_and_none_below_0_is_accepted():
+    problem = sky.Problem(sky.random_threats(15, seed=0))
+    straight, proven = (sky.Cheapest(legs=50_000, proof=proof).plan(problem) for proof in (0, 20_000))
+    assert straight.bounded_by_straight_line(problem.scenario.objective.divergence)
+    assert straight.cost == proven.cost
+    assert straight.bound + 80 < proven.bound < proven.cost
+    with pytest.raises(ValueError, match="proof"):
+        sky.Cheapest(proof=-1)

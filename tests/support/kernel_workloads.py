@@ -144,7 +144,7 @@ def searches_for_the_whole_objective():
         uavs=(sky.UAV(start=(1, 10, 5)),),
         targets=(sky.Target(position=(23, 10, 5)),),
     )
-    sky.Cheapest(legs=12_000, proof=400).plan(sky.Problem(scenario))
+    sky.Cheapest(legs=12_000, proof=60).plan(sky.Problem(scenario))
 
 
 def trajectories():
