@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.trajectory import fly_along
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.straight_legs import least_seconds
@@ -148,3 +150,14 @@ def test_in_a_city_flights_are_proven_and_near_their_paths(seed):
         assert largest_distance(flown, path) <= TOLERANCE + 1e-6
         assert flown.end <= 1.1 * least_seconds(path, uav)
         assert all(b > a for a, b in itertools.pairwise(flown.knots))
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_flight_through_a_city_turns_hardly_more_than_its_path(seed):
+    problem = sky.Problem(sky.random_city(500, seed=seed))
+    result = sky.Taut().plan(problem)
+    flown = fly_along(problem, result)
+    velocity = flown.at(np.linspace(flown.start, flown.end, 20_000)[1:-1]).velocity
+    velocity = velocity[np.linalg.norm(velocity, axis=1) > 0.01]
+    steps = np.diff(drop_collinear(np.vstack([problem.start, result.path, problem.end])), axis=0)
+    assert turning(velocity) <= turning(steps) + 10

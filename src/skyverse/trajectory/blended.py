@@ -38,6 +38,8 @@ SHRINK = 0.5
 """The factor by which a blend is made smaller."""
 OUTWARD_ROUNDS = 3
 """How often corners are moved outwards in a round, since the path turns more sharply at a corner that is moved."""
+ADDED_TURNING = math.radians(10.0)
+"""Radians by which a flight may turn more than its path, about, as corners that are moved outwards are sharper."""
 PASSING_SHARE = 0.25
 """The share of the tolerance by which the UAV passes outside of a bend, so that autopilots may cut corners there."""
 PASSING_SLOPE = 0.01
@@ -142,7 +144,9 @@ def _fit(
     straight, far = parts.legs(ends, limits), np.zeros(len(ends))
     shorter = np.minimum(np.r_[straight.lengths, np.inf], np.r_[np.inf, straight.lengths])
     for _ in range(MAX_ROUNDS):
-        legs, speeds = straight, corner_speeds(straight, np.where(outside, (1.0 - PASSING_SHARE) * most, most))
+        slope = 0.5 * ADDED_TURNING / max(outside.sum(), 1)
+        outward = np.minimum((1.0 - PASSING_SHARE) * most, slope * shorter)
+        legs, speeds = straight, corner_speeds(straight, np.where(outside, outward, most))
         if outside.any():
             for _ in range(OUTWARD_ROUNDS):
                 far = np.where(outside, blend_depths(legs, speeds), 0.0)
