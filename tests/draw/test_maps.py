@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse.draw import shape_kinds as kinds_module
 from skyverse.draw.drawn_world import MAP_MARGIN
+from skyverse.draw.figure_world import legend_entries
 from skyverse.draw.figures import trajectories
 from skyverse.draw.map_traces import contours, from_above, spacing
 from skyverse.draw.mission_page import page
@@ -222,6 +223,26 @@ def test_what_city_models_hold_has_colours_of_its_own():
     assert colours.pop("tree") == colours.pop("vegetation")
     assert set(colours.values()) < set(KINDS.values())
     assert len(set(colours.values())) == len(colours) == 4
+
+
+def test_the_legend_of_a_page_and_of_a_figure_names_the_speed_limits_of_zones():
+    slow = Box(min=(10, 0, 0), max=(20, 30, 30), max_speed=3)
+    school = Box(min=(30, 0, 0), max=(40, 30, 30), max_speed=2.5, kind="school", risk=0.1)
+    risky = Box(min=(50, 0, 0), max=(60, 30, 30), risk=0.2)
+    scenario = sky.Scenario(
+        name="limits",
+        bounds=Bounds(min=(0, 0, 0), max=(100, 60, 30)),
+        zones=(slow, slow.model_copy(update={"min": (70, 0, 0), "max": (80, 30, 30)}), school, risky),
+        clearance=1,
+        lattice=sky.Lattice(step=(2, 2, 2)),
+        uavs=(sky.UAV(start=(5, 50, 10)),),
+        targets=(sky.Target(position=(90, 50, 10)),),
+    )
+    drawn = scene(sky.plan_mission(scenario, sky.Taut()))
+    titles = ["speed limit 3 m/s (2)", "school, speed limit 2.5 m/s (1)", "zone (1)"]
+    assert [kind["title"] for kind in scene_data(drawn)["kinds"]] == titles
+    labels = legend_entries(drawn)[1]
+    assert labels == [titles[0], f"{titles[1]}, at a risk", f"{titles[2]}, at a risk"]
 
 
 def test_every_kind_is_in_the_legend_with_its_count_hard_and_soft_apart():

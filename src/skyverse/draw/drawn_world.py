@@ -39,7 +39,8 @@ class DrawnWorld:
     relief
         The ground; ``None`` without a terrain.
     mapped
-        Whether the world is more than a few boxes without a kind, so that a page also shows a map and profiles.
+        Whether the world is more than a few boxes without a kind or a speed limit, so that a page also shows a map and
+        profiles.
     stretch
         The factor by which heights are drawn larger than other lengths.
     """
@@ -68,7 +69,7 @@ def world(scenario: Scenario, tracks: Sequence[Track]) -> DrawnWorld:
     lines = [line for track in tracks for line in (track.path, track.positions)]
     plain = scenario.terrain is None and scenario.frame.origin is None
     filling = (*scenario.obstacles, *scenario.zones)
-    named = any(shape.kind is not None for shape in filling)
+    named = any(shape.kind is not None or shape.max_speed is not None for shape in filling)
     many = len(filling) > MAX_EDGED_SHAPES
     mapped = not plain or named or many or not all(isinstance(shape, Box) for shape in scenario.obstacles)
     ends = [*(track.start for track in tracks), *(target.position for target in scenario.targets)]

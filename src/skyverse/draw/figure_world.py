@@ -45,7 +45,7 @@ def legend_entries(drawn: Scene) -> tuple[list[Any], list[str]]:
 
     kinds = drawn.world.kinds if drawn.world.mapped else ()
     patches = [Patch(facecolor=colour(kind), alpha=1.0 if kind.solid else 0.35) for kind in kinds]
-    return patches, [kind.title if kind.hard else f"{kind.title}, at a risk" for kind in kinds]
+    return patches, [f"{kind.title}, at a risk" if kind.at_risk else kind.title for kind in kinds]
 
 
 def colour(kind: ShapeKind) -> str:

@@ -29,7 +29,7 @@ class ShapeKind:
     Attributes
     ----------
     name
-        The kind, or ``"obstacle"`` or ``"zone"`` where the shapes have none.
+        The kind, or ``"obstacle"`` or ``"zone"`` where the shapes have none; and the speed limit of zones, in m/s.
     hard
         Whether the shapes are obstacles, which must not be entered, rather than zones, which may be at a risk.
     count
@@ -59,6 +59,11 @@ class ShapeKind:
         shown = len(self.shapes)
         return f"{self.name} ({self.count:,})" if shown == self.count else f"{self.name} ({shown:,} of {self.count:,})"
 
+    @property
+    def at_risk(self) -> bool:
+        """Whether any of the shapes is a zone that adds to the risk of a path."""
+        return any(shape.risk is not None for shape in self.shapes)
+
     @cached_property
     def extents(self) -> Floats:
         """The least and the greatest corner of the box around each shape, (n, 2, 3) metres."""
@@ -81,7 +86,7 @@ def shapes_by_kind(
     grouped: dict[tuple[bool, str], list[int]] = {}
     for k in largest:
         shape, hard = everything[k], k < len(obstacles)
-        grouped.setdefault((not hard, shape.kind or ("obstacle" if hard else "zone")), []).append(k)
+        grouped.setdefault((not hard, _kind_name(shape, hard)), []).append(k)
     sorted_ = sorted(grouped.items(), key=lambda item: (item[0][0], -len(item[1]), item[0][1]))
     others = iter(OTHER_KINDS * (1 + len(sorted_) // len(OTHER_KINDS)))
     return tuple(
@@ -96,6 +101,14 @@ def shapes_by_kind(
         )
         for (soft, name), numbers in sorted_
     )
+
+
+def _kind_name(shape: DrawnShape, hard: bool) -> str:
+    """Return the kind of a shape, with the speed limit where it is a zone that has one."""
+    if shape.max_speed is None:
+        return shape.kind or ("obstacle" if hard else "zone")
+    limit = f"speed limit {shape.max_speed:g} m/s"
+    return limit if shape.kind is None else f"{shape.kind}, {limit}"
 
 
 def _colour(name: str, others: Iterator[str]) -> str | None:
