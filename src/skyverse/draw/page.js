@@ -282,7 +282,7 @@
     if (index("terrain") >= 0) host.append(switched("terrain", true, (on) => { layers.terrain = on; return restyle(); }, colour("terrain")));
     if (ceiling >= 0) host.append(switched(`ceiling, ${data.space[ceiling].meta.above} m above ground`, true, (on) => { layers.ceiling = on; return restyle(); }, colour("ceiling")));
     for (const hard of [true, false]) {
-      if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Keep out:" : "May be entered, at a risk:");
+      if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Keep out:" : "May be entered, at a risk or slowly:");
       data.kinds.forEach((kind, k) => {
         if (kind.hard !== hard) return;
         host.append(switched(kind.title, true, (on) => { layers.kinds[k] = on; return restyle(); }, data.mapped && kindColour(k), !hard));
