@@ -1,6 +1,7 @@
 """Nobody is sent to land on a slope or on the edge of a roof, and where a UAV lands is told."""
 
 import math
+import re
 from dataclasses import replace
 
 import handmade_exports as handmade
@@ -84,11 +85,17 @@ def test_a_landing_on_a_slope_is_refused(tmp_path, degrees, lands):
             exported(mission, tmp_path, end="land")
 
 
-def test_the_refusal_of_landings_names_all_uavs_and_what_to_do(tmp_path):
-    flights = [handmade.along([(x, 0, 20 + x / 2), (x, 100, 20 + x / 2)], 20) for x in (0, 50)]
+def test_the_refusal_of_landings_names_uavs_and_places_in_one_sentence_and_what_to_do_in_the_next(tmp_path):
+    flights = [handmade.along([(x, 0, 20 + x / 2), (x, 100, 20 + x / 2)], 20) for x in range(0, 100, 20)]
     mission = handmade.mission(flights, clearance=1.0, origin=ORIGIN, terrain=slope(30.0))
-    with pytest.raises(sky.InputError, match=r"(?s)uav-1: it cannot land.*uav-2: it cannot land.*targets.*loiter"):
+    with pytest.raises(sky.InputError) as caught:
         exported(mission, tmp_path, end="land")
+    said = str(caught.value)
+    assert re.match(r"end: uav-1: it cannot land below its last waypoint, at 4\d\.\d{5}, 8\.\d{5}, as the ground", said)
+    assert "; uav-2: it cannot land" in said
+    assert "uav-4" not in said
+    assert said.endswith("; and 2 UAVs more. Choose other targets; give end='loiter' to stay at the target")
+    assert said.count(". ") == 1
 
 
 @pytest.mark.parametrize(("half", "error", "lands"), [(1.2, 0.0, True), (0.8, 0.0, False), (1.2, 1.5, False)])

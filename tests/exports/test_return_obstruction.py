@@ -47,16 +47,22 @@ def refused(mission, folder, suffix="wpml.kmz"):
 
 def test_a_refused_return_names_every_uav_when_what_is_in_the_way_and_what_may_help(tmp_path):
     said = refused(around_a_wall(2, kind="building", name="tower"), tmp_path)
-    assert said.startswith("end: from the last waypoint of uav-1, uav-2 there is no way home that is proven.")
-    for name in ("uav-1", "uav-2"):
-        assert f"{name}, from t = " in said
-    assert "s to its end at " in said
+    assert said.startswith("end: no way home is proven from the last waypoint: uav-1: at ")
+    assert "; uav-2: at " in said
+    assert said.count(". ") == 1  # what and where; what to do
     met = "the straight way home comes too near to obstacle 0 (building 'tower'), which is solid, at 4"
     assert said.count(met) == 2
     assert said.count("the highest that was tried") == 2
-    assert "export for PX4 or ArduPilot, which take rally points" in said
+    assert "Export for PX4 or ArduPilot, which take rally points" in said
     assert said.endswith("give end='loiter' to stay at the target")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_refused_return_of_many_uavs_tells_a_few_and_counts_the_others(tmp_path):
+    said = refused(around_a_wall(5), tmp_path)
+    assert "uav-3: at " in said
+    assert "uav-4" not in said
+    assert "; and 2 UAVs more. Export for PX4" in said
 
 
 def test_the_place_in_the_way_is_that_of_the_obstacle(tmp_path):
@@ -89,7 +95,7 @@ def test_behind_a_zone_a_solid_thing_is_told_rather_than_the_rule(tmp_path):
 def test_a_ceiling_in_the_way_is_told_as_a_rule_that_can_be_changed(tmp_path):
     said = refused(from_a_plateau(), tmp_path)
     assert "it enters the air above the ceiling of 40 m above ground at " in said
-    assert "plan with a higher ceiling above ground" in said
+    assert "Plan with a higher ceiling above ground" in said
     sky.export(from_a_plateau(100.0), tmp_path / "m.wpml.kmz", end="rtl")
 
 

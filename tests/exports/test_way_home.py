@@ -201,7 +201,7 @@ def test_a_mission_ends_at_home_or_on_the_roof_below(tmp_path, end):
 
 
 def test_a_return_from_where_there_is_no_way_home_is_refused(tmp_path):
-    with pytest.raises(sky.InputError, match="there is no way home that is proven"):
+    with pytest.raises(sky.InputError, match="no way home is proven from the last waypoint"):
         sky.export(around_a_wall(), tmp_path / "m.wpml.kmz", end="rtl")
 
 

@@ -11,10 +11,12 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.global_positions import origin_of
 from skyverse.exports.landing import ground_below, ground_level
 from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnSpace
 from skyverse.model.airspace_kinds import is_airspace
+from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.space.tube import steepest_within
@@ -26,6 +28,8 @@ LEAST_REACH = 1.0
 """Metres around the place that are asked at least: a UAV has legs."""
 KERB = 0.1
 """Metres: what is no higher than this above where a UAV lands may be beside it."""
+MAX_TOLD = 3
+"""UAVs that cannot land which one sentence tells; of more it says only how many."""
 ASKED_HEIGHTS = 9
 """At how many heights above where a UAV lands it is asked what stands beside."""
 
@@ -68,23 +72,29 @@ def why_not_clear(space: ReturnSpace, uav: int, place: Floats, beside: float) ->
 
 def require_level_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` where a UAV that lands below its last waypoint would land on a slope or the edge of a roof."""
-    _refuse(
-        scenario, [(plan.route.uav, why_not_level(scenario, plan.route.uav, plan.ending[-1], 0.0)) for plan in plans]
-    )
+    _refuse(scenario, [(plan, why_not_level(scenario, plan.route.uav, plan.ending[-1], 0.0)) for plan in plans])
 
 
 def require_clear_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
     """Raise `InputError` where a UAV that lands below its last waypoint would land beside something."""
     space = ReturnSpace(scenario)
-    _refuse(scenario, [(plan.route.uav, why_not_clear(space, plan.route.uav, plan.ending[-1], 0.0)) for plan in plans])
+    _refuse(scenario, [(plan, why_not_clear(space, plan.route.uav, plan.ending[-1], 0.0)) for plan in plans])
 
 
-def _refuse(scenario: Scenario, asked: list[tuple[int, str | None]]) -> None:
-    """Raise `InputError` for those UAVs that should not land, with the reasons."""
-    refused = [f"{scenario.uavs[uav].name}: it cannot land below its last waypoint: {why}" for uav, why in asked if why]
+def _refuse(scenario: Scenario, asked: list[tuple[FlightPlan, str | None]]) -> None:
+    """Raise `InputError` for those UAVs that should not land, with the places and the reasons."""
+    refused = []
+    for plan, why in asked:
+        if why is not None:
+            latitude, longitude, _ = to_wgs84(origin_of(scenario), plan.ending[-1:])[0].tolist()
+            name = scenario.uavs[plan.route.uav].name
+            refused.append(
+                f"{name}: it cannot land below its last waypoint, at {latitude:.5f}, {longitude:.5f}, as {why}"
+            )
     if refused:
+        more = f"; and {len(refused) - MAX_TOLD} UAVs more" if len(refused) > MAX_TOLD else ""
         stay = Remedy("end", "loiter", "to stay at the target")
-        raise InputError(f"{'. '.join(refused)}. Choose other targets", field="end", give=[stay])
+        raise InputError(f"{'; '.join(refused[:MAX_TOLD])}{more}. Choose other targets", field="end", give=[stay])
 
 
 def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[str]:

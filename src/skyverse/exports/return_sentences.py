@@ -15,7 +15,7 @@ from skyverse.model.seconds import told_seconds
 from skyverse.space.tube import NO_ERROR
 
 MAX_TOLD = 3
-"""Times without a way home that one sentence tells; of more it says only how many."""
+"""Times or UAVs without a way home that one sentence tells; of more it says only how many."""
 
 
 def return_sentences(
@@ -95,7 +95,7 @@ def pairs_sentences(scenario: Scenario, together: dict[tuple[int, int], bool]) -
 
 
 def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None]]) -> None:
-    """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why of each.
+    """Raise `InputError` if any UAVs have no way home from the end of their flights, and say why.
 
     `backs` are the indices of UAVs and their ways home, ``None`` for aeroplanes.
     """
@@ -119,10 +119,10 @@ def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None
     lost = [back for back in flown if not back.ends_safely]
     if not lost:
         return
-    names = ", ".join(scenario.uavs[back.plan.route.uav].name for back in lost)
-    reasons = " ".join(_reason(scenario, back) for back in lost)
+    reasons = [_reason(scenario, back) for back in lost]
+    more = f"; and {len(lost) - MAX_TOLD} UAVs more" if len(lost) > MAX_TOLD else ""
     raise InputError(
-        f"from the last waypoint of {names} there is no way home that is proven. {reasons} {_advice(lost)}",
+        f"no way home is proven from the last waypoint: {'; '.join(reasons[:MAX_TOLD])}{more}. {_advice(lost)}",
         field="end",
         give=stay,
     )
@@ -141,26 +141,18 @@ def _lost_text(scenario: Scenario, back: Return) -> str:
 
 
 def _reason(scenario: Scenario, back: Return) -> str:
-    """Return a sentence on why one UAV has no way home from the end of its flight."""
+    """Return what is in one UAV's way home from the end of its flight, at the highest altitude that was tried."""
     name = scenario.uavs[back.plan.route.uav].name
-    if not back.proven or not len(back.lost):
-        return f"{name}: it could not be proven."
-    (begin, end), why = back.lost[-1].tolist(), back.obstructions[-1]
-    said = f"{name}, from t = {told_seconds(begin)} to its end at {told_seconds(end)}"
-    top = back.highest
-    same = why is not None and top is not None and top.what == why.what
-    if why is not None:
-        higher = f", and so at {top.altitude:.4g} m, the highest that was tried," if same and top is not None else ""
-        said += (
-            f": at {why.altitude:.4g} m above {COUNTED_FROM[back.plan.autopilot.name]}{higher} {why.sentence(scenario)}"
-        )
-    if top is not None and not same:
-        said += f"; at {top.altitude:.4g} m, the highest that was tried, {top.sentence(scenario)}"
-    return f"{said}."
+    why = back.highest or (back.obstructions[-1] if back.proven and len(back.lost) else None)
+    if why is None:
+        return f"{name}: it could not be proven"
+    tried = "" if back.highest is None else ", the highest that was tried,"
+    counted_from = COUNTED_FROM[back.plan.autopilot.name]
+    return f"{name}: at {why.altitude:.4g} m above {counted_from}{tried} {why.sentence(scenario)}"
 
 
 def _advice(lost: Sequence[Return]) -> str:
-    """Return what may help UAVs without a way home."""
+    """Return a sentence on what may help UAVs without a way home."""
     met = [why for back in lost for why in back.reasons]
     helps = []
     if any(why.kind == "rule" and why.obstacle is None for why in met):
@@ -171,9 +163,10 @@ def _advice(lost: Sequence[Return]) -> str:
         helps.append("plan within wider bounds")
     autopilot = lost[0].plan.autopilot.name
     if MAX_RALLY_POINTS[autopilot]:
-        helps.append("choose a target below which there is room to land, so that it can be a rally point")
+        helps.append("choose a target below which it can land")
     if autopilot == "ardupilot":
         helps.append("export for PX4, which counts its return altitude from where it lands")
     if autopilot == "dji":
-        helps.append("export for PX4 or ArduPilot, which take rally points, as DJI's aircraft do not")
-    return f"To change that, {', or '.join(helps)}"
+        helps.append("export for PX4 or ArduPilot, which take rally points")
+    advice = ", or ".join(helps)
+    return advice[0].upper() + advice[1:]
