@@ -221,6 +221,21 @@ def test_a_kerb_may_be_beside_where_a_uav_lands():
         assert (why_not_clear(space, 0, np.array([0.0, 100.0, 0.0]), 0.0) is None) == clear
 
 
+@pytest.mark.parametrize(("low", "clear"), [(0.5, False), (1.9, False), (2.1, True)])
+def test_what_overhangs_the_place_where_a_uav_lands_is_too_near(low, clear):
+    """A canopy within twice the clearance of 1 m above the ground: the UAV would pass it on its last metre."""
+    space = ReturnSpace(mission_over(slope(0), boxes=[((-1, 99, low), (1, 101, low + 0.3))]).scenario)
+    assert (why_not_clear(space, 0, np.array([0.0, 100.0, 0.0]), 0.0) is None) == clear
+
+
+@pytest.mark.parametrize(("rise", "level"), [(0.12, True), (0.15, False), (0.25, False), (-0.12, True), (-0.2, False)])
+def test_a_step_of_a_roof_may_rise_or_fall_as_a_slope_of_15_degrees_does(rise, level):
+    """The step is half a metre away, where 15 degrees make 0.134 m and 30 degrees 0.289 m."""
+    boxes = [((-5, 90, -1), (0.5, 110, 4)), ((0.5, 90, -1), (5, 110, 4 + rise))]
+    scenario = mission_over(slope(0), boxes=boxes).scenario
+    assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 0.0) is None) == level
+
+
 @pytest.mark.parametrize(("slit", "lands"), [(0.15, False), (0.0, True)])
 def test_a_landing_on_a_roof_with_a_slit_is_refused(tmp_path, slit, lands):
     halves = [((-5, 90, -1), (0.2, 110, 4)), ((0.2 + slit, 90, -1), (5, 110, 4))]
