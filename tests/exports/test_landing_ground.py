@@ -236,6 +236,14 @@ def test_a_step_of_a_roof_may_rise_or_fall_as_a_slope_of_15_degrees_does(rise, l
     assert (why_not_level(scenario, 0, np.array([0.0, 100.0, 4.0]), 0.0) is None) == level
 
 
+@pytest.mark.parametrize("degrees", [10.0, 30.0])
+def test_the_lowest_surface_about_a_place_on_a_slope_is_as_low_as_the_slope_is_there(degrees):
+    scenario = mission_over(slope(degrees)).scenario
+    place = np.array([0.0, 100.0, float(scenario.terrain.height(np.array([0.0, 100.0])))])
+    lowest = level_roofs.SurfacesNear(scenario, place[:2], 5.0, None).lowest(place, 2.0)
+    assert lowest == pytest.approx(place[2] - 2.0 * math.tan(math.radians(degrees)), abs=0.01)
+
+
 @pytest.mark.parametrize(("slit", "lands"), [(0.15, False), (0.0, True)])
 def test_a_landing_on_a_roof_with_a_slit_is_refused(tmp_path, slit, lands):
     halves = [((-5, 90, -1), (0.2, 110, 4)), ((0.2 + slit, 90, -1), (5, 110, 4))]
