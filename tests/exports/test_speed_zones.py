@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import replayed_autopilot as autopilot
 from exported_fleets import ORIGIN
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import skyverse as sky
 from speed_zones import BOX, SPHERE, holds, world_of
@@ -54,19 +56,61 @@ def orders_of(mission, path):
     return autopilot.read_wpml(path, ORIGIN, (0, 0, 0), -ORIGIN.geoid)
 
 
-@pytest.mark.parametrize("name", ["m.plan", "m.waypoints"])
+def assert_slow_in(zones, orders, strays=((0.0, 0.0, 0.0),)):
+    for braking in (1.5, 3.0):
+        for early in (0.0, 1.9):
+            track, speeds = flown(orders, braking, early)
+            for stray in strays:
+                for zone in zones:
+                    assert speeds[holds(zone, track + stray)].max(initial=0) <= zone.max_speed * (1 + 1e-3)
+
+
+@pytest.mark.parametrize("name", ["m.plan", "m.waypoints", "m.wpml.kmz"])
 @pytest.mark.parametrize("zones", [(BOX,), (SPHERE,), (BOX, SPHERE)])
 @pytest.mark.parametrize("error", [0.0, 3.0])
 def test_no_replay_is_faster_than_the_limit_of_a_zone_inside_it(tmp_path, name, zones, error):
     planned = mission(*zones, tracking_error={"horizontal": error})
     orders = orders_of(planned, tmp_path / name)
-    for braking in (1.5, 3.0):
-        for early in (0.0, 1.9):
-            track, speeds = flown(orders, braking, early)
-            for turn in np.linspace(0, 2 * np.pi, 8):
-                strayed = track + np.array([error * np.cos(turn), error * np.sin(turn), 0])
-                for zone in zones:
-                    assert speeds[holds(zone, strayed)].max(initial=0) <= zone.max_speed * (1 + 1e-3)
+    assert_slow_in(
+        zones, orders, [(error * np.cos(turn), error * np.sin(turn), 0) for turn in np.linspace(0, 2 * np.pi, 8)]
+    )
+
+
+@pytest.mark.parametrize("name", ["m.plan", "m.waypoints", "m.wpml.kmz"])
+@pytest.mark.parametrize("before", [10, 20, 30, 40, 50])
+def test_no_replay_is_too_fast_in_a_zone_behind_a_bend(tmp_path, name, before):
+    zone = sky.Box(min=(20, -60, 0), max=(60, 60, 60), max_speed=2.0)
+    wall = sky.Box(min=(17 - before, -90, 0), max=(20 - before, 1, 80))
+    uav, target = sky.UAV(start=(-95, -60, 12), home=0, max_speed=14), sky.Target(position=(90, 0, 12))
+    world = world_of(zone, obstacles=(wall,), uavs=(uav,), targets=(target,), frame=sky.Frame(origin=ORIGIN))
+    orders = orders_of(sky.plan_mission(world, sky.Taut()), tmp_path / name)
+    assert_slow_in([zone], orders)
+
+
+@st.composite
+def boxes(draw, low, high, max_speed=None):
+    x, y = draw(st.floats(-50, 50)), draw(st.floats(-50, 50))
+    a, b = draw(st.floats(2, 20)), draw(st.floats(2, 20))
+    return sky.Box(min=(x - a, y - b, 0), max=(x + a, y + b, draw(st.floats(low, high))), max_speed=max_speed)
+
+
+zones_anywhere = st.sampled_from([1.0, 2.0, 5.0]).flatmap(lambda limit: boxes(20, 80, limit))
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    zones=st.lists(zones_anywhere, min_size=1, max_size=3),
+    walls=st.lists(boxes(20, 80), min_size=1, max_size=4),
+    north=st.tuples(st.floats(-80, 80), st.floats(-80, 80)),
+    height=st.tuples(st.floats(5, 30), st.floats(5, 40)),
+    name=st.sampled_from(["m.plan", "m.waypoints", "m.wpml.kmz"]),
+)
+def test_no_replay_is_too_fast_in_zones_of_random_worlds(tmp_path, zones, walls, north, height, name):
+    uav = sky.UAV(start=(-80, north[0], height[0]), home=0, max_speed=14, max_climb=0.8, max_descent=0.8)
+    target = sky.Target(position=(80, north[1], height[1]))
+    world = world_of(*zones, obstacles=tuple(walls), uavs=(uav,), targets=(target,), frame=sky.Frame(origin=ORIGIN))
+    orders = orders_of(sky.plan_mission(world, sky.Taut()), tmp_path / name)
+    assert_slow_in(zones, orders)
 
 
 def test_waypoints_are_slow_only_where_a_zone_is_near(tmp_path):
@@ -87,6 +131,7 @@ def test_exports_tell_that_speed_limits_are_kept_and_of_which_returns_that_is_no
     notes = []
     sky.export(mission(BOX), tmp_path / "m.plan", on_note=notes.append)
     assert any(note.startswith("The commanded speeds keep the speed limits of zones") for note in notes)
+    assert "Returns keep the speed limits of zones only where the parameter file is loaded." in notes
     assert any(note.startswith("WARNING: the speed limits of zones are not proven of the returns") for note in notes)
     notes.clear()
     sky.export(mission(), tmp_path / "n.plan", on_note=notes.append)

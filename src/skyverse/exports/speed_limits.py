@@ -49,8 +49,10 @@ def with_waypoints_at_zones(scenario: Scenario, route: Route, trajectory: Trajec
         for zone in zones:
             inside = zone.stretch(a, b, _reach(route, k)) if length else None
             if inside is not None:
-                braking = (fast**2 - zone.max_speed**2) / (2 * BRAKING_SHARE * rates.acceleration)
-                ends = (inside[0] * length - braking, inside[1] * length + route.radius)
+                excess = ((1 + SPEED_TOLERANCE) * fast) ** 2 - zone.max_speed**2
+                before = inside[0] * length - route.radius
+                braking = min(excess / (2 * _braking(rates, b - a)), before / 2)
+                ends = (before - braking, inside[1] * length + route.radius)
                 added += [k + along / length for along in ends if near < along < length - near]
     kept: list[float] = []
     for place in sorted(added):
@@ -96,6 +98,9 @@ def with_limited_speeds(scenario: Scenario, plan: FlightPlan) -> FlightPlan:
     zones = zones_of(scenario, route.uav)
     if not zones:
         return plan
+    if scenario.uavs[route.uav].fixed_wing is not None:
+        _require_slow_aeroplane(plan, zones, name)
+        return plan
     points, stops = route.waypoints, plan.full_stops
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     speeds = plan.speeds.copy()
@@ -104,45 +109,74 @@ def with_limited_speeds(scenario: Scenario, plan: FlightPlan) -> FlightPlan:
             inside = zone.stretch(a, b, _reach(route, k)) if lengths[k] else None
             if inside is None:
                 continue
-            speeds[k] = min(speeds[k], _commanded(plan, a, b, zone, f"{name}: leg {k + 1}"))
+            leads = f"{name}: leg {k + 1} leads through"
+            speeds[k] = min(speeds[k], _commanded(plan, a, b, zone, zone.max_speed, leads))
             left = inside[0] * lengths[k] - route.radius  # from where the leg before may end
+            square = zone.max_speed**2
             for j in range(k - 1, -1, -1):
                 if stops[j + 1]:
                     break
-                slow = zone.max_speed / (1 + SPEED_TOLERANCE)
-                within = math.sqrt(slow**2 + 2 * BRAKING_SHARE * plan.rates.acceleration * max(left, 0.0))
-                speeds[j] = min(speeds[j], max(within, MIN_SPEED))
-                left += lengths[j]
-    if scenario.uavs[route.uav].fixed_wing is not None:
-        if (speeds < plan.speeds).any():
-            raise InputError(f"{name}: its waypoints lead into a zone whose speed limit an aeroplane cannot keep")
-        return plan
+                square += 2 * _braking(plan.rates, points[j + 2] - points[j + 1]) * max(left, 0.0)
+                leads = f"{name}: leg {j + 1} leads to"
+                limit = math.sqrt(square)
+                speeds[j] = min(speeds[j], _commanded(plan, points[j], points[j + 1], zone, limit, leads))
+                left = lengths[j] - 2 * route.radius  # a leg may end that early, and begin that far beside its waypoint
     rise = [(plan.home, points[0], "take-off")]
     for a, b, noun in rise + [(*ends, "end") for ends in pairwise([points[-1], *plan.ending])]:
         for zone in zones:
             if zone.crossed(a, b, route.radius):
-                _commanded(plan, a, b, zone, f"{name}: its {noun}")
+                _require_commandable(plan, a, b, zone, zone.max_speed, f"{name}: its {noun} leads through")
     return replace(plan, speeds=np.floor(1000 * speeds) / 1000, top_speed=_return_speed(plan, zones))
 
 
-def _commanded(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone, what: str) -> float:
-    """Return the speed, m/s, to command on a leg in a zone, or raise `InputError` where the leg is flown too fast.
+def _require_slow_aeroplane(plan: FlightPlan, zones: Sequence[SpeedZone], name: str) -> None:
+    """Raise `InputError` where an aeroplane flies faster through a zone than it may, since it keeps its airspeed."""
+    for k, (a, b) in enumerate(pairwise(plan.waypoints)):
+        for zone in zones:
+            fast = _speed_over_ground(plan, a, b, zone.max_speed) < plan.speeds[k]
+            if fast and zone.stretch(a, b, _reach(plan.route, k)) is not None:
+                raise InputError(f"{name}: its waypoints lead into a zone whose speed limit an aeroplane cannot keep")
+
+
+def _braking(rates: Rates, way: Floats) -> float:
+    """Return with what acceleration, m/s^2, an autopilot is counted to brake for a zone on a leg."""
+    length, up = float(np.linalg.norm(way)), abs(float(way[2]))
+    vertical = rates.vertical_acceleration * length / up if up else math.inf
+    return BRAKING_SHARE * min(rates.acceleration, vertical)
+
+
+def _commanded(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone, limit: float, leads: str) -> float:
+    """Return the speed, m/s, to command on a leg so that it is flown no faster than a limit, as a zone demands.
 
     The commanded speed may be that over ground, and the autopilot may exceed it by its tolerance. On a steep leg the
-    rate of climb may keep the UAV slower.
+    rate of climb may keep the UAV slower. Raises `InputError` where no speed that may be commanded is slow enough.
     """
-    way = b - a
-    length, level, up = float(np.linalg.norm(way)), float(np.hypot(way[0], way[1])), float(way[2])
-    rate = max(plan.rates.climb, plan.rates.takeoff) if up > 0 else plan.rates.descent
-    if up and (1 + SPEED_TOLERANCE) * rate * length / abs(up) <= zone.max_speed:
-        return math.inf
-    commanded = zone.max_speed * level / length / (1 + SPEED_TOLERANCE) if length else math.inf
-    if commanded < MIN_SPEED:
+    _require_commandable(plan, a, b, zone, limit, leads)
+    return _speed_over_ground(plan, a, b, limit)
+
+
+def _require_commandable(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone, limit: float, leads: str) -> None:
+    """Raise `InputError` where no speed that may be commanded keeps a leg as slow as a zone demands."""
+    if _speed_over_ground(plan, a, b, limit) < MIN_SPEED:
         raise InputError(
-            f"{what} leads through zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep: "
-            f"it climbs and descends at up to {rate:g} m/s; lower the UAV's max_climb and max_descent"
+            f"{leads} zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep: "
+            f"it climbs and descends at up to {_vertical_rate(plan, b - a):g} m/s; "
+            "lower the UAV's max_climb and max_descent"
         )
-    return commanded
+
+
+def _speed_over_ground(plan: FlightPlan, a: Floats, b: Floats, limit: float) -> float:
+    """Return the speed over ground at which a leg is flown no faster than a limit, m/s, by whatever tolerance."""
+    way = b - a
+    length, level, up = float(np.linalg.norm(way)), float(np.hypot(way[0], way[1])), abs(float(way[2]))
+    if not length or (up and (1 + SPEED_TOLERANCE) * _vertical_rate(plan, way) * length / up <= limit):
+        return math.inf
+    return limit * level / length / (1 + SPEED_TOLERANCE)
+
+
+def _vertical_rate(plan: FlightPlan, way: Floats) -> float:
+    """Return how fast an autopilot climbs on a leg that leads up, or descends on one that leads down, m/s."""
+    return max(plan.rates.climb, plan.rates.takeoff) if way[2] > 0 else plan.rates.descent
 
 
 def _return_speed(plan: FlightPlan, zones: Sequence[SpeedZone]) -> float:
@@ -151,13 +185,19 @@ def _return_speed(plan: FlightPlan, zones: Sequence[SpeedZone]) -> float:
 
 
 def speed_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
-    """Return a sentence on the speed limits of zones, if there are any that UAVs cannot ignore."""
-    if not any(zones_of(scenario, plan.route.uav) for plan in plans):
+    """Return sentences on the speed limits of zones, if there are any that UAVs cannot ignore."""
+    limited = [scenario.uavs[plan.route.uav] for plan in plans if zones_of(scenario, plan.route.uav)]
+    if not limited:
         return []
-    return [
+    notes = [
         "The commanded speeds keep the speed limits of zones, also where an autopilot flies up to "
         f"{SPEED_TOLERANCE:.0%} faster than it is told."
     ]
+    if any(uav.fixed_wing is None for uav in limited) and plans[0].autopilot.name != "dji":
+        notes.append("Returns keep the speed limits of zones only where the parameter file is loaded.")
+    if any(uav.fixed_wing is not None for uav in limited):
+        notes.append(f"Of an aeroplane, these {SPEED_TOLERANCE:.0%} are of its airspeed: wind is not counted.")
+    return notes
 
 
 def return_warnings(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
