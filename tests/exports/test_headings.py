@@ -21,21 +21,28 @@ def mission(look_at):
     return sky.plan_mission(world_of(uavs=(uav,), targets=(target,), frame=sky.Frame(origin=ORIGIN)), sky.Taut())
 
 
+def rows_of(file):
+    """The commands of a file, each with its seven numbers."""
+    if file.suffix == ".plan":
+        return [(item["command"], *item["params"]) for item in json.loads(file.read_text())["mission"]["items"]]
+    return [tuple(map(float, line.split("\t")[3:11])) for line in file.read_text().splitlines()[2:]]
+
+
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
 @pytest.mark.parametrize("altitude", ["amsl", "home"])
-def test_missions_of_mavlink_look_at_the_place(tmp_path, suffix, altitude):
-    (file,) = sky.export(mission(PLACE), tmp_path / f"m.{suffix}", altitude=altitude)
-    if suffix == "plan":
-        rows = [(item["command"], *item["params"]) for item in json.loads(file.read_text())["mission"]["items"]]
-    else:
-        rows = [tuple(map(float, line.split("\t")[3:11])) for line in file.read_text().splitlines()[2:]]
+@pytest.mark.parametrize(("autopilot", "command", "kind"), [("px4", 195, 0), ("ardupilot", 201, 3)])
+def test_missions_of_mavlink_look_at_the_place(tmp_path, suffix, altitude, autopilot, command, kind):
+    (file,) = sky.export(mission(PLACE), tmp_path / f"m.{suffix}", altitude=altitude, autopilot=autopilot)
+    rows = rows_of(file)
     commands = [row[0] for row in rows]
-    assert commands.count(195) == 1
-    assert commands.index(195) < commands.index(16)
-    place = local(ORIGIN, *([value] for value in rows[commands.index(195)][5:]))[0]
+    assert [one for one in commands if one in (195, 201)] == [command]
+    told = rows[commands.index(command)]
+    assert told[1] == kind
+    assert commands.index(command) < commands.index(16)
+    place = local(ORIGIN, *([value] for value in told[5:]))[0]
     np.testing.assert_allclose(place, PLACE, atol=0.01)
-    (plain,) = sky.export(mission(None), tmp_path / f"n.{suffix}", altitude=altitude)
-    assert "195" not in [re.split(r"\t", line)[3] for line in plain.read_text().splitlines() if "\t" in line]
+    (plain,) = sky.export(mission(None), tmp_path / f"n.{suffix}", altitude=altitude, autopilot=autopilot)
+    assert not {row[0] for row in rows_of(plain)} & {195, 201}
 
 
 def test_dji_aircraft_turn_their_noses_to_the_place(tmp_path):

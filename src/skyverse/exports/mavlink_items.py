@@ -17,6 +17,8 @@ MAVLINK_FRAMES: dict[type[Altitude], int] = {AboveSea: 0, AboveHome: 3, AboveGro
 """MAV_FRAME_GLOBAL, MAV_FRAME_GLOBAL_RELATIVE_ALT, MAV_FRAME_GLOBAL_TERRAIN_ALT."""
 MISSION_FRAME = 2
 """MAV_FRAME_MISSION."""
+ROI_LOCATION = 3.0
+"""MAV_ROI_LOCATION."""
 
 
 class Command(IntEnum):
@@ -30,6 +32,7 @@ class Command(IntEnum):
     DELAY = 93
     SPEED = 178
     LOOK_AT = 195
+    REGION_OF_INTEREST = 201
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,8 @@ class MissionItem:
 def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeReference, end: End) -> list[MissionItem]:
     """Return the commands of a mission: wait, take off, fly each leg at its speed, then loiter, land or return.
 
-    A UAV that looks at a place is told so after the take-off (MAV_CMD_DO_SET_ROI_LOCATION).
+    A UAV that looks at a place is told so after the take-off: PX4 by MAV_CMD_DO_SET_ROI_LOCATION, and ArduPilot, which
+    refuses that in a mission before 4.7, by MAV_CMD_DO_SET_ROI.
     """
     route = plan.route
     wing = scenario.uavs[route.uav].fixed_wing
@@ -65,7 +69,10 @@ def mission_items(scenario: Scenario, plan: FlightPlan, reference: AltitudeRefer
     look_at = scenario.uavs[route.uav].look_at
     if look_at is not None:
         (place,) = global_positions(scenario, route.uav, np.array([look_at]), reference).rows
-        add(Command.LOOK_AT, frame, 0.0, 0.0, 0.0, 0.0, *place)
+        if plan.autopilot.name == "ardupilot":
+            add(Command.REGION_OF_INTEREST, frame, ROI_LOCATION, 0.0, 0.0, 0.0, *place)
+        else:
+            add(Command.LOOK_AT, frame, 0.0, 0.0, 0.0, 0.0, *place)
     said, radius = 0.0, route.radius if wing is not None else corner_acceptance(plan.autopilot, route.radius).radius
     for k, speed in enumerate(plan.speeds.tolist(), 1):
         if speed != said:
