@@ -1,5 +1,7 @@
 """Headings: continuous, within the limits on the yaw, along the course or at a point."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -83,6 +85,24 @@ def test_the_nose_and_the_camera_point_at_a_place():
     bearing = np.arctan2(60 - position[:, 1], -position[:, 0])
     assert np.degrees(np.abs(wrapped(heading.yaw - bearing))).max() < 3
     np.testing.assert_allclose(heading.pitch, -np.arctan2(30, np.hypot(position[:, 0], 60)), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("rate", "place", "told"), [(10, (0, 0.5, 12), True), (10, (0, 5, 0), True), (300, (0, 60, 0), False)]
+)
+def test_the_note_says_how_far_the_nose_is_off_the_place_to_look_at(rate, place, told):
+    uav = sky.UAV(start=(-70, 0, 12), max_speed=14, max_yaw_rate=rate, max_yaw_acceleration=2 * rate, look_at=place)
+    flown = with_heading(blended(WORLD, np.array([(-70.0, 0, 12), (70, 0, 12)]), uav, 2.0), uav)
+    t = np.linspace(flown.start, flown.end, 20001)
+    position = flown.at(t).position
+    bearing = np.arctan2(place[1] - position[:, 1], place[0] - position[:, 0])
+    off = np.degrees(np.abs(wrapped(flown.heading(t).yaw - bearing))).max()
+    assert (off > 5) == told
+    note = re.fullmatch(
+        r"Its limits on the yaw keep its nose up to (\d+) degrees off the place to look at\.", flown.note
+    )
+    assert bool(note) == told == bool(flown.note)
+    assert note is None or float(note[1]) == pytest.approx(off, abs=5)
 
 
 def test_missions_have_headings_and_files_keep_them(tmp_path):

@@ -44,7 +44,7 @@ class Trajectory(ArrayRecord, Drawn):
         ``"slowed"`` or ``"straightened"``, which are smooth too, but slower or along other curves than first planned;
         ``"stop-and-go"``, at rest at every waypoint; ``"dubins"``, for an aeroplane.
     note
-        One sentence that says why the form is not the one that was asked for; empty where it is.
+        Says why the form is not the one that was asked for, and how far the nose is off a place to look at; else empty.
     pointing
         Where the UAV's nose and camera point; ``None`` in files of older versions, whose UAVs keep their noses east.
     """

@@ -18,6 +18,8 @@ MIN_SIGHT = 0.1
 """Metres seen from above: from a nearer place there is no direction to a point."""
 STEP = math.radians(2.0)
 """The turn, rad, in which the course's changes are gathered."""
+MAX_AIM_ERROR = math.radians(5.0)
+"""The angle, rad, between nose and place to look at above which a trajectory's note tells it."""
 STRAIGHT = 1e-6
 """The turn between two samples, rad, below which a course is straight."""
 SHORTEST_SPREAD = 0.2
@@ -29,7 +31,8 @@ def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
 
     By default the nose points along the course seen from above; with `uav.look_at`, at that point. Where there is no
     course, as in a hover or a vertical climb, the heading is kept, and a turn from one course to the next is made half
-    before and half after the middle of that time.
+    before and half after the middle of that time. Where the limits keep the nose off `uav.look_at`, the trajectory's
+    note says by how much.
     """
     shares = np.arange(SAMPLES) / SAMPLES
     instants = np.r_[
@@ -47,7 +50,14 @@ def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
         rate = acceleration = math.inf
     spread, rise = spread_turns(when, turns, rate, acceleration, SHORTEST_SPREAD)
     first = float(courses[0]) if len(courses) else 0.0
-    return replace(trajectory, pointing=Pointing(first, when, turns, spread, rise, uav.look_at))
+    told = replace(trajectory, pointing=Pointing(first, when, turns, spread, rise, uav.look_at))
+    if uav.look_at is None:
+        return told
+    off = float(np.abs(wrapped(told.heading(at).yaw - courses)).max(initial=0.0))
+    if off <= MAX_AIM_ERROR:
+        return told
+    note = f"Its limits on the yaw keep its nose up to {math.degrees(off):.0f} degrees off the place to look at."
+    return replace(told, note=f"{trajectory.note} {note}".strip())
 
 
 def _gathered(at: Floats, changes: Floats) -> tuple[Floats, Floats]:
