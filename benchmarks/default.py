@@ -4,7 +4,8 @@ The fields are the built-in scenarios, random threats, downtowns, and flights ov
 random places; ``--count`` and ``--seeds`` say how many of each, and the first seed. A field's table holds, for each
 planner, its costs divided by the lowest that any of them finds: the median, the worst, and the share within 0.5 %.
 Paths that differ in their ends or units are not compared: lattice paths are compared where nodes are priced, straight
-legs elsewhere. The referee's `check_result` prices every path anew, and an answer that it finds wrong ends the program.
+legs elsewhere. The referee's `check_result` prices every path anew, and an answer that it finds wrong ends the program;
+so does a bound that a path of another planner beats.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from skyverse.files.builtin import BUILTIN_NAMES
 from skyverse.mission.plan_mission import assign_targets
 
 NEAR = 0.005
+ROUNDING = 1e-9
 BUDGET = sky.MaxEvaluations(10_000)
 STRAIGHT = {
     "Taut": sky.Taut(),
@@ -97,6 +99,8 @@ def contest(problems: Iterator[sky.Problem]) -> None:
             unreached += 1
             continue
         least = min(result.cost for result in found.values() if result.status.reached)
+        for name, result in found.items():  # the bound of one planner is no larger than the cost that another one finds
+            assert result.bound is None or result.bound <= least * (1 + ROUNDING), (name, result.bound, least)
         for name, result in found.items():
             ratios[name].append(result.cost / least if result.status.reached else np.inf)
             seconds[name].append(result.seconds)
