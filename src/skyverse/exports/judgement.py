@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from skyverse.errors import InputError, Remedy
+from skyverse.exports.requirements import require_no_movers
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
@@ -35,11 +36,7 @@ def require_not_refuted(
     InputError
         If the referee refutes the mission.
     """
-    if scenario.movers:
-        raise InputError(
-            f"{path}: scenario {scenario.name!r} has movers, and no autopilot keeps a schedule exactly enough to be "
-            "proven clear of them; missions without movers can be exported"
-        )
+    require_no_movers(scenario, str(path))
     violations, (certificates, apart) = judge(scenario, mission)
     close = [one for one in violations if one.fault in TOO_CLOSE]
     doubtful = [one for one in violations if one.fault is Fault.UNDECIDED]

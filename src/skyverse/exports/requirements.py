@@ -74,3 +74,12 @@ def require_plausible_homes(scenario: Scenario) -> None:
                 f"uavs[{number}].home ({uav.name}): expected the ground below the start, at z = {lowest:.6g} m or "
                 f"higher, found {uav.home:.6g} m, which is below {noun}"
             )
+
+
+def require_no_movers(scenario: Scenario, what: str) -> None:
+    """Raise `InputError` for a scenario with movers; `what` is what would be made of it."""
+    if scenario.movers:
+        raise InputError(
+            f"{what}: scenario {scenario.name!r} has movers, and no autopilot keeps a schedule exactly enough to be "
+            "proven clear of them; missions without movers can be exported"
+        )

@@ -12,7 +12,7 @@ from skyverse.exports.flight_plan import flight_plans
 from skyverse.exports.global_positions import AltitudeReference, require_reference, with_origin
 from skyverse.exports.landing import stand
 from skyverse.exports.leg_certificate import LegCertificate, require_homes
-from skyverse.exports.requirements import require_plausible_homes, require_radius_and_takeoff
+from skyverse.exports.requirements import require_no_movers, require_plausible_homes, require_radius_and_takeoff
 from skyverse.exports.route import Route, Takeoff, route
 from skyverse.exports.separation import fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds, with_waypoints_at_zones
@@ -53,6 +53,7 @@ def routes(
     InputError
         As for `export`.
     """
+    require_no_movers(mission.scenario, "waypoints")
     scenario = with_origin(mission, origin, "waypoints")
     require_reference(scenario, altitude, get_args(AltitudeReference), "waypoints")
     if altitude == "home":

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError
 from skyverse.flight.feedforward import Reference, reference
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.mission import Mission
@@ -40,8 +41,16 @@ class Commands:
 
 
 def commands(mission: Mission, uav: int, vehicle: Vehicle) -> Commands:
-    """Return the commands to a UAV from a hover before its departure until it has settled after its arrival."""
+    """Return the commands to a UAV from a hover before its departure until it has settled after its arrival.
+
+    Raises
+    ------
+    InputError
+        If the scenario has movers, which no simulated flight is judged against.
+    """
     trajectory, scenario = mission.trajectories[uav], mission.scenario
+    if scenario.movers:
+        raise InputError(f"{scenario.name}: flights among movers cannot be simulated; this scenario has movers")
     assert trajectory is not None
     hover = round(HOVER_SECONDS * COMMAND_RATE)
     first = np.floor(trajectory.start * COMMAND_RATE) - hover

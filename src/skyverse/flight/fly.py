@@ -85,8 +85,6 @@ def fly(
     generator, seed = seeded(rng)
     require_simulator()
     scenario = mission.scenario
-    if scenario.movers:
-        raise InputError(f"{scenario.name}: flights among movers cannot be simulated; this scenario has movers")
     kind = vehicle_of(simulated_vehicle(scenario.uavs) if vehicle is None else vehicle)
     flying = {
         uav: trajectory

@@ -201,11 +201,17 @@ class Study(_Model):
         Raises
         ------
         InputError
-            If a scenario cannot be read, has no UAV or no target, or has costs in a unit that not all planners share.
+            If a scenario cannot be read, has movers, no UAV or no target, or has costs in a unit that not all planners
+            share.
         """
         cases = [_case(given, self.assignment) for given in self.scenarios]
         for case in cases:
             self._refuse_two_units(case.scenario)
+            if case.scenario.movers:
+                raise InputError(
+                    f"{case.scenario.name}: movers: expected none, since studies compare paths, which have no times, "
+                    f"found {len(case.scenario.movers)}"
+                )
             for contender in self.planners:
                 planner = contender.make()
                 for budget in self.budget:

@@ -25,7 +25,8 @@ def plan_many(
 ) -> list[Result]:
     """Plan the paths of many UAVs to many targets in parallel.
 
-    The space is compiled once and shared. Kernels release Python's global lock, so that threads use all cores.
+    The space is compiled once and shared. Kernels release Python's global lock, so that threads use all cores. Paths
+    have no times, so that movers and speed limits of zones are not heeded.
 
     Parameters
     ----------

@@ -10,6 +10,7 @@ from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, told_metres
 from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
 from skyverse.model.verdict import Violation
+from skyverse.model.what_is_proven import not_judged_as_flown
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +159,7 @@ class Flight(ArrayRecord):
             left = f"at least {' and '.join(kept)} {were} left, " if kept else ""
             return (
                 f"Safe: {left}no UAV strayed more than {self.margin:.3g} m out of bounds or off its target, nor two by "
-                "more than that each into their separation."
+                f"more than that each into their separation.{not_judged_as_flown(scenario)}"
             )
         things = "1 thing" if len(self.violations) == 1 else f"{len(self.violations)} things"
         return f"Not safe: {things} went wrong."

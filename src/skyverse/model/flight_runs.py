@@ -9,6 +9,7 @@ from skyverse.model.disturbances import Disturbances
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import as_lines, counted
 from skyverse.model.simulated_vehicle import simulated_vehicle_sentence
+from skyverse.model.what_is_proven import not_judged_as_flown
 
 
 @dataclass(frozen=True)
@@ -176,5 +177,5 @@ class FlightRuns(ArrayRecord):
         bound = 1.0 - 0.05 ** (1.0 / self.runs)
         return (
             f"Safe: nothing was touched in any of {self.runs} runs, so that with 95 % confidence fewer than "
-            f"{100 * bound:.2g} % of such flights touch anything."
+            f"{100 * bound:.2g} % of such flights touch anything.{not_judged_as_flown(self.mission.scenario)}"
         )

@@ -39,6 +39,8 @@ def _kind_of(value: object) -> str:
 def _plain(shape: Shape) -> Shape:
     if shape.risk is not None:
         raise ValueError("a mover has no risk; nothing may fly through it")
+    if shape.max_speed is not None:
+        raise ValueError("a mover has no max_speed for others; nothing may fly through it")
     if shape.closed_above:
         raise ValueError("a mover cannot be closed above; make it as high as the bounds")
     return shape

@@ -1,4 +1,4 @@
-"""What a proven mission keeps, in a few words: only what its scenario has."""
+"""What a proven mission keeps, and what no simulated flight is judged by, in a few words: only what a scenario has."""
 
 from skyverse.model.scenario import Scenario
 
@@ -13,3 +13,9 @@ def what_is_proven(scenario: Scenario) -> str:
     kept += ["apart"] if len(scenario.uavs) > 1 else []
     without = "" if scenario.obstacles else "; the scenario has no obstacles"
     return f"{', '.join(kept[:-1])} and {kept[-1]}{without}"
+
+
+def not_judged_as_flown(scenario: Scenario) -> str:
+    """Return a sentence, after a space, on what simulated flights are not judged by; empty where they are by all."""
+    limited = any(zone.max_speed is not None for zone in scenario.zones)
+    return " Whether the speed limits of zones were kept is not judged." if limited else ""

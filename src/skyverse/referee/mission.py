@@ -136,7 +136,7 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
     limits += [noun for noun, most in rates if most is not None]
     kept = f"{', '.join(limits[:-1])} and {limits[-1]}"
     if any(zone.max_speed is not None for zone in scenario.zones):
-        kept += ", and the speed limits of zones,"
+        kept += ", and the speed limits of zones"
     ground = "" if scenario.terrain is None else f"{scenario.ground_clearance:.6g} m above ground, "
     if scenario.max_height is not None:
         ground = f"{scenario.ground_clearance:.6g} to {scenario.max_height:.6g} m above ground, "
@@ -253,7 +253,7 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
     Returns
     -------
     list of Violation
-        Empty when nothing is wrong.
+        Empty when nothing is wrong. A path has no times, so that movers and speed limits of zones are not judged.
 
     Raises
     ------

@@ -145,7 +145,8 @@ def _near(scenario: Scenario, fleet: MovingFleet, edges: Floats) -> Indices:
     error = max(max(one.horizontal, one.vertical) for one in stray) * 2.0
     for k, mover in enumerate(fleet.movers, fleet.uavs):
         reach = _reach(mover.shape) + float(mover.doubt.at(fleet.motion.end)[0])
-        reach = reach + scenario.clearance + error + MOVER_SLACK
+        own = slice(fleet.motion.first[k], fleet.motion.first[k] + len(fleet.motion.knots[k]) - 1)
+        reach = reach + scenario.clearance + error + MOVER_SLACK + float(fleet.error[own].max())
         scale = 1.0
         if isinstance(mover.shape, Ellipsoid):  # grows in proportion
             axes = mover.shape.semi_axis_xy, mover.shape.semi_axis_z
