@@ -16,6 +16,7 @@ from skyverse.model.shapes import Voxels
 
 HERE = Path(__file__).parent / "written_by_0_1_0"
 ADDED = {
+    "movers": [],
     "tracking_error": {"horizontal": 0.0, "vertical": 0.0},
     "max_climb": None,
     "max_descent": None,

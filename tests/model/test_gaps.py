@@ -59,7 +59,7 @@ def test_a_bound_with_a_turn_in_it_is_not_called_the_straight_line(around_a_wall
     assert result.gap_sentence.endswith("above the best possible")
 
 
-@pytest.mark.parametrize("planner", [sky.ThetaStar(), sky.Taut(proof=0), sky.Cheapest()], ids=repr)
+@pytest.mark.parametrize("planner", [sky.ThetaStar(), sky.Taut(proof=0), sky.Cheapest(proof=0)], ids=repr)
 def test_a_bound_that_is_the_straight_line_is_called_so(around_a_wall, planner):
     plain = around_a_wall.model_copy(update={"objective": sky.Objective(unit="metres", fuel=2)})
     result = planner.plan(sky.Problem(plain))

@@ -171,18 +171,19 @@ def fleets():
 
 def flights_among_movers():
     swap = sky.circle_swap(2, radius=4.0)
-    ends = {"points": [(0, -6, 5), (0, 6, 5)], "times": [0.0, 9.0]}
     shapes = (
         sky.Sphere(centre=(0, 0, 0), radius=0.4),
         sky.Cylinder(centre=(0.1, 0), radius=0.3, low=-1, high=1),
         sky.Box(min=(-0.3, -0.2, -0.5), max=(0.3, 0.2, 0.5)),
         sky.Ellipsoid(centre=(0, 0, 0), semi_axis_xy=0.3, semi_axis_z=0.5),
+        sky.Sphere(centre=(0, 0, 0), radius=0.2),
     )
     motions = (
-        sky.WaypointMotion(**ends, then="returns"),
-        sky.CircularMotion(centre=(0, 0, 5), radius=2, period=7),
-        sky.PolynomialMotion(knots=(0, 4), coefficients=[[(3, 3, 5), (-1, -0.5, 0), (0.1, 0, 0)]]),
-        sky.WaypointMotion(points=[(5, 5, 5), (4, 5, 5), (5, 5, 5)], times=[0, 3, 5], then="repeats"),
+        sky.WaypointMotion(points=[(0, 0, 10)], times=[0.0]),
+        sky.CircularMotion(centre=(0, 0, 10), radius=2, period=7),
+        sky.PolynomialMotion(knots=(0, 4), coefficients=[[(3, 3, 10), (-1, -0.5, 0), (0.1, 0, 0)]]),
+        sky.WaypointMotion(points=[(5, 5, 10), (4, 5, 10), (5, 5, 10)], times=[0, 3, 5], then="repeats"),
+        sky.WaypointMotion(points=[(0, -6, 10), (0, 6, 10)], times=[0.0, 9.0], then="returns"),
     )
     doubt = sky.Doubt(radius=0.05, growth=0.01, since=1.0, top_speed=2.0)
     movers = [sky.Mover(shape=shape, motion=motion, doubt=doubt) for shape, motion in zip(shapes, motions, strict=True)]

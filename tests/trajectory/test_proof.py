@@ -279,4 +279,4 @@ def test_an_aeroplane_keeps_its_airspeed_turns_and_climbs_gently(radius, speed, 
 
 
 def test_every_demand_has_a_name():
-    assert len(set(DEMANDS)) == 11
+    assert len(set(DEMANDS)) == 12

@@ -179,6 +179,9 @@ PATH_CONVERGED = 1e-6
 NEARNESS_ROUNDING = 1e-6
 """In units of the separation: two UAVs as flown may be this much nearer than required, as distances are rounded."""
 
+STRAIGHT_COURSE = 1e-6
+"""Radians: where a course turns by less between two samples, it is straight."""
+
 STRAIGHT_ON = 1e-6
 """The length of a difference of two unit directions below which an exported route goes straight on."""
 

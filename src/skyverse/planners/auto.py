@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from skyverse.cost import prices_length_alone
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Box, Voxels
 from skyverse.planners.astar import AStar
 from skyverse.planners.base import Planner, Seed
 from skyverse.planners.cheapest import Cheapest
@@ -15,6 +16,9 @@ from skyverse.stop import OnIteration, Stop
 FEWEST_LEGS, LEGS_PER_SHAPE, MOST_LEGS = 1_000_000, 100_000, 3_000_000
 """The legs that `Cheapest` may price: more among more obstacles and zones, as there are more ways to compare."""
 
+MOST_SHAPES = 2_000
+"""Obstacles above which only `Taut` seeks shortest paths: among more of them `Cheapest` takes too long."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Auto(Planner):
@@ -23,9 +27,10 @@ class Auto(Planner):
     It chooses by what the scenario prices:
 
     - nodes: `AStar`, which is exact on the lattice;
-    - metres, and nothing else: `Taut`, which finds shortest paths and a proven bound;
-    - metres, and turns, altitude, risk or climb as well: `Cheapest`, which seeks the whole objective. It may price 1 to
-      3 million legs, more of them among more obstacles and zones.
+    - metres, and nothing else, among boxes, voxels and ground: `Taut`, which finds shortest paths and a proven bound;
+    - metres, among up to 2,000 obstacles of which some have other shapes, or with turns, altitude, risk or climb:
+      `Cheapest`, which begins with the path of `Taut` and seeks other ways. It may price 1 to 3 million legs, more of
+      them among more obstacles and zones.
 
     An aeroplane cannot follow the moves of a lattice. A fleet that has one is planned as if the objective were in
     metres, and so are its costs.
@@ -38,7 +43,8 @@ class Auto(Planner):
         """Return the planner for a scenario."""
         if scenario.objective.unit == "nodes" and all(uav.fixed_wing is None for uav in scenario.uavs):
             return AStar()
-        if prices_length_alone(scenario):
+        flat = all(isinstance(shape, Box | Voxels) for shape in scenario.obstacles)
+        if prices_length_alone(scenario) and (flat or len(scenario.obstacles) > MOST_SHAPES):
             return Taut()
         return Cheapest(
             legs=min(MOST_LEGS, FEWEST_LEGS + LEGS_PER_SHAPE * len(scenario.obstacles + scenario.risky_zones))

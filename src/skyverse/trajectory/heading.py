@@ -9,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.model.pointing import Pointing, spread_turns, wrapped
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import STRAIGHT_COURSE
 
 SAMPLES = 16
 """Instants of each piece of a trajectory at which its course is taken."""
@@ -20,8 +21,6 @@ STEP = math.radians(2.0)
 """The turn, rad, in which the course's changes are gathered."""
 MAX_AIM_ERROR = math.radians(5.0)
 """The angle, rad, between nose and place to look at above which a trajectory's note tells it."""
-STRAIGHT = 1e-6
-"""The turn between two samples, rad, below which a course is straight."""
 SHORTEST_SPREAD = 0.2
 """Seconds over which each turn is spread at least."""
 
@@ -67,8 +66,8 @@ def _gathered(at: Floats, changes: Floats) -> tuple[Floats, Floats]:
         if turn == 0.0:
             begun = k
         turn += change
-        straight = abs(change) < STRAIGHT or k == len(changes) - 1
-        if abs(turn) >= STEP or (straight and abs(turn) >= STRAIGHT):
+        straight = abs(change) < STRAIGHT_COURSE or k == len(changes) - 1
+        if abs(turn) >= STEP or (straight and abs(turn) >= STRAIGHT_COURSE):
             when.append(0.5 * (at[begun] + at[k + 1]))
             turns.append(turn)
             turn = 0.0
