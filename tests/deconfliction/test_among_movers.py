@@ -125,3 +125,27 @@ def test_among_ten_movers_on_map_3_every_flight_is_proven(seed):
         for _ in range(10)
     ]
     proven(sky.Scenario(**{**dict(scenario), "movers": ten}))
+
+
+@pytest.mark.parametrize("radius", [2.0, 5.0])
+def test_a_detour_leads_around_a_mover_that_stands_in_the_way(radius):
+    ball = Sphere(centre=(0, 0, 0), radius=radius)
+    stands = Mover(shape=ball, motion=WaypointMotion(points=[(60, 60, 10)], times=[0]))
+    scenario = sky.Scenario(
+        name="open",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(120, 120, 40)),
+        clearance=1.0,
+        lattice=sky.Lattice(step=(4, 4, 4), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        movers=(stands,),
+        uavs=(sky.UAV(start=(5, 60, 10)),),
+        targets=(sky.Target(position=(115, 60, 10)),),
+    )
+    mission = proven(scenario)
+    assert mission.makespan < 1.3 * 110 / 5
+
+
+def test_a_scenario_with_movers_and_without_uavs_is_planned():
+    stands = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 5, 1)], times=[0]))
+    nobody = crossing(stands).model_copy(update={"uavs": ()})
+    assert sky.plan_mission(nobody).violations == ()

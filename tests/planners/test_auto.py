@@ -96,3 +96,28 @@ def test_detours_keep_to_the_unit_of_the_objective(unit):
     assert any(action.kind == "detour" for action in mission.deconfliction.actions)
     assert list(mission.costs) == [unit]
     assert mission.violations == ()
+
+
+@pytest.mark.parametrize("seed", [10, 13])
+def test_the_default_leaves_no_way_through_a_forest_of_cylinders_to_others(seed):
+    rng = np.random.default_rng(seed)
+    trunks: list[tuple[float, float, float]] = []
+    for _ in range(4000):
+        x, y, r = float(rng.uniform(4, 96)), float(rng.uniform(4, 96)), float(rng.uniform(0.8, 2.5))
+        ends = all(np.hypot(x - e, y - e) >= r + 2 for e in (3, 97))
+        if ends and all(np.hypot(x - a, y - b) >= r + c + 0.55 for a, b, c in trunks):
+            trunks.append((x, y, r))
+    forest = sky.Scenario(
+        name="forest",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(100, 100, 10)),
+        obstacles=[sky.Cylinder(centre=(x, y), radius=r, low=0, high=10) for x, y, r in trunks],
+        clearance=0.25,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[sky.UAV(start=(3, 3, 5))],
+        targets=[sky.Target(position=(97, 97, 5))],
+    )
+    problem = sky.Problem(forest)
+    default, others = sky.Auto().plan(problem), [sky.Taut(), sky.ThetaStar(), sky.Cheapest(legs=300_000)]
+    assert default.cost <= 1.002 * min(other.plan(problem).cost for other in others)
+    assert sky.check_result(forest, 0, 0, default) == []

@@ -18,7 +18,7 @@ from skyverse.model.result import Result
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.problem import Airspace, Problem
-from skyverse.space.moving_shapes import MovingShapes, moving_shapes
+from skyverse.space.moving_shapes import MovingShapes, mover_gaps, moving_shapes
 from skyverse.stop import Stop
 
 CLOSE_ENDS = 1.05
@@ -175,6 +175,11 @@ class CandidatePool:
             candidate.trajectory.start,
             latest,
         )
+        if self.scenario.movers:
+            passed = candidate.trajectory.start + part / GATE_PARTS * candidate.seconds * ratios
+            centres = np.array([gate.centre for gate in gates]).reshape(-1, 3)
+            gaps = mover_gaps(self._movers(candidate.uav), passed, centres)
+            arrivals = np.where((gaps < 0.0).any(axis=0), np.inf, arrivals)  # a mover is there when the UAV comes
         order = [k for k in np.argsort(arrivals, kind="stable").tolist() if arrivals[k] < np.inf]
         return [(float(arrivals[k]), gates[k]) for k in order]
 

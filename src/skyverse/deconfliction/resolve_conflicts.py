@@ -65,7 +65,7 @@ def resolve_conflicts(
         resolution = resolve_by_placing(pool, planned, found)
         if replan is not None:
             resolution = exchange_targets(pool, resolution, replan)
-        end = max(flight.arrival for flight in resolution.placed) + STAY
+        end = max((flight.arrival for flight in resolution.placed), default=0.0) + STAY
         if not scenario.movers or end <= pool.end or pool.cancelled:
             break
         pool.end = end  # those that have arrived must be clear of movers until the last UAV has arrived
