@@ -103,7 +103,7 @@ def test_what_is_proven_is_said_in_a_sentence():
     assert judged.trajectories[0].verdict is PROVEN
     assert judged.trajectories[0].sentence == (
         "uav-1 is clear of every obstacle by 0.25 m, inside the bounds and within its limits of speed, acceleration, "
-        "jerk, thrust and tilt, at every instant from t = 0 s to 1 s, "
+        "jerk, thrust, tilt and yaw, at every instant from t = 0 s to 1 s, "
         f"in scenario 'flights' (sha256 {digest[:12]})."
     )
     assert [one.scenario for one in (*judged.trajectories, judged.apart)] == [digest, digest]
@@ -139,7 +139,7 @@ def test_a_peak_that_reaches_a_limit_exactly_is_proven(field, peak, when, fault,
 def test_a_flight_may_climb_as_fast_as_it_likes_where_only_its_descent_is_limited():
     up = mission((AGILE | {"max_descent": 0.1}, stops((0, 0, 0), (0, 0, 3), seconds=2.0)))
     (found,) = certified(up).trajectories
-    assert "its limits of speed, acceleration, jerk, thrust, tilt and descent rate, at every" in found.sentence
+    assert "its limits of speed, acceleration, jerk, thrust, tilt, yaw and descent rate, at every" in found.sentence
     down = mission((AGILE | {"max_climb": 0.1}, stops((0, 0, 3), (0, 0, 0), seconds=2.0)))
     assert certified(down).trajectories[0].verdict is PROVEN
 

@@ -31,6 +31,7 @@ from judged_missions import (
     stops,
     walking,
 )
+from skyverse.model.pointing import Pointing
 from skyverse.model.result import Status, no_history
 from skyverse.model.scenario import Lattice, Target
 from skyverse.model.shapes import Box
@@ -64,6 +65,7 @@ def jolting(bend):
     return replace(VALID.trajectories[0], coefficients=pieces)
 
 
+WHIRL = Pointing(0.0, np.array([3.0]), np.array([50.0]), 0.01, 0.01)
 PLANTED = {
     "a target that does not exist": (Fault.ASSIGNMENT, 2, to_charlie(3, no_result())),
     "a negative target": (Fault.ASSIGNMENT, 2, to_charlie(-1, no_result())),
@@ -185,6 +187,7 @@ PLANTED = {
     "tilts": (Fault.TILT, 0, given_uav(0, max_tilt=10)),
     "too little thrust": (Fault.THRUST, 0, given_uav(0, thrust_to_weight=1.05)),
     "climbs": (Fault.CLIMB_RATE, 0, given_uav(0, max_climb=0.2)),
+    "a whirl": (Fault.YAW, 0, flying(replace(VALID.trajectories[0], pointing=WHIRL))),
     "a jolt": (Fault.CONTINUITY, 0, flying(jolting(0.01))),
     "a summary that is none": (Fault.FLIGHT, 0, replace(VALID, flights=("a long flight", None, None))),
     "an early last arrival": (
@@ -318,7 +321,7 @@ result_field = st.sampled_from(["status", "path", "cost", "terms", "bound", "sta
 @settings(max_examples=60, deadline=None)
 @given(
     of_result=st.dictionaries(result_field, junk),
-    of_trajectory=st.dictionaries(st.sampled_from(["knots", "coefficients", "form"]), junk),
+    of_trajectory=st.dictionaries(st.sampled_from(["knots", "coefficients", "form", "pointing"]), junk),
     history_cost=junk,
     status=st.sampled_from(Status),
     assignment=st.lists(st.one_of(junk, st.integers(-2, 4)), max_size=4),

@@ -36,6 +36,7 @@ class Fault(Enum):
     CLIMB = "climbs too steeply"
     CLIMB_RATE = "climbs too fast"
     DESCENT_RATE = "descends too fast"
+    YAW = "yaws too fast"
     AIRSPEED = "off its airspeed"
     SEPARATION = "UAVs too close"
     GIVEN = "given too close"

@@ -131,7 +131,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
 def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: PolynomialCurve | None, columns: Columns) -> str:
     vehicle, knots = scenario.uavs[uav], np.zeros(2) if curve is None else curve.knots
     limits = ["speed", "acceleration"]
-    limits += ["jerk", "thrust", "tilt"] if vehicle.fixed_wing is None else ["airspeed", "turn", "climb"]
+    limits += ["jerk", "thrust", "tilt", "yaw"] if vehicle.fixed_wing is None else ["airspeed", "turn", "climb"]
     rates = (("climb rate", vehicle.max_climb), ("descent rate", vehicle.max_descent))
     limits += [noun for noun, most in rates if most is not None]
     kept = f"{', '.join(limits[:-1])} and {limits[-1]}"

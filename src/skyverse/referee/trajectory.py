@@ -12,6 +12,7 @@ from skyverse.referee.clearance import judge_curve
 from skyverse.referee.column import parts_of_flight
 from skyverse.referee.continuity import judge_continuity
 from skyverse.referee.curve import PolynomialCurve, curve_of
+from skyverse.referee.heading import judge_heading
 from skyverse.referee.limits import FlightLimit, flight_limits
 from skyverse.referee.polynomial import Polynomials, bernstein, stack
 from skyverse.referee.positions import position_text, position_tuple
@@ -61,6 +62,7 @@ def judge_trajectory(world: RefereeWorld, uav: int, target: int | None, trajecto
     undecided = [answer for answer in answers if answer.violation is None and not answer.peaks.proven[0]]
     if undecided:
         violations.append(_undecided(name, uav, undecided[0]))
+    violations += judge_heading(vehicle, uav, trajectory.pointing)
     in_zones = judge_zone_speed(world.scenario, uav, curve)
     if in_zones.violation is not None:
         violations.append(in_zones.violation)
