@@ -9,7 +9,7 @@ from skyverse import cost
 from skyverse._typing import Floats
 from skyverse.model.result import Effort, Provenance, Result, Status
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.kernel import Stopwatch
+from skyverse.numerics.kernel import Stopwatch, writable
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
 from skyverse.planners.astar import AStar
 from skyverse.planners.base import DirectPlanner
@@ -73,7 +73,7 @@ class Cheapest(DirectPlanner):
         if not known:
             return Taut(proof=0).find(problem, origin)
         rates = problem.airspace.rates
-        least = min(float(cost.legs(rates, path, problem.end).sum()) for path in known)
+        least = min(float(cost.legs(rates, writable(path), problem.end).sum()) for path in known)
         path, spent = cheapest_path(
             space,
             rates,
