@@ -122,23 +122,25 @@ def _deepest(
 def _first_met_of_all(shapes: MovingShapes, curves: Curves, flight: TimedCurve, until: float) -> tuple[int, float]:
     """Return the mover that a timed flight meets first, and the instant; infinite if it meets none."""
     end = max(until, flight.departure + flight.time_scale * curve_duration(curves, flight.curve) + STAY)
+    own = top_speed(curves, flight.curve) / flight.time_scale
     who, first = -1, math.inf
     for m in range(len(shapes.kind)):
-        met = first_met(shapes, m, curves, flight, min(end, first))
+        met = first_met(shapes, m, curves, flight, own, min(end, first))
         if met < first:
             who, first = m, met
     return who, first
 
 
 @inner
-def first_met(shapes: MovingShapes, m: int, curves: Curves, flight: TimedCurve, until: float) -> float:
+def first_met(shapes: MovingShapes, m: int, curves: Curves, flight: TimedCurve, own: float, until: float) -> float:
     """Return the first instant up to `until` at which a timed flight is too near to mover m; infinite if there is none.
 
-    The flight is followed in steps in which the distance that is left cannot be used up.
+    The flight, which is nowhere faster than `own`, m/s, is followed in steps in which the distance that is left cannot
+    be used up.
     """
     c, departure, scale = flight.curve, flight.departure, flight.time_scale
     arrival = departure + scale * curve_duration(curves, c)
-    own, rate = top_speed(curves, c) / scale, shapes.rate[m]
+    rate = shapes.rate[m]
     place, moved = np.empty(3), np.empty(3)
     now = 0.0
     while True:
@@ -162,7 +164,8 @@ def meets_movers(shapes: MovingShapes, curves: Curves, flight: TimedCurve, until
     It is infinite where there is none up to `until`, or until a second after the flight has arrived.
     """
     end = max(until, flight.departure + flight.time_scale * curve_duration(curves, flight.curve) + STAY)
+    own = top_speed(curves, flight.curve) / flight.time_scale
     met = np.empty(len(shapes.kind))
     for m in range(len(shapes.kind)):
-        met[m] = first_met(shapes, m, curves, flight, end)
+        met[m] = first_met(shapes, m, curves, flight, own, end)
     return met
