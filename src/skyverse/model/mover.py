@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Discriminator, Tag, model_validator
 
 from skyverse._typing import Floats
 from skyverse.model.mover_motions import Instant, MoverMotion
-from skyverse.model.quantities import Limit, Model, NonNegative, Point, Positive
+from skyverse.model.quantities import Limit, Model, NonNegative, Point, Positive, named_type
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
 
 
@@ -31,11 +31,6 @@ class Ellipsoid(Shape):
     semi_axis_z: Positive
 
 
-def _kind_of(value: object) -> str:
-    said = value.get("shape", "box") if isinstance(value, dict) else getattr(value, "shape", "box")
-    return said if isinstance(said, str) else "box"
-
-
 def _plain(shape: Shape) -> Shape:
     if shape.risk is not None:
         raise ValueError("a mover has no risk; nothing may fly through it")
@@ -51,7 +46,7 @@ MoverShape = Annotated[
     | Annotated[Cylinder, Tag("cylinder")]
     | Annotated[Sphere, Tag("sphere")]
     | Annotated[Ellipsoid, Tag("ellipsoid")],
-    Discriminator(_kind_of),
+    Discriminator(named_type("shape", "box")),
     AfterValidator(_plain),
 ]
 """The shape of a mover, in a frame whose zero is the moving point and whose axes do not turn."""

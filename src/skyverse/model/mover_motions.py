@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from skyverse._typing import Floats
-from skyverse.model.quantities import Model, Number, Point, Positive
+from skyverse.model.quantities import Model, Number, Point, Positive, named_type
 
 MAX_INSTANT = 1e9
 """Seconds: no instant of a motion is later or earlier than this."""
@@ -197,17 +197,11 @@ MAX_JUMP = 1e-6
 """Metres from where a piece ends to where the next one begins, which rounding may cause."""
 
 
-def _kind_of(value: object) -> str:
-    """Return the name of a motion's type; a motion that does not say moves along waypoints."""
-    said = value.get("motion", "waypoints") if isinstance(value, dict) else getattr(value, "motion", "waypoints")
-    return said if isinstance(said, str) else "waypoints"
-
-
 MoverMotion = Annotated[
     Annotated[WaypointMotion, Tag("waypoints")]
     | Annotated[CircularMotion, Tag("circle")]
     | Annotated[PeriodicMotion, Tag("periodic")]
     | Annotated[PolynomialMotion, Tag("polynomials")],
-    Discriminator(_kind_of),
+    Discriminator(named_type("motion", "waypoints")),
 ]
 """Any motion; its field `motion` names the type, and a motion without it moves along waypoints."""

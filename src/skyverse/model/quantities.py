@@ -1,5 +1,6 @@
 """The types of a scenario's fields: numbers, places and extents, in SI units and local east-north-up metres."""
 
+from collections.abc import Callable
 from typing import Annotated, Self
 
 import numpy as np
@@ -63,3 +64,13 @@ class Extent(Model):
             if not low < high:
                 raise ValueError(f"min must be below max on every axis, but {axis} runs from {low:g} to {high:g}")
         return self
+
+
+def named_type(field: str, default: str) -> Callable[[object], str]:
+    """Return what tells the type of data by a field that names it; data without that field are of the default type."""
+
+    def name(value: object) -> str:
+        said = value.get(field, default) if isinstance(value, dict) else getattr(value, field, default)
+        return said if isinstance(said, str) else default
+
+    return name

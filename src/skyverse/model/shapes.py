@@ -35,6 +35,7 @@ from skyverse.model.quantities import (
     Positive,
     Steps,
     listed,
+    named_type,
 )
 
 NO_FLY_ZONE = "no-fly zone"
@@ -259,19 +260,13 @@ class Terrain(GridModel):
         return low * (1 - v) + high * v
 
 
-def _kind_of(value: object) -> str:
-    """Return the name of a shape's type; a shape that does not say is a box."""
-    said = value.get("shape", "box") if isinstance(value, dict) else getattr(value, "shape", "box")
-    return said if isinstance(said, str) else "box"
-
-
 AnyShape = Annotated[
     Annotated[Box, Tag("box")]
     | Annotated[Cylinder, Tag("cylinder")]
     | Annotated[Sphere, Tag("sphere")]
     | Annotated[Prism, Tag("prism")]
     | Annotated[Voxels, Tag("voxels")],
-    Discriminator(_kind_of),
+    Discriminator(named_type("shape", "box")),
 ]
 """Any shape; its field `shape` names the type, and a shape without it is a box."""
 
