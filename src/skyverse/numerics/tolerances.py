@@ -19,6 +19,9 @@ MIN_NORM = 1e-12
 MIN_SEGMENT = 1e-12
 """Metres: a shorter segment of a path takes no time to fly, because its duration would be lost in rounding."""
 
+AIM_CONVERGED = 1e-12
+"""The length of a difference of two unit directions below which the direction towards a point is not corrected."""
+
 MIN_SPEED_CHANGE = 1e-12
 """Metres per second: a velocity that changes by less counts as constant."""
 
@@ -106,6 +109,9 @@ WINDOW_CONVERGED = 1e-9
 OPTIMALITY_GAP = 1e-9
 """Relative: a cost this near to its lower bound is optimal, since the bound is a sum that was rounded otherwise."""
 
+ACCELERATION_LEFT = 1e-9
+"""Metres per second squared: a UAV that accelerates less than this counts as one that does not accelerate."""
+
 LIMIT_MARGIN = 1e-9
 """Relative: the share of a flight limit that is left unused, so that rounding exceeds none."""
 
@@ -115,6 +121,9 @@ MIN_LEG_DURATION = 1e-9
 DIAGONAL_FLOOR = 1e-9
 """Added to the diagonal of a matrix of which a share is added to the matrix, so that the share is never 0."""
 
+SPEED_OFF_RAMP = 1e-8
+"""Metres per second: a change of velocity goes on in the direction of the acceleration if it is off by no more."""
+
 DEVIATION = 1e-8
 """Metres: the largest distance of a flight from its path is stated with no more than this on top."""
 
@@ -123,6 +132,9 @@ JERK_JUMP = 1e-7
 
 DESCENT_GAIN = 1e-7
 """Relative: a descent makes no change of a path that lowers its price by less."""
+
+AIM_OFF = 1e-7
+"""Metres by which a motion towards a point may miss it, of the micrometre that the referee lets pass at targets."""
 
 SAME_NEARNESS = 1e-7
 """Semi-axes by which a pair may come nearer than at its start or target and still count as placed there: less than
@@ -149,6 +161,9 @@ sight to it.
 COVER_MARGIN = 1e-6
 """Metres: an obstacle or zone must reach so far beyond what it is said to cover, clear of its surface."""
 
+BOUND_ROUNDING = 1e-6
+"""Metres taken off a bound on lengths: at each of its bends a path may gain `SURFACE_DEPTH` and a `DETOUR_GAIN`."""
+
 ON_EDGE = 1e-6
 """Metres: a bend this near to a piece of an edge can slide along it; bends come from edges, but for rounding."""
 
@@ -157,6 +172,9 @@ LEAST_SEALED_PART = 1e-6
 
 MIN_RAMP = 1e-6
 """Seconds in which an acceleration rises at least, so that it never jumps where the jerk is hardly limited."""
+
+MIN_WAIT = 1e-6
+"""Seconds: a shorter wait on a UAV's way is none, because arrivals are sums that are rounded."""
 
 MIN_PATH = 1e-6
 """Metres: a shorter path is not flown at all."""
@@ -191,14 +209,15 @@ SAME_PLACE = 1e-6
 SAME_INSTANT = 1e-6
 """Seconds: exported samples that are closer in time are one, since files round to microseconds."""
 
+NEARER_GAIN = 3.0 * SEAM_MARGIN
+"""Metres: a bound counts each leg as so much shorter, as what bends by it may lie `SEAM_MARGIN` nearer to both faces of
+an edge, 2 sqrt(2) `SEAM_MARGIN` to and fro; the rest is for rounding."""
+
 MOVER_MARGIN = 2e-6
 """Metres that flights are kept farther from movers than they must: more than rounding makes of where a mover is."""
 
 SEAM_REACH = 3e-6
 """Metres: an obstacle farther than this from a line leaves space for a step aside, also where bounds are touched."""
-
-BEND_GAIN = 8e-6
-"""Metres that a path may gain at each of its bends over the bound: edges lie two `SEAM_MARGIN` off the obstacles."""
 
 TERRAIN_RIM = 1e-5
 """Metres by which a terrain's outermost cells go on beyond its last heights: bounds may exceed them by rounding."""

@@ -30,9 +30,9 @@ class Taut(DirectPlanner):
     window by window. In each window, A* searches over points that are sampled on the edges that a shorter path could
     touch, with lazy visibility. The bends then slide along their edges to where the path is shortest. Obstacles that
     block the new path add further points, and the search is repeated until the path gets no shorter. Unless the bound
-    proves that little can be gained, other ways round are then sought over all edges that a shorter path could touch,
-    with ever more points on them. The result is the shortest path, unless the samples happen to miss it or the search
-    over many edges ends early.
+    proves that little can be gained, other ways round are then sought over all edges that a shorter path could touch:
+    over the middles of their intervals, which are halved again and again. The result is the shortest path, unless the
+    middles happen to miss it or the search over many edges ends early.
 
     It minimises length alone; turns and other terms are priced but not minimised. It ends by itself: `stop`, `rng` and
     `on_iteration` have no effect.
@@ -41,8 +41,9 @@ class Taut(DirectPlanner):
     over intervals of edges, where every doubt is decided in favour of a shorter path. Intervals that no shorter path
     touches are struck out and the others halved, until a gap of 2 % and then one of 0.005 % is proven. Where boxes
     reach through the whole space along an axis, such as buildings through the ceiling, the bound is at least the exact
-    shortest length among their projections. It holds for paths that can be moved to keep 0.6 micrometres more than the
-    clearance, so that none of them leads through the seam between obstacles that touch.
+    shortest length among their projections. The bound and `NO_PATH` hold for paths that do not
+    lead through slits that, beyond the clearance on both sides, are narrower than 4 micrometres. The seam between
+    obstacles that touch is one.
 
     The partition and the edges are computed once for each `Airspace`, and its problems share them.
 
@@ -56,11 +57,12 @@ class Taut(DirectPlanner):
     Attributes
     ----------
     proof
-        About how many thousand pairs of intervals the search for the bound may look at, less where the gap to a simpler
-        bound is small; with 0 the bound is that of the straight line.
+        About how many thousand pairs of intervals the search for the bound and for other ways round may look at, less
+        where the gap to a simpler bound is small. With 0 no other ways are sought, and the bound is that of the
+        straight line.
     """
 
-    proof: int = 300
+    proof: int = 400
 
     def __post_init__(self) -> None:
         require_integer(self, "proof", 0)

@@ -89,6 +89,13 @@ def length_over(edges: Edges, e: int, x: float, p: Floats, q: Floats) -> float:
     return np.sqrt(to_p) + np.sqrt(to_q)
 
 
+@inner_query
+def move_off(edges: Edges, e: int, p: Floats, metres: float) -> None:
+    """Move a point of piece e, in place, so many metres off both faces of its edge; towards them if negative."""
+    for k in range(2):
+        p[(edges.axis[e] + 1 + k) % 3] += edges.side[e, k] * metres
+
+
 @inner
 def crossings_within(edges: Edges, e: int, x: float, p: Floats, q: Floats, length: float) -> tuple[float, float]:
     """Return between which places around x on piece e a path of at most this length from p to q can cross it."""

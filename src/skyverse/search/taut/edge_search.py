@@ -130,7 +130,7 @@ def search_edges(space: Space, edges: Edges, points: BendPoints, length: float, 
                         heap = push(heap, key, state * 2 * n + 2 * w + face)
     if price[GOAL_STATE] == np.inf:
         return EdgePath(np.empty(0, np.int64), np.inf, expanded)
-    return EdgePath(walk_back(came)[::-1].copy(), price[GOAL_STATE], expanded)
+    return EdgePath(walk_back(came, GOAL_STATE)[::-1].copy(), price[GOAL_STATE], expanded)
 
 
 @inner
@@ -211,11 +211,10 @@ def faces_onward(edge: int, state: int) -> int:
 
 
 @inner
-def walk_back(came: Ints) -> Ints:
-    """Return the points of the path that reaches the goal, from the goal back to the start, (k,)."""
+def walk_back(came: Ints, state: int) -> Ints:
+    """Return the points of the path that reaches a state, from there back to where it begins, (k,)."""
     path = np.empty(len(came), np.int64)
     count = 0
-    state = GOAL_STATE
     while state >= 0:
         path[count] = state >> 1
         count += 1

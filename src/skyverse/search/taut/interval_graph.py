@@ -7,7 +7,8 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import doubled, put
 from skyverse.numerics.kernel import inner, inner_query
-from skyverse.search.taut.edge_geometry import pieces_within
+from skyverse.numerics.tolerances import SEAM_MARGIN
+from skyverse.search.taut.edge_geometry import move_off, pieces_within
 from skyverse.search.taut.legs import (
     ALL_BLOCKED,
     ALL_FREE,
@@ -17,11 +18,12 @@ from skyverse.search.taut.legs import (
     least_distance,
     legs_free,
     middle_leg,
-    quick_leg_bound,
 )
 from skyverse.space.edges import Edges
 from skyverse.space.obstacles import Space
 
+PAIRS_A_LEG = 8
+"""How many pairs are told to be too far apart in about the time in which it is asked whether obstacles are between."""
 FACES, KNOWN = 2, 4
 """Columns of `Graph.legs`: beside which faces of one end the other end lies, for either end; what is known of them."""
 
@@ -63,15 +65,23 @@ class Graph(NamedTuple):
     behind: Values
 
 
+class LegLists(NamedTuple):
+    """The legs of each interval: (n + 1,) where its list begins, and all lists in one: 2 * leg + end of the leg."""
+
+    first: Ints
+    order: Ints
+
+
 @inner
 def first_graph(
     space: Space, edges: Edges, start: Floats, goal: Floats, limit: float, spacing: float, most: int
 ) -> tuple[Graph, int]:
     """Return the graph of all intervals, of at most `spacing` metres, that a path shorter than `limit` can touch.
 
-    Also return how many pairs were looked at; where that would be more than `most`, the graph is incomplete.
+    Also return how many pairs were looked at; where that would be more than `most`, the graph is incomplete. The space
+    counts `SEAM_MARGIN` more than the clearance, and the intervals lie on its boxes; the edges lie another margin off.
     """
-    most_intervals = int(np.sqrt(2.0 * max(most, 0)))
+    most_intervals = int(np.sqrt(2.0 * PAIRS_A_LEG * max(most, 0)))
     pieces = pieces_within(edges, start, goal, limit, most_intervals)
     count = 2
     for e in pieces:
@@ -87,17 +97,21 @@ def first_graph(
         for k in range(parts):
             put(intervals.middle, n, edges.ends[e, :3])
             intervals.middle[n, axis] += (k + 0.5) * length
+            move_off(edges, e, intervals.middle[n], -SEAM_MARGIN)
             intervals.half[n], intervals.axis[n], intervals.piece[n] = 0.5 * length, axis, e
             if least_distance(intervals, 0, n) + least_distance(intervals, n, 1) < limit:
                 n += 1
-    intervals = Intervals(intervals.middle[:n], intervals.half[:n], intervals.axis[:n], intervals.piece[:n])
+    intervals = _first(intervals, n)
     ahead, behind = _straight(intervals, 0), _straight(intervals, 1)
-    legs, found = np.empty((1024, 5), np.int64), 0
-    for i in range(n if n <= most_intervals else 0):
+    legs, found, looked = np.empty((1024, 5), np.int64), 0, n * n // (2 * PAIRS_A_LEG)
+    for i in range(n):
+        if looked > most:
+            break
         for j in range(max(i, 1) + 1, n):
             if _could_join(intervals, ahead, behind, i, j, limit):
+                looked += 1
                 legs, found = _join(space, edges, intervals, i, j, SOME_FREE, legs, found)
-    return Graph(intervals, legs[:found], ahead, behind), n * n // 2
+    return Graph(intervals, legs[:found], ahead, behind), looked
 
 
 @inner
@@ -121,6 +135,7 @@ def finer(space: Space, edges: Edges, graph: Graph, limit: float, spacing: float
             k = first[i] + part
             put(new.middle, k, old.middle[i])
             new.half[k], new.axis[k], new.piece[k] = old.half[i] / parts[i], old.axis[i], old.piece[i]
+            new.blocker[k] = old.blocker[i]
             aside = (2 * part - 1) * new.half[k] if parts[i] == 2 else 0.0
             if old.axis[i] >= 0:
                 new.middle[k, old.axis[i]] += aside
@@ -140,6 +155,25 @@ def finer(space: Space, edges: Edges, graph: Graph, limit: float, spacing: float
     return Graph(new, legs[:found], new_ahead, new_behind), looked
 
 
+@inner
+def legs_by_interval(graph: Graph) -> LegLists:
+    """Return the legs of each interval."""
+    n, legs = len(graph.intervals.half), graph.legs
+    first = np.zeros(n + 2, np.int64)
+    for leg in range(len(legs)):
+        first[legs[leg, 0] + 2] += 1
+        first[legs[leg, 1] + 2] += 1
+    for i in range(2, n + 2):
+        first[i] += first[i - 1]
+    order = np.empty(2 * len(legs), np.int64)
+    for leg in range(len(legs)):
+        for end in range(2):
+            i = legs[leg, end]
+            order[first[i + 1]] = 2 * leg + end
+            first[i + 1] += 1
+    return LegLists(first[: n + 1], order)
+
+
 @inner_query
 def _parts(edges: Edges, e: int, spacing: float) -> int:
     """Return into how many intervals of at most so many metres piece e is cut."""
@@ -149,7 +183,14 @@ def _parts(edges: Edges, e: int, spacing: float) -> int:
 @inner
 def _empty_intervals(n: int) -> Intervals:
     """Return so many intervals, all of them points, whose places are not set."""
-    return Intervals(np.empty((n, 3)), np.zeros(n), np.full(n, -1), np.full(n, -1))
+    return Intervals(np.empty((n, 3)), np.zeros(n), np.full(n, -1), np.full(n, -1), np.full(n, -1))
+
+
+@inner
+def _first(intervals: Intervals, n: int) -> Intervals:
+    """Return the first n intervals."""
+    middle, half, axis, piece, blocker = intervals
+    return Intervals(middle[:n], half[:n], axis[:n], piece[:n], blocker[:n])
 
 
 @inner
@@ -190,15 +231,22 @@ def _could_touch(graph: Graph, i: int, limit: float) -> bool:
 
 @inner_query
 def _could_join(intervals: Intervals, ahead: Values, behind: Values, i: int, j: int, limit: float) -> bool:
-    """Tell whether a path shorter than `limit` could have a leg between two intervals, whatever is in its way."""
-    for turn in range(2):
-        a, b = (i, j) if turn == 0 else (j, i)
-        for u in (2 * a, 2 * a + 1):
-            for w in (2 * b, 2 * b + 1):
-                rest = limit - ahead.at[u] - behind.at[w]
-                if quick_leg_bound(intervals, a, b, ahead.slope[u], behind.slope[w]) < rest:
-                    return True
-    return False
+    """Tell whether a path shorter than `limit` could have a leg between two intervals, whatever is in its way.
+
+    Legs are bounded by the tangent at the middles, as by `quick_leg_bound`.
+    """
+    length, along_i, along_j = middle_leg(intervals, i, j)
+    there = _least_beside(intervals, ahead, i, along_i) + _least_beside(intervals, behind, j, -along_j)
+    back = _least_beside(intervals, ahead, j, -along_j) + _least_beside(intervals, behind, i, along_i)
+    return length + min(there, back) < limit
+
+
+@inner_query
+def _least_beside(intervals: Intervals, values: Values, i: int, slope: float) -> float:
+    """Return the least of value(x) - slope x over interval i and both of its faces."""
+    first = values.at[2 * i] - intervals.half[i] * abs(values.slope[2 * i] - slope)
+    second = values.at[2 * i + 1] - intervals.half[i] * abs(values.slope[2 * i + 1] - slope)
+    return min(first, second)
 
 
 @inner

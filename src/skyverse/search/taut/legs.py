@@ -2,6 +2,9 @@
 
 A leg leads from a point x metres from the middle of interval i, along its edge, to a point y metres from the middle of
 interval j. Its length is a convex function of x and y, so that it is nowhere below any of its tangents.
+
+Intervals lie `SEAM_MARGIN` farther from their boxes than paths must. So that no path that makes use of this falls short
+of a bound, every length counts as `NEARER_GAIN` less.
 """
 
 from typing import NamedTuple
@@ -10,7 +13,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.numerics.kernel import inner, inner_query
-from skyverse.numerics.tolerances import SURFACE_DEPTH
+from skyverse.numerics.tolerances import NEARER_GAIN, SURFACE_DEPTH
 from skyverse.search.taut.edge_geometry import beside_faces
 from skyverse.space import box
 from skyverse.space.edges import Edges
@@ -34,17 +37,20 @@ class Intervals(NamedTuple):
         (n,) the axis that each is parallel to, -1 for a point.
     piece
         (n,) the piece of an edge that it is part of, -1 for none.
+    blocker
+        (n,) the box that last blocked all legs to another interval, which is likely to block others; -1 for none.
     """
 
     middle: Floats
     half: Floats
     axis: Ints
     piece: Ints
+    blocker: Ints
 
 
 @inner_query
 def middle_leg(intervals: Intervals, i: int, j: int) -> tuple[float, float, float]:
-    """Return the length of the leg between the middles, and its direction's components along the edges of i and j."""
+    """Bound the leg between the middles, and return its direction's components along the edges of i and j."""
     middle, axis = intervals.middle, intervals.axis
     dx, dy, dz = middle[j, 0] - middle[i, 0], middle[j, 1] - middle[i, 1], middle[j, 2] - middle[i, 2]
     length = np.sqrt(dx * dx + dy * dy + dz * dz)
@@ -54,12 +60,12 @@ def middle_leg(intervals: Intervals, i: int, j: int) -> tuple[float, float, floa
             along_i = (middle[j, axis[i]] - middle[i, axis[i]]) / length
         if axis[j] >= 0:
             along_j = (middle[j, axis[j]] - middle[i, axis[j]]) / length
-    return length, along_i, along_j
+    return length - NEARER_GAIN, along_i, along_j
 
 
 @inner_query
 def least_distance(intervals: Intervals, i: int, j: int) -> float:
-    """Return the length of the shortest leg between two intervals, metres."""
+    """Bound the length of the shortest leg between two intervals, metres."""
     total = 0.0
     for axis in range(3):
         gap = abs(intervals.middle[i, axis] - intervals.middle[j, axis])
@@ -68,7 +74,7 @@ def least_distance(intervals: Intervals, i: int, j: int) -> float:
         if intervals.axis[j] == axis:
             gap -= intervals.half[j]
         total += max(gap, 0.0) ** 2
-    return np.sqrt(total)
+    return max(np.sqrt(total) - NEARER_GAIN, 0.0)  # a leg of negative length would be taken to and fro for ever
 
 
 @inner_query
@@ -100,7 +106,7 @@ def leg_bound(intervals: Intervals, i: int, j: int, slope_i: float, slope_j: flo
     if length == 0.0:
         return least
     rise_i, rise_j = slope_i - along_i / length, slope_j + along_j / length
-    tangent = length + slope_i * x + slope_j * y
+    tangent = length - NEARER_GAIN + slope_i * x + slope_j * y
     tangent -= rise_i * x + abs(rise_i) * half[i] + rise_j * y + abs(rise_j) * half[j]
     return max(least, tangent)
 
@@ -145,6 +151,9 @@ def faces_beside(intervals: Intervals, edges: Edges, i: int, j: int) -> int:
 def legs_free(space: Space, intervals: Intervals, i: int, j: int) -> int:
     """Tell what is known of all legs between two intervals: `SOME_FREE`, `ALL_FREE` or `ALL_BLOCKED` by one box."""
     r = box.ray(intervals.middle[i], intervals.middle[j])
+    for k in (intervals.blocker[i], intervals.blocker[j]):
+        if k >= 0 and _blocks_all(space, k, intervals, i, j, r):
+            return ALL_BLOCKED
     reach = space.clearance + max(intervals.half[i], intervals.half[j])
     known = ALL_FREE
     node = 0
@@ -155,12 +164,19 @@ def legs_free(space: Space, intervals: Intervals, i: int, j: int) -> int:
         for k in range(space.tree.links[node, FIRST], space.tree.links[node, STOP]):
             if box.meets(space.boxes, k, reach, r):
                 known = SOME_FREE
-                if box.meets(space.boxes, k, space.clearance, r) and (
-                    _at_one_share(space, k, intervals, i, j) or _in_one_plane(space, k, intervals, i, j)
-                ):
+                if _blocks_all(space, k, intervals, i, j, r):
+                    intervals.blocker[i] = intervals.blocker[j] = k
                     return ALL_BLOCKED
         node += 1
     return known
+
+
+@inner_query
+def _blocks_all(space: Space, k: int, intervals: Intervals, i: int, j: int, r: box.Ray) -> bool:
+    """Tell whether it is proven that box k blocks all legs between two intervals; the ray joins their middles."""
+    return box.meets(space.boxes, k, space.clearance, r) and (
+        _at_one_share(space, k, intervals, i, j) or _in_one_plane(space, k, intervals, i, j)
+    )
 
 
 @inner_query

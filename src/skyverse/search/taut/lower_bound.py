@@ -18,78 +18,30 @@ proven to be a lower bound. Until then it is the value of the goal.
 
 import numpy as np
 
-from skyverse._typing import Floats, Ints
+from skyverse._typing import Ints
 from skyverse.numerics.heap import make_heap, pop, push
 from skyverse.numerics.kernel import inner, inner_query
-from skyverse.numerics.tolerances import DETOUR_GAIN, OTHER_WAY_WORTH
-from skyverse.search.taut.interval_graph import FACES, Graph, Values, finer, first_graph
+from skyverse.numerics.tolerances import DETOUR_GAIN
+from skyverse.search.taut.interval_graph import FACES, Graph, LegLists, Values
 from skyverse.search.taut.legs import Intervals, leg_bound, middle_leg, quick_leg_bound
-from skyverse.space.edges import Edges
-from skyverse.space.obstacles import Space
 
-GAPS = (0.02, 0.5 * OTHER_WAY_WORTH)
-"""The gaps between a known length and its bound that are sought one after the other, as shares of the bound."""
-FIRST_SPACING = 1 / 6
-"""The greatest length of the first intervals, as a share of the path's length."""
-HALVINGS = 12
-"""How often intervals are halved at most."""
 MAX_REVISITS = 6
 """How often the value of a state is lowered before its slope is given up, so that searches end."""
 
 
 @inner
-def lower_bound(
-    space: Space, edges: Edges, start: Floats, goal: Floats, length: float, bound: float, most: int
-) -> float:
-    """Return a length that no path from start to goal beats.
+def sharpen(graph: Graph, lists: LegLists, source: int, limit: float) -> tuple[Graph, float]:
+    """Bound the lengths from the start (0) or from the goal (1) anew.
 
-    Parameters
-    ----------
-    length
-        The length of a path that is known, metres.
-    bound
-        A lower bound that is known, metres.
-    most
-        Pairs of intervals to look at, at most, about; less where the known gap is small.
+    Return the graph with these values, and a length of at most `limit` that no path from start to goal beats.
     """
-    looked = 0
-    most = int(most * min((length - bound) / (GAPS[0] * length), 1.0))
-    for gap in GAPS:
-        limit = length / (1.0 + gap)
-        if bound < limit:
-            found, more = _bound_up_to(space, edges, start, goal, limit, most - looked)
-            looked += more
-            bound = max(bound, found)
-            if found < limit:
-                break
-    return bound
+    values, to_other_end = _bound_lengths(graph, lists, source, limit)
+    ahead, behind = (values, graph.behind) if source == 0 else (graph.ahead, values)
+    return Graph(graph.intervals, graph.legs, ahead, behind), min(to_other_end, limit)
 
 
 @inner
-def _bound_up_to(space: Space, edges: Edges, start: Floats, goal: Floats, limit: float, most: int) -> tuple[float, int]:
-    """Return a lower bound of at most `limit`, 0 if there would be too much to look at, and the pairs looked at."""
-    spacing = FIRST_SPACING * limit
-    graph, looked = first_graph(space, edges, start, goal, limit, spacing, most)
-    bound = 0.0
-    for turn in range(HALVINGS):
-        if looked > most:
-            break
-        values, goal_value = _search(graph, turn % 2, limit)
-        bound = max(bound, min(goal_value, limit))
-        if bound == limit:
-            break
-        if turn % 2:
-            graph = Graph(graph.intervals, graph.legs, graph.ahead, values)
-        else:
-            graph = Graph(graph.intervals, graph.legs, values, graph.behind)
-        spacing *= 0.5
-        graph, more = finer(space, edges, graph, limit, spacing, most - looked)
-        looked += more
-    return bound, looked
-
-
-@inner
-def _search(graph: Graph, source: int, limit: float) -> tuple[Values, float]:
+def _bound_lengths(graph: Graph, lists: LegLists, source: int, limit: float) -> tuple[Values, float]:
     """Bound the lengths of paths from start (0) or goal (1) to all states, and to the other end; see the file's top.
 
     A value is first set by the best leg to the interval's middle, which also decides the slope, and lowered later where
@@ -97,7 +49,6 @@ def _search(graph: Graph, source: int, limit: float) -> tuple[Values, float]:
     """
     intervals, legs = graph.intervals, graph.legs
     known, rest = (graph.ahead, graph.behind) if source == 0 else (graph.behind, graph.ahead)
-    first, order = _legs_by_interval(graph)
     states = 2 * len(intervals.half)
     guess, before, visits = np.full(states, np.inf), np.full(states, -1), np.zeros(states, np.int64)
     values = Values(np.full(states, np.inf), np.zeros(states))
@@ -113,7 +64,7 @@ def _search(graph: Graph, source: int, limit: float) -> tuple[Values, float]:
                 values.at[state] = 0.0
             else:
                 _, _, values.slope[state] = middle_leg(intervals, before[state] >> 1, i)
-                least = _least_value(graph, first, order, source, visits, values, state)
+                least = _least_value(graph, lists, source, visits, values, state)
                 values.at[state] = max(least, _floor(intervals, known, state, values.slope[state]))
         elif key != values.at[state]:
             continue
@@ -121,8 +72,8 @@ def _search(graph: Graph, source: int, limit: float) -> tuple[Values, float]:
         aside = intervals.half[i] * abs(values.slope[state] + rest.slope[back])
         if state == target or values.at[state] + rest.at[back] - aside >= limit:
             continue
-        for k in range(first[i], first[i + 1]):
-            leg, end = order[k] >> 1, order[k] & 1
+        for k in range(lists.first[i], lists.first[i + 1]):
+            leg, end = lists.order[k] >> 1, lists.order[k] & 1
             j = legs[leg, 1 - end]
             if j == source or (i > 1 and not legs[leg, FACES + end] & (2 - (state & 1))):
                 continue
@@ -152,15 +103,13 @@ def _search(graph: Graph, source: int, limit: float) -> tuple[Values, float]:
 
 
 @inner
-def _least_value(
-    graph: Graph, first: Ints, order: Ints, source: int, visits: Ints, values: Values, state: int
-) -> float:
+def _least_value(graph: Graph, lists: LegLists, source: int, visits: Ints, values: Values, state: int) -> float:
     """Return the greatest value that a state with this slope may have beside all states that have a value."""
     intervals, legs = graph.intervals, graph.legs
     i = state >> 1
     least = np.inf
-    for k in range(first[i], first[i + 1]):
-        leg, end = order[k] >> 1, order[k] & 1
+    for k in range(lists.first[i], lists.first[i + 1]):
+        leg, end = lists.order[k] >> 1, lists.order[k] & 1
         j = legs[leg, 1 - end]
         if j == 1 - source or not legs[leg, FACES + end] >> (state & 1) & 1:
             continue
@@ -179,22 +128,3 @@ def _least_value(
 def _floor(intervals: Intervals, known: Values, state: int, slope: float) -> float:
     """Return the greatest value with another slope that is nowhere on the interval above the known one."""
     return known.at[state] - intervals.half[state >> 1] * abs(known.slope[state] - slope)
-
-
-@inner
-def _legs_by_interval(graph: Graph) -> tuple[Ints, Ints]:
-    """Return (n + 1,) where the legs of each interval begin in a list, and this list: 2 * leg + end of the leg."""
-    n, legs = len(graph.intervals.half), graph.legs
-    first = np.zeros(n + 2, np.int64)
-    for leg in range(len(legs)):
-        first[legs[leg, 0] + 2] += 1
-        first[legs[leg, 1] + 2] += 1
-    for i in range(2, n + 2):
-        first[i] += first[i - 1]
-    order = np.empty(2 * len(legs), np.int64)
-    for leg in range(len(legs)):
-        for end in range(2):
-            i = legs[leg, end]
-            order[first[i + 1]] = 2 * leg + end
-            first[i + 1] += 1
-    return first[: n + 1], order

@@ -183,7 +183,7 @@ def _sample(
             at[n, axis] = low + (high - low) * i / (each - 1)
             edge[n] = e
             n += 1
-        for place in (x, cheapest_detour(edges, e, path, 1), cheapest_detour(edges, e, path, 2)):
+        for place in (x, _cheapest_detour(edges, e, path, 1), _cheapest_detour(edges, e, path, 2)):
             put(at, n, edges.ends[e, :3])
             at[n, axis] = place
             edge[n] = e
@@ -192,7 +192,7 @@ def _sample(
 
 
 @inner
-def cheapest_detour(edges: Edges, e: int, path: Floats, legs: int) -> float:
+def _cheapest_detour(edges: Edges, e: int, path: Floats, legs: int) -> float:
     """Return where along piece e, metres, a detour over it costs least that replaces one leg or two of a path."""
     best, least = edges.ends[e, edges.axis[e]], np.inf
     for i in range(len(path) - legs):

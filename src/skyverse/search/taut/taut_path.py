@@ -8,12 +8,10 @@ from skyverse._typing import Floats, Ints
 from skyverse.numerics.arrays import put, put_all
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.norm import distance, length_of
-from skyverse.numerics.tolerances import BEND_GAIN, OTHER_WAY_WORTH, SEAM_MARGIN
+from skyverse.numerics.tolerances import OTHER_WAY_WORTH, SEAM_MARGIN
 from skyverse.search.taut.cell_astar import cell_astar
-from skyverse.search.taut.lower_bound import lower_bound
-from skyverse.search.taut.other_ways import shortest_way
 from skyverse.search.taut.plane_bound import plane_bound
-from skyverse.search.taut.shorten_window import local_space
+from skyverse.search.taut.shortest_way import shortest_way
 from skyverse.search.taut.tighten import tighten
 from skyverse.space import tree
 from skyverse.space.cells import Cells
@@ -50,8 +48,8 @@ class TautPath(NamedTuple):
 def taut_path(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Floats, most: int) -> TautPath:
     """Return a path from start to goal that no window of it can shorten, and a length that no path beats.
 
-    About `most` pairs of intervals of edges are looked at for the latter; with 0 it is that of the straight line. Where
-    the two lengths differ, other ways round are sought.
+    About `most` pairs of intervals of edges are looked at, for other ways round and for that length; with 0, no other
+    ways are sought, and it is that of the straight line.
     """
     spent = np.zeros(2, np.int64)
     nothing = np.empty((0, 3))
@@ -69,14 +67,12 @@ def taut_path(space: Space, cells: Cells, edges: Edges, start: Floats, goal: Flo
     if len(path) == 0:
         return TautPath(path, straight, 0, spent)
     path = tighten(sight, edges, path, spent)
+    least = distance(first, last)
+    if most > 0 and len(path) > 2:
+        path, least = _shortest(sight, edges, path, most, spent)
     whole = _between_ends(space, sight, start, path, goal)
     aside = distance(start, first) + distance(last, goal)
-    least = max(straight, _least_length(sight, edges, path, most) - aside)
-    if len(whole) > 2 and least * (1.0 + OTHER_WAY_WORTH) < length_of(whole):
-        other = shortest_way(sight, edges, path, least, spent)
-        if length_of(other) < length_of(path):
-            whole = _between_ends(space, sight, start, other, goal)
-    return TautPath(whole, min(least, length_of(whole)), 0, spent)
+    return TautPath(whole, min(max(straight, least - aside), length_of(whole)), 0, spent)
 
 
 @inner
@@ -97,18 +93,16 @@ def _between_ends(space: Space, sight: Space, start: Floats, path: Floats, goal:
 
 
 @inner
-def _least_length(sight: Space, edges: Edges, path: Floats, most: int) -> float:
-    """Return a length that no path between the ends of a given one beats, for about so many pairs looked at."""
-    length, straight = length_of(path), distance(path[0], path[-1])
-    if most == 0 or len(path) < 3:
-        return straight
-    plane = plane_bound(sight, path[0], path[-1], length)
-    if plane * (1.0 + OTHER_WAY_WORTH) >= length:
-        return min(plane, length)
-    near, _ = local_space(sight, path)
-    least = lower_bound(near, edges, path[0], path[-1], length, plane, most)
-    # edges lie two seam margins off the obstacles: on that scale a path could gain a little at each of its bends
-    return min(max(straight, plane, least - BEND_GAIN * len(path)), length)
+def _shortest(sight: Space, edges: Edges, path: Floats, most: int, spent: Ints) -> tuple[Floats, float]:
+    """Return a path as short as a given one, perhaps another way round, and a length that none beats."""
+    plane, way = plane_bound(sight, path[0], path[-1], length_of(path))
+    if len(way):
+        way = tighten(sight, edges, way, spent)
+        if length_of(way) < length_of(path):
+            path = way
+    if plane * (1.0 + OTHER_WAY_WORTH) >= length_of(path):
+        return path, plane
+    return shortest_way(sight, edges, path, plane, most, spent)
 
 
 @inner
