@@ -1,11 +1,11 @@
 """The default planner beside all others that price the same: ``python benchmarks/default.py [FIELD ...]``.
 
-The fields are the built-in scenarios, random threats, downtowns, and flights over the terrain of Jacksboro between
-random places; ``--count`` and ``--seeds`` say how many of each, and the first seed. A field's table holds, for each
-planner, its costs divided by the lowest that any of them finds: the median, the worst, and the share within 0.5 %.
-Paths that differ in their ends or units are not compared: lattice paths are compared where nodes are priced, straight
-legs elsewhere. The referee's `check_result` prices every path anew, and an answer that it finds wrong ends the program;
-so does a bound that a path of another planner beats.
+The fields are the built-in scenarios, random threats, downtowns, flights over the terrain of Jacksboro between random
+places, and ways among many cylinders, spheres and prisms; ``--count`` and ``--seeds`` say how many of each, and the
+first seed. A field's table holds, for each planner, its costs divided by the lowest that any of them finds: the median,
+the worst, and the share within 0.5 %. Paths that differ in their ends or units are not compared: lattice paths are
+compared where nodes are priced, straight legs elsewhere. The referee's `check_result` prices every path anew, and an
+answer that it finds wrong ends the program; so does a bound that a path of another planner beats.
 """
 
 import argparse
@@ -29,7 +29,7 @@ STRAIGHT = {
     "Cheapest": sky.Cheapest(),
     "Cheapest, 12 million legs": sky.Cheapest(legs=12_000_000),
     "HybridMVO, 10,000 evaluations": sky.HybridMVO(),
-    "HybridMVO, given Taut's path": sky.HybridMVO(seeds=(sky.Taut(proof=0),)),
+    "HybridMVO, given Taut's path": sky.HybridMVO(seeds=(sky.Taut(),)),
     "LSHADE, 10,000 evaluations": sky.LSHADE(legs="straight"),
 }
 LATTICE = {
@@ -76,7 +76,42 @@ def terrain(count: int, seed: int) -> Iterator[sky.Problem]:
         yield sky.Problem(scenario.model_copy(update={"uavs": (uav,), "targets": (sky.Target(position=target),)}))
 
 
-FIELDS = {"builtins": builtins, "threats": threats, "downtown": downtown, "terrain": terrain}
+def shapes(count: int, seed: int) -> Iterator[sky.Problem]:
+    """Yield ways among 100 to 800 cylinders, spheres and prisms on 100 m by 100 m, on a lattice of 0.5 m."""
+    start, target = np.array([2.0, 2.0, 5.0]), np.array([98.0, 98.0, 12.0])
+    for k in range(count):
+        rng = np.random.default_rng(seed + k)
+        found: list[sky.Cylinder | sky.Sphere | sky.Prism] = []
+        for _ in range(rng.integers(100, 801)):
+            centre, radius = rng.uniform((0, 0, 0), (100, 100, 20)), float(rng.uniform(0.5, 4.0))
+            if min(np.linalg.norm((centre - end)[:2]) for end in (start, target)) < radius + 1.0:
+                continue
+            x, y, z = centre.tolist()
+            angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, 6))
+            corners = [(x + radius * np.cos(angle), y + radius * np.sin(angle)) for angle in angles.tolist()]
+            low, high = sorted(rng.uniform(-5.0, 25.0, 2).tolist())
+            kind = rng.integers(3)
+            if kind == 0:
+                found.append(sky.Sphere(centre=(x, y, z), radius=radius))
+            elif kind == 1 or np.max(np.diff(angles, append=angles[0] + 2.0 * np.pi)) > 3.0:
+                found.append(sky.Cylinder(centre=(x, y), radius=radius, low=low, high=high))
+            else:
+                found.append(sky.Prism(vertices=tuple(corners), low=low, high=high))
+        yield sky.Problem(
+            sky.Scenario(
+                name=f"shapes-{seed + k}",
+                bounds=sky.Bounds(min=(0, 0, 0), max=(100, 100, 20)),
+                obstacles=tuple(found),
+                clearance=0.25,
+                lattice=sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=26),
+                objective=sky.Objective(unit="metres"),
+                uavs=(sky.UAV(start=tuple(start.tolist())),),
+                targets=(sky.Target(position=tuple(target.tolist())),),
+            )
+        )
+
+
+FIELDS = {"builtins": builtins, "threats": threats, "downtown": downtown, "terrain": terrain, "shapes": shapes}
 
 
 def run(planner: sky.Planner, problem: sky.Problem) -> sky.Result:

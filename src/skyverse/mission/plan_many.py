@@ -26,7 +26,7 @@ def plan_many(
     """Plan the paths of many UAVs to many targets in parallel.
 
     The space is compiled once and shared. Kernels release Python's global lock, so that threads use all cores. Paths
-    have no times, so that movers and speed limits of zones are not heeded.
+    have no times, so that movers, active times and speed limits of zones are not heeded.
 
     Parameters
     ----------

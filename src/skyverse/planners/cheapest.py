@@ -47,7 +47,8 @@ class Cheapest(DirectPlanner):
     Attributes
     ----------
     legs
-        After about so many priced legs no other ways are tried: about half a second for each million.
+        After about so many priced legs no other ways are tried, or earlier, where as many as before the last gain of
+        0.05 %, and a fifth of all, were in vain. A million takes about a second over terrain.
     proof
         About how many cells the lattice over the map has that proves the bound: about a fifth of a second for each
         100,000. With 0 the bound is that of the straight line.
@@ -68,7 +69,7 @@ class Cheapest(DirectPlanner):
         """Return a cheap path, or the status that says why there is none."""
         space, bound = straight_space(problem), straight_bound(problem)
         clock = Stopwatch()
-        found = [_as_legs(problem, planner.plan(problem)) for planner in (Taut(proof=0), AStar())]
+        found = [_as_legs(problem, planner.plan(problem)) for planner in (Taut(), AStar())]
         known = [path for path in found if len(path) > 1 and path_free(space, path)]
         if not known:
             return Taut(proof=0).find(problem, origin)

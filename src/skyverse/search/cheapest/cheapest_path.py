@@ -41,6 +41,8 @@ WAYS, DRAWN, CHANGES = 16, 10, 8
 """How many ways are tried in a round, then how many random places are added, and random changes are tried."""
 IDLE = 20
 """After so many rounds in a row that find nothing the search ends."""
+WORTH, IN_VAIN = 5e-4, 0.2
+"""The search also ends when as many legs as before the last gain of such a share, and this part of all, gained none."""
 LONGEST_WAY = 64
 """Points of a way, at most."""
 DEARER, FORGOTTEN = 0.08, 0.95
@@ -107,14 +109,16 @@ def cheapest_path(
     for places in (joints, around):
         spent[LEGS] += _add(space, rates, roadmap, places, steps, least)
     tried, dearer = np.empty(0, np.int64), np.zeros(len(roadmap.points))
-    idle = 0
-    while spent[LEGS] < spend and least > enough and idle < IDLE:
+    idle, gained = 0, spent[LEGS]
+    while spent[LEGS] < min(spend, 2 * gained + int(IN_VAIN * spend)) and least > enough and idle < IDLE:
         price = least
         tried = _try_ways(space, rates, roadmap, steps, elite, tried, dearer, spent)
         dearer *= FORGOTTEN
         _try_changes(space, rates, roadmap, steps, elite, spent, rng)
         least = elite.price.min()
         idle = 0 if least < price * (1.0 - SEARCH_GAIN) else idle + 1
+        if least < price * (1.0 - WORTH):
+            gained = spent[LEGS]
     path, _, legs = descend(space, rates, best_of(elite), steps, FINEST, THOROUGH)
     spent[LEGS] += legs
     return path, spent

@@ -148,12 +148,20 @@ def _move(
             v[axis], w[axis] = path[i, axis] + moved[axis], path[k, axis] + moved[axis]
         if not (in_bounds(space, v) and in_bounds(space, w)):
             continue
-        draft.counts[SPENT] += 2
-        before = leg_price(rates, path[i - 1], v, shares)
-        if before >= now:
+        between, after = rates.metre * distance(v, w), rates.metre * distance(w, path[k + 1])  # at least
+        if rates.metre * distance(path[i - 1], v) + between + after >= now - least:
             continue
+        draft.counts[SPENT] += 1
+        before = leg_price(rates, path[i - 1], v, shares)
+        if before + between + after >= now - least:
+            continue
+        draft.counts[SPENT] += 1
         after = leg_price(rates, w, path[k + 1], shares)
-        between = leg_price(rates, v, w, shares) if k > i else 0.0
+        if before + between + after >= now - least:
+            continue
+        if k > i:
+            draft.counts[SPENT] += 1
+            between = leg_price(rates, v, w, shares)
         saved = now - before - after - between - _bends(rates, draft, i, v, k, w)
         if (
             saved > least
@@ -196,10 +204,14 @@ def _insert(space: Space, rates: Rates, draft: Draft, i: int, least: float, memo
                 v[2] = a[2] + at * (b[2] - a[2]) + (0.0 if side < 2 else 0.3 * sign)
                 if not in_bounds(space, v):
                     continue
-                draft.counts[SPENT] += 2
-                before = leg_price(rates, a, v, shares)
-                if before >= now:
+                after = rates.metre * distance(v, b)  # at least
+                if rates.metre * distance(a, v) + after >= now - best:
                     continue
+                draft.counts[SPENT] += 1
+                before = leg_price(rates, a, v, shares)
+                if before + after >= now - best:
+                    continue
+                draft.counts[SPENT] += 1
                 after = leg_price(rates, v, b, shares)
                 saved = now - before - after - turn_price(rates, a, v, b)
                 if i > 1:
