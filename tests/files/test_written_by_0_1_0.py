@@ -23,6 +23,7 @@ ADDED = {
     "hover_power": None,
     "vehicle": "",
     "closed_above": False,
+    "active": None,
     "max_height": None,
     "max_speed": None,
     "max_yaw_rate": 60.0,
@@ -31,6 +32,7 @@ ADDED = {
     "pointing": None,
     "flights": [],
     "straight_bound": False,
+    "source": None,
     "scenario": "",
     "disturbances": {"gusts": False, "mismatch": 0.0, "position_noise": 0.0, "delay": 0.0},
 }
@@ -138,6 +140,14 @@ def test_a_result_of_version_1_cannot_say_what_its_bound_is(name, tmp_path):
     (tmp_path / name).write_text(json.dumps(data))
     with pytest.raises(sky.InputError, match=r"results\[0\]\.straight_bound: 'skyverse/mission/1' has no such field; "):
         sky.read(tmp_path / name)
+
+
+@pytest.mark.parametrize(("field", "value"), [("flights", []), ("source", "map1")])
+def test_a_mission_of_version_1_has_no_fields_of_version_2(field, value, tmp_path):
+    data = load(HERE / "yard.mission.json") | {field: value}
+    (tmp_path / "m.json").write_text(json.dumps(data))
+    with pytest.raises(sky.InputError, match=f"m.json: {field}: 'skyverse/mission/1' has no such field; "):
+        sky.read(tmp_path / "m.json")
 
 
 def test_a_study_goes_on_from_its_rows_where_it_was(tmp_path):

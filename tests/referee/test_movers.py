@@ -171,12 +171,29 @@ def test_a_circle_begins_at_its_bearing_and_turns_the_way_it_says():
     assert math.hypot(*(left.at(1.0)[0] - (1, 2, 3))) == pytest.approx(5)
 
 
-def test_missions_among_movers_are_neither_exported_nor_flown(tmp_path):
+def test_missions_among_movers_are_exported_as_data_once_the_referee_has_judged_them(tmp_path):
+    stands = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 30, 0)], times=[0]))
+    stands_in_the_way = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 0, 0)], times=[0]))
+    ordinary = {"max_speed": 5, "max_acceleration": 3.5, "max_jerk": 50, "max_tilt": 40, "thrust_to_weight": 2.5}
+    standing = flight((0, 0, 0), (9, 0, 0), 5)
+    mission = sky.plan_mission(among(stands, flown=standing, **ordinary).scenario, sky.Taut())
+    sky.export(mission, tmp_path / "out.csv")
+    assert (tmp_path / "out.csv").read_text().count("\n") > 20
+    with pytest.raises(sky.InputError, match="the referee refutes this mission"):
+        sky.export(
+            mission,
+            tmp_path / "hit.csv",
+            scenario=among(stands_in_the_way, flown=standing, **ordinary).scenario,
+        )
+    assert not (tmp_path / "hit.csv").exists()
+
+
+def test_missions_among_movers_are_neither_exported_to_autopilots_nor_flown(tmp_path):
     ordinary = {"max_speed": 5, "max_acceleration": 3.5, "max_jerk": 50, "max_tilt": 40, "thrust_to_weight": 2.5}
     stands = Mover(shape=BALL, motion=WaypointMotion(points=[(5, 30, 0)], times=[0]))
     mission = among(stands, flown=flight((0, 0, 0), (9, 0, 0), 5), **ordinary)
     with pytest.raises(sky.InputError, match="has movers, and no autopilot keeps a schedule exactly enough"):
-        sky.export(mission, tmp_path / "out.csv")
+        sky.export(mission, tmp_path / "out.plan", origin=(47.0, 8.0, 400.0))
     assert not list(tmp_path.iterdir())
     for fly in (sky.fly, sky.fly_many, sky.fly_many_until_safe):
         with pytest.raises(sky.InputError, match="flights among movers cannot be simulated"):

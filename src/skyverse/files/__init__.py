@@ -47,7 +47,7 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         return builtin(str(source))
     path = Path(source)
     suffix = path.suffix.lower()
-    require_file(path, f", nor a built-in scenario; built in are {', '.join(BUILTIN_NAMES)}")
+    require_file(path, BUILTIN_NAMES)
     if suffix == ".txt":
         return course_map(path, read_text(path))
     if suffix in voxels.VOXEL_SUFFIXES:

@@ -1,7 +1,6 @@
 """YAML and JSON texts become data, and data become objects, or one sentence says what is wrong with them."""
 
 import dataclasses
-import difflib
 import json
 import re
 from collections.abc import Callable, Mapping
@@ -15,7 +14,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from skyverse.documents.json import load_json
 from skyverse.documents.limits import LimitError, require_length
 from skyverse.documents.yaml import load_yaml
-from skyverse.errors import InputError, first_line, printable, shown, unreadable
+from skyverse.errors import InputError, did_you_mean, first_line, printable, shown, unreadable
 from skyverse.files.grid_archive import GridArchive, arrays_beside
 from skyverse.model.scenario import Scenario
 from skyverse.model.wrong_values import complaint
@@ -54,8 +53,6 @@ def parse(path: Path, text: str) -> Any:
         raise InputError(f"{path}: a value is not what its tag says: {first_line(error)}") from None
 
 
-_SHAPE_TAGS = ("box", "cylinder", "sphere", "prism", "voxels")
-"""Words that pydantic adds to the place of an error in a shape."""
 _UNKNOWN_KEY_ERRORS = ("extra_forbidden", "unexpected_keyword_argument")
 """How pydantic calls an unknown key in a model and in a dataclass."""
 T = TypeVar("T")
@@ -116,7 +113,7 @@ class JsonFormat(Generic[T]):
         try:
             return self._adapter.validate_python(data, context={"grids": arrays_beside(Path(source))})
         except ValidationError as error:
-            raise explained(source, error, set()) from None
+            raise explained(source, error, data, set()) from None
 
     def text(self, thing: T, archive: GridArchive | None = None) -> str:
         """Return an object as the text of its file; large arrays of its scenario go to the archive if there is one."""
@@ -124,7 +121,7 @@ class JsonFormat(Generic[T]):
         return written.decode() + "\n"
 
 
-def explained(source: object, error: ValidationError, known: set[str]) -> InputError:
+def explained(source: object, error: ValidationError, data: Any, known: set[str]) -> InputError:
     """Return what pydantic found wrong as one sentence that names file and field.
 
     Parameters
@@ -133,33 +130,60 @@ def explained(source: object, error: ValidationError, known: set[str]) -> InputE
         The file.
     error
         What pydantic found.
+    data
+        The data of the file.
     known
         Keys that an unknown key may be a misspelling of.
     """
     # where a key is misspelt, the right one is missing, too: the misspelt one is the cause
     first = min(error.errors(include_url=False), key=lambda found: found["type"] not in _UNKNOWN_KEY_ERRORS)
-    place = _place(first["loc"])
-    found = first["input"]
+    place, kind = _place(first["loc"], data, missing=first["type"] == "missing")
+    found, near = first["input"], ""
+    if first["type"] == "union_tag_invalid":
+        place += f".{_name_of_type(first['loc'])}"
+        found = first["ctx"]["tag"]
+        near = did_you_mean(found, re.findall(r"'([^']+)'", first["ctx"]["expected_tags"]))
     if first["type"] in _UNKNOWN_KEY_ERRORS:
-        key, kind = str(first["loc"][-1]), next((part for part in first["loc"][-2:-1] if part in _SHAPE_TAGS), None)
+        key = str(first["loc"][-1])
         if kind is not None and key in known:
-            return InputError(f"{source}: {place}: a {kind} has no such key; the key 'shape' says what a shape is")
-        near = difflib.get_close_matches(key, known - {key}, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        return InputError(f"{source}: {place}: there is no such key{hint}")
+            name = _name_of_type(first["loc"][:-2])
+            said = f"the {name} {kind!r} has no such key; the key {name!r} says which {name} it is"
+            return InputError(f"{source}: {place}: {said}")
+        return InputError(f"{source}: {place}: there is no such key{did_you_mean(key, known)}")
     if first["type"] == "missing":
         return InputError(f"{source}: {place}: is missing")
     said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", complaint(first))
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     but = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {shown(found, 60)}"
-    return InputError(f"{source}: {place + ': ' if place else ''}{said}{but}{more}")
+    return InputError(f"{source}: {place + ': ' if place else ''}{said}{but}{near}{more}")
 
 
-def _place(loc: tuple[int | str, ...]) -> str:
-    place = ""
-    for part in loc:
+def _name_of_type(loc: tuple[int | str, ...]) -> str:
+    """Return the key that says of which type the data at a place are."""
+    return "motion" if loc[-1] == "motion" else "shape"
+
+
+def _place(loc: tuple[int | str, ...], data: Any, missing: bool) -> tuple[str, str | None]:
+    """Return where in a file's data a place of pydantic's is, and the type that pydantic names just before its end.
+
+    On the way, pydantic names types, validators, and the first entry of a list where the file has that entry alone.
+    These do not stand in the file, and are left out; a key that is missing stands at the end.
+    """
+    place, kind = "", None
+    for k, part in enumerate(loc):
+        last = k == len(loc) - 1
         if isinstance(part, int):
-            place += f"[{part}]"
-        elif part not in _SHAPE_TAGS and not part.startswith(("function-", "tuple[", "literal[")):
+            if not isinstance(data, dict | str | float | int):
+                place += f"[{part}]"
+                data = data[part] if isinstance(data, list | tuple) and part < len(data) else None
+        elif _stands_in(data, part) or (missing and last):
             place += f".{printable(part, 60)}" if place else printable(part, 60)
-    return place
+            data = data.get(part) if isinstance(data, dict) else None
+        elif k == len(loc) - 2:
+            kind = part
+    return place, kind
+
+
+def _stands_in(data: Any, part: str) -> bool:
+    """Tell whether a key stands in data; of other data than mappings, whether it is a key at all."""
+    return part in data if isinstance(data, dict) else not part.startswith(("function-", "tuple[", "literal["))

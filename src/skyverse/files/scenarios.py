@@ -13,6 +13,7 @@ from skyverse.errors import InputError, shown, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
 from skyverse.files.document import explained
 from skyverse.files.grid_archive import arrays_beside
+from skyverse.files.recorded_motions import RecordedMotion, with_recorded_motions
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
 from skyverse.model.vehicle_profiles import limits_without_value
@@ -24,10 +25,11 @@ def scenario_from_data(source: str | Path, data: Any) -> Scenario:
         raise InputError(
             f"{source}: expected a scenario, a mapping with the key 'bounds' and others, found {shown(data)}"
         )
+    data = with_recorded_motions(Path(source), data)
     try:
         return Scenario.model_validate(data, context={"grids": arrays_beside(Path(source))})
     except ValidationError as error:
-        raise explained(source, error, _keys(scenario_schema())) from None
+        raise explained(source, error, data, _keys(scenario_schema())) from None
 
 
 MAX_PRINTED_NUMBERS = 100_000
@@ -63,7 +65,10 @@ def printed_scenario(scenario: Scenario, suffix: str) -> tuple[str, int]:
 
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema of scenario files, for editors."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Scenario.model_json_schema()}
+    schema = Scenario.model_json_schema()
+    schema["$defs"]["RecordedMotion"] = RecordedMotion.model_json_schema()
+    schema["$defs"]["Mover"]["properties"]["motion"]["oneOf"].append({"$ref": "#/$defs/RecordedMotion"})
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
 def course_map(source: Path, text: str) -> Scenario:
@@ -86,24 +91,29 @@ def course_map(source: Path, text: str) -> Scenario:
             numbers = [float(word) for word in words[1:]]
         if len(numbers) not in counts:
             raise InputError(f"{where}: {words[0]}: expected six numbers{colour}, found {len(numbers)}")
-        low, high = tuple(numbers[:3]), tuple(numbers[3:6])
+        corners = {"min": tuple(numbers[:3]), "max": tuple(numbers[3:6])}
         try:
             if words[0] == "block":
-                boxes.append(Box(min=low, max=high))
+                boxes.append(Box.model_validate(corners))
             elif bounds is not None:
                 raise InputError(f"{where}: a second boundary")
             else:
-                bounds = Bounds(min=low, max=high)
+                bounds = Bounds.model_validate(corners)
         except ValidationError as error:
-            raise explained(f"{where}: {words[0]}", error, set()) from None
+            raise explained(f"{where}: {words[0]}", error, corners, set()) from None
     if bounds is None:
         raise InputError(f"{source}: there is no 'boundary' line")
+    data = {
+        "name": source.stem,
+        "bounds": bounds,
+        "obstacles": tuple(boxes),
+        "clearance": THESIS_CLEARANCE,
+        "lattice": THESIS_LATTICE,
+    }
     try:
-        return Scenario(
-            name=source.stem, bounds=bounds, obstacles=tuple(boxes), clearance=THESIS_CLEARANCE, lattice=THESIS_LATTICE
-        )
+        return Scenario.model_validate(data)
     except ValidationError as error:
-        raise explained(source, error, set()) from None
+        raise explained(source, error, data, set()) from None
 
 
 def _keys(schema: Any) -> set[str]:

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Discriminator, Tag, model_validator
 
 from skyverse._typing import Floats
-from skyverse.model.mover_motions import Instant, MoverMotion
-from skyverse.model.quantities import Limit, Model, NonNegative, Point, Positive, named_type
+from skyverse.model.mover_motions import MoverMotion
+from skyverse.model.quantities import Instant, Limit, Model, NonNegative, Point, Positive, named_type
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
 
 
@@ -38,6 +38,8 @@ def _plain(shape: Shape) -> Shape:
         raise ValueError("a mover has no max_speed for others; nothing may fly through it")
     if shape.closed_above:
         raise ValueError("a mover cannot be closed above; make it as high as the bounds")
+    if shape.active is not None:
+        raise ValueError("a mover has no active times; what is there only at times belongs to zones")
     return shape
 
 

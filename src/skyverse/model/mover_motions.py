@@ -13,11 +13,8 @@ from numpy.typing import ArrayLike
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from skyverse._typing import Floats
-from skyverse.model.quantities import Model, Number, Point, Positive, named_type
+from skyverse.model.quantities import MAX_INSTANT, Instant, Model, Number, Point, Positive, named_type
 
-MAX_INSTANT = 1e9
-"""Seconds: no instant of a motion is later or earlier than this."""
-Instant = Annotated[Number, Field(ge=-MAX_INSTANT, le=MAX_INSTANT)]
 Seconds = Annotated[Positive, Field(ge=1e-3, le=MAX_INSTANT)]
 """A duration; no mover turns back, or round, in less than a millisecond."""
 

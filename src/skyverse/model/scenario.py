@@ -227,7 +227,7 @@ class Scenario(Model, Drawn):
     clearance
         Metres by which every obstacle is grown on every side; a place inside a grown obstacle is unsafe.
     zones
-        Shapes that may be flown through, at a risk, or no faster than at some speed.
+        Shapes that may be flown through, at a risk, no faster than at some speed, or while they are not active.
     movers
         Obstacles that move in stated ways.
     terrain

@@ -1,6 +1,7 @@
 """The shapes that fill space: boxes, cylinders, spheres, prisms, voxels, and the ground.
 
-A shape is an obstacle, or, if it has a risk or a speed limit, a zone that may be flown through. The ground is neither.
+A shape is an obstacle, or a zone: one with a risk or a speed limit may be flown through, one that has only active times
+may be at other times. The ground is neither.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -21,6 +22,7 @@ from pydantic import (
 )
 
 from skyverse._typing import Floats
+from skyverse.model.active_times import ActiveTimes
 from skyverse.model.grids import GridModel, Heights, Occupied, written
 from skyverse.model.polygon import edges_that_meet, is_inside
 from skyverse.model.quantities import (
@@ -57,6 +59,10 @@ class Shape(Model):
         How fast UAVs may fly inside a zone at most, m/s; ``None`` where it has no such limit. Obstacles have none.
     closed_above
         Whether all that is above the shape belongs to it too, so that nothing may fly over it. Zones have no such.
+    active
+        When a zone is active: pairs of the instants, seconds into the mission, from which and until which it is;
+        ``None`` instead of an instant where it has been active before, or stays so. Its speed limit holds only then; a
+        zone without one must not be entered while it is active. Obstacles have none.
     """
 
     name: str | None = None
@@ -64,6 +70,7 @@ class Shape(Model):
     risk: Positive | None = None
     max_speed: Limit | None = None
     closed_above: Flag = False
+    active: ActiveTimes | None = None
 
 
 class Upright(Shape):
@@ -276,15 +283,19 @@ def _forbidden(shape: Shape) -> Shape:
         raise ValueError("an obstacle has no risk; what may be flown through belongs to zones")
     if shape.max_speed is not None:
         raise ValueError("an obstacle has no max_speed; what may be flown through belongs to zones")
+    if shape.active is not None:
+        raise ValueError("an obstacle is always there; what is there only at active times belongs to zones")
     return shape
 
 
 def _open_to_flight(shape: Shape) -> Shape:
-    if shape.risk is None and shape.max_speed is None:
+    if shape.risk is None and shape.max_speed is None and shape.active is None:
         raise ValueError(
-            "a zone needs a risk, per metre flown inside, or a max_speed, m/s; "
-            "what must not be entered belongs to obstacles"
+            "a zone needs a risk, per metre flown inside, a max_speed, m/s, or times at which it is active; "
+            "what must never be entered belongs to obstacles"
         )
+    if shape.risk is not None and shape.active is not None:
+        raise ValueError("a zone with a risk has no active times, since paths, which pay for risks, have no times")
     if shape.closed_above:
         raise ValueError("a zone cannot be closed above; what must not be flown over belongs to obstacles")
     return shape

@@ -16,7 +16,7 @@ MAX_SLICES = 256
 
 
 class FleetMotion(NamedTuple):
-    """The fleet's motion from 0 s until one second after the last UAV has arrived.
+    """The fleet's motion from 0 s until a while after the last UAV has arrived.
 
     Attributes
     ----------
@@ -77,9 +77,14 @@ def _with_error(parts: list[Polynomials], error: Floats) -> list[Polynomials]:
     return [Polynomials(part.b, part.error + error[:, axis]) for axis, part in enumerate(parts)]
 
 
-def fleet_motion(scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int]) -> FleetMotion:
-    """Return the motion of all UAVs except the `unknown` ones; a UAV without a curve stands at its start."""
-    end = max((curve.knots[-1] for curve in curves if curve is not None), default=0.0) + 1.0
+def fleet_motion(
+    scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = 1.0
+) -> FleetMotion:
+    """Return the motion of all UAVs except the `unknown` ones; a UAV without a curve stands at its start.
+
+    It ends `stay` seconds after the last UAV has arrived.
+    """
+    end = max((curve.knots[-1] for curve in curves if curve is not None), default=0.0) + stay
     uavs = [uav for uav in range(len(scenario.uavs)) if uav not in unknown]
     degree = max((curve.pieces.shape[1] for curve in curves if curve is not None), default=1)
     knots: list[Floats] = []

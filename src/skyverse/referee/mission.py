@@ -9,6 +9,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, counted
+from skyverse.model.temporary_zones import is_closed_at_times
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Certificate, Fault, Verdict, Violation
@@ -20,6 +21,7 @@ from skyverse.referee.flight_summary import judge_flight_summary, priced_path
 from skyverse.referee.movers import judge_movers
 from skyverse.referee.result import judge_result
 from skyverse.referee.separation import judge_separation
+from skyverse.referee.temporary_zones import judge_temporary_zones
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.tube import EXACT
 from skyverse.referee.untrusted import entry, target_index
@@ -105,14 +107,14 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
         violations[uav], halvings[uav], curves[uav] = judge_trajectory(worlds.of(uav), uav, targets[uav], trajectory)
         if curves[uav] is None:
             unknown.add(uav)
-    among_movers = judge_movers(scenario, curves, unknown)
+    in_time = [judge(scenario, curves, unknown) for judge in (judge_movers, judge_temporary_zones)]
     certificates: list[Certificate | None] = [None] * count
     for uav in range(count):
-        violations[uav] += among_movers.violations[uav]
+        violations[uav] += [one for judged in in_time for one in judged.violations[uav]]
         if isinstance(entry(mission.trajectories, uav), Trajectory):
             columns = columns_of(worlds.of(uav), uav, targets[uav])
             sentence = _proven_sentence(scenario, digest, uav, curves[uav], columns)
-            cuts = halvings[uav] + among_movers.halvings[uav]
+            cuts = halvings[uav] + sum(judged.halvings[uav] for judged in in_time)
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, targets, curves, unknown)
     sentence = f"All {count} UAVs keep their separation from one another at every instant, {_where(scenario, digest)}"
@@ -142,6 +144,7 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
         ground = f"{scenario.ground_clearance:.6g} to {scenario.max_height:.6g} m above ground, "
     things = ["every obstacle"] if scenario.obstacles else []
     things += ["every mover, wherever within its doubt that may be,"] if scenario.movers else []
+    things += ["every zone while it is active"] if any(map(is_closed_at_times, scenario.zones)) else []
     clear = f"clear of {' and of '.join(things)} by {scenario.clearance:.6g} m, " if things else ""
     without = "" if things else ", which has no obstacles"
     return (
@@ -253,7 +256,8 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
     Returns
     -------
     list of Violation
-        Empty when nothing is wrong. A path has no times, so that movers and speed limits of zones are not judged.
+        Empty when nothing is wrong. A path has no times, so that movers, and speed limits and active times of zones,
+        are not judged.
 
     Raises
     ------

@@ -33,7 +33,7 @@ from skyverse.referee.tolerances import LET_PASS, MOVER_SLACK
 from skyverse.referee.tube import named
 
 
-class JudgedMovers(NamedTuple):
+class JudgedFlights(NamedTuple):
     """The violations of each UAV, and how often its pieces were cut in two."""
 
     violations: tuple[list[Violation], ...]
@@ -85,8 +85,10 @@ class Rows(NamedTuple):
     error: Floats
 
 
-def judge_movers(scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int]) -> JudgedMovers:
-    """Judge every UAV whose motion is known among all movers, from 0 s until a second after the last arrival.
+def judge_movers(
+    scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = 1.0
+) -> JudgedFlights:
+    """Judge every UAV whose motion is known among all movers, from 0 s until a while after the last arrival.
 
     Parameters
     ----------
@@ -96,12 +98,14 @@ def judge_movers(scenario: Scenario, curves: Sequence[PolynomialCurve | None], u
         The motion of each UAV; one without a motion stands at its start.
     unknown
         The UAVs whose motion is not known; they are left out.
+    stay
+        Seconds for which they must stay clear where they have arrived.
     """
     violations: list[list[Violation]] = [[] for _ in scenario.uavs]
     halvings = [0] * len(scenario.uavs)
     if not scenario.movers or len(unknown) == len(scenario.uavs):
-        return JudgedMovers(tuple(violations), tuple(halvings))
-    own = fleet_motion(scenario, curves, unknown)
+        return JudgedFlights(tuple(violations), tuple(halvings))
+    own = fleet_motion(scenario, curves, unknown, stay)
     enclosed = [(mover, enclosed_motion(mover.motion, own.end)) for mover in scenario.movers]
     wild = [mover for mover, pieces in enclosed if pieces is None]
     fleet = _with_movers(own, [(mover, pieces) for mover, pieces in enclosed if pieces is not None])
@@ -115,7 +119,7 @@ def judge_movers(scenario: Scenario, curves: Sequence[PolynomialCurve | None], u
             halvings[uav] += cuts
             found += [] if violation is None else [violation]
         violations[uav] = sorted(found, key=lambda one: one.fault is Fault.UNDECIDED)[:1]
-    return JudgedMovers(tuple(violations), tuple(halvings))
+    return JudgedFlights(tuple(violations), tuple(halvings))
 
 
 def _with_movers(own: FleetMotion, movers: list[tuple[Mover, EnclosedMotion]]) -> MovingFleet:

@@ -1,7 +1,8 @@
 """Judges at every instant whether a UAV keeps the speed limits of zones.
 
-Where the UAV is inside a zone its speed must be within the limit: at no instant may both the depth inside the zone and
-the excess of the speed be above zero. The lesser of the two is bounded on parts of the trajectory.
+Where the UAV is inside a zone while that is active, its speed must be within the limit: at no instant then may both the
+depth inside the zone and the excess of the speed be above zero. The lesser of the two is bounded on parts of the
+trajectory.
 """
 
 from typing import NamedTuple
@@ -10,8 +11,11 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Zone
+from skyverse.model.temporary_zones import told_zone
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
+from skyverse.referee.active_parts import active_parts, restricted, restriction_error
 from skyverse.referee.boxes import grown_boxes
 from skyverse.referee.closed_above import solid_shapes
 from skyverse.referee.curve import PolynomialCurve, derivative
@@ -36,11 +40,14 @@ class SpeedZones(NamedTuple):
         (n,) m/s.
     solids
         Their shapes, grown by the tracking error, one entry for each kind.
+    zones
+        As they are given; the limit of one with active times holds only then.
     """
 
     names: list[str]
     limits: Floats
     solids: tuple[GrownSolids, ...]
+    zones: tuple[Zone, ...]
 
 
 class JudgedZoneSpeed(NamedTuple):
@@ -53,12 +60,13 @@ class JudgedZoneSpeed(NamedTuple):
 def speed_zones(scenario: Scenario, error: TrackingError = EXACT) -> SpeedZones:
     """Return the zones of a scenario that have a speed limit, for a UAV with a tracking error."""
     slow = [(number, zone) for number, zone in enumerate(scenario.zones) if zone.max_speed is not None]
-    names = [f"zone {number}" + (f" ({zone.name!r})" if zone.name else "") for number, zone in slow]
+    names = [told_zone(scenario, number) for number, _ in slow]
     given = scenario.model_copy(update={"obstacles": tuple(zone for _, zone in slow), "clearance": 0.0})
     shapes = solid_shapes(given)
     kinds: list[GrownSolids] = [make(shapes, error) for make in (grown_cylinders, grown_spheres, grown_prisms)]
     solids = [kind for kind in (grown_boxes(shapes, error), *kinds) if len(kind.obstacle)]
-    return SpeedZones(names, np.array([zone.max_speed for _, zone in slow]), tuple(solids))
+    zoned = tuple(zone for _, zone in slow)
+    return SpeedZones(names, np.array([zone.max_speed for zone in zoned]), tuple(solids), zoned)
 
 
 def judge_zone_speed(scenario: Scenario, uav: int, curve: PolynomialCurve) -> JudgedZoneSpeed:
@@ -80,8 +88,10 @@ def judge_zone_speed(scenario: Scenario, uav: int, curve: PolynomialCurve) -> Ju
             b[:, :, :3].min(axis=1) - wrong[:, None], b[:, :, :3].max(axis=1) + wrong[:, None]
         )
         piece, shape = np.concatenate([np.zeros((0, 2), dtype=np.intp), *pairs]).T
-        if not len(piece):
+        parts = active_parts(curve.knots, piece, kind.obstacle[shape], zones.zones)
+        if not len(parts.pair):
             continue
+        piece, shape = piece[parts.pair], shape[parts.pair]
         squares = (zones.limits[kind.obstacle[shape]] * (1 + LIMIT_LET_PASS)) ** 2
 
         def both(
@@ -90,13 +100,18 @@ def judge_zone_speed(scenario: Scenario, uav: int, curve: PolynomialCurve) -> Ju
             excess: Floats = part[:, :, 3].max(axis=1) / squares[pair] - 1
             return np.minimum(kind.depth(part[:, :, :3], shape[pair]), excess)
 
-        error = np.maximum(wrong[piece], columns[3].error[piece] / squares)
-        peaks = find_peaks(b[piece], error, both)
+        rows = b[piece]
+        error = np.maximum(
+            wrong[piece] + restriction_error(rows[:, :, :3]),
+            (columns[3].error[piece] + restriction_error(rows[:, :, 3:])) / squares,
+        )
+        peaks = find_peaks(restricted(rows, parts.begin, parts.end), error, both)
         halvings += int(peaks.halvings[0])
         if peaks.proven[0]:
             continue
         pair, share = peaks.place()
         k, zone = int(piece[pair]), int(kind.obstacle[shape[pair]])
+        share = float(parts.begin[pair] + share * (parts.end[pair] - parts.begin[pair]))
         local = share * float(curve.durations[k])
         motion, time = curve.motion(k, local), float(curve.knots[k] + local)
         flown, at = float(np.linalg.norm(motion[1])), f"at t = {time:.6g} s, position {position_text(motion[0])}"

@@ -24,10 +24,12 @@ def outside(ground: Ground, low: float, high: float, a: Floats, b: Floats) -> fl
     rows, columns = ground.heights.shape[0] - 1, ground.heights.shape[1] - 1
     h = ground.heights
     row, column = _line_ahead(u, du), _line_ahead(v, dv)
+    a_row, a_column = _share_of_a_step(du), _share_of_a_step(dv)
     total = 0.0
     at = 0.0
+    begin = math.nan
     while at < 1.0:
-        across, along = _reached(row, u, du), _reached(column, v, dv)
+        across, along = _reached(row, u, a_row), _reached(column, v, a_column)
         to = min(1.0, min(across, along))
         if across <= to:
             row += 1.0 if du > 0.0 else -1.0
@@ -39,13 +41,14 @@ def outside(ground: Ground, low: float, high: float, a: Floats, b: Floats) -> fl
         i = min(max(math.floor(u + middle * du), 0), rows - 1)
         j = min(max(math.floor(v + middle * dv), 0), columns - 1)
         twist = h[i, j] + h[i + 1, j + 1] - h[i + 1, j] - h[i, j + 1]
-        begin = a[2] + at * rise - bilinear(ground, i, j, u + at * du - i, v + at * dv - j)
+        if at == 0.0:
+            begin = a[2] - bilinear(ground, i, j, u - i, v - j)
         end = a[2] + to * rise - bilinear(ground, i, j, u + to * du - i, v + to * dv - j)
         curved = -twist * du * dv * (to - at) ** 2
         slope = end - begin - curved
         under = _mean_above_zero(low - begin, -slope, -curved)
         total += (to - at) * (under + _mean_above_zero(begin - high, slope, curved))
-        at = to
+        at, begin = to, end
     return total
 
 
@@ -56,9 +59,15 @@ def _line_ahead(at: float, d: float) -> float:
 
 
 @inner_query
-def _reached(line: float, at: float, d: float) -> float:
-    """Return the share of the segment at which it reaches a line of the grid."""
-    return (line - at) / d if d != 0.0 else math.inf
+def _share_of_a_step(d: float) -> float:
+    """Return the share of the segment in which it gets one step further; infinite if it never does."""
+    return 1.0 / d if d != 0.0 else math.inf
+
+
+@inner_query
+def _reached(line: float, at: float, share: float) -> float:
+    """Return the share of the segment at which it reaches a line of the grid, given its share of a step."""
+    return (line - at) * share if share != math.inf else math.inf
 
 
 @inner_query

@@ -1,4 +1,4 @@
-"""Movers compiled to arrays: where each one is at an instant, and how far a point is from where it may be."""
+"""Movers, and zones with active times, as arrays: where each is at an instant, and how far a point is from it."""
 
 import math
 from collections.abc import Sequence
@@ -7,22 +7,28 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.mover import Ellipsoid, Mover
-from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
-from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
+from skyverse.model.mover import Ellipsoid
+from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
+from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.kernel import by_reference, inner, kernel
+from skyverse.space import polygon
+from skyverse.space.timed_shapes import TimedShape
 
-BOX, CYLINDER, SPHERE, ELLIPSOID = range(4)
+BOX, CYLINDER, SPHERE, ELLIPSOID, PRISM = range(5)
 STAYS, REPEATS, RETURNS = range(3)
 
 
 @by_reference
 class MovingShapes(NamedTuple):
-    """Movers as arrays, n of them, for UAVs with one tracking error.
+    """Movers, and zones with active times, as arrays, n of them, for UAVs with one tracking error.
+
+    A zone is a shape that does not move and is there for a while: one for each of its active times.
 
     Attributes
     ----------
+    active
+        (n, 2) seconds from which and until which each is there; infinite where it always is.
     first
         (n + 1,) index of the first piece of each mover.
     begin, rows
@@ -38,7 +44,9 @@ class MovingShapes(NamedTuple):
         (n,) seconds, and (q, 3) metres: the closed curves, as in `Periodic`.
     kind, size
         (n,) and (n, 6) metres: a box's corners; a cylinder's x, y, radius, low and high; a sphere's centre and radius;
-        an ellipsoid's centre and semi-axes. All relative to the moving point.
+        an ellipsoid's centre and semi-axes; a prism's low and high. All relative to the moving point.
+    rings, edges
+        (n, 2) the first edge of each prism and the one after its last; (q, 4) the edges, x, y, x, y in metres.
     keep
         (n,) metres that UAVs must keep from each.
     doubt
@@ -49,6 +57,7 @@ class MovingShapes(NamedTuple):
         (n,) m/s: a point that does not move comes nearer to a mover, or to where it may be, no faster than this.
     """
 
+    active: Floats
     first: Ints
     begin: Floats
     rows: Floats
@@ -60,39 +69,45 @@ class MovingShapes(NamedTuple):
     sine: Floats
     kind: Ints
     size: Floats
+    rings: Ints
+    edges: Floats
     keep: Floats
     doubt: Floats
     seen: Floats
     rate: Floats
 
 
-def moving_shapes(movers: Sequence[Mover], clearance: float, error: TrackingError) -> MovingShapes:
-    """Return movers as arrays, for UAVs that keep a clearance, in metres, and have a tracking error."""
-    n = len(movers)
-    pieces = [_pieces(mover) for mover in movers]
+def moving_shapes(given: Sequence[TimedShape], error: TrackingError) -> MovingShapes:
+    """Return shapes that move, or are there for a while, as arrays, for UAVs with a tracking error."""
+    n = len(given)
+    pieces = [_pieces(one.motion) for one in given]
     degree = max((rows.shape[1] for _, rows in pieces), default=1)
     rows = [np.pad(rows, ((0, 0), (0, degree - rows.shape[1]), (0, 0))) for _, rows in pieces]
-    terms = [_terms(mover) for mover in movers]
-    kept = [_kept(mover.shape, clearance, error) for mover in movers]
-    top = [math.inf if mover.doubt.top_speed is None else mover.doubt.top_speed for mover in movers]
-    doubt = [(m.doubt.radius, m.doubt.growth, m.doubt.since, fast) for m, fast in zip(movers, top, strict=True)]
-    rate = [_rate(mover) for mover in movers]
+    terms = [_terms(one.motion) for one in given]
+    kept = [_kept(one.shape, one.keep, error) for one in given]
+    edges = [_edges(one.shape) for one in given]
+    last = np.cumsum([len(own) for own in edges], dtype=np.int64)
+    top = [math.inf if one.doubt.top_speed is None else one.doubt.top_speed for one in given]
+    doubt = [(m.doubt.radius, m.doubt.growth, m.doubt.since, fast) for m, fast in zip(given, top, strict=True)]
     return MovingShapes(
+        active=np.array([one.active for one in given]).reshape(n, 2),
         first=np.cumsum([0, *(len(begin) for begin, _ in pieces)]).astype(np.int64),
         begin=np.concatenate([np.zeros(0), *(begin for begin, _ in pieces)]),
         rows=np.concatenate([np.zeros((0, degree, 3)), *rows]),
-        span=np.array([_span(mover) for mover in movers]).reshape(n, 2),
-        then=np.array([_then(mover) for mover in movers], dtype=np.int64),
+        span=np.array([_span(one.motion) for one in given]).reshape(n, 2),
+        then=np.array([_then(one.motion) for one in given], dtype=np.int64),
         first_term=np.cumsum([0, *(0 if one is None else len(one.cosine) for one in terms)]).astype(np.int64),
         period=np.array([1.0 if one is None else one.period for one in terms]),
         cosine=np.array([row for one in terms if one is not None for row in one.cosine]).reshape(-1, 3),
         sine=np.array([row for one in terms if one is not None for row in one.sine]).reshape(-1, 3),
         kind=np.array([kind for kind, _, _ in kept], dtype=np.int64),
         size=np.array([size for _, size, _ in kept]).reshape(n, 6),
+        rings=np.column_stack([last - [len(own) for own in edges], last]).astype(np.int64).reshape(n, 2),
+        edges=np.concatenate([np.zeros((0, 4)), *edges]),
         keep=np.array([keep for _, _, keep in kept]),
         doubt=np.array(doubt).reshape(n, 4),
-        seen=np.array([mover.at(mover.doubt.since)[0] for mover in movers]).reshape(n, 3),
-        rate=np.array(rate),
+        seen=np.array([one.motion.at(one.doubt.since)[0] for one in given]).reshape(n, 3),
+        rate=np.array([_rate(one) for one in given]),
     )
 
 
@@ -113,12 +128,22 @@ def _kept(shape: Shape, clearance: float, error: TrackingError) -> tuple[int, tu
         case Ellipsoid():
             size = (*shape.centre, shape.semi_axis_xy, shape.semi_axis_z, 0.0)
             return ELLIPSOID, size, clearance + math.hypot(aside, error.vertical)
-    raise TypeError(f"a mover cannot be a {type(shape).__name__}")
+        case Prism():
+            return PRISM, (shape.low - up, shape.high + up, 0.0, 0.0, 0.0, 0.0), clearance + aside
+    raise TypeError(f"a {type(shape).__name__} can be neither a mover nor a part of a zone")
 
 
-def _pieces(mover: Mover) -> tuple[Floats, Floats]:
+def _edges(shape: Shape) -> Floats:
+    """Return the edges of a prism's rings, (m, 4) metres; other shapes have none."""
+    if not isinstance(shape, Prism):
+        return np.zeros((0, 4))
+    rings = [np.array(ring) for ring in (shape.vertices, *shape.holes)]
+    return np.concatenate([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings])
+
+
+def _pieces(motion: MoverMotion) -> tuple[Floats, Floats]:
     """Return when pieces begin, (p,) seconds, and their coefficients (p, degree + 1, 3), metres."""
-    match mover.motion:
+    match motion:
         case WaypointMotion(points=points, times=times):
             places, instants = np.array(points), np.array(times)
             if len(places) == 1:
@@ -134,42 +159,42 @@ def _pieces(mover: Mover) -> tuple[Floats, Floats]:
             return np.zeros(1), np.array(centre)[None, None]
 
 
-def _terms(mover: Mover) -> PeriodicMotion | None:
-    match mover.motion:
+def _terms(motion: MoverMotion) -> PeriodicMotion | None:
+    match motion:
         case CircularMotion():
-            return mover.motion.as_periodic
+            return motion.as_periodic
         case PeriodicMotion():
-            return mover.motion
+            return motion
         case _:
             return None
 
 
-def _span(mover: Mover) -> tuple[float, float]:
-    match mover.motion:
+def _span(motion: MoverMotion) -> tuple[float, float]:
+    match motion:
         case WaypointMotion(times=instants) | PolynomialMotion(knots=instants):
             return instants[0], instants[-1]
         case _:
             return 0.0, 0.0
 
 
-def _then(mover: Mover) -> int:
-    followed = mover.motion.then if isinstance(mover.motion, WaypointMotion) else "stays"
+def _then(motion: MoverMotion) -> int:
+    followed = motion.then if isinstance(motion, WaypointMotion) else "stays"
     return {"stays": STAYS, "repeats": REPEATS, "returns": RETURNS}[followed]
 
 
-def _rate(mover: Mover) -> float:
+def _rate(given: TimedShape) -> float:
     """Return how fast at most a point comes nearer to where a mover may be, m/s."""
-    terms = _terms(mover)
+    terms = _terms(given.motion)
     if terms is not None:
         size = np.hypot(np.linalg.norm(terms.cosine, axis=1), np.linalg.norm(terms.sine, axis=1))
         fastest = float(np.sum(size * 2.0 * np.pi * np.arange(1, len(size) + 1) / terms.period))
     else:
-        begin, rows = _pieces(mover)
-        seconds = np.diff(np.append(begin, _span(mover)[1]))
+        begin, rows = _pieces(given.motion)
+        seconds = np.diff(np.append(begin, _span(given.motion)[1]))
         powers = np.arange(1, rows.shape[1])
         bound = np.linalg.norm(rows[:, 1:], axis=2) * powers * seconds[:, None] ** (powers - 1)
         fastest = float(bound.sum(axis=1).max(initial=0.0))
-    return max(fastest + mover.doubt.growth, mover.doubt.top_speed or 0.0)
+    return max(fastest + given.doubt.growth, given.doubt.top_speed or 0.0)
 
 
 @inner
@@ -225,12 +250,26 @@ def _gap(kind: int, size: Floats, x: float, y: float, z: float) -> float:
 
 
 @inner
+def _prism_gap(shapes: MovingShapes, m: int, x: float, y: float, z: float) -> float:
+    """Return how far a point is from a prism, metres, below 0 inside; to the side, or up or down where that is more."""
+    first, stop = shapes.rings[m, 0], shapes.rings[m, 1]
+    level = polygon.to_outline(shapes.edges, first, stop, x, y)
+    if polygon.inside(shapes.edges, first, stop, x, y):
+        level = -level
+    return max(level, max(shapes.size[m, 0] - z, z - shapes.size[m, 1]))
+
+
+@inner
 def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
     """Return how much farther than it must a place is from where mover m may be at an instant, metres.
 
-    Below 0 it is too near. `moved` is (3,) metres of room to work in.
+    Below 0 it is too near; it is infinitely far from what is not there then. `moved` is (3,) metres of room to work in.
     """
+    if t < shapes.active[m, 0] or t > shapes.active[m, 1]:
+        return math.inf
     kind, size, doubt = shapes.kind[m], shapes.size[m], shapes.doubt[m]
+    if kind == PRISM:  # only zones are, which do not move
+        return _prism_gap(shapes, m, place[0], place[1], place[2]) - shapes.keep[m]
     mover_position(shapes, m, t, moved)
     after = max(t - doubt[2], 0.0)
     gap = _gap(kind, size, place[0] - moved[0], place[1] - moved[1], place[2] - moved[2])

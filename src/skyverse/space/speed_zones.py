@@ -64,10 +64,10 @@ class SpeedZone(NamedTuple):
 
 
 def make_speed_zones(scenario: Scenario, error: TrackingError) -> tuple[SpeedZone, ...]:
-    """Return the zones of a scenario that have a speed limit, for UAVs with a tracking error."""
+    """Return the zones of a scenario that have a speed limit at all times, for UAVs with a tracking error."""
     made = []
     for number, zone in enumerate(scenario.zones):
-        if zone.max_speed is not None:
+        if zone.max_speed is not None and zone.active is None:
             parts = boxes_of(zone) if isinstance(zone, Voxels) else [zone]
             made.append(SpeedZone(number, zone.max_speed, make_solids(parts, error)[0], error.horizontal))
     return tuple(made)

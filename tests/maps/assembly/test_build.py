@@ -530,7 +530,7 @@ def test_the_command_writes_what_is_read_back_equal(valley, tmp_path, capsys):
         (["--origin", "46.8,9.8,5 m agl"], "--origin: expected latitude,longitude,altitude above mean sea level"),
         (
             ["--uav", "46.8,9.85,60 m agl", "b.geojson"],
-            "each of several values after its own option, as in --uav A --uav",
+            "several values of an option stand each after its name, as in --uav A --uav B",
         ),
         (["--zones", "a.geojson", "b.geojson"], "a.geojson: no such file"),
     ],

@@ -34,6 +34,7 @@ from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
+from skyverse.model.caution import Caution
 from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.scenario import (
     Bounds,
@@ -159,7 +160,8 @@ def build_scenario(options: BuildOptions) -> Scenario:
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
     if goals and not starts:
-        on_note(Note("", Sentence("WARNING: there are targets, and no UAVs to fly to them", give=[Remedy("uavs")])))
+        said = f"{Caution.WARNING}: there are targets, and no UAVs to fly to them"
+        on_note(Note("", Sentence(said, give=[Remedy("uavs")])))
     return built
 
 

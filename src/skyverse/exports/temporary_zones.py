@@ -1,0 +1,43 @@
+"""Missions among zones with active times, which can be exported where no flight depends on these times."""
+
+from dataclasses import replace
+
+from skyverse.errors import InputError
+from skyverse.model.mission import Mission
+from skyverse.model.short_lines import listed
+from skyverse.model.temporary_zones import temporary_zones, told_zone, with_zones_active
+from skyverse.model.verdict import Verdict
+from skyverse.referee import certify
+
+
+def with_zones_always_active(mission: Mission, what: str) -> Mission:
+    """Return a mission in whose scenario all zones are active at all times; `what` is what would be made of it.
+
+    Raises
+    ------
+    InputError
+        If a flight keeps clear of a zone, or to its speed limit, by its schedule alone.
+    """
+    given = mission.scenario
+    numbers = temporary_zones(given)
+    if not numbers:
+        return mission
+    lasting = replace(mission, scenario=with_zones_active(given, numbers))
+    now, always = (certify(one.scenario, one) for one in (mission, lasting))
+    for uav, (before, after) in enumerate(zip(now.trajectories, always.trajectories, strict=True)):
+        if before is None or after is None or before.verdict is not Verdict.PROVEN:
+            continue
+        if after.verdict is not Verdict.PROVEN:
+            zones = listed([told_zone(given, number) for number in numbers if not _keeps_to(mission, uav, number)])
+            raise InputError(
+                f"{what}: {given.uavs[uav].name} keeps to the rules of {zones} by its schedule alone, and no autopilot "
+                "keeps a schedule exactly enough; export it as data (.csv, .json)"
+            )
+    return replace(lasting, certificates=always.trajectories, apart=always.apart)
+
+
+def _keeps_to(mission: Mission, uav: int, zone: int) -> bool:
+    """Tell whether it is proven that a UAV would keep to the rules of a zone if that were always active."""
+    scenario = with_zones_active(mission.scenario, {zone})
+    certificate = certify(scenario, replace(mission, scenario=scenario)).trajectories[uav]
+    return certificate is not None and certificate.verdict is Verdict.PROVEN

@@ -1,0 +1,80 @@
+"""Movers of scenario files whose motion is a recorded track: the track is read, and takes its file's place."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field, ValidationError
+
+from skyverse.errors import InputError
+from skyverse.files.document import explained
+from skyverse.maps.readers.track import LONGEST_GAP, recorded_track
+from skyverse.maps.readers.track_fixes import Reference
+from skyverse.model.quantities import Model, Number, Positive
+from skyverse.model.scenario import Frame
+
+
+class RecordedMotion(Model):
+    """A recorded track, in scenario files.
+
+    Attributes
+    ----------
+    track
+        A CSV or GPX file, beside the scenario's.
+    altitude, vehicle, zero, gap
+        As for `read_track`.
+    """
+
+    motion: Literal["track"] = "track"
+    track: Annotated[str, Field(min_length=1)]
+    altitude: Reference | None = None
+    vehicle: str | None = None
+    zero: Number | str | None = None
+    gap: Positive = LONGEST_GAP
+
+
+class _Placed(BaseModel):
+    """What of a scenario its tracks need."""
+
+    frame: Frame = Frame()
+
+
+def with_recorded_motions(source: Path, data: dict[str, Any]) -> dict[str, Any]:
+    """Return the data of a scenario file with each recorded track read, as a motion along waypoints.
+
+    The error that a track states is the radius of its mover's doubt, unless the mover has a doubt of its own.
+
+    Raises
+    ------
+    InputError
+        If a track cannot be read; the message names both files, and the field.
+    """
+    movers = data.get("movers")
+    if not isinstance(movers, list) or not any(map(_is_recorded, movers)):
+        return data
+    try:
+        origin = _Placed.model_validate(data).frame.origin
+    except ValidationError as error:
+        raise explained(source, error, data, set()) from None
+    read = []
+    for number, mover in enumerate(movers):
+        if not _is_recorded(mover):
+            read.append(mover)
+            continue
+        place = f"{source}: movers[{number}].motion"
+        try:
+            given = RecordedMotion.model_validate(mover["motion"])
+        except ValidationError as error:
+            raise explained(place, error, mover["motion"], set()) from None
+        options = given.model_dump(exclude={"motion", "track"})
+        try:
+            motion, off = recorded_track(source.parent / given.track, origin, **options)
+        except InputError as error:
+            raise InputError(f"{place}.track: {error}") from None
+        known = {"doubt": {"radius": off}} if off > 0 else {}
+        read.append({**known, **mover, "motion": motion})
+    return {**data, "movers": read}
+
+
+def _is_recorded(mover: object) -> bool:
+    motion = mover.get("motion") if isinstance(mover, dict) else None
+    return isinstance(motion, dict) and ("track" in motion or motion.get("motion") == "track")

@@ -1,0 +1,156 @@
+"""Recorded tracks as motions of movers: from fix to fix in a straight line, each at its instant."""
+
+from pathlib import Path
+from typing import NamedTuple, get_args
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError, require_file, shown
+from skyverse.maps.readers import track_csv, track_gpx
+from skyverse.maps.readers.track_fixes import Fixes, Reference, time
+from skyverse.model.geodesy import to_local
+from skyverse.model.mover_motions import WaypointMotion
+from skyverse.model.quantities import MAX_INSTANT
+from skyverse.model.scenario import Origin
+
+LONGEST_GAP = 60.0
+"""Seconds between two fixes, beyond which nobody can say where a vehicle was, unless a caller knows better."""
+
+
+class RecordedTrack(NamedTuple):
+    """A motion, and how far off its fixes may be, metres; 0 where the file does not say."""
+
+    motion: WaypointMotion
+    error: float
+
+
+def read_track(
+    path: str | Path,
+    origin: Origin | None = None,
+    *,
+    altitude: Reference | None = None,
+    vehicle: str | None = None,
+    zero: float | str | None = None,
+    gap: float = LONGEST_GAP,
+) -> WaypointMotion:
+    """Read a recorded track as the motion of a mover.
+
+    Parameters
+    ----------
+    path
+        ``.csv``, a table whose first line names its columns: ``t``, and ``x``, ``y``, ``z`` in metres or ``latitude``,
+        ``longitude``, ``altitude``; state vectors as ADS-B receivers and the OpenSky Network write them have
+        ``icao24`` and ``geoaltitude``. ``.gpx``, a track.
+    origin
+        Where the zero of the scenario's frame lies; needed for degrees.
+    altitude
+        What altitudes are counted from, ``"amsl"``, mean sea level, or ``"ellipsoid"``, that of WGS84; needed unless
+        the name of their column says so (``altitude_amsl``, ``altitude_ellipsoid``, ``geoaltitude``).
+    vehicle
+        The vehicle, by its ``icao24`` or name, or the name of a GPX track, where the file has several.
+    zero
+        The instant of the recording that is 0 s into the mission: a date, or seconds as in the file. By default the
+        earliest one in the file if times are dates, else 0.
+    gap
+        Seconds that may pass between two fixes, between which the motion is a straight line.
+
+    Returns
+    -------
+    WaypointMotion
+        In seconds into the mission and local metres. Before its first and after its last fix the mover stands there.
+
+    Raises
+    ------
+    InputError
+        If the file is none of these, a number is missing or none, times do not rise, a gap is too long, or it is not
+        known what altitudes are counted from; the message names file, line and column.
+    """
+    return recorded_track(Path(path), origin, altitude=altitude, vehicle=vehicle, zero=zero, gap=gap).motion
+
+
+def recorded_track(
+    path: Path,
+    origin: Origin | None,
+    *,
+    altitude: Reference | None,
+    vehicle: str | None,
+    zero: float | str | None,
+    gap: float,
+) -> RecordedTrack:
+    """Return a recorded track with its error; see `read_track`."""
+    if altitude not in (None, *get_args(Reference)):
+        raise InputError(f"expected 'amsl' or 'ellipsoid', found {shown(altitude)}", field="altitude")
+    if isinstance(gap, bool) or not isinstance(gap, int | float) or not gap > 0:
+        raise InputError(f"expected seconds above 0, found {gap!r}", field="gap")
+    readers = {".csv": track_csv.fixes, ".gpx": track_gpx.fixes}
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(
+            f"{path}: expected a track ending in {' or '.join(readers)}, found {path.suffix or 'no ending'!r}"
+        )
+    require_file(path)
+    found = reader(path, vehicle)
+    _require_rising(path, found, gap)
+    begin = _zero(path, found, zero)
+    points = _local(path, found, origin, altitude) if found.in_degrees else np.array(found.places)
+    instants = np.array(found.times) - begin
+    if not np.abs(instants).max() <= MAX_INSTANT:
+        raise InputError(f"{path}: its times are {MAX_INSTANT:g} s or more away from the mission's beginning")
+    motion = WaypointMotion(points=tuple(map(tuple, points.tolist())), times=tuple(instants.tolist()))
+    return RecordedTrack(motion, max(found.errors, default=0.0))
+
+
+def _require_rising(path: Path, found: Fixes, gap: float) -> None:
+    for k in range(1, len(found.times)):
+        passed = found.times[k] - found.times[k - 1]
+        where, before = f"{path}: {found.line} {found.lines[k]}: time", f"{found.line} {found.lines[k - 1]}"
+        if passed == 0:
+            raise InputError(f"{where}: expected a later one than in {before}, found the same again")
+        if passed < 0:
+            raise InputError(f"{where}: expected a later one than in {before}, found one that is {-passed:g} s earlier")
+        if passed > gap:
+            raise InputError(
+                f"{where}: {passed:g} s have passed since {before}, more than {gap:g}; give gap, if the vehicle is "
+                "known to have flown straight on"
+            )
+
+
+def _zero(path: Path, found: Fixes, zero: float | str | None) -> float:
+    """Return the instant of the recording that is 0 s into the mission, seconds."""
+    if zero is None:
+        return found.first if found.dated else 0.0
+    seconds, dated = time(str(zero), f"{path}: zero")
+    if dated != found.dated:
+        expected = "a date, or seconds since 1970" if found.dated else "seconds as in the file"
+        raise InputError(f"{path}: zero: expected {expected}, found {shown(zero)}")
+    return seconds
+
+
+def _local(path: Path, found: Fixes, origin: Origin | None, altitude: Reference | None) -> Floats:
+    """Return places in degrees as local metres, (n, 3)."""
+    if origin is None:
+        raise InputError(f"{path}: its places are in degrees, but the scenario has no frame.origin")
+    for line, (latitude, longitude, _) in zip(found.lines, found.places, strict=True):
+        where = f"{path}: {found.line} {line}"
+        if not abs(latitude) <= 90:
+            raise InputError(f"{where}: latitude: expected degrees from -90 to 90, found {latitude:g}")
+        if not abs(longitude) <= 180:
+            raise InputError(f"{where}: longitude: expected degrees from -180 to 180, found {longitude:g}")
+    reference = found.reference or altitude
+    if reference is None:
+        raise InputError(
+            f"{path}: {found.heights}: expected word what it is counted from, mean sea level (altitude: amsl) or the "
+            "WGS84 ellipsoid (altitude: ellipsoid), found none"
+        )
+    if altitude is not None and altitude != reference:
+        raise InputError(f"{path}: {found.heights}: is counted from {reference}, not from {altitude}")
+    places = np.array(found.places)
+    if reference == "ellipsoid":
+        if origin.geoid is None:
+            raise InputError(
+                f"{path}: {found.heights}: is counted from the WGS84 ellipsoid, but the scenario has no "
+                "frame.origin.geoid, which says how far the sea lies above it"
+            )
+        places[:, 2] -= origin.geoid
+    return to_local(origin, places)

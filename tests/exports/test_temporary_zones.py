@@ -1,0 +1,79 @@
+"""Missions among zones with active times are exported where no flight depends on these times, and refused elsewhere."""
+
+import pytest
+
+import skyverse as sky
+from skyverse.lab.study import Study
+
+PLACE = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0)
+ACROSS = {"min": (18, -5, -5), "max": (22, 25, 12)}
+
+
+def mission(*zones):
+    """One UAV that crosses a hall."""
+    return sky.plan_mission(
+        sky.Scenario(
+            name="hall",
+            bounds={"min": (0, 0, 0), "max": (40, 20, 10)},
+            clearance=0.2,
+            lattice={"step": (1, 1, 1), "connectivity": 26},
+            objective={"unit": "metres"},
+            zones=zones,
+            uavs=[sky.UAV(start=(1, 10, 5), home=0.0)],
+            targets=[{"position": (39, 10, 5)}],
+            frame={"origin": PLACE},
+        )
+    )
+
+
+@pytest.mark.parametrize("name", ["flight.plan", "flight.gpx", "flight.geojson", "flight.trajectory.json"])
+def test_a_flight_that_depends_on_active_times_is_refused(tmp_path, name):
+    planned = mission(sky.Box(**ACROSS, name="airshow", active=[[0, 20]]))
+    assert planned.violations == ()
+    with pytest.raises(
+        sky.InputError, match=r"uav-1 keeps to the rules of zone 0 \('airshow', active from 0 s to 20 s\) by"
+    ):
+        sky.export(planned, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_waypoints_in_python_are_refused_too():
+    planned = mission(sky.Box(**ACROSS, active=[[0, 20]]))
+    with pytest.raises(sky.InputError, match="no autopilot keeps a schedule"):
+        sky.routes(planned)
+
+
+def test_a_flight_around_a_zone_is_exported_as_if_it_were_always_active(tmp_path):
+    beside = {"min": (18, 6, -5), "max": (22, 25, 12)}
+    planned = mission(sky.Box(**beside, active=[[0, 500]]))
+    always = mission().scenario.model_copy(update={"obstacles": (sky.Box(**beside),)})
+    assert "flies around zone 0" in planned.deconfliction.actions[0].sentence
+    sky.export(planned, tmp_path / "times.plan")
+    sky.export(sky.plan_mission(always), tmp_path / "always.plan")
+    assert (tmp_path / "times.plan").read_text() == (tmp_path / "always.plan").read_text()
+
+
+def test_a_flight_that_is_fast_only_while_a_limit_does_not_hold_is_refused(tmp_path):
+    beside = sky.Box(min=(18, 14, -5), max=(22, 25, 12), active=[[0, 500]])
+    planned = mission(beside, sky.Box(**ACROSS, active=[[0, 2]], max_speed=0.5))
+    with pytest.raises(
+        sky.InputError, match=r"uav-1 keeps to the rules of zone 1 \(active from 0 s to 2 s\) by its sch"
+    ):
+        sky.export(planned, tmp_path / "flight.plan")
+
+
+def test_plain_data_hold_the_schedule_and_are_written(tmp_path):
+    planned = mission(sky.Box(**ACROSS, active=[[0, 20]]))
+    sky.export(planned, tmp_path / "flight.json")
+    assert sky.read_mission(tmp_path / "flight.json").scenario == planned.scenario
+
+
+def test_such_missions_are_neither_simulated_nor_studied(tmp_path):
+    planned = mission(sky.Box(**ACROSS, active=[[0, 20]]))
+    with pytest.raises(sky.InputError, match="flights among zones that are closed at times cannot be simulated"):
+        sky.fly(planned)
+    file = tmp_path / "zones.yaml"
+    sky.write(planned.scenario, file)
+    study = Study(scenarios=[str(file)], planners=["taut"], budget=[{"paths": 10}], seeds=[1])
+    with pytest.raises(sky.InputError, match=r"zones\[0\].active: expected none, since studies compare paths"):
+        list(study.jobs())

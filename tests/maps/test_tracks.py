@@ -1,0 +1,253 @@
+"""Recorded tracks become motions: places and instants against other software, and one sentence for each bad file."""
+
+from datetime import UTC, datetime, timedelta
+
+import gpxpy.gpx
+import numpy as np
+import pyproj
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+
+HERE = sky.Origin(latitude=46.8, longitude=9.85, altitude=1500.0, geoid=52.0)
+
+
+def enu(places, origin=HERE):
+    """Local metres of latitudes, longitudes and heights above the ellipsoid, by PROJ."""
+    to = pyproj.Transformer.from_pipeline(
+        "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=cart +ellps=WGS84 +step "
+        f"+proj=topocentric +ellps=WGS84 +lat_0={origin.latitude} +lon_0={origin.longitude} "
+        f"+h_0={origin.altitude + origin.geoid}"
+    )
+    latitude, longitude, height = np.array(places).T
+    return np.column_stack(to.transform(longitude, latitude, height))
+
+
+def written(folder, text, name="track.csv"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+@given(
+    st.lists(st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(0, 300)), min_size=1, max_size=8),
+    st.sampled_from([",", ";", "\t"]),
+    st.permutations(["t", "x", "y", "z"]),
+)
+@settings(max_examples=40)
+def test_metres_are_read_as_they_stand(tmp_path_factory, places, comma, names):
+    rows = [dict(zip("txyz", (3.5 + 2 * k, *place), strict=True)) for k, place in enumerate(places)]
+    text = "\n".join([comma.join(names), *(comma.join(repr(row[name]) for name in names) for row in rows)])
+    motion = sky.read_track(written(tmp_path_factory.mktemp("csv"), text))
+    assert motion.points == tuple(places)
+    assert motion.times == tuple(row["t"] for row in rows)
+
+
+@pytest.mark.parametrize(("column", "said"), [("altitude_amsl", {}), ("altitude", {"altitude": "amsl"})])
+def test_degrees_are_where_another_library_has_them(tmp_path, column, said):
+    places = [(46.801, 9.851, 1700.0), (46.802, 9.849, 1710.5), (46.7985, 9.8475, 1650.25)]
+    text = f"time,latitude,longitude,{column}\n" + "".join(
+        f"{10 * k},{a},{b},{c}\n" for k, (a, b, c) in enumerate(places)
+    )
+    motion = sky.read_track(written(tmp_path, text), HERE, **said)
+    assert np.allclose(motion.points, enu(np.add(places, (0, 0, 52))), atol=1e-4)
+    assert motion.times == (0, 10, 20)
+
+
+STATES = """time,icao24,lat,lon,velocity,heading,vertrate,callsign,onground,baroaltitude,geoaltitude
+1700000000,4b1805,46.801,9.851,50,90,0,REGA1,False,1600.2,1750.0
+1700000000,3c6444,46.90,9.951,200,90,0,DLH1,False,9000,9100.0
+1700000005,3c6444,46.91,9.951,200,90,0,DLH1,False,9000,9100.0
+1700000010,4b1805,46.802,9.853,50,90,0,REGA1,False,1600.2,1760.0
+1700000013,4b1805,46.803,9.853,50,90,0,REGA1,False,1600.2,1770.0
+"""
+
+
+def test_state_vectors_of_one_aircraft_among_others(tmp_path):
+    file = written(tmp_path, STATES)
+    motion = sky.read_track(file, HERE, vehicle="4B1805")
+    assert motion.times == (0, 10, 13)
+    assert np.allclose(
+        motion.points, enu([(46.801, 9.851, 1750), (46.802, 9.853, 1760), (46.803, 9.853, 1770)]), atol=1e-4
+    )
+    other = sky.read_track(file, HERE, vehicle="3c6444", zero=1700000003)
+    assert other.times == (-3, 2)
+    assert sky.read_track(file, HERE, vehicle="3c6444", zero="2023-11-14T22:13:20Z").times == (0, 5)
+    with pytest.raises(sky.InputError, match=r"track.csv: icao24: expected one vehicle, found 2 \('4b1805, 3c6444'\)"):
+        sky.read_track(file, HERE)
+    with pytest.raises(sky.InputError, match=r"icao24: there is no '4b1806'; did you mean '4b1805'\?"):
+        sky.read_track(file, HERE, vehicle="4b1806")
+    with pytest.raises(sky.InputError, match="geoaltitude: is counted from ellipsoid, not from amsl"):
+        sky.read_track(file, HERE, vehicle="4b1805", altitude="amsl")
+    with pytest.raises(
+        sky.InputError, match="geoaltitude: is counted from the WGS84 ellipsoid, but the scenario has no"
+    ):
+        sky.read_track(file, HERE.model_copy(update={"geoid": None}), vehicle="4b1805")
+
+
+def gpx(*tracks):
+    """A GPX text by another library."""
+    whole = gpxpy.gpx.GPX()
+    for name, points in tracks:
+        track, segment = gpxpy.gpx.GPXTrack(name=name), gpxpy.gpx.GPXTrackSegment()
+        whole.tracks.append(track)
+        track.segments.append(segment)
+        segment.points += [gpxpy.gpx.GPXTrackPoint(*place, time=moment) for moment, place in points]
+    return whole.to_xml()
+
+
+START = datetime(2026, 5, 1, 10, 0, tzinfo=UTC)
+
+
+def test_gpx_of_another_library(tmp_path):
+    places = [(46.801, 9.851, 1700.0), (46.802, 9.849, 1710.5)]
+    glider = [(START + timedelta(seconds=7 + 4.5 * k), place) for k, place in enumerate(places)]
+    tug = [(START + timedelta(seconds=k), place) for k, place in enumerate(places)]
+    file = written(tmp_path, gpx(("glider", glider), ("tug", tug)), "club.gpx")
+    motion = sky.read_track(file, HERE, vehicle="glider", altitude="amsl")
+    assert np.allclose(motion.points, enu(np.add(places, (0, 0, 52))), atol=1e-4)
+    assert motion.times == (7, 11.5)  # after the first instant in the file
+    assert sky.read_track(file, HERE, vehicle="tug", altitude="ellipsoid", zero="2026-05-01T12:00:01+02:00").times == (
+        -1,
+        0,
+    )
+    with pytest.raises(sky.InputError, match="expected one track, found 2; give vehicle"):
+        sky.read_track(file, HERE, altitude="amsl")
+    with pytest.raises(sky.InputError, match=r"club.gpx: ele: expected word what it is counted from, mean sea level"):
+        sky.read_track(file, HERE, vehicle="tug")
+
+
+@pytest.mark.parametrize("name", ["flown.gpx", "flown.geo.csv", "flown.csv"])
+def test_what_skyverse_exports_is_read_as_it_was_flown(tmp_path, name):
+    scenario = sky.read("map1").model_copy(update={"frame": sky.Frame(origin=HERE)})
+    mission = sky.plan_mission(scenario)
+    sky.export(mission, tmp_path / name)
+    motion = sky.read_track(tmp_path / name, HERE, altitude="amsl")
+    flown = mission.trajectories[0]
+    assert np.allclose(motion.at(motion.times), flown.at(np.array(motion.times)).position, atol=2e-3)
+    assert motion.times[0] == 0
+    assert motion.times[-1] == pytest.approx(flown.end, abs=1e-3)
+
+
+TABLE = "t,x,y,z\n0,1,2,3\n5,2,2,3\n9,3,2,3\n"
+GLOBE = "t,lat,lon,altitude\n0,46.8,9.85,1600\n5,46.8,9.86,1600\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (TABLE.replace("9,3", "5,3"), "line 4: time: expected a later one than in line 3, found the same again"),
+        (
+            TABLE.replace("9,3", "4,3"),
+            "line 4: time: expected a later one than in line 3, found one that is 1 s earlier",
+        ),
+        (TABLE.replace("9,3", "99,3"), "line 4: time: 94 s have passed since line 3, more than 60; give gap"),
+        (TABLE.replace("5,2,2", "5,nan,2"), "line 3: x: expected a number, found 'nan'"),
+        (TABLE.replace("5,2,2", "5,2,"), "line 3: y: expected a number, found ''"),
+        (TABLE.replace("5,2,2", "five,2,2"), "line 3: t: expected a number, found 'five'"),
+        (TABLE.replace("5,2,2", "5,2"), "line 3: expected 4 columns, found 3"),
+        (TABLE.replace("5,2", "1700000000,2"), "line 3: t: found a date, other than in line 2"),
+        (
+            TABLE.replace("5,2", "1700000000000,2"),
+            "line 3: t: expected seconds, found 1.7e.12, which may be milliseconds",
+        ),
+        ("t,x,y\n0,1,2\n", r"expected columns for the time \(t\) and the place .*, found 't, x, y'"),
+        ("", "expected a line of names and one of numbers or more, found 0 lines"),
+        ("t,x,y,z\n", "expected a line of names and one of numbers or more, found 1 lines"),
+        ("t,x,y,z,error\n0,1,2,3,-1\n", "line 2: error: expected metres from 0 on, found -1"),
+        (GLOBE, "altitude: expected word what it is counted from, mean sea level .* or the WGS84 ellipsoid"),
+        (GLOBE.replace("46.8,9.86", "96.8,9.86"), "line 3: latitude: expected degrees from -90 to 90, found 96.8"),
+        (GLOBE.replace("46.8,9.86", "46.8,190"), "line 3: longitude: expected degrees from -180 to 180, found 190"),
+    ],
+)
+def test_bad_tables_get_one_sentence(tmp_path, text, said):
+    with pytest.raises(sky.InputError, match=f"track.csv: {said}") as error:
+        sky.read_track(written(tmp_path, text), HERE)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<gpx><trk><trkseg/></trk></gpx>", "expected a track with points, found none"),
+        ("<gpx/>", "expected one track, found 0"),
+        ("<kml/>", "expected a GPX file, whose first element is gpx, found 'kml'"),
+        ("<gpx><trk><trkseg><trkpt lat='1' lon='2'/></trkseg></trk></gpx>", "point 1: ele: is missing"),
+        (
+            "<gpx><trk><trkseg><trkpt lat='1' lon='2'><ele>3</ele></trkpt></trkseg></trk></gpx>",
+            "point 1: time: is missing",
+        ),
+        (
+            "<gpx><trk><trkseg><trkpt lat='x' lon='2'/></trkseg></trk></gpx>",
+            "point 1: lat: expected a number, found 'x'",
+        ),
+        ("<gpx><trk>", "expected XML, found it cut off"),
+        ("<!DOCTYPE gpx><gpx/>", "expected plain XML, found a document type declaration"),
+    ],
+)
+def test_bad_gpx_gets_one_sentence(tmp_path, text, said):
+    with pytest.raises(sky.InputError, match=f"track.gpx: {said}"):
+        sky.read_track(written(tmp_path, text, "track.gpx"), HERE, altitude="amsl")
+
+
+def test_other_bad_input_gets_one_sentence(tmp_path):
+    file = written(tmp_path, GLOBE)
+    with pytest.raises(sky.InputError, match=r"its places are in degrees, but the scenario has no frame\.origin"):
+        sky.read_track(file, altitude="amsl")
+    with pytest.raises(sky.InputError, match="altitude: expected 'amsl' or 'ellipsoid', found 'sea'"):
+        sky.read_track(file, HERE, altitude="sea")
+    with pytest.raises(sky.InputError, match="gap: expected seconds above 0, found -1"):
+        sky.read_track(file, HERE, altitude="amsl", gap=-1)
+    with pytest.raises(sky.InputError, match="vehicle: the file has no column that names one, such as icao24"):
+        sky.read_track(file, HERE, altitude="amsl", vehicle="a")
+    with pytest.raises(sky.InputError, match="zero: expected seconds as in the file, found '2026-05-01T12:00:01Z'"):
+        sky.read_track(file, HERE, altitude="amsl", zero="2026-05-01T12:00:01Z")
+    with pytest.raises(sky.InputError, match=r"expected a track ending in .csv or .gpx, found '.kml'"):
+        sky.read_track(tmp_path / "track.kml")
+    with pytest.raises(sky.InputError, match=r"track2\.csv: no such file; did you mean 'track.csv'"):
+        sky.read_track(tmp_path / "track2.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"t,x,y,z\n\xff\xfe")
+    with pytest.raises(sky.InputError, match="expected a text file in UTF-8"):
+        sky.read_track(tmp_path / "bytes.csv")
+
+
+def test_a_longer_gap_is_a_straight_line_where_the_caller_says_so(tmp_path):
+    motion = sky.read_track(written(tmp_path, TABLE.replace("9,3", "105,12")), gap=200)
+    assert motion.at(55.0) == pytest.approx(np.array([[7, 2, 3]]))
+
+
+SAMPLES = {
+    "csv": [TABLE, GLOBE, STATES],
+    "gpx": [gpx(("tug", [(START, (46.8, 9.85, 1600.0)), (START + timedelta(seconds=4), (46.8, 9.86, 1600.0))]))],
+}
+
+
+JUNK = [b"", b"nan", b"1e999", b"-", b'"', b",", b"\n", b"\0", b"\xff", b"<a>", b"99999-01-01T:"]
+
+
+@pytest.mark.parametrize("suffix", SAMPLES)
+@given(data=st.data())
+@settings(max_examples=150, deadline=None)
+def test_damaged_files_end_in_one_sentence(suffix, data, tmp_path_factory):
+    whole = bytearray(data.draw(st.sampled_from(SAMPLES[suffix])).encode())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(whole)))
+        cut = data.draw(st.sampled_from([0, 0, 1, 30]))
+        junk = data.draw(
+            st.sampled_from([b"", b"nan", b"1e999", b"-", b'"', b",", b"\n", b"\0", b"\xff", b"<a>", b"99999-01-01T:"])
+        )
+        whole[at : at + cut] = junk
+    path = tmp_path_factory.mktemp("damaged") / f"track.{suffix}"
+    path.write_bytes(bytes(whole))
+    try:
+        motion, said = sky.read_track(path, HERE, altitude="amsl"), ""
+    except sky.InputError as error:
+        motion, said = None, str(error)
+    assert "\n" not in said
+    if motion is None:
+        assert "track." in said
+    else:
+        assert np.isfinite(motion.points).all()
+        assert (np.diff(motion.times) > 0).all()
