@@ -75,7 +75,7 @@ def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_
     assert inside(wall, blocked)
     assert not inside(wall, np.array(gate.centre))
     any_angle = candidate.result.any_angle
-    found = plan_detour(Problem(airspace, 0, 0), (gate,), fly_along, any_angle=any_angle)
+    found = plan_detour(Problem(airspace, 0, 0), scenario, (gate,), fly_along, any_angle=any_angle)
     if found is None:
         return
     result, trajectory = found

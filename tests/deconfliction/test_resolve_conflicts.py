@@ -96,6 +96,9 @@ def test_a_parked_uav_is_flown_around():
     mission = apart(plan(scenario(uavs, [(19, 5, 1)])))
     assert kinds(mission) == {"detour"}
     assert mission.trajectories[1] is None
+    (action,) = mission.deconfliction.actions
+    assert action.sentence.startswith("uav-1 leaves its path, ")
+    assert " m to the right, to avoid uav-2: " in action.sentence
 
 
 CORRIDOR = [((0, 0, 0), (20, 4.6, 2)), ((0, 5.4, 0), (20, 10, 2))]
@@ -103,7 +106,7 @@ CORRIDOR = [((0, 0, 0), (20, 4.6, 2)), ((0, 5.4, 0), (20, 10, 2))]
 
 def test_head_on_in_a_corridor_without_room_to_pass_they_exchange_targets():
     uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(19, 5, 1))]
-    given = scenario(uavs, [(14, 5, 1), (6, 5, 1)], CORRIDOR)
+    given = scenario(uavs, [(14, 5, 1), (6, 5, 1)], CORRIDOR, height=(0.6, 1.4))
     sent = partial(sky.plan_mission, given, sky.Taut(), rng=1)
     stuck = sent(assignment="identity")
     (left,) = stuck.deconfliction.left
@@ -188,7 +191,7 @@ def test_an_exchange_is_told_of_even_where_it_does_not_resolve_all():
     places = [PlacedFlight(option, 0.0, in_conflict=True) for option in own]
     flown, results = tuple(option.trajectory for option in own), tuple(option.result for option in own)
     planned = sky.Mission(given, (0, 1), results, flown, (), results[0].provenance)
-    told = list(_actions(planned, Resolution(own, (), places)))
+    told = list(_actions(planned, Resolution(own, (), places), pool))
     assert [(action.uav, action.kind) for action in told] == [(0, "exchange"), (1, "exchange")]
 
 

@@ -1,5 +1,7 @@
 """When a flight may depart so that it stays clear of movers, and when one that is timed first meets a mover.
 
+Zones that are closed at times count as movers that stand still, and are there only at these times.
+
 A timed flight is followed in steps in which the distance that is left from a mover cannot be used up, since both have a
 top speed. Where it meets a mover, the place of the flight that gets deepest into it is kept: as departures get later,
 that place alone rules out many of them at once.
@@ -80,9 +82,12 @@ def clear_departure(
         for k in range(min(count, MAX_PLACES)):
             flown = places[k]
             _place(curves, c, min(flown, seconds) / scale, place)
-            depth = MOVER_MARGIN - gap_at(shapes, movers[k], departure + flown, place, moved)
+            m = movers[k]
+            depth = MOVER_MARGIN - gap_at(shapes, m, departure + flown, place, moved)
             if depth > 0.0:
-                later = max(later, max(depth / max(shapes.rate[movers[k]], TICK), TICK))
+                inside = depth / shapes.rate[m] if shapes.rate[m] > 0.0 else math.inf  # at least, and while it is there
+                inside = min(inside, shapes.active[m, 1] - (departure + flown))
+                later = max(later, min(max(inside, TICK), (last - i) * TICK))
         if later == 0.0:
             m, met = _first_met_of_all(shapes, curves, TimedCurve(c, departure, scale), end)
             if met == math.inf:
@@ -142,7 +147,9 @@ def first_met(shapes: MovingShapes, m: int, curves: Curves, flight: TimedCurve, 
     arrival = departure + scale * curve_duration(curves, c)
     rate = shapes.rate[m]
     place, moved = np.empty(3), np.empty(3)
-    now = 0.0
+    now, until = max(0.0, shapes.active[m, 0]), min(until, shapes.active[m, 1])
+    if now > until:
+        return math.inf
     while True:
         _place(curves, c, min(max((now - departure) / scale, 0.0), curve_duration(curves, c)), place)
         gap = gap_at(shapes, m, now, place, moved) - MOVER_MARGIN
@@ -154,7 +161,7 @@ def first_met(shapes: MovingShapes, m: int, curves: Curves, flight: TimedCurve, 
         speed = rate + own if flies else rate
         step = max(gap / speed, SHORTEST_STEP) if speed > 0.0 else until
         end = arrival if flies else (departure if now < departure else until)  # of what is done now
-        now = min(now + step, max(min(end, until), now + SHORTEST_STEP))
+        now = min(min(now + step, max(end, now + SHORTEST_STEP)), until)
 
 
 @kernel

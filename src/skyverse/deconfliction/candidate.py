@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,6 +36,13 @@ class Gate:
     beside: str
 
 
+class Hover(NamedTuple):
+    """A wait on the way: for so many seconds, at a place, (3,) metres."""
+
+    seconds: float
+    place: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """One way for a UAV to fly to its target.
@@ -51,6 +59,12 @@ class Candidate:
         The path, and the trajectory along it from the UAV's earliest departure on.
     gates
         The gates that it is led through; none for the path as planned.
+    heeds
+        The numbers of the zones with active times that it heeds at all times; none for the path as planned.
+    hovers
+        Where it waits on its way, in order.
+    in_time
+        Whether its way was found by a search in space and time.
     """
 
     uav: int
@@ -60,6 +74,9 @@ class Candidate:
     result: Result | None
     trajectory: Trajectory
     gates: tuple[Gate, ...] = ()
+    heeds: frozenset[int] = frozenset()
+    hovers: tuple[Hover, ...] = ()
+    in_time: bool = False
 
     @cached_property
     def start(self) -> Floats:

@@ -1,28 +1,34 @@
 """All candidates of a fleet that have come up so far, and what is asked of them: delays, conflicts, detours."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from skyverse._typing import Bools, Ints
+from skyverse._typing import Bools, Floats, Ints
 from skyverse.deconfliction.among_movers import clear_departure, meets_movers
-from skyverse.deconfliction.candidate import Candidate, Gate, PlacedFlight
+from skyverse.deconfliction.candidate import Candidate, Gate, Hover, PlacedFlight
 from skyverse.deconfliction.curve_store import CurveStore
 from skyverse.deconfliction.curves import Schedule, TimedCurve, stay_at_start
-from skyverse.deconfliction.detours import MakeTrajectory, RankedGates, gates_beside, plan_detour
+from skyverse.deconfliction.detours import MakeTrajectory, RankedGates, gates_beside, plan_detour, plan_in
 from skyverse.deconfliction.find_conflicts import semi_axes
 from skyverse.deconfliction.forbidden_departures import TICK, free_departures
 from skyverse.deconfliction.pair_conflicts import conflict_spans
+from skyverse.deconfliction.space_time.others import Others, make_others
 from skyverse.deconfliction.traffic import Traffic, conflicting_flights, earliest_departure, estimate_detours
 from skyverse.model.result import Result
+from skyverse.model.temporary_zones import is_dynamic, with_zones_active
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.problem import Airspace, Problem
 from skyverse.space.moving_shapes import MovingShapes, mover_gaps, moving_shapes
+from skyverse.space.timed_shapes import timed_shapes
 from skyverse.stop import Stop
 
 CLOSE_ENDS = 1.05
 """Starts, or targets, are close where their distance is below so many separations."""
+LOOK_AHEAD = 30.0
+"""Seconds after the last arrival so far until which a search in space and time looks at movers."""
 GATE_PARTS = 8
 """Equal parts of a flight's time; gates are set up where one part ends and the next begins."""
 
@@ -43,6 +49,8 @@ class CandidatePool:
     ----------
     semi_axis_xy, semi_axis_z
         (n, n) the ellipsoid's semi-axes that count between each two of the n UAVs, metres.
+    is_dynamic
+        Whether there are movers, or zones with active times, which count as movers that stand still for a while.
     end
         Seconds into the mission until which UAVs must be clear of movers where they have arrived.
     """
@@ -55,7 +63,10 @@ class CandidatePool:
         self._gates: dict[tuple[int, int], RankedGates] = {}
         self._detours: dict[tuple[int, Gate], Candidate | None] = {}
         self._problems: dict[tuple[int, int], Problem] = {}
-        self._shapes: dict[TrackingError, MovingShapes] = {}
+        self._shapes: dict[tuple[TrackingError, frozenset[int]], MovingShapes] = {}
+        self._heeding: dict[tuple[int, int, frozenset[int]], Candidate | None] = {}
+        self.is_dynamic = is_dynamic(self.scenario)
+        self._parked: dict[int, Candidate] = {}
         self.end = 0.0
 
     @property
@@ -71,10 +82,23 @@ class CandidatePool:
         return self._add(uav, None if trajectory is None else target, result, flown)
 
     def _add(
-        self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory, gates: tuple[Gate, ...] = ()
+        self,
+        uav: int,
+        target: int | None,
+        result: Result | None,
+        trajectory: Trajectory,
+        gates: tuple[Gate, ...] = (),
+        heeds: frozenset[int] = frozenset(),
     ) -> Candidate:
         curve = self._store.add(trajectory)
-        return Candidate(uav, target, curve, self._store.seconds[curve], result, trajectory, gates)
+        return Candidate(uav, target, curve, self._store.seconds[curve], result, trajectory, gates, heeds)
+
+    def add_waiting(
+        self, planned: Candidate, result: Result, trajectory: Trajectory, hovers: tuple[Hover, ...]
+    ) -> Candidate:
+        """Return the candidate of a way that was found in space and time for the UAV of a planned path."""
+        added = self._add(planned.uav, planned.target, result, trajectory)
+        return replace(added, hovers=hovers, in_time=True)
 
     def traffic(self, candidate: Candidate, placed: Sequence[PlacedFlight]) -> Traffic:
         """Return the flights that are already placed, as a candidate's UAV sees them."""
@@ -91,36 +115,92 @@ class CandidatePool:
             close_ends |= (gap[:, 0] + gap[:, 1]) * z**2 + gap[:, 2] * xy**2 < (CLOSE_ENDS * xy * z) ** 2
         return Traffic(Schedule(curve, departure, time_scale), xy, z, close_ends)
 
+    def parked(self, uav: int) -> PlacedFlight:
+        """Return the flight of a UAV that is still at its start."""
+        if uav not in self._parked:
+            self._parked[uav] = self.add_planned(uav, None, None, None)
+        return PlacedFlight(self._parked[uav], 0.0)
+
+    def too_near(self, uav: int, place: Floats, other: Floats) -> bool:
+        """Tell whether two places, (3,) metres, are nearer to each other than a UAV and any other may be."""
+        gap = place - other
+        xy, z = self.semi_axis_xy[uav].max(), self.semi_axis_z[uav].max()
+        return bool((gap[0] ** 2 + gap[1] ** 2) * z**2 + gap[2] ** 2 * xy**2 < (xy * z) ** 2)
+
+    def others(self, candidate: Candidate, placed: Sequence[PlacedFlight]) -> Others:
+        """Return the flights that a candidate's UAV must stay clear of, for a search in space and time."""
+        flights = self.traffic(candidate, placed)
+        kept = flights.semi_axis_xy > 0.0
+        curve, departure, time_scale = flights.schedule
+        schedule = Schedule(curve[kept], departure[kept], time_scale[kept])
+        semi_axes = np.column_stack(flights[1:3])[kept]
+        return make_others(*self._store.arrays, schedule, semi_axes, self._movers(candidate), self.end + LOOK_AHEAD)
+
+    def is_clear(self, candidate: Candidate, flown: Trajectory, departure: float, traffic: Traffic) -> bool:
+        """Tell whether a candidate's UAV could fly along a trajectory from an instant on without a conflict."""
+        tried = self._add(candidate.uav, candidate.target, None, flown)
+        in_conflict = self.conflicts(tried, departure, traffic)
+        self._store.drop_last()
+        return not in_conflict.any()
+
     def conflicts(self, candidate: Candidate, departure: float, traffic: Traffic) -> Bools:
         """Tell with whom a candidate is in conflict if it departs at an instant.
 
         Returns
         -------
         (n + m,)
-            Of the n flights of the traffic, and then of the scenario's m movers.
+            Of the n flights of the traffic, and then of the m movers that matter to the candidate.
         """
         curves, trees = self._store.arrays
         own = TimedCurve(candidate.curve, departure, 1.0)
         flights = conflicting_flights(curves, trees, traffic, own)
-        if not self.scenario.movers:
+        if not self.is_dynamic:
             return flights
-        return np.concatenate([flights, meets_movers(self._movers(candidate.uav), curves, own, self.end) < np.inf])
+        return np.concatenate([flights, meets_movers(self._movers(candidate), curves, own, self.end) < np.inf])
 
     def meets_movers(self, candidate: Candidate) -> bool:
         """Tell whether a candidate that departs at once comes too near to a mover."""
-        if not self.scenario.movers:
-            return False
-        own = TimedCurve(candidate.curve, candidate.trajectory.start, 1.0)
-        return bool(
-            (meets_movers(self._movers(candidate.uav), self._store.arrays.curves, own, self.end) < np.inf).any()
-        )
+        return self.is_dynamic and bool((self._met(candidate) < np.inf).any())
 
-    def _movers(self, uav: int) -> MovingShapes:
-        """Return the movers, for the tracking error of a UAV."""
-        error = self.scenario.uavs[uav].tracking_error
-        if error not in self._shapes:
-            self._shapes[error] = moving_shapes(self.scenario.movers, self.scenario.clearance, error)
-        return self._shapes[error]
+    def zones_met(self, candidate: Candidate) -> frozenset[int]:
+        """Return the numbers of the zones with active times that a candidate meets if it departs at once."""
+        if not self.is_dynamic:
+            return frozenset()
+        shapes = timed_shapes(self.scenario, candidate.heeds)
+        met = zip(shapes, self._met(candidate).tolist(), strict=True)
+        return frozenset(shape.zone for shape, when in met if shape.zone >= 0 and when < np.inf)
+
+    def _met(self, candidate: Candidate) -> Floats:
+        """Return when a candidate that departs at once first meets each mover, (m,) seconds, or infinity."""
+        own = TimedCurve(candidate.curve, candidate.trajectory.start, 1.0)
+        return meets_movers(self._movers(candidate), self._store.arrays.curves, own, self.end)
+
+    def _movers(self, candidate: Candidate) -> MovingShapes:
+        """Return the movers that matter to a candidate, for the tracking error of its UAV."""
+        key = self.scenario.uavs[candidate.uav].tracking_error, candidate.heeds
+        if key not in self._shapes:
+            self._shapes[key] = moving_shapes(timed_shapes(self.scenario, candidate.heeds), key[0])
+        return self._shapes[key]
+
+    def heeding(self, candidate: Candidate, zones: frozenset[int]) -> Candidate | None:
+        """Return a candidate that heeds zones with active times at all times, or ``None`` where there is none.
+
+        Its path leads around those that must not be entered, and it keeps the speed limits of the others. Where there
+        are none to lead around, its path is that of the given candidate.
+        """
+        if candidate.target is None or candidate.result is None:
+            return None
+        key = candidate.uav, candidate.target, zones
+        if key not in self._heeding:
+            problem = self._problem(candidate.uav, candidate.target)
+            within = with_zones_active(self.scenario, zones)
+            if len(within.obstacles) == len(self.scenario.obstacles):
+                slow = self.make_trajectory(Problem(Airspace(within), *key[:2]), candidate.result)
+                found = None if slow is None else (candidate.result, slow)
+            else:
+                found = plan_in(problem, within, self.make_trajectory, any_angle=candidate.result.any_angle)
+            self._heeding[key] = None if found is None else self._add(*key[:2], *found, heeds=zones)
+        return self._heeding[key]
 
     def earliest_departure(
         self, candidate: Candidate, time_scale: float, traffic: Traffic, latest: float
@@ -130,9 +210,9 @@ class CandidatePool:
         curves, trees = self._store.arrays
         while True:
             found = earliest_departure(curves, trees, traffic, candidate.curve, time_scale, free)
-            if found < 0.0 or not self.scenario.movers:
+            if found < 0.0 or not self.is_dynamic:
                 return None if found < 0.0 else found
-            number, shapes = round(found / TICK), self._movers(candidate.uav)
+            number, shapes = round(found / TICK), self._movers(candidate)
             clear = clear_departure(shapes, curves, candidate.curve, time_scale, self.end, number, free)
             if clear == number:
                 return found
@@ -175,10 +255,10 @@ class CandidatePool:
             candidate.trajectory.start,
             latest,
         )
-        if self.scenario.movers:
+        if self.is_dynamic:
             passed = candidate.trajectory.start + part / GATE_PARTS * candidate.seconds * ratios
             centres = np.array([gate.centre for gate in gates]).reshape(-1, 3)
-            gaps = mover_gaps(self._movers(candidate.uav), passed, centres)
+            gaps = mover_gaps(self._movers(candidate), passed, centres)
             arrivals = np.where((gaps < 0.0).any(axis=0), np.inf, arrivals)  # a mover is there when the UAV comes
         order = [k for k in np.argsort(arrivals, kind="stable").tolist() if arrivals[k] < np.inf]
         return [(float(arrivals[k]), gates[k]) for k in order]
@@ -194,8 +274,13 @@ class CandidatePool:
             assert candidate.result is not None
             gates = (*candidate.gates, gate)
             problem = self._problem(candidate.uav, candidate.target)
-            found = plan_detour(problem, gates, self.make_trajectory, any_angle=candidate.result.any_angle)
-            self._detours[key] = None if found is None else self._add(candidate.uav, candidate.target, *found, gates)
+            within = with_zones_active(self.scenario, candidate.heeds) if candidate.heeds else self.scenario
+            found = plan_detour(problem, within, gates, self.make_trajectory, any_angle=candidate.result.any_angle)
+            self._detours[key] = (
+                None
+                if found is None
+                else self._add(candidate.uav, candidate.target, *found, gates=gates, heeds=candidate.heeds)
+            )
         return self._detours[key]
 
     def _problem(self, uav: int, target: int) -> Problem:
@@ -226,7 +311,7 @@ class CandidatePool:
         own = TimedCurve(candidate.curve, departure, 1.0)
         flights = len(schedule.curve)
         if in_conflict[flights:].any():
-            met = meets_movers(self._movers(candidate.uav), curves, own, end)
+            met = meets_movers(self._movers(candidate), curves, own, end)
             shares += [(when - departure) / candidate.seconds for when in met[met < np.inf].tolist()]
         for p in np.flatnonzero(in_conflict[:flights]):
             other = TimedCurve(int(schedule.curve[p]), float(schedule.departure[p]), float(schedule.time_scale[p]))

@@ -1,11 +1,14 @@
 """One UAV's turn: how it arrives first among the flights that are already placed."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.traffic import Traffic
+from skyverse.model.active_times import active_spans
+from skyverse.model.scenario import Scenario
+from skyverse.model.temporary_zones import temporary_zones
 
 SLOWDOWNS = (1.15, 1.4, 2.0)
 """How many times as long a multirotor may take along its path."""
@@ -13,6 +16,10 @@ TOLERATED_DELAY = 0.1
 """The share of its flight time by which a UAV may arrive later before a detour is looked for."""
 LONGEST_WAIT = 120.0
 """Seconds that a UAV waits for movers to pass, at most, after all others have arrived."""
+LONGEST_CLOSURE = 3600.0
+"""Seconds into the mission: no UAV waits for a zone that closes later."""
+MAX_HEEDED = 4
+"""How often a path is led around more zones, since it met others."""
 MAX_DETOURS = 6
 """Detours that are planned in one turn, by the best estimates, around one place of conflict."""
 MAX_GATES = 2
@@ -20,7 +27,7 @@ MAX_GATES = 2
 
 
 def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[PlacedFlight]) -> PlacedFlight:
-    """Return how a UAV arrives first without a conflict: by its planned path, later or more slowly, or by a detour.
+    """Return how a UAV arrives first without a conflict: by its planned path, around zones, later, slower, or a detour.
 
     Where that is not possible, or the search is cancelled, it flies as planned.
 
@@ -39,11 +46,16 @@ def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[Plac
     if planned.target is None or not in_conflict.any() or pool.cancelled:
         return PlacedFlight(planned, departure, in_conflict=bool(in_conflict.any()))
     latest = max((flight.arrival for flight in placed), default=0.0) + TICK
-    if pool.scenario.movers:
-        latest = max(latest, departure + planned.seconds) + LONGEST_WAIT
-    best = _later_or_slower(pool, planned, traffic, latest, None)
+    if pool.is_dynamic:
+        latest = max(latest, departure + planned.seconds, _last_closing(pool.scenario)) + LONGEST_WAIT
+    best = later_or_slower(pool, planned, traffic, latest, None)
     enough = planned.seconds * (1.0 + TOLERATED_DELAY) + departure
     around = planned
+    for heeding in _around_zones(pool, planned):
+        best = later_or_slower(pool, heeding, traffic, latest, best)
+        around = heeding
+    if around is not planned:
+        in_conflict = pool.conflicts(around, departure, traffic)
     for _ in range(MAX_GATES):
         if best is not None and best.arrival <= enough:
             break
@@ -58,7 +70,7 @@ def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[Plac
             detour = pool.detour(around, gate)
             if detour is None:
                 continue
-            best = _later_or_slower(pool, detour, traffic, latest, best)
+            best = later_or_slower(pool, detour, traffic, latest, best)
             if best is None:
                 conflicts = int(pool.conflicts(detour, departure, traffic).sum())
                 if fewest is None or conflicts < fewest[0]:
@@ -70,7 +82,31 @@ def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[Plac
     return PlacedFlight(planned, departure, in_conflict=True) if best is None else best
 
 
-def _later_or_slower(
+def _last_closing(scenario: Scenario) -> float:
+    """Return when the last zone has closed, of those that a UAV would wait for; 0 s where there is none."""
+    zones = [scenario.zones[number] for number in temporary_zones(scenario)]
+    ends = [end for zone in zones for _, end in active_spans(zone.active)]
+    return max((end for end in ends if end <= LONGEST_CLOSURE), default=0.0)
+
+
+def _around_zones(pool: CandidatePool, planned: Candidate) -> Iterator[Candidate]:
+    """Yield candidates that heed zones with active times: those that the flight as planned meets, then more of them.
+
+    Each meets others that the next one heeds too; the last one meets none.
+    """
+    heeding: Candidate | None = planned
+    for _ in range(MAX_HEEDED):
+        if heeding is None:
+            return
+        met = pool.zones_met(heeding)
+        if not met:
+            return
+        heeding = pool.heeding(planned, heeding.heeds | met)
+        if heeding is not None:
+            yield heeding
+
+
+def later_or_slower(
     pool: CandidatePool, candidate: Candidate, traffic: Traffic, latest: float, best: PlacedFlight | None
 ) -> PlacedFlight | None:
     """Return the best flight so far, or one of this candidate, delayed or slowed down or both, that arrives earlier."""

@@ -21,7 +21,7 @@ class StoredCurves(NamedTuple):
 
 
 class CurveStore:
-    """A growing collection of trajectories; each is stored as a curve with local time, and never removed.
+    """A growing collection of trajectories; each is stored as a curve with local time.
 
     Attributes
     ----------
@@ -55,6 +55,13 @@ class CurveStore:
         else:
             self._append(trajectory)
         return len(self.trajectories) - 1
+
+    def drop_last(self) -> None:
+        """Forget the trajectory that was added last."""
+        self.trajectories.pop()
+        self.seconds.pop()
+        n, _, _ = self._counts.tolist()
+        self._counts -= (1, int(self._first[n] - self._first[n - 1]), 2 * int(self._leaves[n - 1]) + 1)
 
     def _append(self, trajectory: Trajectory) -> None:
         """Write a trajectory's pieces and boxes behind those of the others."""

@@ -11,6 +11,7 @@ from skyverse.cost import prices_length_alone
 from skyverse.deconfliction.candidate import Candidate, Gate
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.result import Effort, Result, Status
+from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
@@ -146,7 +147,7 @@ def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:
 
 
 def plan_detour(
-    problem: Problem, gates: tuple[Gate, ...], make_trajectory: MakeTrajectory, *, any_angle: bool
+    problem: Problem, within: Scenario, gates: tuple[Gate, ...], make_trajectory: MakeTrajectory, *, any_angle: bool
 ) -> tuple[Result, Trajectory] | None:
     """Plan a path through gates and a trajectory along it, or return ``None`` where there is none.
 
@@ -156,6 +157,8 @@ def plan_detour(
     ----------
     problem
         The UAV and its target, without walls.
+    within
+        The scenario that the path is planned in: the problem's, or one with more obstacles.
     gates
         The gates that it is led through.
     make_trajectory
@@ -164,9 +167,10 @@ def plan_detour(
         Whether the path may leave the lattice. It is then a shortest one, or, where more than length is priced, a cheap
         one. Otherwise it is a cheapest one on the lattice, so that its cost is in the objective's unit.
     """
-    scenario = problem.scenario
-    walls = [box for gate in gates for box in _wall(scenario.uavs[problem.uav], scenario.clearance, gate)]
-    return plan_among(problem, walls, make_trajectory, any_angle=any_angle)
+    uav = within.uavs[problem.uav]
+    walls = [box for gate in gates for box in _wall(uav, within.clearance, gate)]
+    among_walls = within.model_copy(update={"obstacles": (*within.obstacles, *walls)})
+    return plan_in(problem, among_walls, make_trajectory, any_angle=any_angle)
 
 
 def plan_among(
@@ -177,8 +181,18 @@ def plan_among(
     The parameters are those of `plan_detour`, with `walls` instead of gates.
     """
     scenario = problem.scenario
-    among_walls = Airspace(scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)}))
-    walled = Problem(among_walls, problem.uav, problem.target)
+    among_walls = scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)})
+    return plan_in(problem, among_walls, make_trajectory, any_angle=any_angle)
+
+
+def plan_in(
+    problem: Problem, among_walls: Scenario, make_trajectory: MakeTrajectory, *, any_angle: bool
+) -> tuple[Result, Trajectory] | None:
+    """Plan a path and a trajectory in a scenario with more obstacles than a problem's, or return ``None``.
+
+    The parameters are those of `plan_detour`.
+    """
+    walled = Problem(Airspace(among_walls), problem.uav, problem.target)
     found = _path_of_any_angle(problem, walled) if any_angle else _cheapest_on_lattice(problem, walled)
     trajectory = None if found is None else make_trajectory(walled, found)
     return None if found is None or trajectory is None else (found, trajectory)
@@ -189,7 +203,7 @@ def _path_of_any_angle(problem: Problem, walled: Problem) -> Result | None:
 
     It is a shortest one where length alone is priced, and otherwise one that is cheap under the whole objective.
     """
-    planner = Taut(proof=0) if prices_length_alone(problem.scenario) else Cheapest(legs=DETOUR_LEGS, proof=0)
+    planner = Taut() if prices_length_alone(problem.scenario) else Cheapest(legs=DETOUR_LEGS, proof=0)
     planned = planner.plan(walled)
     same = np.array_equal(walled.start, problem.start) and np.array_equal(walled.end, problem.end)
     if not planned.status.reached or not same:  # a wall may leave no place for the top of a column

@@ -15,6 +15,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.detours import MakeTrajectory, plan_among
+from skyverse.model.ground_height import home_height
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Bounds, Scenario
@@ -116,7 +117,7 @@ def _columns_of(mission: Mission, uav: int, other: int) -> list[Prism]:
     scenario, target = mission.scenario, mission.assignment[other]
     start = np.array(scenario.uavs[other].start)
     below = start.copy()
-    below[2] = _ground(scenario, other)
+    below[2] = home_height(scenario, other)
     columns = [_prism(scenario, uav, other, below, start, 0.0)]
     if target is not None:
         place = np.array(scenario.targets[target].position)
@@ -124,17 +125,9 @@ def _columns_of(mission: Mission, uav: int, other: int) -> list[Prism]:
     return columns
 
 
-def _ground(scenario: Scenario, uav: int) -> float:
-    """Return z of the ground below a UAV's start, metres; without any, it is the start itself."""
-    vehicle = scenario.uavs[uav]
-    if vehicle.home is not None:
-        return vehicle.home
-    return vehicle.start[2] if scenario.terrain is None else float(scenario.terrain.height(vehicle.start[:2]))
-
-
 def _lift(scenario: Scenario, uav: int) -> float:
     """Return how many metres above its trajectory a UAV may fly its first leg, because it first climbs higher."""
-    return max(TAKEOFF_HEIGHT - (scenario.uavs[uav].start[2] - _ground(scenario, uav)), 0.0)
+    return max(TAKEOFF_HEIGHT - (scenario.uavs[uav].start[2] - home_height(scenario, uav)), 0.0)
 
 
 def _around(scenario: Scenario, uav: int, other: int, flight: Trajectory | None) -> list[Prism]:

@@ -1,5 +1,6 @@
 """Prioritized planning: one UAV after another takes the flight by which it arrives first among those before it."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.choose_flight import choose_flight
 from skyverse.deconfliction.forbidden_departures import TICK
+from skyverse.deconfliction.space_time.place_in_time import place_in_time
 from skyverse.model.uav import UAV
 
 MAX_PROMOTIONS = 8
@@ -17,6 +19,8 @@ SMALL_FLEET = 32
 """UAVs up to which all first orders are tried; of a larger fleet only the first is."""
 MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT = 3, 4
 """Orders that follow from the first ones: at least, and for up to eight UAVs; of more UAVs fewer in proportion."""
+MOST_FAILED = 1
+"""UAVs that may be left in conflict in the first order; with more, all are placed in space and time at once."""
 DECIMALS = 6
 """Of the seconds that are compared, so that rounding decides nothing."""
 IN_THE_WAY = 0.5
@@ -45,6 +49,12 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
     placed: list[PlacedFlight] = []
     order: list[int] = []
     keys = first_keys(planned)[: None if n <= SMALL_FLEET else 1]
+    if in_conflict:
+        first = _in_turn(pool, planned, priority_order(pool.scenario.uavs, planned, in_conflict, keys[0]), MOST_FAILED)
+        if sum(flight.in_conflict for flight in first) > MOST_FAILED and not pool.cancelled:
+            best = place_in_time(pool, planned)
+            if cost_of(best)[0] == 0 or n > SMALL_FLEET:
+                return best
     for tried in range(len(keys) + max(MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT * 8 // max(n, 8))):
         key = keys[tried] if tried < len(keys) else next_key(planned, order, placed)
         placed, order = _in_best_order(pool, planned, priority_order(pool.scenario.uavs, planned, in_conflict, key))
@@ -53,6 +63,8 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
         if pool.cancelled or cost_of(placed) == cost_of([PlacedFlight(own, own.trajectory.start) for own in planned]):
             break
     assert best is not None
+    if cost_of(best)[0] > 0 and not pool.cancelled:
+        best = min(best, place_in_time(pool, planned), key=cost_of)
     return _improved(pool, planned, best)
 
 
@@ -81,10 +93,14 @@ def _in_best_order(
     return placed, order
 
 
-def _in_turn(pool: CandidatePool, planned: Sequence[Candidate], order: Sequence[int]) -> list[PlacedFlight]:
-    """Return the flights that the UAVs choose one after another."""
+def _in_turn(
+    pool: CandidatePool, planned: Sequence[Candidate], order: Sequence[int], most_failed: float = math.inf
+) -> list[PlacedFlight]:
+    """Return the flights that the UAVs choose one after another, until more than so many are left in conflict."""
     placed: dict[int, PlacedFlight] = {}
     for uav in order:
+        if sum(flight.in_conflict for flight in placed.values()) > most_failed:
+            return [placed.get(u, PlacedFlight(planned[u], 0.0, in_conflict=True)) for u in range(len(planned))]
         placed[uav] = choose_flight(pool, planned[uav], list(placed.values()))
     return [placed[uav] for uav in range(len(planned))]
 

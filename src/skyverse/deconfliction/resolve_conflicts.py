@@ -10,8 +10,11 @@ from skyverse.deconfliction.detours import MakeTrajectory
 from skyverse.deconfliction.exchange_targets import Replan, Resolution, exchange_targets, resolve_by_placing
 from skyverse.deconfliction.find_conflicts import find_conflicts
 from skyverse.model.mission import Mission
+from skyverse.model.short_lines import listed, told_point
+from skyverse.model.temporary_zones import is_closed_at_times, told_zone
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.problem import Airspace
+from skyverse.space.timed_shapes import timed_shapes
 from skyverse.stop import Stop
 
 MAX_LATER_ENDS = 4
@@ -56,7 +59,7 @@ def resolve_conflicts(
     total, makespan = mission.total_time, mission.makespan
     pool = CandidatePool(airspace, make_trajectory, stop)
     flights = zip(range(len(trajectories)), mission.assignment, mission.results, trajectories, strict=True)
-    if all(conflict.given for conflict in found) and not scenario.movers:
+    if all(conflict.given for conflict in found) and not pool.is_dynamic:
         unchanged = Deconfliction(found, found, (), total, total, makespan, makespan)
         return replace(mission, interrupted=stop is not None and stop.cancelled, deconfliction=unchanged)
     planned = [pool.add_planned(*flight) for flight in flights]
@@ -66,7 +69,7 @@ def resolve_conflicts(
         if replan is not None:
             resolution = exchange_targets(pool, resolution, replan)
         end = max((flight.arrival for flight in resolution.placed), default=0.0) + STAY
-        if not scenario.movers or end <= pool.end or pool.cancelled:
+        if not pool.is_dynamic or end <= pool.end or pool.cancelled:
             break
         pool.end = end  # those that have arrived must be clear of movers until the last UAV has arrived
     targets, paths, flown = list(mission.assignment), list(mission.results), list(trajectories)
@@ -78,13 +81,13 @@ def resolve_conflicts(
     resolved = replace(
         mission, assignment=tuple(targets), results=tuple(paths), trajectories=tuple(flown), interrupted=pool.cancelled
     )
-    actions = tuple(_actions(mission, resolution))
+    actions = tuple(_actions(mission, resolution, pool))
     left = find_conflicts(scenario, flown)
     done = Deconfliction(found, left, actions, total, resolved.total_time, makespan, resolved.makespan)
     return replace(resolved, deconfliction=done)
 
 
-def _actions(mission: Mission, resolution: Resolution) -> Iterator[Action]:
+def _actions(mission: Mission, resolution: Resolution, pool: CandidatePool) -> Iterator[Action]:
     """Yield what was done to each UAV of a mission, in sentences that compare with its flight before."""
     scenario = mission.scenario
     flights = zip(resolution.placed, mission.assignment, mission.trajectories, resolution.planned, strict=True)
@@ -97,10 +100,22 @@ def _actions(mission: Mission, resolution: Resolution) -> Iterator[Action]:
             there, instead = scenario.targets[candidate.target].name, scenario.targets[target].name
             now = f"{own.metres:.4g} m in {own.seconds:.2f} s"
             yield Action(uav, "exchange", f"{name} flies to {there}, not to {instead}: {now} {was}.")
+        for number in sorted(candidate.heeds):
+            zone, now = told_zone(scenario, number), f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
+            if is_closed_at_times(scenario.zones[number]):
+                yield Action(uav, "detour", f"{name} flies around {zone}: {now} {was}.")
+            else:
+                yield Action(uav, "slow down", f"{name} keeps the speed limit of {zone}: {now} {was}.")
         if candidate.gates:
             aside = ", then ".join(gate.beside for gate in candidate.gates)
             now = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
-            yield Action(uav, "detour", f"{name} flies {aside} of the others: {now} {was}.")
+            avoided = _avoided(pool, resolution, uav)
+            yield Action(uav, "detour", f"{name} leaves its path, {aside}, to avoid {avoided}: {now} {was}.")
+        if candidate.in_time:
+            now = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
+            waits = [f"{hover.seconds:.2f} s at {told_point(hover.place)}" for hover in candidate.hovers]
+            told = "waits " + ", then ".join(waits) if waits else "flies another way"
+            yield Action(uav, "wait", f"{name} {told} to let others pass: {now} {was}.")
         if flight.time_scale > 1.0:
             seconds = flight.time_scale * candidate.seconds
             now = f"{seconds:.2f} s instead of {candidate.seconds:.2f} s"
@@ -108,3 +123,15 @@ def _actions(mission: Mission, resolution: Resolution) -> Iterator[Action]:
         if flight.departure > candidate.trajectory.start:
             delay = flight.departure - candidate.trajectory.start
             yield Action(uav, "delay", f"{name} departs {delay:.2f} s later.")
+
+
+def _avoided(pool: CandidatePool, resolution: Resolution, uav: int) -> str:
+    """Name the UAVs, movers and zones that a UAV would meet on its path, flown at once among the final flights."""
+    own, scenario = resolution.planned[uav], pool.scenario
+    others = [flight for flight in resolution.placed if flight.candidate.uav != uav]
+    names = [scenario.uavs[flight.candidate.uav].name for flight in others]
+    names += [mover.name for mover in scenario.movers]
+    zones = timed_shapes(scenario, own.heeds)[len(scenario.movers) :]
+    names += [told_zone(scenario, shape.zone) for shape in zones]
+    met = pool.conflicts(own, own.trajectory.start, pool.traffic(own, others))
+    return listed(list(dict.fromkeys(name for name, meets in zip(names, met, strict=True) if meets))) or "others"

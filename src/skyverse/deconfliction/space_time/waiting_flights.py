@@ -1,0 +1,149 @@
+"""How one UAV flies among placed flights if it may also wait on its way, let others pass and back out."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.deconfliction.candidate import Candidate, Hover, PlacedFlight
+from skyverse.deconfliction.candidate_pool import CandidatePool
+from skyverse.deconfliction.space_time.itinerary_flight import Run, smoothed, split_at_waits, whole_flight
+from skyverse.deconfliction.space_time.leg_profiles import leg_profiles
+from skyverse.deconfliction.space_time.roadmap import make_roadmap
+from skyverse.deconfliction.space_time.search import Graph, Itinerary, earliest_arrival, seconds_to
+from skyverse.model.result import Effort
+from skyverse.model.uav import UAV, TrackingError
+from skyverse.model.verdict import Verdict
+from skyverse.numerics.kernel import Stopwatch
+from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_WAIT
+from skyverse.planners.base import provenance
+from skyverse.planners.results import SearchRecord, any_angle_result
+from skyverse.problem import Problem
+from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.trajectory.heading import with_heading
+from skyverse.trajectory.limits import Limits, limits_of
+from skyverse.trajectory.proof import prove
+
+WEIGHT = 10.0
+"""How much more the time that is left counts than that which has passed: few states are expanded then."""
+MOST_EXPANDED = 6_000
+"""States that are expanded in one search at most."""
+
+
+class WaitingFlights:
+    """Searches in space and time for the UAVs of a fleet, on roadmaps that they share.
+
+    Parameters
+    ----------
+    pool
+        All candidates.
+    planned
+        Each UAV's planned path.
+    """
+
+    def __init__(self, pool: CandidatePool, planned: Sequence[Candidate]) -> None:
+        self._pool, self._planned = pool, planned
+        self._roadmaps: dict[TrackingError, Graph] = {}
+        self._profiles: dict[tuple[TrackingError, Limits], Floats] = {}
+        self._left: dict[tuple[TrackingError, Limits, int], Floats] = {}
+
+    def flight(self, planned: Candidate, placed: Sequence[PlacedFlight]) -> PlacedFlight | None:
+        """Return how a UAV can fly to its target without coming too near to anybody, if that is found.
+
+        Aeroplanes cannot wait, and a path on the lattice must stay there: for both there is none.
+        """
+        pool, result = self._pool, planned.result
+        uav = pool.scenario.uavs[planned.uav]
+        if uav.fixed_wing is not None or planned.target is None or result is None or not result.any_angle:
+            return None
+        clock = Stopwatch()
+        problem = Problem(pool.airspace, planned.uav, planned.target)
+        found, graph, limited = self._itinerary(problem, planned, placed)
+        if len(found.vertices) < 2:
+            return None
+        points = graph.points[found.vertices]
+        up, down = (len(column) for column in problem.columns)
+        stops = {k for k, column in ((1, up), (len(points) - 2, down)) if column}
+        runs = split_at_waits(points, found.departures, found.arrivals, limited, stops)
+        taking_off, landing = runs[:up], runs[len(runs) - down :]
+        traffic, start = pool.traffic(planned, placed), planned.trajectory.start
+
+        def clear(flying: Sequence[Run]) -> bool:
+            flown = whole_flight([*taking_off, *flying, *landing])
+            return pool.is_clear(planned, flown.retimed(start), runs[0].departure, traffic)
+
+        flying = smoothed(problem.airspace.world, limited, runs[up : len(runs) - down], clear)
+        if not (clear(flying) and _proven(problem, limited, flying, [*taking_off, *landing])):
+            return None
+        runs = [*taking_off, *flying, *landing]
+        path = drop_collinear(np.vstack([run.path for run in flying]))
+        origin = provenance("SIPP", None, None)
+        effort = Effort(generated_paths=1, generated_nodes=found.expanded, evaluations=1)
+        record = SearchRecord(origin, effort, clock.seconds)
+        flown = with_heading(whole_flight(runs), uav).retimed(start)
+        hovers = [Hover(run.departure - before.arrival, before.path[-1]) for before, run in pairwise(runs)]
+        candidate = pool.add_waiting(
+            planned,
+            any_angle_result(problem, path, None, record),
+            flown,
+            tuple(hover for hover in hovers if hover.seconds > MIN_WAIT),
+        )
+        return PlacedFlight(candidate, runs[0].departure)
+
+    def _itinerary(
+        self, problem: Problem, planned: Candidate, placed: Sequence[PlacedFlight]
+    ) -> tuple[Itinerary, Graph, UAV]:
+        """Return the itinerary of a UAV, on which roadmap it is, and the UAV as slow as zones make it."""
+        uav, world = self._pool.scenario.uavs[planned.uav], problem.airspace.world
+        slowest = min([uav.max_speed, *(zone.max_speed for zone in world.speed_zones)])
+        limited = uav.model_copy(update={"max_speed": slowest})
+        graph = self._roadmap(planned.uav)
+        limits = limits_of(limited, -LIMIT_MARGIN)
+        source, target = (_vertex(graph, place) for place in (problem.uav_place, problem.target_place))
+        key = uav.tracking_error, limits
+        if key not in self._profiles:
+            self._profiles[key] = leg_profiles(graph.ways, limits)
+        profiles = self._profiles[key]
+        if (*key, target) not in self._left:
+            self._left[*key, target] = seconds_to(graph, profiles, target)
+        left = self._left[*key, target]
+        others = self._pool.others(planned, placed)
+        begin = planned.trajectory.start
+        found = earliest_arrival(graph, profiles, others, left, (source, target), begin, WEIGHT, MOST_EXPANDED)
+        return found, graph, limited
+
+    def _roadmap(self, uav: int) -> Graph:
+        """Return the roadmap for UAVs with the tracking error of one of them."""
+        error = self._pool.scenario.uavs[uav].tracking_error
+        if error not in self._roadmaps:
+            alike = [own for own in self._planned if self._pool.scenario.uavs[own.uav].tracking_error == error]
+            problems = [
+                (own, Problem(self._pool.airspace, own.uav, own.target)) for own in alike if own.target is not None
+            ]
+            paths = [problem.without_columns(own.result.path) for own, problem in problems if own.result is not None]
+            columns = [
+                np.array([ground, top])
+                for _, problem in problems
+                for ground, top in ((problem.uav_place, problem.start), (problem.target_place, problem.end))
+                if not np.array_equal(ground, top)
+            ]
+            ellipsoids = np.column_stack([self._pool.semi_axis_xy.max(axis=1), self._pool.semi_axis_z.max(axis=1)])
+            flying = ellipsoids[[own.uav for own in alike]]
+            world = self._pool.airspace.of(uav).world
+            self._roadmaps[error] = make_roadmap(world, paths, columns, flying.min(axis=0))
+        return self._roadmaps[error]
+
+
+def _vertex(graph: Graph, place: Floats) -> int:
+    """Return the vertex at a place, (3,) metres."""
+    return int(np.argmin(np.linalg.norm(graph.points - place, axis=1)))
+
+
+def _proven(problem: Problem, uav: UAV, flying: Sequence[Run], in_columns: Sequence[Run]) -> bool:
+    """Tell whether all parts of a flight are proven free and within the UAV's limits."""
+    worlds = [problem.airspace.world] * len(flying) + [problem.airspace.nominal.world] * len(in_columns)
+    return all(
+        prove(world, uav, run.flown).verdict is Verdict.PROVEN
+        for world, run in zip(worlds, [*flying, *in_columns], strict=True)
+    )

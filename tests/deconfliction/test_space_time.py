@@ -1,0 +1,234 @@
+"""Waiting on the way: the search against a brute-force one over ticks of time, its parts against sampling, missions."""
+
+import numpy as np
+import pytest
+from hypothesis import given as drawn
+from hypothesis import settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from skyverse.deconfliction.curve_store import CurveStore
+from skyverse.deconfliction.curves import Schedule
+from skyverse.deconfliction.space_time.leg_profiles import SECONDS, leg_profiles
+from skyverse.deconfliction.space_time.others import make_others
+from skyverse.deconfliction.space_time.roadmap import make_roadmap
+from skyverse.deconfliction.space_time.search import Graph, earliest_arrival, seconds_to
+from skyverse.model.trajectory import joined
+from skyverse.model.verdict import Verdict
+from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.space.moving_shapes import moving_shapes
+from skyverse.space.world import World
+from skyverse.trajectory.limits import limits_of
+from skyverse.trajectory.rest_to_rest import rest_to_rest
+
+UAV = sky.UAV(start=(0, 0, 0), max_speed=1.5, max_acceleration=3.0)
+LIMITS = limits_of(UAV, -LIMIT_MARGIN)
+SEPARATION = 0.4
+PARTS = 50  # ticks of a leg
+
+
+def lattice(cells):
+    """A roadmap of unit legs between cells of a level lattice."""
+    points = np.array([(x, y, 0.0) for x, y in cells], dtype=np.float64)
+    ways = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)], dtype=np.float64)
+    legs = [
+        (a, b, k)
+        for a in range(len(points))
+        for k, way in enumerate(ways)
+        for b in np.flatnonzero((points == points[a] + way).all(axis=1)).tolist()
+    ]
+    starts, ends, kinds = np.array(legs).T
+    first = np.searchsorted(starts, np.arange(len(points) + 1))
+    return Graph(points, first, np.ascontiguousarray(ends), np.ascontiguousarray(kinds), ways)
+
+
+def ticked(graph, profiles, flights, source, target, separation):
+    """The earliest arrival if UAVs depart at ticks and keep a separation at the ticks; infinite if there is none."""
+    tick = profiles[0, SECONDS] / PARTS
+    end = max(flight.end for flight in flights) + 30.0
+    now = np.arange(int(end / tick)) * tick
+    theirs = np.array([flight.at(now).position for flight in flights])
+
+    def apart(places, ticks):
+        return (np.linalg.norm(theirs[:, ticks] - places, axis=-1) >= separation).all(axis=0)
+
+    count = len(now)
+    hovers = np.array([apart(point, slice(None)) for point in graph.points])
+    steps = np.arange(PARTS + 1)
+    legs = []
+    for a in range(len(graph.points)):
+        for leg in range(graph.first[a], graph.first[a + 1]):
+            b = graph.end[leg]
+            places = rest_to_rest(graph.points[[a, b]], UAV).at(steps * tick).position
+            window = np.arange(count - PARTS)[:, None] + steps
+            legs.append((a, b, apart(places, window).all(axis=1)))
+    reached = np.zeros((len(graph.points), count), np.bool_)
+    reached[source, 0] = hovers[source, 0]
+    for k in range(1, count):
+        reached[:, k] |= reached[:, k - 1] & hovers[:, k]
+        for a, b, free in legs:
+            if k >= PARTS and reached[a, k - PARTS] and free[k - PARTS]:
+                reached[b, k] = True
+    for_ever = np.flip(np.logical_and.accumulate(np.flip(hovers[target])))
+    arrivals = np.flatnonzero(reached[target] & for_ever)
+    return now[arrivals[0]] if len(arrivals) else np.inf
+
+
+CELLS = st.sets(st.tuples(st.integers(0, 4), st.integers(0, 2)), min_size=5, max_size=11).map(sorted)
+
+
+@settings(max_examples=40)
+@drawn(CELLS, st.integers(1, 3), st.integers(0, 2**32 - 1))
+def test_the_search_arrives_when_a_brute_force_search_over_ticks_does(cells, others, seed):
+    rng = np.random.default_rng(seed)
+    graph = lattice_or_none(cells)
+    if graph is None:
+        return
+    profiles = leg_profiles(graph.ways, LIMITS)
+    flights, store, departures = [], CurveStore(), []
+    for _ in range(others):
+        way = [int(rng.integers(len(graph.points)))]
+        for _ in range(int(rng.integers(1, 7))):
+            first, last = graph.first[way[-1]], graph.first[way[-1] + 1]
+            if first < last:
+                way.append(int(graph.end[rng.integers(first, last)]))
+        if len(way) == 1:
+            return
+        departures.append(float(rng.integers(0, 4)))
+        flights.append(rest_to_rest(graph.points[way], UAV, start=departures[-1]))
+        store.add(flights[-1])
+    n = len(flights)
+    schedule = Schedule(np.arange(n), np.array(departures), np.ones(n))
+    movers = moving_shapes([], sky.TrackingError())
+    known = make_others(*store.arrays, schedule, np.full((n, 2), SEPARATION), movers, 0.0)
+    source, target = rng.integers(len(graph.points), size=2).tolist()
+    left = seconds_to(graph, profiles, target)
+    found = earliest_arrival(graph, profiles, known, left, (source, target), 0.0, 1.0, 100_000)
+    arrival = found.arrivals[-1] if len(found.vertices) else np.inf
+    tick = profiles[0, SECONDS] / PARTS
+    assert arrival <= ticked(graph, profiles, flights, source, target, 1.25 * SEPARATION) + tick
+    assert arrival >= ticked(graph, profiles, flights, source, target, 0.8 * SEPARATION) - tick
+    if len(found.vertices) >= 2:  # the flight itself, sampled closely
+        parts = [rest_to_rest(graph.points[found.vertices[k : k + 2]], UAV) for k in range(len(found.vertices) - 1)]
+        for part, departure in zip(parts, found.departures, strict=False):
+            instants = np.linspace(0.0, part.end, 200)
+            places = part.at(instants).position
+            for flight in flights:
+                gaps = np.linalg.norm(flight.at(departure + instants).position - places, axis=1)
+                assert gaps.min() >= SEPARATION
+
+
+def lattice_or_none(cells):
+    """The roadmap of cells of which at least two are neighbours."""
+    near = any(abs(a - c) + abs(b - d) == 1 for a, b in cells for c, d in cells)
+    return lattice(cells) if near else None
+
+
+@settings(max_examples=40)
+@drawn(st.tuples(*[st.floats(-6, 6)] * 3).filter(lambda way: np.linalg.norm(way) > 1e-3))
+def test_a_leg_takes_as_long_as_the_flight_from_rest_to_rest(way):
+    profile = leg_profiles(np.array([way]), LIMITS)[0]
+    assert profile[SECONDS] == pytest.approx(rest_to_rest(np.array([(0, 0, 0), way]), UAV).end, abs=1e-9)
+
+
+def test_a_roadmap_leads_through_a_gap_that_is_narrower_than_its_lattice():
+    walls = [sky.Box(min=(4, 0, 0), max=(5, 4.97, 4)), sky.Box(min=(4, 5.03, 0), max=(5, 10, 4))]
+    room = room_of(walls, [sky.UAV(start=(1, 5, 2))], [(9, 5, 2)], width=10.0, high=4.0)
+    graph = make_roadmap(World(room), [np.array([(1.0, 5, 2), (9.0, 5, 2)])], [], np.array([0.5, 1.0]))
+    profiles = leg_profiles(graph.ways, LIMITS)
+    source, target = (int(np.argmin(np.linalg.norm(graph.points - end, axis=1))) for end in ((1, 5, 2), (9, 5, 2)))
+    assert np.isfinite(seconds_to(graph, profiles, target)[source])
+    begins = np.repeat(np.arange(len(graph.points)), np.diff(graph.first))
+    np.testing.assert_allclose(graph.points[begins] + graph.ways[graph.kind], graph.points[graph.end], atol=1e-9)
+    legs = np.random.default_rng(1).integers(len(graph.end), size=2_000)
+    assert World(room).segments_free(graph.points[begins[legs]], graph.points[graph.end[legs]]).all()
+
+
+def room_of(walls, uavs, targets, width, high, error=None):
+    if error is not None:
+        uavs = [uav.model_copy(update={"tracking_error": error}) for uav in uavs]
+    return sky.Scenario(
+        name="corridor",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(20, width, high)),
+        obstacles=walls,
+        clearance=0.1,
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=uavs,
+        targets=[sky.Target(position=place) for place in targets],
+    )
+
+
+BAY = [
+    sky.Box(min=low, max=high)
+    for low, high in (
+        ((0, 0, 0), (20, 4.6, 2)),
+        ((0, 5.4, 0), (9, 8, 2)),
+        ((11, 5.4, 0), (20, 8, 2)),
+        ((9, 7, 0), (11, 8, 2)),
+    )
+]
+HEAD_ON = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(19, 5, 1))]
+BEYOND = [(18, 5, 1), (2, 5, 1)]
+
+
+@pytest.mark.parametrize("error", [None, sky.TrackingError(horizontal=0.05, vertical=0.05)])
+def test_head_on_in_a_corridor_one_waits_in_a_bay(error):
+    given = room_of(BAY, HEAD_ON, BEYOND, width=8.0, high=2.0, error=error)
+    mission = sky.plan_mission(given, sky.Taut(), assignment="identity")
+    assert mission.deconfliction.left == mission.violations == ()
+    assert mission.apart.verdict is Verdict.PROVEN
+    assert all(certificate.verdict is Verdict.PROVEN for certificate in mission.certificates)
+    (wait,) = (action for action in mission.deconfliction.actions if action.kind == "wait")
+    assert wait.sentence.startswith(f"{given.uavs[wait.uav].name} waits ")
+    instants = np.linspace(0.0, mission.makespan, 4_000)
+    motion = mission.trajectories[wait.uav].at(instants)
+    hovering = (np.linalg.norm(motion.velocity, axis=1) < 1e-9) & (instants < mission.trajectories[wait.uav].end - 0.1)
+    inside = (motion.position[:, 0] > 9) & (motion.position[:, 0] < 11)
+    assert (hovering & inside).any()
+
+
+def test_without_a_bay_the_conflict_stays():
+    walls = [sky.Box(min=(0, 0, 0), max=(20, 4.8, 1)), sky.Box(min=(0, 5.2, 0), max=(20, 8, 1))]
+    uavs = [sky.UAV(start=(x, 5, 0.5)) for x in (1, 19)]
+    given = room_of(walls, uavs, [(18, 5, 0.5), (2, 5, 0.5)], width=8.0, high=1.0)
+    mission = sky.plan_mission(given, sky.Taut(), assignment="identity")
+    assert [conflict.uavs for conflict in mission.deconfliction.left] == [(0, 1)]
+
+
+@pytest.mark.parametrize("make", [lambda: sky.tunnel_swap(10, width=1.0), lambda: sky.random_maze(8, cells=4)])
+def test_fleets_exchange_sides_and_the_referee_proves_it(make):
+    mission = sky.plan_mission(make(), assignment="identity")
+    assert mission.deconfliction.left == mission.violations == ()
+    assert mission.apart.verdict is Verdict.PROVEN
+
+
+def test_a_curve_that_is_dropped_leaves_the_others_as_they_were():
+    store, again = CurveStore(), CurveStore()
+    ways = [rest_to_rest(np.array([(0, 0, 0), (k + 1.0, 0, 0), (k + 1.0, 2, 1)]), UAV) for k in range(3)]
+    for way in (ways[0], joined([ways[1], ways[1]]), ways[2]):
+        store.add(way)
+        if way is not ways[0] and way is not ways[2]:
+            store.drop_last()
+    again.add(ways[0])
+    again.add(ways[2])
+    assert store.seconds == again.seconds
+    ours, theirs = store.arrays, again.arrays
+    np.testing.assert_array_equal(ours.curves.first[:3], theirs.curves.first[:3])
+    rows = int(theirs.curves.first[2])
+    np.testing.assert_array_equal(ours.curves.rows[:rows], theirs.curves.rows[:rows])
+    used = int(theirs.trees.base[1] + 2 * theirs.trees.leaves[1] + 1)
+    np.testing.assert_array_equal(ours.trees.boxes[:used], theirs.trees.boxes[:used])
+
+
+def test_a_uav_lets_a_mover_pass_in_a_bay():
+    train = sky.Mover(
+        shape=sky.Sphere(centre=(0, 0, 0), radius=0.9),
+        motion=sky.WaypointMotion(points=[(21, 5, 1), (-9, 5, 1)], times=[0, 15]),
+    )
+    given = room_of(BAY, HEAD_ON[:1], [(18, 5, 1)], width=8.0, high=2.0)
+    mission = sky.plan_mission(sky.Scenario.model_validate({**dict(given), "movers": [train]}), sky.Taut())
+    assert mission.violations == ()
+    assert mission.certificates[0].verdict is Verdict.PROVEN
+    assert {action.kind for action in mission.deconfliction.actions} == {"wait"}
+    assert 6.0 < mission.makespan < 15.0

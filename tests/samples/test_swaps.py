@@ -1,0 +1,64 @@
+"""Fleets that exchange sides through a tunnel or a maze: who is where, what is free, and what is refused."""
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from skyverse.problem import Airspace, Problem
+
+MADE = [sky.tunnel_swap(20, width=1.0, seed=3), sky.random_maze(20, seed=3)]
+
+
+@pytest.mark.parametrize("given", MADE, ids=["tunnel", "maze"])
+def test_each_uav_flies_to_the_start_of_one_on_the_other_side(given):
+    n = len(given.uavs)
+    starts, ends = np.array([uav.start for uav in given.uavs]), np.array([t.position for t in given.targets])
+    assert n == len(given.targets) == 20
+    np.testing.assert_array_equal(ends, np.roll(starts, n // 2, axis=0))
+    middle = given.bounds.max[0] / 2
+    assert (starts[: n // 2, 0] < middle - 2).all()
+    assert (starts[n // 2 :, 0] > middle + 2).all()
+
+
+@pytest.mark.parametrize("given", MADE, ids=["tunnel", "maze"])
+def test_every_uav_has_a_way_and_nobody_is_given_too_close(given):
+    airspace = Airspace(given)
+    for uav in range(len(given.uavs)):
+        assert sky.Taut(proof=0).plan(Problem(airspace, uav, uav)).status.reached
+    starts = np.array([uav.start for uav in given.uavs]) / [0.4, 0.4, 0.8]
+    gaps = np.linalg.norm(starts[:, None] - starts, axis=2)[np.triu_indices(20, 1)]
+    assert gaps.min() >= 2.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_all_cells_of_a_maze_are_joined(seed):
+    given = sky.random_maze(2, cells=5, seed=seed)
+    airspace = Airspace(given)
+    cells = [(4.0 + 0.1 + 1.1 * i + 0.5, 1.1 * j + 0.6, 1.0) for i in range(5) for j in range(5)]
+    moved = given.model_copy(update={"targets": tuple(sky.Target(position=cell) for cell in cells)})
+    airspace = Airspace(moved)
+    assert all(sky.Taut(proof=0).plan(Problem(airspace, 0, k)).status.reached for k in range(25))
+
+
+def test_the_same_seed_makes_the_same_scenario_and_another_one_another():
+    assert sky.tunnel_swap(4, seed=1) == sky.tunnel_swap(4, seed=1) != sky.tunnel_swap(4, seed=2)
+    assert sky.random_maze(4, seed=1) == sky.random_maze(4, seed=1) != sky.random_maze(4, seed=2)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: sky.tunnel_swap(7), "tunnel_swap's uavs is an even number from 2 to 60, not 7"),
+        (lambda: sky.tunnel_swap(62), "tunnel_swap's uavs is an even number from 2 to 60, not 62"),
+        (lambda: sky.tunnel_swap(4, width=0.5), "tunnel_swap's width is from 0.8 to 2.5 m, not 0.5"),
+        (lambda: sky.tunnel_swap(4, seed=-1), "tunnel_swap's seed is a whole number from 0 on, not -1"),
+        (lambda: sky.random_maze(0), "random_maze's uavs is an even number from 2 to 40, not 0"),
+        (lambda: sky.random_maze(4, cells=2), "random_maze's cells is a whole number from 3 to 20, not 2"),
+        (lambda: sky.random_maze(4, seed=0.5), "random_maze's seed is a whole number from 0 on, not 0.5"),
+        (lambda: sky.random_maze(40, cells=3), "there is no space for 20 UAVs that are 0.8 m apart"),
+    ],
+)
+def test_what_cannot_be_made_is_refused_in_one_sentence(make, said):
+    with pytest.raises(sky.InputError) as refused:
+        make()
+    assert str(refused.value) == said
