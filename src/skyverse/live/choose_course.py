@@ -1,0 +1,290 @@
+"""Chooses what a UAV flies from now on: of the motions that are proven, the one that arrives first.
+
+Ways are tried in the order of when they could arrive at best. Motions along them end at rest within the horizon, and
+are proven clear of what stands still, and of where movers may be up to the horizon.
+"""
+
+import heapq
+import math
+import time
+from collections.abc import Iterable
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.live.change_of_velocity import braking_motion
+from skyverse.live.course import STAY, Course
+from skyverse.live.first_contact import first_contact, time_in_contact
+from skyverse.live.guidance import Way
+from skyverse.live.steered_motion import seconds_left, steered_motion
+from skyverse.live.surroundings import Surroundings
+from skyverse.live.ways import GATE_SHARES, SHARES, escapes, gates, ways_ahead
+from skyverse.numerics.tolerances import ACCELERATION_LEFT
+from skyverse.space.world import path_free
+from skyverse.trajectory.proof import clear_pieces
+
+LOOKED_AT = 0.5
+"""The share of the horizon after which motions are compared by what they still have to fly."""
+BLOCKED = 10.0
+"""Seconds that it may take longer to arrive along a way in which something stands."""
+KEEP_ON = 0.05
+"""Seconds by which another way must arrive earlier than the present one, so that a UAV does not waver."""
+SAME_TIME = 0.25
+"""Seconds: of motions that meet movers no farther apart in time, the one that is least deep in them is taken."""
+
+
+class Span(NamedTuple):
+    """The instants now, when a new motion can begin, and until when it is proven; seconds into the mission."""
+
+    now: float
+    join: float
+    until: float
+
+
+class Choice(NamedTuple):
+    """What was chosen.
+
+    Attributes
+    ----------
+    course
+        What is flown from now on.
+    kept, proven
+        Whether that is what was flown before, and whether it is proven up to the horizon.
+    mover, contact
+        The mover that it comes too near to first, -1 if none, and when, infinite if never, up to the horizon.
+    tried
+        How many motions were made.
+    """
+
+    course: Course
+    kept: bool
+    proven: bool
+    mover: int
+    contact: float
+    tried: int
+
+
+class _Idea(NamedTuple):
+    """A way that may be tried from an instant of the present course, at a share of the largest speed."""
+
+    begin: float
+    way: Way
+    share: float
+    dearer: float
+
+
+class _Candidate(NamedTuple):
+    """A motion that may be flown; with no pieces, the present course goes on."""
+
+    begin: float
+    durations: Floats
+    rows: Floats
+    way: Way
+    passed: Floats
+
+
+class _Search:
+    """One search for one UAV."""
+
+    def __init__(self, course: Course, around: Surroundings, span: Span) -> None:
+        self.course, self.around, self.span = course, around, span
+        self.queue: list[tuple[float, int, _Idea | _Candidate]] = []
+        self.numbers = count()
+        self.met: list[tuple[float, int, _Candidate]] = []
+        self.looked_at = span.now + LOOKED_AT * (span.until - span.now)
+        self.widened = False
+        self.states: dict[float, Floats] = {}
+        self.before: dict[float, tuple[int, float]] = {}
+
+    def state(self, t: float) -> Floats:
+        """Return position, velocity and acceleration on the present course, (3, 3)."""
+        if t not in self.states:
+            self.states[t] = self.course.state(t)
+        return self.states[t]
+
+    def push(self, arrival: float, entry: _Idea | _Candidate) -> None:
+        heapq.heappush(self.queue, (arrival, next(self.numbers), entry))
+
+    def consider(self, begin: float, ways: Iterable[Way], shares: tuple[float, ...], dearer: float = 0.0) -> None:
+        """Add ways from an instant on, in the order of when they could arrive at best."""
+        place, velocity, _ = self.state(begin)
+        mark = self.course.next_mark(begin)
+        for way in ways:
+            more = dearer if self.leads_on(place, way, mark) else dearer + BLOCKED
+            seconds = seconds_left(self.around.limits, place, velocity, way.points)
+            for share in shares:
+                slower = (1.0 - share) * max(self.looked_at - begin, 0.0)
+                self.push(begin + seconds + slower + more, _Idea(begin, way, share, more))
+
+    def leads_on(self, place: Floats, way: Way, mark: int) -> bool:
+        """Tell whether nothing that stands still is in those legs of a way that are not the guidance's own."""
+        first = way.marks[0]
+        legs = 0 if 0 <= first <= mark else (2 if first < 0 else 1)
+        ends = np.vstack([place, way.points[:legs]])
+        return path_free(self.around.world.space, ends)
+
+    def made(self, idea: _Idea) -> tuple[_Candidate, float] | None:
+        """Return the motion along a way and about when it arrives, or ``None`` if there is none."""
+        begin, way, share, dearer = idea
+        left = self.span.until - begin
+        looked_at = max(self.looked_at - begin, 0.0)
+        durations, rows, passed, arrival = steered_motion(
+            self.state(begin), way.points, way.most, self.around.limits, share, left, looked_at
+        )
+        if not len(durations):
+            return None
+        return _Candidate(begin, durations, rows, way, begin + passed), begin + arrival + dearer
+
+    def stop(self, begin: float) -> _Candidate:
+        """Return the motion that stops as fast as possible."""
+        state = self.state(begin)
+        durations, rows = braking_motion(state, self.around.limits)
+        if not len(durations):
+            durations, rows = np.array([STAY]), np.zeros((1, 4, 3))
+            rows[0, 0] = state[0]
+        way = self.course.remaining(begin)
+        return _Candidate(begin, durations, rows, way, np.full(len(way.points), np.inf))
+
+    def applied(self, found: _Candidate) -> Course:
+        if not len(found.durations):
+            return self.course
+        return self.course.joined(found.begin, found.durations, found.rows, found.way, found.passed)
+
+    def contact(self, found: _Candidate) -> tuple[int, float]:
+        """Return the mover that a candidate first comes too near to, counted from now, and when."""
+        motion, begin = self.course.motion, self.span.now
+        if len(found.durations):
+            if found.begin not in self.before:
+                self.before[found.begin] = self.first_contact(motion.knots, motion.coefficients, begin, found.begin)
+            mover, contact = self.before[found.begin]
+            if mover >= 0:
+                return mover, contact
+            knots = found.begin + np.append(0.0, np.cumsum(found.durations))
+            return self.first_contact(knots, found.rows, found.begin, self.span.until)
+        return self.first_contact(motion.knots, motion.coefficients, begin, self.span.until)
+
+    def first_contact(self, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[int, float]:
+        """Return the mover that a motion first comes too near to between two instants, and when."""
+        return first_contact(self.around.shapes, knots.copy(), rows.copy(), self.around.limits.speed, begin, until)
+
+    def clear(self, found: _Candidate) -> bool:
+        """Tell whether all of a candidate's pieces are clear of what stands still."""
+        durations, rows = found.durations, found.rows
+        if not len(durations):
+            motion = self.course.motion
+            late = motion.knots[1:] > self.span.now
+            durations, rows = np.diff(motion.knots)[late], motion.coefficients[late]
+        return bool(clear_pieces(self.around.world.space, durations, rows).all())
+
+    def arrival(self, found: _Candidate) -> float:
+        """Return about when a UAV arrives that stops, or keeps its course."""
+        course = self.applied(found)
+        target, end = self.around.guidance.points[-1], course.motion.end
+        state = course.state(end)
+        if np.linalg.norm(state[0] - target) < 1e-6 and not len(found.durations):
+            return end
+        place, velocity, _ = course.state(max(self.looked_at, found.begin))
+        left = course.remaining(self.looked_at)
+        if not len(left.points):
+            left = self.around.guidance.after(len(self.around.guidance.points) - 1)
+        return self.looked_at + seconds_left(self.around.limits, place, velocity, left.points)
+
+    def proves(self, found: _Candidate) -> bool:
+        """Tell whether a candidate is proven; if not, take note of what it meets."""
+        mover, contact = self.contact(found)
+        if contact == math.inf and self.clear(found):
+            return True
+        self.met.append((contact, mover, found))
+        if not self.widened:
+            self.widen(found, mover, contact)
+        return False
+
+    def chosen(self, found: _Candidate, tried: int) -> Choice:
+        """Return the choice of a candidate that is proven."""
+        return Choice(self.applied(found), not len(found.durations), True, -1, math.inf, tried)
+
+    def widen(self, found: _Candidate, mover: int, contact: float) -> None:
+        """Add ways past the place where a motion meets a mover, and away from where the UAV is."""
+        self.widened = True
+        place = self.state(found.begin)[0]
+        limits, left = self.around.limits, self.span.until - found.begin
+        if mover >= 0 and len(found.way.points):
+            k = min(int(np.sum(found.passed <= contact)), len(found.way.points) - 1)
+            meeting = self.applied(found).state(contact)[0]
+            need = float(self.around.needs[mover])
+            self.consider(found.begin, gates(found.way, place, meeting, k, need), GATE_SHARES)
+        guidance = self.around.guidance.after(
+            min(self.course.next_mark(found.begin), len(self.around.guidance.points) - 1)
+        )
+        reach = 0.25 * limits.acceleration * left * left
+        reach = min(reach, 0.5 * limits.speed * left)
+        self.consider(self.span.join, escapes(guidance, place, reach), (1.0,))
+
+
+def choose_course(
+    course: Course, around: Surroundings, span: Span, most_tried: int, deadline: float = math.inf
+) -> Choice:
+    """Return what a UAV flies from now on.
+
+    Parameters
+    ----------
+    course
+        What it flies now.
+    around, span
+        What it keeps clear of, and the instants that matter.
+    most_tried
+        How many motions are made at most.
+    deadline
+        The reading of `time.perf_counter` at which the search ends, with the best that is known then.
+    """
+    search = _Search(course, around, span)
+    nothing = np.zeros(0)
+    hold = _Candidate(span.join, nothing, nothing, course.way, course.passed)
+    search.push(search.arrival(hold), hold)
+    joins = [span.join]
+    state = search.state(span.join)
+    if np.linalg.norm(state[2]) > ACCELERATION_LEFT:
+        end = course.ramp_end(span.join, span.until)
+        joins += [] if end is None else [end]
+    for begin in joins:
+        place, velocity, _ = search.state(begin)
+        mark, kept = course.next_mark(begin), course.remaining(begin)
+        lead = 1.0 + float(velocity @ velocity) / around.limits.acceleration
+        search.consider(begin, [kept] if len(kept.points) else [], SHARES)
+        search.consider(begin, ways_ahead(around.guidance, mark, place, lead), SHARES, KEEP_ON)
+    stop = search.stop(span.join)
+    search.push(search.arrival(stop), stop)
+    tried = 0
+    while search.queue and tried < most_tried and time.perf_counter() < deadline:
+        _, _, entry = heapq.heappop(search.queue)
+        if isinstance(entry, _Idea):
+            tried += 1
+            found = search.made(entry)
+            if found is not None:
+                search.push(found[1], found[0])
+        elif search.proves(entry):
+            return search.chosen(entry, tried)
+    for entry in (hold, stop):  # whatever the effort, these two are examined
+        if all(entry is not one for _, _, one in search.met) and search.proves(entry):
+            return search.chosen(entry, tried)
+    return _least_bad(search, hold, tried)
+
+
+def _least_bad(search: _Search, hold: _Candidate, tried: int) -> Choice:
+    """Return the course that meets a mover last; of those that do so at about one time, the one least deep in it."""
+    span = search.span
+    ranked = []
+    for number, (contact, mover, found) in enumerate(search.met):
+        motion = search.applied(found).motion
+        depth, _ = time_in_contact(
+            search.around.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.until
+        )
+        late = min(contact, span.until + SAME_TIME)
+        ranked.append((-math.floor((late - span.now) / SAME_TIME), depth, number, mover, contact, found))
+    for _, _, _, mover, contact, found in sorted(ranked, key=lambda one: one[:3]):
+        if search.clear(found):
+            return Choice(search.applied(found), not len(found.durations), False, mover, contact, tried)
+    mover, contact = search.contact(hold)
+    return Choice(search.course, True, False, mover, contact, tried)

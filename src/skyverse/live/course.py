@@ -1,0 +1,115 @@
+"""What a UAV is flying: a motion that ends at rest, the way that it follows, and how long it is proven."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.live.change_of_velocity import braking_motion
+from skyverse.live.guidance import Way
+from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import ACCELERATION_LEFT, MIN_PIECE
+from skyverse.trajectory.limits import Limits
+
+STAY = 1.0
+"""Seconds of the motion of a UAV that stays where it is."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """What a UAV is flying.
+
+    Attributes
+    ----------
+    flown
+        The motions flown before `motion` begins, one after another.
+    motion
+        From some instant before now to rest.
+    way, passed
+        The way that it follows, and the instants at which its points are passed, (n,) seconds, infinite for those that
+        it does not reach.
+    ahead
+        The next point of the guidance to fly to, apart from those of the way.
+    """
+
+    flown: tuple[Trajectory, ...]
+    motion: Trajectory
+    way: Way
+    passed: Floats
+    ahead: int
+
+    def state(self, t: float) -> Floats:
+        """Return position, velocity and acceleration at an instant, (3, 3)."""
+        return np.concatenate(self.motion.at([t]))
+
+    def remaining(self, t: float) -> Way:
+        """Return the points of the way that are not yet passed at an instant."""
+        return self.way.after(int(np.sum(self.passed <= t)))
+
+    def next_mark(self, t: float) -> int:
+        """Return the next point of the guidance to fly to at an instant."""
+        passed = self.way.marks[self.passed <= t]
+        return max(self.ahead, int(passed.max(initial=-1)) + 1)
+
+    def ramp_end(self, t: float, until: float) -> float | None:
+        """Return the first instant after `t`, up to `until`, at which a UAV accelerates no more; ``None`` if none."""
+        knots, rows = self.motion.knots, self.motion.coefficients
+        for k in range(1, len(rows)):
+            if t < knots[k] <= until and np.linalg.norm(rows[k, 2]) <= ACCELERATION_LEFT:
+                return float(knots[k])
+        return None
+
+    def since(self, now: float) -> "Course":
+        """Return the same course, of which the pieces that end before now are counted as flown."""
+        motion = self.motion
+        k = int(np.searchsorted(motion.knots, now, side="right")) - 1
+        if not 0 < k < len(motion.coefficients):
+            return self
+        past = Trajectory(motion.knots[: k + 1], motion.coefficients[:k])
+        rest = Trajectory(motion.knots[k:], motion.coefficients[k:])
+        return replace(self, flown=(*self.flown, past), motion=rest)
+
+    def stop(self, t: float, limits: Limits) -> Floats:
+        """Return where the UAV comes to rest if it brakes from an instant on, (3,) metres."""
+        state = self.state(t)
+        durations, rows = braking_motion(state, limits)
+        if not len(durations):
+            return np.asarray(state[0])
+        return Trajectory(np.append(0.0, np.cumsum(durations)), rows).at([durations.sum()]).position[0]
+
+    def restarted(self, t: float, state: Floats, limits: Limits) -> "Course":
+        """Return the course of a UAV that brakes from a state (3, 3), where it was found to be at an instant."""
+        durations, rows = braking_motion(state, limits)
+        if not len(durations):
+            durations, rows = np.array([STAY]), np.zeros((1, 4, 3))
+            rows[0, 0] = state[0]
+        past = self.joined(t, np.zeros(0), np.zeros((0, 4, 3)), self.way, self.passed)
+        flown = (*self.flown, past.motion) if len(past.motion.coefficients) else self.flown
+        knots = t + np.append(0.0, np.cumsum(durations))
+        passed = np.where(self.passed <= t, self.passed, np.inf)
+        return replace(self, flown=flown, motion=Trajectory(knots, rows), passed=passed)
+
+    def guided_by(self, guidance: Way) -> "Course":
+        """Return the same course of a UAV that follows another guidance from now on."""
+        return replace(self, way=guidance.after(1), passed=np.full(len(guidance.points) - 1, np.inf), ahead=1)
+
+    def joined(self, t: float, durations: Floats, rows: Floats, way: Way, passed: Floats) -> "Course":
+        """Return the course that leaves this one at an instant, with pieces (m,) seconds and (m, 4, 3) metres."""
+        motion = self.motion
+        if t > motion.end:  # it hovers until then
+            motion = hovering(motion, t)
+        k = int(np.searchsorted(motion.knots, t, side="left"))  # pieces before the join
+        knots, kept = np.append(motion.knots[:k], t), motion.coefficients[:k]
+        if k and knots[-1] - knots[-2] <= MIN_PIECE:
+            knots, kept = np.append(knots[:-2], t), kept[:-1]
+        both = Trajectory(np.concatenate([knots, t + np.cumsum(durations)]), np.concatenate([kept, rows]))
+        return replace(self, motion=both, way=way, passed=passed, ahead=self.next_mark(t))
+
+
+def hovering(motion: Trajectory, until: float) -> Trajectory:
+    """Return a motion that stays where it ends until an instant."""
+    if until - motion.end <= MIN_PIECE:
+        return motion
+    stay = np.zeros((1, *motion.coefficients.shape[1:]))
+    stay[0, 0] = motion.at([motion.end]).position[0]
+    return Trajectory(np.append(motion.knots, until), np.concatenate([motion.coefficients, stay]))

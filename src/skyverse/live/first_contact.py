@@ -1,0 +1,91 @@
+"""When a motion first comes too near to where movers may be, and how much of that there is.
+
+A motion is followed in steps in which the distance that is left from a mover cannot be used up, since both have a top
+speed; so what is passed over is proven clear.
+"""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.tolerances import MOVER_MARGIN
+from skyverse.space.moving_shapes import MovingShapes, gap_at
+
+SHORTEST_STEP = 1e-4
+"""Seconds by which a motion is followed at least."""
+SAMPLE = 0.05
+"""Seconds between the instants at which it is looked at how deep in movers a motion is."""
+
+
+@inner
+def _place(knots: Floats, rows: Floats, k: int, t: float, out: Floats) -> int:
+    """Write the position at an instant, from piece k on, (3,) metres; return the piece."""
+    while k < len(rows) - 1 and knots[k + 1] <= t:
+        k += 1
+    local = min(max(t, knots[0]), knots[len(rows)]) - knots[k]
+    for axis in range(3):
+        value = 0.0
+        for j in range(rows.shape[1] - 1, -1, -1):
+            value = value * local + rows[k, j, axis]
+        out[axis] = value
+    return k
+
+
+@kernel
+def first_contact(
+    shapes: MovingShapes, knots: Floats, rows: Floats, speed: float, begin: float, until: float
+) -> tuple[int, float]:
+    """Return the mover that a motion first comes too near to, and the instant; -1 and infinity if there is none.
+
+    Parameters
+    ----------
+    shapes
+        The movers, n of them.
+    knots, rows
+        (m + 1,) seconds and (m, degree + 1, 3) metres, as a trajectory has them; the UAV stays where it ends.
+    speed
+        That the motion nowhere exceeds, m/s.
+    begin, until
+        Seconds between which it is looked for.
+    """
+    place, moved = np.empty(3), np.empty(3)
+    who, first = -1, math.inf
+    for m in range(len(shapes.kind)):
+        now, k, end = max(begin, shapes.active[m, 0]), 0, min(min(until, first), shapes.active[m, 1])
+        while now <= end:
+            k = _place(knots, rows, k, now, place)
+            gap = gap_at(shapes, m, now, place, moved) - MOVER_MARGIN
+            if gap < 0.0:
+                who, first = m, now
+                break
+            if now >= end:
+                break
+            flies = now < knots[len(rows)]
+            rate = shapes.rate[m] + (speed if flies else 0.0)
+            step = max(gap / rate, SHORTEST_STEP) if rate > 0.0 else until
+            now = min(now + step, max(knots[len(rows)], now + SHORTEST_STEP) if flies else end, end)
+    return who, first
+
+
+@kernel
+def time_in_contact(
+    shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float
+) -> tuple[float, float]:
+    """Return how deep a motion is in movers, summed up over time, metre seconds, and its least gap, metres.
+
+    Both are found by samples, and so are no proof. See `first_contact`.
+    """
+    place, moved = np.empty(3), np.empty(3)
+    total, least = 0.0, math.inf
+    k = 0
+    count = math.ceil((until - begin) / SAMPLE)
+    for i in range(count + 1):
+        now = begin + i * SAMPLE
+        k = _place(knots, rows, k, now, place)
+        for m in range(len(shapes.kind)):
+            gap = gap_at(shapes, m, now, place, moved)
+            least = min(least, gap)
+            total += max(-gap, 0.0) * SAMPLE
+    return total, least

@@ -1,0 +1,41 @@
+"""What a replanner answers for one UAV to what was observed."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Replan:
+    """What a replanner answers for one UAV to what was observed.
+
+    Attributes
+    ----------
+    time
+        The instant of the observation, seconds into the mission.
+    uav
+        The UAV's index.
+    kept
+        Whether the UAV goes on with the motion that it was flying.
+    proven
+        Whether its motion is proven to have a way out: it keeps clear of everything up to the horizon, wherever movers
+        may be as far as is known, and ends at rest.
+    clear_until
+        The instant up to which the motion is clear, seconds into the mission: the horizon if it is proven.
+    sentence
+        One sentence that says what is proven; or which mover the UAV may come too near to, when and where.
+    tried
+        How many motions were made.
+    seconds
+        How long it took.
+    """
+
+    time: float
+    uav: int
+    kept: bool
+    proven: bool
+    clear_until: float
+    sentence: str
+    tried: int
+    seconds: float
+
+    def __repr__(self) -> str:
+        return f"Replan at t = {self.time:.6g} s\n  {self.sentence}"

@@ -1,0 +1,255 @@
+"""A mission in flight: what is seen comes in, and motions that are proven to have a way out go out."""
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skyverse.errors import InputError
+from skyverse.live.choose_course import Choice, Span, choose_course
+from skyverse.live.course import Course
+from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
+from skyverse.live.observed import checked_states, strays, with_obstacles
+from skyverse.live.replan import Replan
+from skyverse.live.sighting import Sighting, checked_sighting
+from skyverse.live.surroundings import Surroundings, surroundings
+from skyverse.live.track import Track
+from skyverse.model.mission import Mission
+from skyverse.model.mover import Mover
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Shape
+from skyverse.model.short_lines import told_point
+from skyverse.model.trajectory import Trajectory, joined
+from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.problem import Airspace
+from skyverse.trajectory.limits import limits_of
+from skyverse.trajectory.rest_to_rest import rest_to_rest
+
+SPARE = 0.5
+"""Seconds of the default horizon beyond those in which the UAV that takes longest comes to rest from its top speed."""
+LOST = 1.0
+"""Seconds after which another way is planned at the earliest for a UAV that does not see the one before."""
+MAX_INSTANT = 1e9
+"""Seconds into the mission: no observation is later."""
+
+
+class Replanner:
+    """A mission in flight: it takes in what is seen, and answers with the motions to fly from now on.
+
+    Each motion joins the one before with continuous position, velocity and acceleration, keeps the UAV's limits, and
+    ends at rest within the horizon. It is flown only if it is proven clear of what stands still, and up to the horizon
+    of wherever movers may be: so there is a way out at every instant, whether or not anything is observed again.
+
+    Parameters
+    ----------
+    mission
+        Of multirotors. Their paths are the ways that they fly where nothing is met; they set off at once.
+    horizon
+        Seconds from an observation up to which motions are proven; by default, half a second more than a UAV of the
+        fleet takes at most to come to rest.
+    lead
+        Seconds from an observation at which a new motion begins: so long the answer may take.
+    memory
+        Seconds after which a mover that is not seen again is forgotten.
+    candidates
+        How many motions are tried for a UAV at most at each observation.
+
+    Attributes
+    ----------
+    mission
+        As given.
+    scenario
+        What is known, with the obstacles that were seen.
+    now
+        The instant of the last observation, seconds into the mission.
+    horizon, lead, memory, candidates
+        As given, or their defaults.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or the mission has what is not replanned yet: aeroplanes, zones with a speed
+        limit, or UAVs whose tracking error takes a column above their start or target.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        *,
+        horizon: float | None = None,
+        lead: float = 0.1,
+        memory: float = 3.0,
+        candidates: int = 128,
+    ) -> None:
+        scenario = mission.scenario
+        _refuse_what_is_not_replanned(mission)
+        slowest = max(u.max_speed / u.max_acceleration + u.max_acceleration / u.max_jerk for u in scenario.uavs)
+        self.horizon = slowest + lead + SPARE if horizon is None else horizon
+        for name, value, least in (("lead", lead, 0.0), ("horizon", self.horizon, lead), ("memory", memory, 0.0)):
+            if not least < value < MAX_INSTANT:
+                raise InputError(f"expected more than {least:g} seconds, but it is {value!r}", field=name)
+        if candidates < 1:
+            raise InputError(f"expected 1 or more, but it is {candidates!r}", field="candidates")
+        self.lead, self.memory, self.candidates = lead, memory, candidates
+        self.mission, self.scenario, self.now = mission, scenario, 0.0
+        self._limits = [limits_of(uav, -LIMIT_MARGIN) for uav in scenario.uavs]
+        self._airspace = Airspace(scenario)
+        self._tracks: dict[str, Track] = {}
+        self._planned = [0.0] * len(scenario.uavs)
+        self._guidance = [mission_guidance(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
+        self._courses = [_at_start(uav, way) for uav, way in zip(scenario.uavs, self._guidance, strict=True)]
+
+    def observe(
+        self,
+        t: float,
+        *,
+        movers: Sequence[Sighting | Mapping[str, object]] = (),
+        obstacles: Sequence[Shape] = (),
+        states: Mapping[int, tuple[ArrayLike, ArrayLike]] | None = None,
+        deadline_ms: float | None = None,
+    ) -> tuple[Replan, ...]:
+        """Take in what was seen at an instant, and replan all UAVs, those of higher priority first.
+
+        Parameters
+        ----------
+        t
+            Seconds into the mission. What was seen earlier than the last observation is taken in late.
+        movers
+            Those that were seen: sightings, or mappings with their fields.
+        obstacles
+            Those that stand still and were not known before. Where one is in the way, another path is planned.
+        states
+            Positions and velocities, (3,) metres and (3,) m/s, of UAVs by their indices. One that is farther from where
+            it should be than its tracking error, and a centimetre, goes on from where it is.
+        deadline_ms
+            Milliseconds after which no further motions are tried; the answers then depend on the clock.
+
+        Returns
+        -------
+        tuple of Replan
+            One for each UAV, in the scenario's order.
+
+        Raises
+        ------
+        InputError
+            If something is not what it should be, or the instant lies more than the horizon before the last one. Then
+            nothing has changed.
+        """
+        began = time.perf_counter()
+        instant = self._checked_instant(t)
+        sightings = [checked_sighting(one, k) for k, one in enumerate(movers)]
+        placed = checked_states({} if states is None else states, len(self.scenario.uavs))
+        if deadline_ms is not None and not deadline_ms >= 0.0:
+            raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
+        scenario = with_obstacles(self.scenario, obstacles) if len(obstacles) else self.scenario
+        late = instant < self.now
+        self.now = max(self.now, instant)
+        for sighting in sightings:
+            self._tracks.setdefault(sighting.name, Track()).add(instant, sighting)
+        self._tracks = {name: track for name, track in self._tracks.items() if self.now - track.last <= self.memory}
+        for uav, state in placed.items():
+            if not late and strays(self._courses[uav], self.now, state, scenario.uavs[uav].tracking_error):
+                self._courses[uav] = self._courses[uav].restarted(self.now, state, self._limits[uav])
+        self._find_ways(scenario)
+        deadline = math.inf if deadline_ms is None else began + 1e-3 * deadline_ms
+        seen = self.predicted()
+        answers: dict[int, Replan] = {}
+        for uav in sorted(range(len(scenario.uavs)), key=lambda k: -scenario.uavs[k].priority):
+            answers[uav] = self._replan(uav, seen, deadline)
+        return tuple(answers[uav] for uav in range(len(scenario.uavs)))
+
+    def _find_ways(self, scenario: Scenario) -> None:
+        """Plan the ways of UAVs anew in which something new stands, or from which UAVs have been led too far away."""
+        join, new = self.now + self.lead, scenario is not self.scenario
+        stops = [course.stop(join, limits) for course, limits in zip(self._courses, self._limits, strict=True)]
+        if new:
+            self.scenario, self._airspace = scenario, Airspace(scenario)
+        for uav, (way, course) in enumerate(zip(self._guidance, self._courses, strict=True)):
+            world, mark = self._airspace.of(uav).world, course.next_mark(join)
+            ahead = way.after(max(min(mark, len(way.points) - 1) - 1, 0)).points
+            barred = new and not world.segments_free(ahead[:-1], ahead[1:]).all()
+            lost = self.now - self._planned[uav] >= LOST and not sees(world, stops[uav], way, mark)
+            if barred or lost:
+                self._planned[uav] = self.now
+                found = planned_anew(scenario, uav, self.mission.assignment[uav], stops[uav])
+                if found is not None:
+                    self._guidance[uav] = found
+                    self._courses[uav] = course.guided_by(found)
+
+    def _checked_instant(self, t: float) -> float:
+        """Return the instant of an observation, or raise `InputError`."""
+        if isinstance(t, bool) or not isinstance(t, int | float | np.number) or not 0.0 <= t <= MAX_INSTANT:
+            raise InputError(f"expected seconds into the mission, from 0 on, but it is {t!r}", field="t")
+        if t < self.now - self.horizon:
+            back = f"{self.now:.6g} s to {t:.6g} s"
+            raise InputError(f"the clock was set back from {back}, by more than the horizon", field="t")
+        return float(t)
+
+    def motion(self, uav: int) -> Trajectory:
+        """Return what a UAV flies from now on, to rest; it begins at or shortly before now."""
+        return self._courses[uav].motion
+
+    def flown(self, uav: int) -> Trajectory:
+        """Return what a UAV has flown since the mission began, and will fly if nothing is observed any more."""
+        course = self._courses[uav]
+        return joined([*course.flown, course.motion])
+
+    def arrival(self, uav: int) -> float | None:
+        """Return the instant at which a UAV's motion ends at its target, seconds; ``None`` if it ends elsewhere."""
+        motion = self._courses[uav].motion
+        off = np.linalg.norm(motion.at([motion.end]).position[0] - self._guidance[uav].points[-1])
+        return motion.end if off <= 1e-6 else None
+
+    def predicted(self) -> tuple[Mover, ...]:
+        """Return the movers that were seen, with all that they may do up to the horizon."""
+        until = self.now + self.horizon
+        return tuple(track.predicted(until) for track in self._tracks.values())
+
+    def _replan(self, uav: int, seen: Sequence[Mover], deadline: float) -> Replan:
+        """Choose what a UAV flies from now on, among movers that were seen."""
+        began = time.perf_counter()
+        span = Span(self.now, self.now + self.lead, self.now + self.horizon)
+        others = {k: course for k, course in enumerate(self._courses) if k != uav}
+        world = self._airspace.of(uav).world
+        middle = 0.5 * (span.now + span.until)
+        around = surroundings(self.scenario, uav, world, self._guidance[uav], seen, others, middle)
+        choice = choose_course(self._courses[uav].since(span.now), around, span, self.candidates, deadline)
+        self._courses[uav] = choice.course
+        return Replan(
+            time=self.now,
+            uav=uav,
+            kept=choice.kept,
+            proven=choice.proven,
+            clear_until=min(choice.contact, span.until),
+            sentence=_sentence(self.scenario.uavs[uav].name, choice, around, span),
+            tried=choice.tried,
+            seconds=time.perf_counter() - began,
+        )
+
+
+def _sentence(name: str, choice: Choice, around: Surroundings, span: Span) -> str:
+    """Return what is proven of a UAV's motion, or which mover it may come too near to, when and where."""
+    if choice.proven:
+        return f"{name} has a way out, clear of everything until t = {span.until:.6g} s."
+    if choice.mover < 0:
+        return f"{name} has no way out that is proven clear of what stands still."
+    at, whom = told_point(choice.course.state(choice.contact)[0]), around.names[choice.mover]
+    return f"{name} has no way out: {whom} may come too near at t = {choice.contact:.6g} s, at {at}."
+
+
+def _at_start(uav: UAV, way: Way) -> Course:
+    """Return the course of a UAV that hovers at its start, from 0 s on."""
+    motion = rest_to_rest(np.array([uav.start]), uav)
+    return Course((), motion, way.after(1), np.full(len(way.points) - 1, np.inf), 1)
+
+
+def _refuse_what_is_not_replanned(mission: Mission) -> None:
+    """Raise `InputError` where a mission has what is not replanned yet."""
+    for uav in mission.scenario.uavs:
+        if uav.fixed_wing is not None:
+            raise InputError(f"{uav.name} is an aeroplane; only multirotors are replanned in flight", field="mission")
+    if any(zone.max_speed is not None for zone in mission.scenario.zones):
+        raise InputError("zones with a speed limit are not kept by flights that are replanned", field="mission")

@@ -1,0 +1,105 @@
+"""What a UAV in flight keeps clear of: what stands still, what was seen to move, and the motions of other UAVs."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.live.course import Course
+from skyverse.live.guidance import Way
+from skyverse.model.kept_ellipsoid import kept_ellipsoid
+from skyverse.model.mover import Doubt, Ellipsoid, Mover
+from skyverse.model.mover_motions import PolynomialMotion
+from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extent
+from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
+from skyverse.model.temporary_zones import told_zone
+from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.space.moving_shapes import MovingShapes, moving_shapes
+from skyverse.space.timed_shapes import TimedShape, timed_shapes
+from skyverse.space.world import World
+from skyverse.trajectory.limits import Limits, limits_of
+
+
+class Surroundings(NamedTuple):
+    """What a UAV keeps clear of, and what it can do.
+
+    Attributes
+    ----------
+    limits
+        Its own.
+    world
+        What stands still.
+    shapes
+        What moves, n shapes.
+    names
+        How sentences call each of these.
+    needs
+        (n,) metres that must be kept from the middle of each, about, at the middle of the horizon.
+    guidance
+        The way that it would fly if nothing moved.
+    """
+
+    limits: Limits
+    world: World
+    shapes: MovingShapes
+    names: tuple[str, ...]
+    needs: Floats
+    guidance: Way
+
+
+def surroundings(
+    scenario: Scenario,
+    uav: int,
+    world: World,
+    guidance: Way,
+    seen: Sequence[Mover],
+    others: Mapping[int, Course],
+    instant: float,
+) -> Surroundings:
+    """Return what a UAV keeps clear of.
+
+    Parameters
+    ----------
+    scenario
+        With the movers and zones whose times are known.
+    uav
+        Its index.
+    world, guidance
+        What stands still, and the way that it would fly if nothing moved.
+    seen
+        Movers that were seen, with all that they may do.
+    others
+        What other UAVs fly.
+    instant
+        The middle of the horizon, seconds into the mission.
+    """
+    vehicle = scenario.uavs[uav]
+    known = timed_shapes(scenario)
+    names = [f"mover {mover.name!r}" for mover in scenario.movers]
+    names += [told_zone(scenario, one.zone) for one in known if one.zone >= 0]
+    known += [TimedShape(mover.shape, mover.motion, mover.doubt, scenario.clearance) for mover in seen]
+    names += [f"mover {mover.name!r}" for mover in seen]
+    for other, course in others.items():
+        across, above = kept_ellipsoid(vehicle, scenario.uavs[other])
+        if across > 0.0:
+            motion = course.motion
+            moves = PolynomialMotion(knots=tuple(motion.knots), coefficients=motion.coefficients.tolist())
+            shape = Ellipsoid(centre=(0, 0, 0), semi_axis_xy=across, semi_axis_z=above)
+            known.append(TimedShape(shape, moves, Doubt(), 0.0))
+            names.append(scenario.uavs[other].name)
+    needs = np.array([_need(one, instant) for one in known])
+    shapes = moving_shapes(known, vehicle.tracking_error)
+    return Surroundings(limits_of(vehicle, -LIMIT_MARGIN), world, shapes, tuple(names), needs, guidance)
+
+
+def _need(one: TimedShape, t: float) -> float:
+    """Return about how far from the middle of a shape a UAV must be at an instant, metres."""
+    shape, size = one.shape, 0.0
+    if isinstance(shape, Ellipsoid):
+        size = max(shape.semi_axis_xy, shape.semi_axis_z)
+    elif isinstance(shape, Box | Cylinder | Sphere | Prism):
+        low, high = extent(shape)
+        size = 0.5 * float((high - low).max())
+    return size + one.keep + float(one.doubt.at(t)[0])

@@ -1,0 +1,81 @@
+"""The sightings of one mover, and where it may be from now on.
+
+A mover whose acceleration is at most a is seen at p0 and, d seconds later, at p1, each within an error e of where it
+is. So its velocity at the second sighting is within 2 e / d + a d / 2 of (p1 - p0) / d, and t seconds later it is
+within e + (v + a h / 2) t of p1 + t (p1 - p0) / d, for every t up to h, where v is that first bound.
+"""
+
+from bisect import insort
+from typing import NamedTuple
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.live.sighting import Sighting
+from skyverse.model.mover import Doubt, Mover
+from skyverse.model.mover_motions import WaypointMotion
+
+MAX_SIGHTINGS = 64
+"""Sightings of one mover that are kept."""
+
+
+class _Seen(NamedTuple):
+    """A sighting and its instant, seconds into the mission."""
+
+    time: float
+    sighting: Sighting
+
+
+class Track:
+    """The sightings of one mover, in the order of their instants."""
+
+    def __init__(self) -> None:
+        self._seen: list[_Seen] = []
+
+    @property
+    def last(self) -> float:
+        """The instant of the last sighting, seconds."""
+        return self._seen[-1].time
+
+    def add(self, time: float, sighting: Sighting) -> None:
+        """Take in a sighting, also one that comes late; of two at one instant the more exact one is kept."""
+        same = [one for one in self._seen if one.time == time]
+        if same and same[0].sighting.error <= sighting.error:
+            return
+        self._seen = [one for one in self._seen if one.time != time]
+        insort(self._seen, _Seen(time, sighting), key=lambda one: one.time)
+        self._seen = self._seen[-MAX_SIGHTINGS:]
+
+    def predicted(self, until: float) -> Mover:
+        """Return the mover as it may move from its last sighting on, with a doubt that holds it up to an instant."""
+        time, seen = self._seen[-1]
+        position, ahead = np.array(seen.position), max(until - time, 1e-3)
+        velocity, off = self._velocity()
+        growth = np.inf if seen.max_acceleration is None else off + 0.5 * seen.max_acceleration * ahead
+        if growth >= seen.top_speed:  # then nothing is gained by what is known of the velocity
+            motion = WaypointMotion(points=(seen.position,), times=(time,))
+            doubt = Doubt(radius=seen.error, growth=seen.top_speed, since=time)
+        else:
+            motion = WaypointMotion(points=(position, position + ahead * velocity), times=(time, time + ahead))
+            doubt = Doubt(radius=seen.error, growth=float(growth), since=time, top_speed=seen.top_speed)
+        return Mover(name=seen.name, shape=seen.shape, motion=motion, doubt=doubt)
+
+    def _velocity(self) -> tuple[Floats, float]:
+        """Return the velocity at the last sighting, (3,) m/s, and by how much it may be off."""
+        time, seen = self._seen[-1]
+        best, least = np.zeros(3), np.inf
+        if seen.velocity is not None:
+            best, least = np.array(seen.velocity), seen.velocity_error
+        if seen.max_acceleration is None:
+            return best, least
+        for earlier, before in reversed(self._seen[:-1]):
+            lapse = time - earlier
+            if 0.5 * seen.max_acceleration * lapse >= least:
+                break  # what was seen still earlier tells less
+            moved = np.array(seen.position) - before.position
+            if np.linalg.norm(moved) > seen.top_speed * lapse + seen.error + before.error:
+                break  # it has jumped: what was seen before was something else
+            off = (seen.error + before.error) / lapse + 0.5 * seen.max_acceleration * lapse
+            if off < least:
+                best, least = moved / lapse, off
+        return best, float(least)

@@ -1,0 +1,246 @@
+"""Flights that are replanned keep clear of what moves, and have a proven way out at every instant."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import skyverse as sky
+from replanned import BALL, certified, faults, fly, hall
+
+CROSSING = sky.Mover(name="ball", shape=BALL, motion=sky.WaypointMotion(points=[(10, 0, 1), (10, 10, 1)], times=[0, 5]))
+
+
+def replanner(scenario, **settings):
+    return sky.Replanner(sky.plan_mission(scenario), **settings)
+
+
+def test_a_uav_that_meets_nothing_flies_as_planned():
+    mission = sky.plan_mission(hall())
+    flight = sky.Replanner(mission)
+    answers = fly(flight, [], top_speed=1.0)
+    assert all(one.proven for (one,) in answers)
+    assert flight.arrival(0) == pytest.approx(mission.makespan + flight.lead, rel=0.02)
+    assert certified(flight, []).trajectories[0].verdict is sky.Verdict.PROVEN
+
+
+def test_a_uav_lets_a_ball_pass_and_is_proven():
+    flight = replanner(hall())
+    answers = fly(flight, [CROSSING], top_speed=2.5, max_acceleration=0.5)
+    assert all(one.proven for (one,) in answers)
+    assert flight.arrival(0) < 8.0
+    assert certified(flight, [CROSSING]).trajectories[0].verdict is sky.Verdict.PROVEN
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10_000), st.sampled_from(["spinners", "knots"]), st.floats(0.3, 1.2))
+def test_every_motion_is_proven_by_the_referee_up_to_the_horizon(seed, kind, speed):
+    scenario = hall()
+    truth = sky.random_movers(scenario, 4, kind=kind, speed=speed, seed=seed).movers
+    flight = replanner(scenario)
+    fastest, hardest = bounds(truth)
+
+    def judged(answers):
+        if answers[0].proven:
+            assert faults(flight) == []
+
+    fly(flight, truth, top_speed=fastest, max_acceleration=hardest, reach=8.0, seconds=3.0, rate=5.0, after=judged)
+
+
+def bounds(truth):
+    """Speeds and accelerations that movers do not exceed, from samples and a margin."""
+    t = np.linspace(0, 60, 60_001)
+    fastest = hardest = 0.0
+    for mover in truth:
+        velocity = np.gradient(mover.at(t), t, axis=0)
+        acceleration = np.gradient(velocity, t, axis=0)[2:-2]
+        fastest = max(fastest, float(np.linalg.norm(velocity, axis=1).max()))
+        hardest = max(hardest, float(np.linalg.norm(acceleration, axis=1).max()))
+    return 1.01 * fastest, 1.01 * hardest
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10_000), st.sampled_from(["spinners", "patrols", "knots", "traffic"]), st.floats(0.3, 1.0))
+def test_whole_flights_are_clear_of_movers_that_keep_within_the_doubt(seed, kind, speed):
+    scenario = hall()
+    truth = sky.random_movers(scenario, 4, kind=kind, speed=speed, seed=seed).movers
+    fastest, hardest = bounds(truth)
+    turns = kind in ("patrols", "traffic")  # these turn back in an instant
+    flight = replanner(scenario)
+    answers = fly(
+        flight, truth, top_speed=fastest, max_acceleration=None if turns else hardest, reach=8.0, seconds=30.0
+    )
+    if all(one.proven for (one,) in answers):
+        whole = certified(flight, truth).trajectories[0]
+        assert whole.verdict is sky.Verdict.PROVEN or flight.arrival(0) is None, whole.sentence
+
+
+def test_a_uav_flies_round_a_wall_that_it_comes_to_know_in_flight():
+    wall = sky.Box(min=(12, 2, 0), max=(12.5, 9, 4))
+    flight = replanner(hall())
+    seen = False
+    for k in range(200):
+        t = k / 10
+        near = flight.motion(0).at([t]).position[0, 0] > 4.0 and not seen
+        seen |= near
+        (answer,) = flight.observe(t, obstacles=[wall] if near else [])
+        assert answer.proven
+        if flight.arrival(0) is not None and flight.arrival(0) <= t:
+            break
+    assert flight.arrival(0) <= t
+    among = hall(wall)
+    mission = replace(flight.mission, scenario=among, trajectories=(flight.flown(0),))
+    assert sky.certify(among, mission).trajectories[0].verdict is sky.Verdict.PROVEN
+
+
+def test_a_uav_that_a_new_wall_closes_off_stops_before_it():
+    wall = sky.Box(min=(12, 0, 0), max=(12.5, 10, 4))
+    flight = replanner(hall())
+    for k in range(60):
+        (answer,) = flight.observe(k / 10, obstacles=[wall] if k == 10 else [])
+        assert answer.proven
+    assert flight.arrival(0) is None
+    assert flight.motion(0).at([6.0]).position[0, 0] < 12.0 - 0.2
+
+
+def test_a_uav_that_was_blown_off_its_course_goes_on_from_where_it_is():
+    flight = replanner(hall())
+    for k in range(20):
+        flight.observe(k / 10)
+    place, velocity, _ = (part[0] for part in flight.motion(0).at([2.0]))
+    blown = place + np.array([0.0, 0.8, 0.3])
+    (answer,) = flight.observe(2.0, states={0: (blown, velocity)})
+    assert answer.proven
+    assert flight.motion(0).at([2.0]).position[0] == pytest.approx(blown)
+    for k in range(21, 100):
+        flight.observe(k / 10)
+    assert flight.arrival(0) < 9.0
+
+
+def test_uavs_keep_their_separation_from_each_other():
+    scenario = sky.circle_swap(4, radius=6.0)
+    flight = sky.Replanner(sky.plan_mission(scenario, assignment="identity"))
+    answers = fly(flight, [], top_speed=1.0)
+    assert all(one.proven for answer in answers for one in answer)
+    proof = certified(flight, [])
+    assert {one.verdict for one in (*proof.trajectories, proof.apart)} == {sky.Verdict.PROVEN}
+
+
+def seen(x, y=5.0, **more):
+    return sky.Sighting(**{"name": "ball", "shape": BALL, "position": (x, y, 1), "top_speed": 2.0, **more})
+
+
+def told_state(flight):
+    """All that an observation could change."""
+    return flight.now, flight.predicted(), flight.motion(0), flight.scenario
+
+
+@pytest.mark.parametrize(
+    ("t", "given", "field", "said"),
+    [
+        (float("nan"), {}, "t", "from 0 on"),
+        (-1.0, {}, "t", "from 0 on"),
+        (True, {}, "t", "from 0 on"),
+        (0.0, {}, "t", "set back"),
+        (6.0, {"movers": [{"name": "ball", "position": [1, 2, float("nan")]}]}, "movers[0].shape", ""),
+        (6.0, {"movers": [{**dict(seen(8)), "position": [1, 2, float("nan")]}]}, "movers[0].position", "finite"),
+        (6.0, {"movers": [{**dict(seen(8)), "speed": 2.0}]}, "movers[0].speed", ""),
+        (6.0, {"states": {3: ((0, 0, 0), (0, 0, 0))}}, "states", "index"),
+        (6.0, {"states": {0: ((0, 0, float("nan")), (0, 0, 0))}}, "states[0]", "finite"),
+        (6.0, {"states": {0: (0, 0)}}, "states[0]", "finite"),
+        (6.0, {"obstacles": [{"min": (0, 0, 0), "max": (1, 1, -1)}]}, "obstacles[0]", "below max"),
+        (6.0, {"deadline_ms": -1.0}, "deadline_ms", "0 or more"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_sentence_and_changes_nothing(t, given, field, said):
+    flight = replanner(hall())
+    flight.observe(5.0, movers=[seen(8)])
+    before = told_state(flight)
+    with pytest.raises(sky.InputError) as refused:
+        flight.observe(t, **given)
+    assert str(refused.value).startswith(field)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+    assert told_state(flight) == before
+
+
+def test_sightings_that_come_late_or_twice_are_taken_in():
+    one, other = replanner(hall()), replanner(hall())
+    for t, x in ((0.0, 8.0), (0.1, 7.9), (0.2, 7.8)):
+        one.observe(t, movers=[seen(x, max_acceleration=0.1)])
+    other.observe(0.0)
+    other.observe(0.2, movers=[seen(7.8, max_acceleration=0.1)])
+    for _ in range(2):
+        other.observe(0.1, movers=[seen(7.9, max_acceleration=0.1)])
+        other.observe(0.0, movers=[seen(8.0, max_acceleration=0.1)])
+    assert other.now == 0.2
+    assert other.predicted() == one.predicted()
+
+
+def test_a_uav_that_sees_nothing_for_seconds_waits_where_it_has_a_way_out():
+    flight = replanner(hall(), memory=10.0)
+    flight.observe(0.0, movers=[seen(12.0)])
+    flight.observe(0.1, movers=[seen(12.0)])
+    (answer,) = flight.observe(4.0)  # the ball may be anywhere within 8 m of where it was
+    end = flight.motion(0).at([flight.motion(0).end])
+    assert np.linalg.norm(end.velocity) < 1e-9
+    assert answer.proven == (not faults(flight))
+
+
+def test_a_mover_on_top_of_a_uav_is_told_and_left_behind():
+    flight = replanner(hall())
+    (answer,) = flight.observe(0.0, movers=[seen(1.2, top_speed=0.1, max_acceleration=0.0, velocity=(0, 0, 0))])
+    assert not answer.proven
+    assert answer.clear_until == 0.0
+    assert "mover 'ball' may come too near at t = 0 s" in answer.sentence
+    for k in range(1, 40):
+        (answer,) = flight.observe(k / 10, movers=[seen(1.2, max_acceleration=0.0, velocity=(0, 0, 0))])
+    assert answer.proven
+    assert np.linalg.norm(flight.motion(0).at([3.9]).position[0] - [1.2, 5, 1]) > 0.6
+
+
+def test_a_mover_that_jumps_is_taken_as_another_one():
+    flight = replanner(hall())
+    for k in range(5):
+        flight.observe(k / 10, movers=[seen(15.0 - 0.1 * k, max_acceleration=0.1)])
+    flight.observe(0.5, movers=[seen(5.0, max_acceleration=0.1)])
+    (ball,) = flight.predicted()
+    assert ball.doubt.growth == 2.0
+    assert ball.at([0.5])[0].tolist() == [5, 5, 1]
+
+
+def test_a_deadline_of_0_leaves_the_present_motion_or_a_stop():
+    flight = replanner(hall())
+    for k in range(10):
+        flight.observe(k / 10)
+    (answer,) = flight.observe(1.0, deadline_ms=0.0)
+    assert answer.proven
+    assert answer.kept
+    assert answer.tried == 0
+
+
+def test_the_same_observations_give_the_same_motions():
+    flights = [replanner(hall()) for _ in range(2)]
+    for flight in flights:
+        fly(flight, [CROSSING], top_speed=2.5, max_acceleration=0.5, seconds=3.0)
+    assert flights[0].flown(0) == flights[1].flown(0)
+
+
+@pytest.mark.parametrize("field", ["horizon", "lead", "memory"])
+def test_settings_out_of_range_are_refused(field):
+    with pytest.raises(sky.InputError) as refused:
+        replanner(hall(), **{field: float("nan")})
+    assert str(refused.value).startswith(f"{field}: ")
+
+
+def test_aeroplanes_and_zones_with_a_speed_limit_are_refused():
+    wing = sky.FixedWing(speed=8.0, turn_radius=6.0, climb=12)
+    plane = sky.UAV(start=(1, 5, 1), max_speed=12, max_acceleration=15, fixed_wing=wing)
+    with pytest.raises(sky.InputError, match="aeroplane"):
+        sky.Replanner(replace(sky.plan_mission(hall()), scenario=hall(uavs=[plane])))
+    zone = sky.Box(min=(5, 4, 0), max=(6, 6, 4), max_speed=1.0)
+    slow = sky.Scenario(**{**dict(hall()), "zones": (zone,)})
+    with pytest.raises(sky.InputError, match="speed limit"):
+        replanner(slow)
