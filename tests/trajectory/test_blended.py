@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
@@ -114,6 +114,99 @@ def test_two_bends_close_together_do_not_slow_a_flight_down():
     assert prove(world, uav, flown).verdict is sky.Verdict.PROVEN
     assert flown.end < 1.002 * least_seconds(path, uav)
     assert largest_distance(flown, path) < 1.0
+
+
+def round_a_trunk(radius, turn, count):
+    """A world with a trunk at the origin, and a path that turns round it by `turn` degrees at so many bends."""
+    angles = np.radians(np.linspace(-turn / 2, turn / 2, count + 1))
+    reach = radius / np.cos(angles[1] - angles[0]) + 1e-3
+    bends = reach * np.column_stack([np.sin(angles), np.cos(angles), np.zeros(count + 1)])
+    step = np.radians(turn / count)
+    ends = [40 * np.array([-np.cos(step / 2 - angles[0]), -np.sin(step / 2 - angles[0]), 0])]
+    path = np.vstack([bends[0] + ends[0], bends, bends[-1] + ends[0] * (-1, 1, 1)])
+    return world_of(sky.Cylinder(centre=(0, 0), radius=radius, low=-100, high=500)), path + np.array([0, 0, 10])
+
+
+@pytest.mark.parametrize(("radius", "turn", "count"), [(5, 1, 1), (3, 2, 1), (5, 3, 3)])
+def test_gentle_bends_round_a_trunk_cost_hardly_any_time(radius, turn, count):
+    world, path = round_a_trunk(radius, turn, count)
+    uav = sky.UAV(start=(0, 0, 0), max_speed=10)
+    flown = blended(world, path, uav, TOLERANCE)
+    assert prove(world, uav, flown).verdict is sky.Verdict.PROVEN
+    assert largest_distance(flown, path) <= 0.6
+    assert flown.end <= 1.01 * least_seconds(path, uav)
+
+
+@pytest.mark.parametrize(("radius", "turn", "count"), [(2, 40, 12), (1, 60, 20), (1, 90, 12)])
+def test_many_bends_round_a_trunk_take_as_long_as_the_one_in_their_place(radius, turn, count):
+    world, path = round_a_trunk(radius, turn, count)
+    uav = sky.UAV(start=(0, 0, 0), max_speed=10)
+    flown = blended(world, path, uav, TOLERANCE)
+    assert prove(world, uav, flown).verdict is sky.Verdict.PROVEN
+    assert largest_distance(flown, path) <= TOLERANCE
+    way = path[1] - path[0]
+    meeting = path[0] - way * path[0, 0] / way[0]
+    assert flown.end <= 1.01 * blended(world, np.vstack([path[0], meeting, path[-1]]), uav, TOLERANCE).end
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    reach=st.floats(2.0, 18.0),
+    part=st.floats(0.5, 0.8),
+    cut=st.floats(0.01, 0.1),
+    dips=st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)),
+)
+@example(reach=16.5, part=0.735, cut=0.01, dips=(-1.03, 1.03))
+def test_bends_that_are_merged_stay_near_a_path_whose_legs_are_not_in_one_plane(reach, part, cut, dips):
+    bends = [
+        (0, 0, 0),
+        (part, -0.2 * cut, dips[0]),
+        (1 - cut, -cut, 0),
+        (1 - 0.2 * cut, part - 1, dips[1]),
+        (1, -1, 0),
+    ]
+    bends = reach * np.array(bends) + [0, 0, 50]
+    path = np.vstack([[-300, 0, 50], bends, [bends[-1, 0], -300, 50]])
+    flown = blended(OPEN, path, sky.UAV(start=(0, 0, 0), max_speed=20), TOLERANCE)
+    assert largest_distance(flown, path) <= TOLERANCE
+
+
+def woods(seed):
+    """A field of trunks, a UAV and its target."""
+    rng = np.random.default_rng(seed)
+    start, end = rng.uniform((5, 20, 5), (20, 180, 20)), rng.uniform((180, 20, 5), (195, 180, 20))
+    trunks = [(*rng.uniform(0, 200, 2), rng.uniform(0.5, 5)) for _ in range(60)]
+    trunks = [t for t in trunks if all(np.hypot(t[0] - e[0], t[1] - e[1]) > t[2] + 4 for e in (start, end))]
+    return sky.Scenario(
+        name="woods",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(200, 200, 30)),
+        obstacles=[sky.Cylinder(centre=(x, y), radius=r, low=0, high=30) for x, y, r in trunks],
+        clearance=1.0,
+        lattice=sky.Lattice(step=(5, 5, 5), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=[sky.UAV(start=start, max_speed=float(rng.choice([5, 10, 15])))],
+        targets=[sky.Target(position=end)],
+    )
+
+
+def test_in_woods_flights_are_near_their_paths_and_hardly_slower_than_without_bends():
+    times = []
+    for seed in range(20):
+        problem = sky.Problem(woods(seed))
+        result = sky.Taut().plan(problem)
+        flown = fly_along(problem, result)
+        uav = problem.scenario.uavs[0]
+        assert prove(problem.airspace.world, uav, flown).verdict is sky.Verdict.PROVEN
+        path = np.vstack([problem.start, result.path, problem.end])
+        steps = np.diff(path, axis=0)
+        profile = least_seconds(path, uav)
+        times.append(flown.end / profile)
+        assert flight_summary(uav, path, flown).length <= 1.003 * np.linalg.norm(steps, axis=1).sum(), seed
+        velocity = flown.at(np.linspace(0, flown.end, 8001)[1:-1]).velocity
+        velocity = velocity[np.linalg.norm(velocity, axis=1) > 1e-2]
+        assert turning(velocity) <= turning(steps[np.linalg.norm(steps, axis=1) > 0]) + 10, seed
+    assert np.median(times) <= 1.005
+    assert max(times) <= 1.04
 
 
 def test_where_no_blend_is_clear_the_uav_stops():

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.trajectory import fly_along
 from skyverse.trajectory.blended import blended
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.rest_to_rest import rest_to_rest
@@ -84,6 +85,23 @@ def test_missions_keep_the_limits_of_zones_also_where_a_uav_may_stray(shape, err
             strayed = motion.position + np.array([aside * np.cos(turn), aside * np.sin(turn), up])
             for zone in scenario.zones:
                 assert speed[holds(zone, strayed)].max(initial=0) <= zone.max_speed + 1e-6
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.sampled_from(ZONES), min_size=1, max_size=3), PATHS, UAVS, st.floats(0, 30))
+def test_beside_zones_the_least_time_is_never_more_than_that_with_stops(zones, path, uav, gap):
+    start, end = path[0] - (gap, 0, 0), path[-1] + (gap, 0, 0)
+    if np.linalg.norm(end - start) < 1:
+        return
+    wall = sky.Box(min=(20, -70, 0), max=(25, 15, 70))
+    if any(wall.min[0] - 2 < x < wall.max[0] + 2 for x in (start[0], end[0])):
+        return
+    uav = uav.model_copy(update={"start": tuple(start)})
+    target = sky.Target(position=tuple(end))
+    problem = sky.Problem(world_of(*zones, obstacles=(wall,), uavs=(uav,), targets=(target,)))
+    result = sky.Taut().plan(problem)
+    least, stopping = fly_along(problem, result), fly_along(problem, result, "stop-and-go")
+    assert least.end <= stopping.end
 
 
 def test_an_aeroplane_that_cannot_fly_so_slowly_has_no_trajectory_through_a_zone():

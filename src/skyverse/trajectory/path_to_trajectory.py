@@ -26,7 +26,7 @@ from skyverse.trajectory.rest_to_rest import rest_to_rest
 from skyverse.trajectory.smooth import CLOSE_REACH, smooth
 from skyverse.trajectory.speed_in_zones import first_too_fast
 from skyverse.trajectory.straight_legs import least_seconds
-from skyverse.trajectory.summary import largest_distance
+from skyverse.trajectory.summary import flown_length, largest_distance
 
 Shape = Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"]
 SLOWDOWN = 1.1
@@ -72,16 +72,21 @@ def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -
         return None
     scenario, world = problem.scenario, problem.airspace.world
     uav = scenario.uavs[problem.uav]
-    path = problem.without_columns(result.path) if result.any_angle else result.path
-    waypoints = drop_collinear(np.vstack([problem.start, path, problem.end]))
-    priced = bool(soft_terms(scenario))
-    if not priced:
-        waypoints = shortcut(with_margin(world.space, SEAM_MARGIN), waypoints)
+    waypoints, priced = needed_waypoints(problem, result), bool(soft_terms(scenario))
     for trajectory in _attempts(world, uav, waypoints, shape, priced):
         if prove(world, uav, trajectory).verdict is Verdict.PROVEN:
             flown = _with_columns(problem, trajectory)
             return None if flown is None else with_heading(flown, uav)
     return None
+
+
+def needed_waypoints(problem: Problem, result: Result) -> Floats:
+    """Return the waypoints of a result's path that a flight needs, from the true start to the true target, (n, 3)."""
+    path = problem.without_columns(result.path) if result.any_angle else result.path
+    waypoints = drop_collinear(np.vstack([problem.start, path, problem.end]))
+    if not soft_terms(problem.scenario):
+        waypoints = shortcut(with_margin(problem.airspace.world.space, SEAM_MARGIN), waypoints)
+    return waypoints
 
 
 def _with_columns(problem: Problem, trajectory: Trajectory) -> Trajectory | None:
@@ -112,6 +117,7 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
             yield flown
         return
     note = ""
+    stops = rest_to_rest(waypoints, uav, zones=world.speed_zones)
     moves = np.linalg.norm(np.diff(waypoints, axis=0), axis=1).sum() > MIN_PATH
     if shape != "stop-and-go" and moves:
         straight = blended(world, waypoints, uav, CLOSE_REACH if close else TOLERANCE)
@@ -133,15 +139,21 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
                     yield _remarked(replace(nearer, form="straightened", note=note), waypoints)
         elif straight.end > WORTH_A_SPLINE * least_seconds(waypoints, uav):
             flown = smooth(world, waypoints, uav, 3, close=close)
-            if flown is not None and flown.end < straight.end and largest_distance(flown, waypoints) <= TOLERANCE:
+            if flown is not None and _is_better(flown, straight) and largest_distance(flown, waypoints) <= TOLERANCE:
                 yield flown
+        if shape == "minimum-time" and stops.end < straight.end:  # slow zones may reach farther round blends
+            yield stops
         yield replace(straight, note=note)
         note = note or "The faster trajectory could not be proven safe."
         yield replace(straight.retimed(straight.start, SLOWDOWN), note=note)
-    stops = rest_to_rest(waypoints, uav, zones=world.speed_zones)
     yield replace(stops, note=note)
     note = note or "As fast as its limits allow it could not be proven safe."
     yield replace(stops.retimed(stops.start, SLOWDOWN), note=note)
+
+
+def _is_better(flown: Trajectory, straight: Trajectory) -> bool:
+    """Tell whether a spline is faster than straight legs by a larger factor than it is longer."""
+    return flown.end < straight.end and flown.end * flown_length(flown) < straight.end * flown_length(straight)
 
 
 def _remarked(flown: Trajectory, waypoints: Floats) -> Trajectory:

@@ -152,8 +152,15 @@ def corner_speeds(legs: Legs, most: Floats) -> Floats:
     most
         (n,) the largest distance of each blend from its corner, metres; 0 to stop there.
     """
+    return corner_speeds_from(legs, most, 0.0)
+
+
+@inner
+def corner_speeds_from(legs: Legs, most: Floats, begin: float) -> Floats:
+    """Return the largest speeds at the points as `corner_speeds` does, but `begin`, or less, at the first of them."""
     n = len(legs.points)
     speeds = np.zeros(n)
+    speeds[0] = begin
     for i in range(1, n - 1):
         if most[i] <= 0.0:
             continue
@@ -223,25 +230,25 @@ def pieces_along(legs: Legs, speeds: Floats) -> tuple[Floats, Floats, Ints]:
         up, down = ramp_way(first, peak, rates[0], rates[2]), ramp_way(peak, last, rates[1], rates[2])
         begun = m
         point = legs.points[k] + begin * way
-        m = _add_ramp(durations, rows, m, (point, first * way, way), peak - first, (rates[0], rates[2]))
+        m = add_ramp(durations, rows, m, (point, first * way, way), peak - first, (rates[0], rates[2]))
         cruise = max(end - begin - both_ramps((first, last), peak, rates), 0.0) / max(peak, MIN_CROSS_PRODUCT)
         point = legs.points[k] + (begin + up) * way
-        m = _add_piece(durations, rows, m, cruise, (point, peak * way, 0.0 * way, 0.0 * way))
+        m = add_piece(durations, rows, m, cruise, (point, peak * way, 0.0 * way, 0.0 * way))
         point = legs.points[k + 1] - (length - end + down) * way
-        m = _add_ramp(durations, rows, m, (point, peak * way, -way), peak - last, (rates[1], rates[2]))
+        m = add_ramp(durations, rows, m, (point, peak * way, -way), peak - last, (rates[1], rates[2]))
         parts[begun:m] = 2 * k
         if last > 0.0:
             begun = m
             point = legs.points[k + 1] - (length - end) * way
             motion = (point, last * way, legs.turns[k + 1])
             rates_of_turn = (legs.turning[k + 1], legs.jerk)
-            m = _add_ramp(durations, rows, m, motion, last * legs.sharpness[k + 1], rates_of_turn)
+            m = add_ramp(durations, rows, m, motion, last * legs.sharpness[k + 1], rates_of_turn)
             parts[begun:m] = 2 * k + 1
     return durations[:m].copy(), rows[:m].copy(), parts[:m].copy()
 
 
 @inner
-def _add_ramp(
+def add_ramp(
     durations: Floats,
     rows: Floats,
     m: int,
@@ -256,17 +263,17 @@ def _add_ramp(
     point, velocity, way = motion
     peak = change / (rise + hold)
     jerk = peak / rise
-    m = _add_piece(durations, rows, m, rise, (point, velocity, 0.0 * way, jerk * way))
+    m = add_piece(durations, rows, m, rise, (point, velocity, 0.0 * way, jerk * way))
     point = point + rise * velocity + (jerk * rise**3 / 6.0) * way
     velocity = velocity + (0.5 * peak * rise) * way
-    m = _add_piece(durations, rows, m, hold, (point, velocity, peak * way, 0.0 * way))
+    m = add_piece(durations, rows, m, hold, (point, velocity, peak * way, 0.0 * way))
     point = point + hold * velocity + (0.5 * peak * hold * hold) * way
     velocity = velocity + (peak * hold) * way
-    return _add_piece(durations, rows, m, rise, (point, velocity, peak * way, -jerk * way))
+    return add_piece(durations, rows, m, rise, (point, velocity, peak * way, -jerk * way))
 
 
 @inner
-def _add_piece(
+def add_piece(
     durations: Floats, rows: Floats, m: int, seconds: float, motion: tuple[Floats, Floats, Floats, Floats]
 ) -> int:
     """Add a piece by its first position, velocity, acceleration, and its jerk, unless it is too short."""

@@ -39,6 +39,14 @@ def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSumm
     )
 
 
+def flown_length(trajectory: Trajectory) -> float:
+    """Return the length of a trajectory, metres."""
+    speeds = _integrals(
+        lambda instants: np.linalg.norm(trajectory.at(instants).velocity, axis=1)[:, None], trajectory.knots
+    )
+    return float(speeds[0])
+
+
 def _integrals(rates: Callable[[Floats], Floats], edges: Floats) -> Floats:
     """Integrate rates, which (m,) instants give as (m, k), over all intervals between edges (n + 1,), seconds.
 
