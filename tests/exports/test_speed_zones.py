@@ -127,6 +127,23 @@ def test_a_take_off_in_a_zone_that_is_too_fast_for_it_is_refused_in_one_sentence
         sky.export(mission(around_the_start), tmp_path / "m.plan")
 
 
+@pytest.mark.parametrize(("climb", "kept"), [(1.8, True), (1.9, False)])
+@pytest.mark.parametrize("name", ["m.plan", "m.waypoints", "m.wpml.kmz"])
+def test_a_refusal_tells_what_is_kept_in_hand_of_a_speed_limit(tmp_path, climb, kept, name):
+    around_the_start = sky.Cylinder(centre=(-80, -30), radius=9, low=0, high=40, max_speed=2.0)
+    planned = mission(around_the_start, max_climb=climb, max_descent=climb)
+    if kept:
+        sky.export(planned, tmp_path / name, altitude="amsl")
+        return
+    with pytest.raises(sky.InputError) as refused:
+        sky.export(planned, tmp_path / name, altitude="amsl")
+    assert str(refused.value) == (
+        "uav-1: its take-off leads through zone 0, whose speed limit of 2 m/s it cannot keep with 10% in hand, since "
+        "autopilots may be faster than told: it climbs and descends at up to 1.9 m/s; lower the UAV's max_climb and "
+        "max_descent"
+    )
+
+
 def test_exports_tell_that_speed_limits_are_kept_and_of_which_returns_that_is_not_proven(tmp_path):
     notes = []
     sky.export(mission(BOX), tmp_path / "m.plan", on_note=notes.append)

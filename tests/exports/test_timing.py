@@ -93,6 +93,22 @@ def test_an_autopilot_with_its_usual_rates_takes_off_on_schedule(suffix, route):
     assert turned - faster == pytest.approx(plan.arrivals[0], abs=0.5)
 
 
+@pytest.mark.parametrize(("suffix", "metres"), [("plan", 2.0), ("waypoints", 0.0)])
+def test_px4_counts_a_stop_from_when_it_is_within_the_acceptance_radius(suffix, metres):
+    _, plan, _ = exported(suffix, 1)
+    mission = handmade.mission([handmade.along(ROUTES[1], 12.0)], clearance=1.0, origin=ORIGIN, terrain=FLAT)
+    stop = np.array([80.0, 0.0, 30.0])
+    at = np.linalg.norm(plan.route.points - stop, axis=1) < 0.1
+    assert at.sum() == 1
+    plan = replace(plan, route=replace(plan.route, holds=np.where(at, 7.0, 0.0)))
+    path = timed_path(mission.scenario, plan, USUAL_TOLERANCE)
+    (k,) = np.flatnonzero((np.linalg.norm(path.starts - stop, axis=1) < 0.1) & (path.starts == path.ends).all(axis=1))
+    assert np.linalg.norm(path.ends[k - 1] - stop) < 0.1
+    sooner = path.earliest[k - 1, 1] - path.earliest[k, 0]
+    assert 0.9 * metres - 1e-9 <= sooner * 1.1 * plan.speeds[0] <= metres + 1e-9
+    assert np.diff(path.earliest[k]) == np.diff(path.latest[k]) == pytest.approx(7.0)
+
+
 @pytest.mark.parametrize(("name", "least"), [("px4", 3.4), ("ardupilot", 2.2), ("dji", 2.4)])
 def test_a_take_off_takes_longer_than_its_climb(name, least):
     rates = rates_of(UAV(start=(0, 0, 0)), AUTOPILOTS[name])

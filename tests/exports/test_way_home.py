@@ -11,6 +11,7 @@ import pytest
 import skyverse as sky
 from skyverse.exports.return_home import certified
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
+from skyverse.exports.way_home import TRIED_PLACES, WayHome
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
 
@@ -128,6 +129,20 @@ def test_the_return_altitude_is_above_what_stands_between_the_flight_and_home(tm
     assert "it returns at" in " ".join(notes)
     assert "at every instant the climb" in " ".join(notes)
     assert check(over_a_wall(50.0), tmp_path, suffix) == 60
+
+
+@pytest.mark.parametrize("ends_beyond", [True, False])
+def test_a_way_home_that_is_blocked_at_the_end_of_a_flight_weighs_as_much_as_one_from_all_of_it(tmp_path, ends_beyond):
+    wall = ((30, -200, -50), (31, 200, 50))
+    corners = [(0, 0, 10), (0, 0, 70), (60, 0, 70), (60, 0, 10)]
+    corners += [] if ends_beyond else [(60, 5, 70), (0, 5, 70), (0, 5, 12)]
+    flight = handmade.along(corners, 10)
+    mission = handmade.mission([flight], boxes=[wall], clearance=1.0, origin=ORIGIN, high=(300, 300, 150))
+    way = exported(mission, tmp_path)[0].returns[0].way
+    below_its_top = WayHome(way.scenario, way.space, way.plan, way.destinations, way.end, 20.0)
+    assert 0 < below_its_top.blocked() < TRIED_PLACES
+    assert below_its_top.blocked_weight() == below_its_top.blocked() + TRIED_PLACES * ends_beyond
+    assert way.blocked_weight() == 0
 
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])

@@ -91,6 +91,14 @@ def test_the_seed_drawn_is_told_and_flies_the_same_also_in_other_processes(shake
     assert sky.fly(shaken.mission, noise=0.01, rng=shaken.seed, workers=2) == shaken
 
 
+def test_a_flight_without_chance_has_no_seed(hover):
+    assert hover.seed is None
+    still = mission(straight((0, 0, 2), (0, 0, 2), 0.3))
+    assert sky.fly(still, wind=(1, 0, 0), disturbances=sky.Disturbances(delay=0.02), rng=3).seed is None
+    assert sky.fly(still, disturbances=sky.Disturbances(mismatch=0.1), rng=3).seed == 3
+    assert sky.fly(still, wind=(1, 0, 0), disturbances=sky.Disturbances(gusts=True), rng=3).seed == 3
+
+
 def test_another_seed_flies_otherwise_and_is_told(shaken):
     other = sky.fly(shaken.mission, noise=0.01, rng=5)
     assert not np.array_equal(other.flown[0].positions, shaken.flown[0].positions)

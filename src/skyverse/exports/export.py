@@ -25,10 +25,11 @@ from skyverse.exports.gpx import gpx_text
 from skyverse.exports.judgement import require_not_refuted
 from skyverse.exports.kml import kml_text
 from skyverse.exports.mavlink_items import End
-from skyverse.exports.requirements import require_format, require_radius_and_takeoff
+from skyverse.exports.requirements import require_format, require_no_movers, require_radius_and_takeoff
 from skyverse.exports.ros import as_text, path_message, trajectory_message
 from skyverse.exports.sampling import sample_trajectories
 from skyverse.exports.skybrush import show_csv
+from skyverse.exports.temporary_zones import with_zones_always_active
 from skyverse.exports.waypoint_files import ExportCertificate, WaypointOptions, export_waypoints
 from skyverse.files import write
 from skyverse.model.mission import Mission
@@ -119,10 +120,16 @@ def export(
     ------
     InputError
         If the referee refutes the mission, the suffix is unknown, the format needs an origin and there is none, the
-        reference of altitudes does not suit format or scenario, legs cannot be proven clear, or UAVs come too close.
+        reference of altitudes does not suit format or scenario, legs cannot be proven clear, UAVs come too close, or
+        flights depend on the active times of zones.
     """
     path = Path(path)
     suffix = export_suffix(path)
+    if suffix not in OWN_SUFFIXES:
+        require_no_movers(mission.scenario if scenario is None else scenario, str(path))
+    if suffix not in OWN_SUFFIXES and scenario in (None, mission.scenario):
+        mission = with_zones_always_active(mission, str(path))
+        scenario = mission.scenario
     if suffix in ALTITUDE_REFERENCES:
         placed = with_origin(mission, origin, str(path))
         require_format(mission, placed, suffix, altitude, autopilot, str(path))

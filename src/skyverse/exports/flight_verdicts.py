@@ -12,6 +12,7 @@ from skyverse.exports.return_home import Return
 from skyverse.exports.return_places import landing_name
 from skyverse.exports.separation import Apart, FleetApart
 from skyverse.exports.timing import circle_reach
+from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 
@@ -24,8 +25,8 @@ HEADS = ("UAV", "legs", "at its end", "way home", "apart in flight", "apart when
 KEPT = {
     Apart.SPACE: "in space",
     Apart.TIMING: "by timing",
-    Apart.SCHEDULE: "ONLY on schedule",
-    Apart.CLOSE: "NOT",
+    Apart.SCHEDULE: f"{Caution.ONLY} on schedule",
+    Apart.CLOSE: Caution.NOT,
 }
 """How the table tells the ways to keep a separation."""
 
@@ -72,11 +73,12 @@ class FlightVerdict:
     @property
     def row(self) -> tuple[str, ...]:
         """Its line of the table."""
-        cells = (self.uav, "proven" if self.legs_proven else "NOT proven at corners", self.at_end, self._way_home)
+        legs = "proven" if self.legs_proven else f"{Caution.NOT} proven at corners"
+        cells = (self.uav, legs, self.at_end, self._way_home)
         if self.apart is None:
             return cells
         flying = KEPT[self.apart] + (f" from {_few(self.depends_on, MAX_OTHERS)}" if self.depends_on else "")
-        returning = f"NOT from {_few(self.meets, MAX_OTHERS)}" if self.meets else KEPT[Apart.SPACE]
+        returning = f"{Caution.NOT} from {_few(self.meets, MAX_OTHERS)}" if self.meets else KEPT[Apart.SPACE]
         return (*cells, flying, returning)
 
     @property
@@ -84,9 +86,9 @@ class FlightVerdict:
         if self.has_way_home:
             return "at every instant"
         if self.gaps[0][0] <= 0 and self.gaps[-1][1] >= self.duration and len(self.gaps) == 1:
-            return "NOT proven"
+            return f"{Caution.NOT} proven"
         spans = [f"{told_seconds(begin).removesuffix(' s')} to {told_seconds(end)}" for begin, end in self.gaps]
-        return f"NOT from {_few(spans, MAX_GAPS)}"
+        return f"{Caution.NOT} from {_few(spans, MAX_GAPS)}"
 
 
 def flight_verdicts(
@@ -131,7 +133,7 @@ def flight_verdicts(
         gaps = np.array([[0.0, duration]]) if back is None or not back.proven else back.lost
         at_end = {"loiter": "stays at its target", "land": "lands below its target"}.get(end, "")
         if (reach := circle_reach(scenario, uav)) > 0:
-            at_end = f"circles within {reach:.3g} m of its target (NOT proven)"
+            at_end = f"circles within {reach:.3g} m of its target ({Caution.NOT} proven)"
         made.append(
             FlightVerdict(
                 names[uav],
@@ -165,11 +167,11 @@ def _fleet_row(flights: Sequence[FlightVerdict]) -> tuple[str, ...]:
 
     return (
         "fleet",
-        share(sum(flight.legs_proven for flight in flights), "proven", "NOT proven at corners"),
+        share(sum(flight.legs_proven for flight in flights), "proven", f"{Caution.NOT} proven at corners"),
         next(iter(ends)) if len(ends) == 1 else "; ".join(f"{words}: {number}" for words, number in ends.items()),
-        share(sum(flight.has_way_home for flight in flights), "at every instant", "NOT at every instant"),
+        share(sum(flight.has_way_home for flight in flights), "at every instant", f"{Caution.NOT} at every instant"),
         KEPT[max(kinds, key=list(Apart).index)],
-        share(sum(not flight.meets for flight in flights), KEPT[Apart.SPACE], "NOT"),
+        share(sum(not flight.meets for flight in flights), KEPT[Apart.SPACE], Caution.NOT),
     )
 
 

@@ -9,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy
 from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
+from skyverse.model.ground_height import home_height
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Frame, Origin, Scenario
 
@@ -129,15 +130,9 @@ def global_positions(
 def home(scenario: Scenario, uav: int) -> Floats:
     """Return the place below its start at which a UAV takes off, (3,) metres.
 
-    It is on the real ground if the scenario states it, else on the terrain, else at the start itself.
+    See `home_height`.
     """
-    at = np.array(scenario.uavs[uav].start)
-    real = scenario.uavs[uav].home
-    if real is not None:
-        at[2] = real
-    elif scenario.terrain is not None:
-        at[2] = scenario.terrain.height(at[:2])
-    return at
+    return np.array([*scenario.uavs[uav].start[:2], home_height(scenario, uav)])
 
 
 def home_on_globe(scenario: Scenario, uav: int) -> tuple[float, float, float]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from skyverse.errors import InputError, Remedy
-from skyverse.exports.requirements import require_no_movers
+from skyverse.model.caution import Caution
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Violation
@@ -36,7 +36,6 @@ def require_not_refuted(
     InputError
         If the referee refutes the mission.
     """
-    require_no_movers(scenario, str(path))
     violations, (certificates, apart) = judge(scenario, mission)
     close = [one for one in violations if one.fault in TOO_CLOSE]
     doubtful = [one for one in violations if one.fault is Fault.UNDECIDED]
@@ -45,8 +44,8 @@ def require_not_refuted(
         remedy = Remedy("allow_close", True, "to export it all the same")
         said = f"{path}: the referee refutes this mission: {_told(wrong + close)}; skyverse check tells all of it"
         raise InputError(said, give=[] if wrong else [remedy])
-    notes = [f"NOT apart, as the referee finds: {_told(close)}."] if close else []
-    notes += [f"NOT proven by the referee: {_told(doubtful)}."] if doubtful else []
+    notes = [f"{Caution.NOT} apart, as the referee finds: {_told(close)}."] if close else []
+    notes += [f"{Caution.NOT} proven by the referee: {_told(doubtful)}."] if doubtful else []
     return notes, replace(mission, violations=tuple(violations), certificates=certificates, apart=apart)
 
 

@@ -12,6 +12,7 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.model.airspace_kinds import is_airspace
+from skyverse.model.ground_height import ground_height
 from skyverse.model.polygon import are_inside
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
@@ -34,8 +35,7 @@ def surface_below(scenario: Scenario, place: Floats, floor: float | None = None)
     place
         Where the UAV is, metres.
     floor
-        z of the ground there, if it is known better than by the terrain; without a terrain either, the ground is taken
-        to be at the lower bound.
+        z of the ground there, if it is known better than by `ground_height`.
     """
     solids = solids_over(scenario, place[:2], place[:2])
     return float(surfaces_among(solids, place[None], ground_below(scenario, place[None], floor))[0])
@@ -71,9 +71,7 @@ def solids_over(scenario: Scenario, low: Floats, high: Floats) -> list[AnyShape]
 
 def ground_below(scenario: Scenario, places: Floats, floor: float | None = None) -> Floats:
     """Return z of the ground below places (..., 3), (...) metres, without roofs; `floor` is as in `surface_below`."""
-    if floor is None and scenario.terrain is not None:
-        return scenario.terrain.height(places[..., :2])
-    return np.full(places.shape[:-1], scenario.bounds.min[2] if floor is None else floor)
+    return ground_height(scenario, places[..., :2]) if floor is None else np.full(places.shape[:-1], floor)
 
 
 def stand(scenario: Scenario, uav: int) -> Floats:

@@ -16,6 +16,7 @@ from skyverse.exports.landing import ground_below, ground_level
 from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnSpace
 from skyverse.model.airspace_kinds import is_airspace
+from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
@@ -103,8 +104,8 @@ def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[st
     if unknown:
         told = ", ".join(f"{vehicle.name} at z = {vehicle.start[2]:.4g} m" for vehicle in unknown)
         yield (
-            "WARNING: homes that are not known, as the scenario has no terrain, and are taken to be the starts: "
-            f"{told}. Where a UAV arms lower, it returns as much lower than is proven: state its home."
+            f"{Caution.WARNING}: homes that are not known, as the scenario has no terrain, and are taken to be the "
+            f"starts: {told}. Where a UAV arms lower, it returns as much lower than is proven: state its home."
         )
     steep = []
     for plan in plans:
@@ -115,7 +116,8 @@ def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[st
         if why is not None:
             steep.append(f"{vehicle.name}: {why}")
     if steep:
-        yield f"WARNING: homes that are not level: {'; '.join(steep)}. Choose other starts, or level the places."
+        places = "; ".join(steep)
+        yield f"{Caution.WARNING}: homes that are not level: {places}. Choose other starts, or level the places."
     if scenario.terrain is not None and all(is_airspace(shape.kind) for shape in scenario.obstacles):
         yield (
             "The scenario knows the ground and no obstacles: trees, roofs and water are unknown; look at where UAVs "

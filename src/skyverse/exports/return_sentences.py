@@ -10,6 +10,7 @@ from skyverse.exports.return_home import Return
 from skyverse.exports.return_lines import CLEARANCE_SHARE
 from skyverse.exports.return_places import COUNTED_FROM, places_text
 from skyverse.exports.separation import named_pairs
+from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 from skyverse.space.tube import NO_ERROR
@@ -59,7 +60,7 @@ def _how(scenario: Scenario, plan: FlightPlan, back: Return | None) -> str:
     said = f"it returns at {back.altitude:.4g} m above {COUNTED_FROM[plan.autopilot.name]}"
     if len(back.rally):
         said += f", to the nearest of home and {len(back.rally)} rally point{'s' * (len(back.rally) > 1)}"
-    said += f", but NOT {_lost_text(scenario, back)}: then there is no way home" if len(back.lost) else ""
+    said += f", but {Caution.NOT} {_lost_text(scenario, back)}: then there is no way home" if len(back.lost) else ""
     return f"{said}; it may land at {places_text(scenario, back)}."
 
 

@@ -93,12 +93,12 @@ class Route:
 
     @property
     def waypoint_times(self) -> Floats:
-        """(m,) seconds: when the UAV arrives at the waypoints."""
+        """When the UAV arrives at the waypoints, (m,) seconds."""
         return self.times[1:] if self.takeoff else self.times
 
     @property
     def waypoint_holds(self) -> Floats:
-        """(m,) seconds that the UAV stops at the waypoints."""
+        """How long the UAV stops at the waypoints, (m,) seconds."""
         return self.holds[1:] if self.takeoff else self.holds
 
     @property

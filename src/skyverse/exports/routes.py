@@ -16,6 +16,7 @@ from skyverse.exports.requirements import require_no_movers, require_plausible_h
 from skyverse.exports.route import Route, Takeoff, route
 from skyverse.exports.separation import fleet_apart
 from skyverse.exports.speed_limits import with_limited_speeds, with_waypoints_at_zones
+from skyverse.exports.temporary_zones import with_zones_always_active
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario
 from skyverse.model.trajectory import Trajectory
@@ -54,6 +55,7 @@ def routes(
         As for `export`.
     """
     require_no_movers(mission.scenario, "waypoints")
+    mission = with_zones_always_active(mission, "waypoints")
     scenario = with_origin(mission, origin, "waypoints")
     require_reference(scenario, altitude, get_args(AltitudeReference), "waypoints")
     if altitude == "home":

@@ -10,6 +10,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.timing import TimingTolerance, circle_reach, scheduled_path, timed_path, tolerance_for
+from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.model.verdict import Certificate, Verdict, Violation
@@ -90,8 +91,8 @@ class FleetApart:
         if kind is Apart.TIMING:
             return f"keep their separation by timing, {at}, if they start at the same time"
         if kind is Apart.SCHEDULE:
-            turns = ", and only if aeroplanes turn where expected: what they keep at corners is NOT proven"
-            return f"keep their separation only on schedule, NOT {at}{turns if pair in self.corners else ''}"
+            turns = f", and only if aeroplanes turn where expected: what they keep at corners is {Caution.NOT} proven"
+            return f"keep their separation only on schedule, {Caution.NOT} {at}{turns if pair in self.corners else ''}"
         if pair in self.circles:
             return (
                 "may come too close even on schedule, where an aeroplane circles at its end, anywhere within twice its "

@@ -17,6 +17,7 @@ from skyverse.errors import InputError
 from skyverse.exports.autopilots import Rates
 from skyverse.exports.flight_plan import MIN_SPEED, SPEED_TOLERANCE, FlightPlan
 from skyverse.exports.route import Route
+from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.space.speed_zones import SpeedZone, make_speed_zones
@@ -159,7 +160,8 @@ def _require_commandable(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone
     """Raise `InputError` where no speed that may be commanded keeps a leg as slow as a zone demands."""
     if _speed_over_ground(plan, a, b, limit) < MIN_SPEED:
         raise InputError(
-            f"{leads} zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep: "
+            f"{leads} zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep "
+            f"with {SPEED_TOLERANCE:.0%} in hand, since autopilots may be faster than told: "
             f"it climbs and descends at up to {_vertical_rate(plan, b - a):g} m/s; "
             "lower the UAV's max_climb and max_descent"
         )
@@ -210,4 +212,4 @@ def return_warnings(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str
             names += [scenario.uavs[plan.route.uav].name] if slowest < math.inf else []
     if not names:
         return []
-    return [f"WARNING: the speed limits of zones are not proven of the returns of {', '.join(names)}."]
+    return [f"{Caution.WARNING}: the speed limits of zones are not proven of the returns of {', '.join(names)}."]

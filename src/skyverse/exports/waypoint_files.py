@@ -38,6 +38,7 @@ from skyverse.exports.waypoint_notes import (
 )
 from skyverse.exports.wpl import rally_text, waypoints_text
 from skyverse.exports.wpml import wpml_parts
+from skyverse.model.caution import Caution
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import SAME_PLACE
@@ -149,8 +150,8 @@ def export_waypoints(
         on_note(warning)
     if without:
         on_note(
-            f"WARNING: no way home is proven at every instant of the flight of {', '.join(without)}: what is said of "
-            "the return tells when."
+            f"{Caution.WARNING}: no way home is proven at every instant of the flight of {', '.join(without)}: what is "
+            "said of the return tells when."
         )
     return files
 

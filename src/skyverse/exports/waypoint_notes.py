@@ -10,6 +10,7 @@ from skyverse.exports.global_positions import home_on_globe
 from skyverse.exports.grouped_sentences import grouped
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart, named_pairs
 from skyverse.exports.timing import circle_reach
+from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 from skyverse.numerics.tolerances import SAME_PLACE
@@ -35,12 +36,12 @@ def proofs(scenario: Scenario, plans: Sequence[FlightPlan], *, from_home: bool) 
         if not plan.corners_proven:
             yield (
                 f"{name}: {plan.autopilot.title} turns an aeroplane at a distance of its own from each waypoint, not "
-                f"at {plan.route.radius:.3g} m: what its corners keep is NOT proven."
+                f"at {plan.route.radius:.3g} m: what its corners keep is {Caution.NOT} proven."
             )
         if reach := circle_reach(scenario, plan.route.uav):
             yield (
                 f"{name}: it ends circling within {reach:.3g} m of its last waypoint: what these circles keep from "
-                "obstacles, ground and bounds is NOT proven."
+                f"obstacles, ground and bounds is {Caution.NOT} proven."
             )
         if plan.breaks:
             most = plan.autopilot.max_waypoints
@@ -59,7 +60,7 @@ def _figures(flown: Sequence[tuple[str, FlightPlan]]) -> Iterator[str]:
 
 def _corners(plan: FlightPlan) -> str:
     """Return how corners are flown, in words."""
-    return plan.route.corners if plan.corners_proven else "corners NOT proven"
+    return plan.route.corners if plan.corners_proven else f"corners {Caution.NOT} proven"
 
 
 def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], apart: FleetApart) -> Iterator[Sentence]:
@@ -68,8 +69,8 @@ def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], ap
     pairs = [pair for pair in before.of(Apart.SPACE) if apart.pairs[pair] is not Apart.SPACE]
     if pairs:
         yield Sentence(
-            f"WARNING: apart in space up to their last waypoints, but NOT on the returns that end the mission: "
-            f"{named_pairs(scenario, pairs)}",
+            f"{Caution.WARNING}: apart in space up to their last waypoints, but {Caution.NOT} on the returns that end "
+            f"the mission: {named_pairs(scenario, pairs)}",
             give=OTHER_ENDS,
         )
 

@@ -8,7 +8,9 @@ from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.flight.feedforward import Reference, reference
 from skyverse.flight.vehicle import Vehicle
+from skyverse.model.ground_height import ground_height
 from skyverse.model.mission import Mission
+from skyverse.model.temporary_zones import is_closed_at_times
 
 COMMAND_RATE = 100.0
 """Commands, and samples, per second."""
@@ -46,17 +48,20 @@ def commands(mission: Mission, uav: int, vehicle: Vehicle) -> Commands:
     Raises
     ------
     InputError
-        If the scenario has movers, which no simulated flight is judged against.
+        If the scenario has movers, or zones that are closed at times, which no simulated flight is judged against.
     """
     trajectory, scenario = mission.trajectories[uav], mission.scenario
     if scenario.movers:
         raise InputError(f"{scenario.name}: flights among movers cannot be simulated; this scenario has movers")
+    if any(map(is_closed_at_times, scenario.zones)):
+        raise InputError(
+            f"{scenario.name}: flights among zones that are closed at times cannot be simulated; this scenario has such"
+        )
     assert trajectory is not None
     hover = round(HOVER_SECONDS * COMMAND_RATE)
     first = np.floor(trajectory.start * COMMAND_RATE) - hover
     last = np.ceil((trajectory.end + SETTLING_SECONDS) * COMMAND_RATE)
     times = np.arange(first, last + 1) / COMMAND_RATE
     told = reference(trajectory, vehicle, times, 1.0 / COMMAND_RATE)
-    terrain = scenario.terrain
-    ground = scenario.bounds.min[2] if terrain is None else terrain.height(told.position[:, :2])
-    return Commands(times, told, np.asarray(told.position[:, 2] - ground), hover)
+    above = np.asarray(told.position[:, 2] - ground_height(scenario, told.position[:, :2]))
+    return Commands(times, told, above, hover)

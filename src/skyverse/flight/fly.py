@@ -109,7 +109,7 @@ def fly(
         kind.name,
         weather.wind,
         weather.noise,
-        seed,
+        seed if weather.random else None,
         float(margin),
         tuple(flown),
         tuple(found),

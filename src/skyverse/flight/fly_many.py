@@ -128,7 +128,7 @@ class Flights:
             wind=self.weather.wind,
             noise=self.weather.noise,
             disturbances=self.weather.others,
-            seed=self.seed,
+            seed=self.seed if self.weather.random else None,
             seeds=np.array(self.seeds[: len(done)]),
             errors=tuple(told([uav]) if uav in by_uav else None for uav in range(len(scenario.uavs))),
             all_errors=told(flown),

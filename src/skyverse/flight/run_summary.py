@@ -88,4 +88,5 @@ def first_touch(fleet: Fleet, number: int, run: RunSummary) -> Touch | None:
     if not wrong:
         return None
     time, deed = min(wrong)
-    return Touch(number, run.seed, time, f"{deed} {told_instant(time)} in run {number} (seed {run.seed})")
+    seed = f" (seed {run.seed})" if fleet.weather.random else ""
+    return Touch(number, run.seed, time, f"{deed} {told_instant(time)} in run {number}{seed}")

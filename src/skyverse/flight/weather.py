@@ -29,6 +29,11 @@ class Weather:
     noise: float
     others: Disturbances
 
+    @property
+    def random(self) -> bool:
+        """Whether any of it is drawn at random, so that a seed matters."""
+        return self.noise > 0 or self.others.gusts or self.others.mismatch > 0 or self.others.position_noise > 0
+
 
 def weather_of(wind: Sequence[float], noise: float, disturbances: Disturbances | None) -> Weather:
     """Return what disturbs a mission, or raise `InputError`; the parameters are those of `fly`."""
