@@ -22,7 +22,7 @@ import numpy as np
 import skyverse as sky
 
 FILE = Path(__file__).parent.parent / "tests" / "golden" / "missions.json"
-LEFT_OUT = {"seconds", "platform", "skyverse", "message", "note", "format", "straight_bound", "pointing"}
+LEFT_OUT = {"seconds", "platform", "skyverse", "message", "note", "format", "straight_bound", "pointing", "source"}
 FEW = sky.MaxIterations(6)
 
 

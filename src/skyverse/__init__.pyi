@@ -25,10 +25,14 @@ from .lab.rows import Rows as Rows
 from .lab.run_study import run_study as run_study
 from .lab.study import Study as Study
 from .lab.study import read_study as read_study
+from .live.replan import Replan as Replan
+from .live.replanner import Replanner as Replanner
+from .live.sighting import Sighting as Sighting
 from .maps.assembly.build import build_scenario as build_scenario
 from .maps.assembly.options import Note as Note
 from .maps.georeference.choices import Raster as Raster
 from .maps.georeference.choices import Reading as Reading
+from .maps.readers.track import read_track as read_track
 from .mission.assignment import assign as assign
 from .mission.assignment import straight_line as straight_line
 from .mission.plan_many import plan_many as plan_many
@@ -126,9 +130,11 @@ from .samples.circle import circle_swap as circle_swap
 from .samples.city import random_city as random_city
 from .samples.city import random_downtown as random_downtown
 from .samples.jacksboro import jacksboro as jacksboro
+from .samples.maze import random_maze as random_maze
 from .samples.movers import random_movers as random_movers
 from .samples.room import random_room as random_room
 from .samples.threats import random_threats as random_threats
+from .samples.tunnel import tunnel_swap as tunnel_swap
 from .samples.window import window_swap as window_swap
 from .space.world import World as World
 from .stop import Cancelled as Cancelled

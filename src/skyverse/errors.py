@@ -3,9 +3,11 @@
 A user of the library reads names of parameters, a user of the command line the options that stand for them.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 from typing import Self
 
@@ -146,15 +148,28 @@ def first_line(error: BaseException) -> str:
     return printable((str(error).strip().splitlines() or [""])[0]) or type(error).__name__
 
 
-def require_file(path: Path, hint: str = "") -> None:
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return the end of a sentence that suggests the known words nearest to a word; empty where none is near."""
+    spelt = {one.lower(): one for one in known if one != word}
+    near = [repr(spelt[one]) for one in get_close_matches(word.lower(), spelt, n=3, cutoff=0.7)]
+    return f"; did you mean {' or '.join(near)}?" if near else ""
+
+
+MAX_SEARCHED_FILES = 5000
+"""Files of a folder at most among which those of similar names are sought."""
+
+
+def require_file(path: Path, names: Sequence[str] = ()) -> None:
     """Raise `InputError` for a path that is no file to read from: nothing, a folder, or a device.
+
+    Where there is nothing of that name, the message suggests the files of its folder whose names are nearest.
 
     Parameters
     ----------
     path
         The path.
-    hint
-        What else a name could have meant, which follows where there is nothing of that name.
+    names
+        The built-in scenarios that could be meant instead.
     """
     if path.is_file():
         return
@@ -162,7 +177,14 @@ def require_file(path: Path, hint: str = "") -> None:
         raise InputError(f"{path}: expected a file, found a folder")
     if path.exists():
         raise InputError(f"{path}: expected a file, found a device or a pipe")
-    raise InputError(f"{printable(str(path), 300)}: no such file{hint}")
+    known = list(names)
+    with suppress(OSError):
+        known += sorted(entry.name for entry in islice(path.parent.iterdir(), MAX_SEARCHED_FILES))
+    near = did_you_mean(path.name, known)
+    said = ", nor a built-in scenario" if names else ""
+    if names and not near:
+        near = f"; built in are {', '.join(names)}"
+    raise InputError(f"{printable(str(path), 300)}: no such file{said}{near}")
 
 
 @contextmanager

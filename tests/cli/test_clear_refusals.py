@@ -13,6 +13,31 @@ def test_a_missing_mission_is_no_scenario(skyverse, words):
     assert skyverse(verb, "missing.json", *more) == (2, "", "skyverse: missing.json: no such file\n")
 
 
+def test_a_misspelt_name_is_answered_with_the_nearest_ones(skyverse, tmp_path):
+    (tmp_path / "mine.yaml").write_text("")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "map1.json").write_text("")
+    for words, sentence in {
+        ("plan", "mine.yam"): "mine.yam: no such file, nor a built-in scenario; did you mean 'mine.yaml'?",
+        ("show", "jaksboro"): "jaksboro: no such file, nor a built-in scenario; did you mean 'jacksboro'?",
+        ("plan", "Table4.8"): "Table4.8: no such file, nor a built-in scenario; did you mean 'table-4.8' or ",
+        ("check", "out/map1.jsn"): "out/map1.jsn: no such file; did you mean 'map1.json'?",
+        ("check", "out/mission.json"): "out/mission.json: no such file\n",
+    }.items():
+        code, _, said = skyverse(*words)
+        assert code == 2
+        assert said.startswith(f"skyverse: {sentence}")
+
+
+def test_a_second_scenario_is_refused_with_what_is_expected(skyverse):
+    code, _, said = skyverse("plan", "map1", "map2")
+    assert code == 2
+    assert said == (
+        "skyverse: plan: expected SCENARIO alone, found 'map2' too; "
+        "several values of an option stand each after its name, as in --uav A --uav B\n"
+    )
+
+
 def test_a_built_in_scenario_is_no_mission(skyverse):
     code, _, said = skyverse("check", "map1")
     assert code == 2

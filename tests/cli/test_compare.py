@@ -126,7 +126,7 @@ def test_a_folder_holds_one_study(compare, study):
         (("map1", "--planner", "mvoo"), 'Invalid value "mvoo" for --planner. Choose from:'),
         (("map9",), "map9: no such file, nor a built-in scenario"),
         (("map1", "--runs", 0), "--runs: expected a whole number from 1 on"),
-        (("map1", "--seconds", -1), "compare: budget[0].seconds"),
+        (("map1", "--seconds", -1), "compare: budget.seconds: expected a number above 0"),
         (("map1", "--export", "rows.xlsx"), "rows.xlsx: rows are exported as .csv or .parquet"),
         (("map1", "-o", "study.yaml"), "study.yaml: expected a folder, found a file"),
         (("wall.yaml",), "wall: targets[0].position (target-1): expected a safe point"),

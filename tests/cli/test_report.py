@@ -6,7 +6,7 @@ from pathlib import Path
 
 import skyverse as sky
 from skyverse.cli.report import report, table
-from skyverse.model.flight_table import gaps_sentence, told_costs
+from skyverse.model.flight_table import gaps_sentence, told_costs, unit_sentence
 
 
 def test_a_total_never_adds_nodes_to_metres(capsys):
@@ -46,6 +46,18 @@ def test_large_costs_are_told_without_powers_of_ten():
     assert told_costs({"metres": 46819.7123}) == "46,819.71 m"
     assert told_costs({"metres": 1234567.8}) == "1,234,567.80 m"
     assert told_costs({}) == "-"
+
+
+def test_costs_in_nodes_are_told_apart_from_costs_in_metres(capsys):
+    scenario = sky.read("table-4.9-2")
+    nodes, metres = (sky.plan_mission(scenario, planner) for planner in (sky.AStar(), sky.Taut()))
+    assert "paths of any angle, as of Taut, leave the lattice and cost metres" in unit_sentence(nodes)
+    assert 'its cost is in metres; "flown" compares it' in unit_sentence(metres)
+    for mission in (nodes, metres):
+        report(mission, [Path("mission.json")], as_json=False)
+        assert unit_sentence(mission) in capsys.readouterr().out
+    in_metres = scenario.model_copy(update={"objective": scenario.objective.model_copy(update={"unit": "metres"})})
+    assert unit_sentence(sky.plan_mission(in_metres, sky.Taut())) == ""
 
 
 def test_gaps_say_what_they_are_counted_from():

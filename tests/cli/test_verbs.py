@@ -4,6 +4,7 @@ import contextlib
 import csv
 import json
 import os
+import re
 import signal
 import stat
 import subprocess
@@ -412,6 +413,30 @@ def test_no_mission_replaces_that_of_another_scenario(skyverse, tmp_path):
     assert "another scenario" not in err
 
 
+def test_a_changed_scenario_replaces_its_own_mission(skyverse, tmp_path):
+    first = sky.read_scenario("map1")
+    sky.write(first, "mine.yaml")
+    for clearance in (0.25, 0.3):
+        sky.write(first.model_copy(update={"clearance": clearance}), "mine.yaml")
+        code, out, err = skyverse("plan", "mine.yaml", "--no-page")
+        assert (code, out.splitlines()[-1], err) == (0, str(Path("out/mine.json")), "")
+        assert sky.read_mission("out/mine.json").scenario.clearance == clearance
+    assert sky.read_mission("out/mine.json").source == "../mine.yaml"
+    assert skyverse("plan", str(tmp_path / "mine.yaml"), "--max-speed", 2, "--no-page")[2] == ""
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["mine.json"]
+
+
+def test_a_mission_that_is_planned_anew_stays_as_it_is(skyverse, tmp_path):
+    skyverse("plan", "map1", "--no-page")
+    before = (tmp_path / "out/map1.json").read_bytes()
+    for _ in range(2):
+        code, out, err = skyverse("plan", "out/map1.json", "--no-page")
+        assert (code, out.splitlines()[-1]) == (0, str(Path("out/map1-2.json")))
+        assert "out/map1.json is what is read and stays as it is; this mission is out/map1-2.json." in err
+    assert (tmp_path / "out/map1.json").read_bytes() == before
+    assert sky.read_mission("out/map1-2.json").source == "map1.json"
+
+
 def test_the_page_of_a_built_in_scenario_does_not_replace_that_of_its_mission(skyverse, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out/map1.html").write_text("the mission's page")
@@ -455,13 +480,22 @@ def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
     subprocess.run(warm, check=True, capture_output=True)
     words = ["plan", "table-4.8", "--planner", "mvo", "--iterations", "100000000", "-o", str(tmp_path / "m.json")]
     command = [sys.executable, "-m", "skyverse", *words]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    pty = pytest.importorskip("pty")
+    terminal, stderr = pty.openpty()
+    err = ""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True) as process:
+        os.close(stderr)
         try:
-            time.sleep(12)  # by then all is ready: a signal while kernels load would end it with nothing written
+            while not re.search(r"best \d", err):  # the progress bar tells what a path to the target costs
+                err += os.read(terminal, 65536).decode()
             process.send_signal(signal.SIGINT)
-            out, err = process.communicate(timeout=120)
+            with contextlib.suppress(OSError):  # Linux: there is nothing more to read
+                while more := os.read(terminal, 65536):
+                    err += more.decode()
+            out, _ = process.communicate(timeout=120)
         finally:
             process.kill()
+            os.close(terminal)
     assert process.returncode == 130, err
     assert "keeping the best so far" in err
     assert "Interrupted: this is the best so far." in out

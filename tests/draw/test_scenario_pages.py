@@ -7,6 +7,7 @@ from html import unescape
 import pytest
 
 import skyverse as sky
+from skyverse.draw.page import scene_data, told_frame
 from skyverse.draw.scenario_page import scenario_page
 from skyverse.draw.scenario_scene import scenario_scene
 from skyverse.draw.scene_traces import in_space
@@ -85,3 +86,17 @@ def test_the_page_is_drawn_in_a_browser(tmp_path, tab, uavs):
 def test_the_figure_of_a_scenario_is_written(tmp_path):
     assert sky.write_figures(ROOM, tmp_path) == [tmp_path / "scenario.png"]
     assert (tmp_path / "scenario.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_page_says_above_what_heights_are_counted():
+    jacksboro = sky.read("jacksboro")
+    origin = jacksboro.frame.origin
+    said = told_frame(origin)
+    assert said.startswith(
+        f"x is east, y north, z up from {origin.latitude:.5f}&deg; N, {-origin.longitude:.5f}&deg; W"
+    )
+    assert said.endswith(f"where z = 0 is {origin.altitude:.5g} m above mean sea level.")
+    south = sky.Origin(latitude=-33.5, longitude=151, altitude=-12.5)
+    assert "from 33.50000&deg; S, 151.00000&deg; E, where z = 0 is -12.5 m above" in told_frame(south)
+    assert told_frame(None) == "x is east, y north, z up from the scenario's own zero."
+    assert scene_data(scenario_scene(jacksboro))["frame"] == said

@@ -96,7 +96,7 @@ def test_an_outline_may_turn_either_way_and_have_straight_and_inward_corners(cor
         (("zones",), [CYLINDER | {"high": 0}], "low must be below high, but they are 0 and 0"),
         (("zones",), [CYLINDER | {"risk": 0}], "greater than 0"),
         (("zones",), [CYLINDER | {"max_speed": 0}], "greater than or equal to 0.001"),
-        (("zones",), [{"min": [0, 0, 0], "max": [1, 1, 1]}], "a zone needs a risk, per metre flown inside, or a max_s"),
+        (("zones",), [{"min": [0, 0, 0], "max": [1, 1, 1]}], "a zone needs a risk, per metre flown inside, a max_s"),
         (("obstacles",), [{"min": [0, 0, 0], "max": [1, 1, 1], "max_speed": 2}], "an obstacle has no max_speed"),
         (("zones",), [CYLINDER | {"shape": "cone"}], "'cylinder', 'sphere', 'prism'"),
         (("zones",), [prism((0, 0), (1, 0))], "at least 3"),

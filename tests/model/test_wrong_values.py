@@ -14,6 +14,12 @@ GIVEN = {
     "clearance": 0.5,
     "lattice": {"step": [1, 1, 1]},
     "obstacles": [{"min": [4, 4, 0], "max": [5, 5, 5]}],
+    "movers": [
+        {
+            "shape": {"shape": "sphere", "centre": [0, 0, 0], "radius": 1},
+            "motion": {"motion": "circle", "centre": [5, 5, 5], "radius": 2, "period": 9},
+        }
+    ],
     "uavs": [{"start": [1, 1, 1]}],
     "targets": [{"position": [9, 9, 9]}],
 }
@@ -37,13 +43,32 @@ CASES = [
     (
         ("obstacles", 0),
         {"shape": "cube"},
-        "obstacles[0]: expected a shape that is one of 'box', 'cylinder', 'sphere', 'prism', 'voxels', found ",
+        "obstacles[0].shape: expected one of 'box', 'cylinder', 'sphere', 'prism', 'voxels', found 'cube'",
     ),
     (
         ("obstacles", 0),
         {"low": 0, "min": [0, 0, 0], "max": [1, 1, 1]},
-        "obstacles[0].low: a box has no such key; the key 'shape' says what a shape is",
+        "obstacles[0].low: the shape 'box' has no such key; the key 'shape' says which shape it is",
     ),
+    (("obstacles", 0, "centre"), [1, 2], "obstacles[0].centre: the shape 'box' has no such key; the key 'shape'"),
+    (("movers", 0, "motion", "bearing"), "east", "movers[0].motion.bearing: expected a number, found 'east'"),
+    (("movers", 0, "motion", "period"), 0, "movers[0].motion.period: expected 0.001 or more, found 0"),
+    (("movers", 0, "motion", "centre"), [1, 2], "movers[0].motion.centre[2]: is missing"),
+    (("movers", 0, "motion"), {"motion": "circle", "radius": 1, "period": 9}, "movers[0].motion.centre: is missing"),
+    (
+        ("movers", 0, "motion", "motion"),
+        "circl",
+        "movers[0].motion.motion: expected one of 'waypoints', 'circle', 'periodic', 'polynomials', found 'circl'; "
+        "did you mean 'circle'?",
+    ),
+    (
+        ("movers", 0, "motion", "times"),
+        [0, 1],
+        "movers[0].motion.times: the motion 'circle' has no such key; the key 'motion' says which motion it is",
+    ),
+    (("movers", 0, "motion", "perod"), 3, "movers[0].motion.perod: there is no such key; did you mean 'period'?"),
+    (("movers", 0, "motion"), {"points": [[0, 0, 0]], "times": []}, "movers[0].motion: times must be as many"),
+    (("movers", 0, "shape"), {"shape": "sphere", "centre": [0, 0, 0]}, "movers[0].shape.radius: is missing"),
     (("cleerance",), 1, "cleerance: there is no such key; did you mean 'clearance'?"),
 ]
 

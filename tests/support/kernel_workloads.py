@@ -15,6 +15,7 @@ from skyverse.flight.weather import Weather
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.voxelise import touched
 from skyverse.space.moving_shapes import mover_gaps, moving_shapes
+from skyverse.space.timed_shapes import timed_shapes
 
 FEW = sky.MaxIterations(3)
 SIZE = np.array([24.0, 20.0, 12.0])
@@ -169,6 +170,25 @@ def fleets():
     sky.plan_mission(close, sky.Taut(), rng=1, assignment="identity")
 
 
+def waits_on_the_way():
+    walls = (((0, 0, 0), (6, 0.2, 1)), ((0, 0.9, 0), (2.6, 2, 1)), ((3.4, 0.9, 0), (6, 2, 1)))
+    corridor = sky.Scenario(
+        name="a corridor with a bay",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(6, 2, 1)),
+        obstacles=tuple(sky.Box(min=low, max=high) for low, high in walls),
+        clearance=0.1,
+        lattice=sky.Lattice(step=(0.5, 0.5, 0.5), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=tuple(sky.UAV(start=(x, 0.55, 0.5)) for x in (0.5, 5.5)),
+        targets=tuple(sky.Target(position=(x, 0.55, 0.5)) for x in (5.0, 1.0)),
+    )
+    sky.plan_mission(corridor, sky.Taut(), rng=1, assignment="identity")
+    passing = sky.WaypointMotion(points=[(8, 0.55, 0.5), (-2, 0.55, 0.5)], times=[0, 10])
+    alone = {"uavs": corridor.uavs[:1], "targets": corridor.targets[:1]}
+    alone["movers"] = (sky.Mover(shape=sky.Sphere(centre=(0, 0, 0), radius=0.4), motion=passing),)
+    sky.plan_mission(sky.Scenario.model_validate({**dict(corridor), **alone}), sky.Taut(), rng=1)
+
+
 def flights_among_movers():
     swap = sky.circle_swap(2, radius=4.0)
     shapes = (
@@ -187,10 +207,33 @@ def flights_among_movers():
     )
     doubt = sky.Doubt(radius=0.05, growth=0.01, since=1.0, top_speed=2.0)
     movers = [sky.Mover(shape=shape, motion=motion, doubt=doubt) for shape, motion in zip(shapes, motions, strict=True)]
-    given = sky.Scenario(**{**dict(swap), "movers": movers})
+    zones = [
+        sky.Prism(vertices=[(-1, -1), (1, -1), (0, 1)], low=8, high=12, active=[[0, 3]]),
+        sky.Box(min=(-3, -3, 8), max=(-2, 3, 12), max_speed=1.0, active=[[2, None]]),
+    ]
+    given = sky.Scenario(**{**dict(swap), "movers": movers, "zones": zones})
     sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity")
     instants = np.linspace(0, 12, 40)
-    mover_gaps(moving_shapes(given.movers, 0.2, sky.TrackingError()), instants, np.zeros((40, 3)))
+    mover_gaps(moving_shapes(timed_shapes(given), sky.TrackingError()), instants, np.zeros((40, 3)))
+
+
+def flights_replanned():
+    scenario = sky.Scenario(
+        name="a hall with a pillar",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(20, 10, 4)),
+        obstacles=(sky.Box(min=(9, 3, 0), max=(10, 7, 4)),),
+        clearance=0.2,
+        lattice=sky.Lattice(step=(1, 1, 1), connectivity=26),
+        uavs=(sky.UAV(start=(1, 5, 1)),),
+        targets=(sky.Target(position=(19, 5, 1)),),
+    )
+    replanner = sky.Replanner(sky.plan_mission(scenario, sky.Taut()), candidates=12)
+    ball = sky.Sphere(centre=(0, 0, 0), radius=0.4)
+    for t in (0.0, 0.5, 1.0, 1.2):
+        seen = sky.Sighting(name="ball", shape=ball, position=(5 - t, 4.5, 1), top_speed=2.0, max_acceleration=0.5)
+        replanner.observe(t, movers=[seen])
+    place = replanner.motion(0).at([1.4]).position[0]
+    replanner.observe(1.4, movers=[sky.Sighting(name="on top", shape=ball, position=place, top_speed=1.0)])
 
 
 MEETING = (np.array([[[-4.0, 0, 5], [1, 0, 0]]]), np.array([[[4.0, 0, 5], [-1, 0, 0]]]))
@@ -258,7 +301,9 @@ WORKLOADS = (
     searches_for_the_whole_objective,
     trajectories,
     fleets,
+    waits_on_the_way,
     flights_among_movers,
+    flights_replanned,
     aeroplanes,
     questions_about_space,
     maps_and_pages,

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 from skyverse.model.shapes import Box, Cylinder, Sphere
+from skyverse.space.timed_shapes import TimedShape
 
 
 def depth_inside(shape, relative, grown):
@@ -86,3 +87,8 @@ def depth_at(mover, instants, places, kept):
 
 
 movers = st.builds(lambda shape, motion, doubt: Mover(shape=shape, motion=motion, doubt=doubt), shapes, motions, doubts)
+
+
+def timed(given_movers, kept=0.5):
+    """Movers as shapes in time, from which UAVs keep a distance, metres."""
+    return [TimedShape(mover.shape, mover.motion, mover.doubt, kept) for mover in given_movers]

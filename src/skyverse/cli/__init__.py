@@ -1,5 +1,6 @@
 """The command line: each verb is a few lines over the public API; bad input ends in one sentence and exit code 2."""
 
+import inspect
 import os
 import re
 import sys
@@ -101,10 +102,7 @@ def _run(given: Sequence[str]) -> int | None:
     try:
         return app(given, exit_on_error=False, print_error=False, result_action="return_value")
     except UnusedCliTokensError as error:
-        found = " ".join(map(repr, error.unused_tokens or ()))
-        return _failed(
-            f"expected each of several values after its own option, as in --uav A --uav B, found {found} without one"
-        )
+        return _failed(_too_many_words(error))
     except CycloptsError as error:
         return _failed(" ".join(str(error).split()))
     except InputError as error:
@@ -114,6 +112,18 @@ def _run(given: Sequence[str]) -> int | None:
     except KeyboardInterrupt:
         print("skyverse: interrupted", file=sys.stderr)
         return INTERRUPTED
+
+
+def _too_many_words(error: UnusedCliTokensError) -> str:
+    """Say how many words a verb takes, and how several values of an option are given."""
+    found = " ".join(map(repr, error.unused_tokens or ()))
+    given = inspect.signature(error.target).parameters.values() if error.target is not None else ()
+    taken = [one.name.upper() for one in given if one.kind is one.POSITIONAL_ONLY]
+    verb = " ".join(error.command_chain or ())
+    return (
+        f"{verb}: expected {' and '.join(taken) or 'options'} alone, found {found} too; "
+        "several values of an option stand each after its name, as in --uav A --uav B"
+    )
 
 
 def _failed(sentence: str) -> int:

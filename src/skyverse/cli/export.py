@@ -85,6 +85,7 @@ def export(
         their waypoints.
     """
     import skyverse as sky
+    from skyverse.model.caution import stands_out
     from skyverse.model.scenario import require_geoid
 
     read = sky.read_mission(mission)
@@ -109,20 +110,16 @@ def export(
     sys.stderr.flush()
     for path in files:
         print(path, flush=True)
-    for note in [*(note for note in notes if not _stands_out(note)), judged_by]:
+    for note in [*(note for note in notes if not stands_out(note)), judged_by]:
         print(for_command_line(note), file=sys.stderr)
 
 
 def _tell_verdict(proven: "Sequence[ExportCertificate]", notes: Sequence[str]) -> None:
     """Print what matters most of each UAV's waypoints as a table, and below it what a pilot must not overlook."""
     from skyverse.exports.flight_verdicts import verdict_table
+    from skyverse.model.caution import stands_out
 
     for certificate in proven:
         table(*verdict_table(certificate.flights), aside=True)
-    for note in filter(_stands_out, notes):
+    for note in filter(stands_out, notes):
         print(for_command_line(note), file=sys.stderr)
-
-
-def _stands_out(note: str) -> bool:
-    """Tell whether a note is a warning, or says at its beginning that something is not proven."""
-    return note.startswith(("WARNING", "NOT "))

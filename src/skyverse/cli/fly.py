@@ -91,7 +91,7 @@ def fly(
     margin
         How far a UAV may stray from its trajectory, metres; half the clearance when left out.
     seed
-        The seed of all that is random; drawn and told when left out.
+        The seed of all that is random; when left out, it is drawn and told if anything is.
     until_safe
         Where the flight is not safe, slow the mission down or plan it anew, and fly again. With --runs, until no run
         touches anything, or the mission is refused as too tight.
@@ -166,6 +166,8 @@ def fly(
 
 def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
     """Print how each UAV flew, which came closest, the verdict, and where the files are."""
+    from skyverse.model.disturbances import told_weather
+
     names = [uav.name for uav in flight.mission.scenario.uavs]
     rows: list[dict[str, Any]] = [
         {
@@ -204,9 +206,7 @@ def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:
             f"Closest: {' and '.join(closest['uavs'])}, {closest['distance']:.2f} m apart at {closest['time']:.2f} s, "
             f"{closest['nearness']:.2f} of their separation ({closest['planned']:.2f} as planned)"
         )
-    wind = ", ".join(f"{speed:g}" for speed in flight.wind)
-    weather = [f"wind {wind} m/s", f"noise {flight.noise:g} m", flight.disturbances.sentence]
-    print(f"{', '.join(filter(None, weather))}, seed {flight.seed}")
+    print(told_weather(flight.wind, flight.noise, flight.disturbances, flight.seed))
     for sentence in flight.rounds:
         print(sentence)
     for violation in flight.violations:

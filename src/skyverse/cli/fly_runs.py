@@ -16,6 +16,9 @@ MOST_TOUCHES = 5
 
 def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None:
     """Print the tracking errors of each UAV, the least distances, the verdict, and where the files are."""
+    from skyverse.model.disturbances import told_weather
+    from skyverse.model.short_lines import counted
+
     names = [uav.name for uav in flown.mission.scenario.uavs]
     rows = [(names[uav], errors) for uav, errors in enumerate(flown.errors) if errors is not None]
     if as_json:
@@ -36,10 +39,9 @@ def report_runs(flown: "FlightRuns", written: list[Path], as_json: bool) -> None
         print(sentence)
     if flown.outside.max() > 0:
         print(f"A UAV was {flown.outside.max():.3f} m out of bounds at most.")
-    wind = ", ".join(f"{speed:g}" for speed in flown.wind)
-    weather = [f"wind {wind} m/s", f"noise {flown.noise:g} m", flown.disturbances.sentence, f"seed {flown.seed}"]
     size = f"the vehicle's propellers reach {flown.radius:.3g} m from its centre"
-    print(f"{size}; {', '.join(filter(None, weather))}; {flown.runs} runs")
+    weather = told_weather(flown.wind, flown.noise, flown.disturbances, flown.seed)
+    print(f"{size}; {weather}; {counted(flown.runs, 'run')}")
     for sentence in flown.rounds:
         print(sentence)
     for touch in flown.touches[:MOST_TOUCHES]:

@@ -36,22 +36,46 @@ def mission_file(source: str, scenario: "Scenario") -> Path:
     names = (DEFAULT_FOLDER / f"{name}{number}.json" for number in chain([""], map("-{}".format, count(2))))
     taken = []
     for path in names:
-        if not path.exists() or _embeds(path, scenario):
+        if not path.exists() or _may_replace(path, source, scenario):
             break
         taken.append(path)
     if taken:
-        print(f"{taken[0]} is of another scenario and stays as it is; this mission is {path}.", file=sys.stderr)
+        why = "is what is read" if _is_read(taken[0], source) else "is of another scenario"
+        print(f"{taken[0]} {why} and stays as it is; this mission is {path}.", file=sys.stderr)
     return path
 
 
-def _embeds(path: Path, scenario: "Scenario") -> bool:
-    """Tell whether a file is a mission that embeds this scenario."""
+def source_from(path: Path, source: str) -> str:
+    """Return what a scenario was read from, as a mission that is written to `path` names it; see `Mission.source`."""
+    from skyverse.files import BUILTIN_NAMES
+
+    if source in BUILTIN_NAMES:
+        return source
+    try:
+        return Path(os.path.relpath(Path(source).resolve(), path.parent.resolve())).as_posix()
+    except ValueError:  # on another drive of Windows
+        return Path(source).resolve().as_posix()
+
+
+def _may_replace(path: Path, source: str, scenario: "Scenario") -> bool:
+    """Tell whether a file is a mission of the same source, which may have been changed since, or of the same scenario.
+
+    The file that is read is never replaced.
+    """
     from skyverse.files import read_mission
 
+    if _is_read(path, source):
+        return False
     try:
-        return read_mission(path).scenario.digest == scenario.digest
+        found = read_mission(path)
     except InputError:
         return False
+    return found.source == source_from(path, source) or found.scenario.digest == scenario.digest
+
+
+def _is_read(path: Path, source: str) -> bool:
+    """Tell whether a file is the source of a scenario."""
+    return Path(source).exists() and path.samefile(source)
 
 
 def make_folder(folder: Path) -> None:

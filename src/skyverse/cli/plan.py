@@ -1,5 +1,6 @@
 """The verb ``plan``: a mission from a scenario."""
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
@@ -16,7 +17,7 @@ from skyverse.cli.given_scenario import (
     with_more,
 )
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, WHOLE, AsJson, GivenScenario, Output, Whole
-from skyverse.cli.outputs import mission_file, refuse_output
+from skyverse.cli.outputs import mission_file, refuse_output, source_from
 from skyverse.cli.overflights import tell_overflights
 from skyverse.cli.places import tracking_error_of
 from skyverse.cli.report import report
@@ -74,8 +75,8 @@ def plan(
     scenario
         A built-in name (see `skyverse scenarios`), a scenario file, a course map, or a mission to plan anew.
     output
-        The mission file, .json; the page is put beside it. By default out/NAME.json, named after SCENARIO,
-        or NAME-2.json and so on where that file is of another scenario.
+        The mission file, .json; the page is put beside it. By default out/NAME.json, named after SCENARIO, which
+        planning it again replaces, also after a change; NAME-2.json and so on where that is of another scenario.
     planner
         By default auto, the best for what the scenario prices: astar for nodes, taut for length, cheapest for length
         and more.
@@ -166,6 +167,7 @@ def plan(
             apart_in_space=apart_in_space,
             on_progress=on_progress,
         )
+        mission = replace(mission, source=source_from(out, scenario))
         sky.write(mission, out)
         written = [out]
         if page:

@@ -25,7 +25,7 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:
     """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
     from skyverse.model.digest import short
-    from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs
+    from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
     from skyverse.model.seconds import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
     from skyverse.space.named_columns import named_columns
@@ -45,8 +45,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     seed = mission.provenance.seed
     total = told_costs(mission.costs) if mission.complete else "-"
     print(f"total cost {total}, {times}{'' if seed is None else f', seed {seed}'}")
-    told = gaps_sentence(mission)
-    if told:
+    for told in filter(None, (unit_sentence(mission), gaps_sentence(mission))):
         print(told)
     _report_conflicts(mission)
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):

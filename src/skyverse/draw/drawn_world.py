@@ -39,8 +39,8 @@ class DrawnWorld:
     relief
         The ground; ``None`` without a terrain.
     mapped
-        Whether the world is more than a few boxes without a kind or a speed limit, so that a page also shows a map and
-        profiles.
+        Whether the world is more than a few boxes without a kind, a speed limit or active times, or has movers, so that
+        a page also shows a map and profiles.
     stretch
         The factor by which heights are drawn larger than other lengths.
     """
@@ -69,13 +69,18 @@ def world(scenario: Scenario, tracks: Sequence[Track]) -> DrawnWorld:
     lines = [line for track in tracks for line in (track.path, track.positions)]
     plain = scenario.terrain is None and scenario.frame.origin is None
     filling = (*scenario.obstacles, *scenario.zones)
-    named = any(shape.kind is not None or shape.max_speed is not None for shape in filling)
+    named = any((shape.kind, shape.max_speed, shape.active) != (None, None, None) for shape in filling)
     many = len(filling) > MAX_EDGED_SHAPES
-    mapped = not plain or named or many or not all(isinstance(shape, Box) for shape in scenario.obstacles)
+    boxes = all(isinstance(shape, Box) for shape in scenario.obstacles)
+    mapped = bool(not plain or named or many or not boxes or scenario.movers)
     ends = [*(track.start for track in tracks), *(target.position for target in scenario.targets)]
     low, high = np.min([scenario.bounds.min, *ends], axis=0), np.max([scenario.bounds.max, *ends], axis=0)
     if mapped:
-        low, high = _peopled(low, high, [*lines, *(np.array(extent(shape)) for shape in filling), np.array(ends)])
+        end = max((float(track.times[-1]) for track in tracks if len(track.times)), default=0.0)
+        ways = [mover.at(np.linspace(0.0, end, 100)) for mover in scenario.movers]
+        low, high = _peopled(
+            low, high, [*lines, *ways, *(np.array(extent(shape)) for shape in filling), np.array(ends)]
+        )
     ground, stretch = None, 1.0
     if scenario.terrain is not None:
         ground = relief(scenario.terrain, low, high)

@@ -23,6 +23,7 @@ from skyverse.draw.page_parts import (
 )
 from skyverse.draw.plotly_values import Trace, flat, plain, trace
 from skyverse.draw.scene import MissionScene
+from skyverse.model.disturbances import told_weather
 from skyverse.model.flight_record import Flight, Flown
 
 _FLIGHT_WORDS = {
@@ -151,10 +152,7 @@ def _footer(flight: Flight) -> str:
             "Scenario": flight.mission.scenario.name,
             "Planner": made.planner,
             "Vehicle": flight.vehicle,
-            "Wind": f"{', '.join(f'{speed:.3g}' for speed in flight.wind)} m/s",
-            "Noise": f"{flight.noise:g} m",
-            "Disturbances": flight.disturbances.sentence or "none",
-            "Seed": "none" if flight.seed is None else str(flight.seed),
+            "Weather": told_weather(flight.wind, flight.noise, flight.disturbances, flight.seed),
             "skyverse": made.skyverse,
             "Platform": made.platform,
         }

@@ -10,6 +10,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw import landings
 from skyverse.draw.margin_traces import MIN_DEVIATION
+from skyverse.draw.mover_traces import ways_on_map
 from skyverse.draw.palette import FINDINGS
 from skyverse.draw.plotly_values import PLOTLY_DASHES, Trace, packed, plain, round_step, trace
 from skyverse.draw.relief import Relief, tinted
@@ -38,6 +39,7 @@ def from_above(scene: Scene) -> dict[str, Any]:
         "traces": [
             *([] if relief is None else [contours(relief, scene.scenario.frame.origin)]),
             *kinds,
+            *ways_on_map(scene),
             *tubes,
             *tracks,
             *landings.on_map(scene),

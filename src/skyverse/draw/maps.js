@@ -16,6 +16,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
       const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
       Object.assign(trace, { fillcolor: faded(paint, solid ? 0.9 : 0.28), line: { color: paint, width: solid ? 0.6 : 1.6, dash: hard ? "solid" : "dash" } });
     }
+    if (role === "way") Object.assign(trace.line, { color: colour("mover"), dash: "dot" });
     if (role === "ends") trace.marker.line.color = colour("map-rim");
     return trace;
   };
@@ -26,6 +27,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     if (role === "tube") return layers.tube && shown[uav];
     if (role === "trajectory") return layers.trajectories && shown[uav];
     if (role === "landing") return shown[uav];
+    if (role === "way") return layers.movers;
     return true;
   };
   const drawMap = async () => {
@@ -43,6 +45,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     const contours = traces.find((trace) => trace.meta.role === "contours");
     $("mapped").textContent = [
       contours?.meta.step ? `Contour lines every ${contours.meta.step} m${contours.meta.above}.` : "", "Scale equal on both axes.",
+      data.movers.length ? `Movers are filled${data.movers.some(({ doubt }) => Math.max(...doubt) > 0) ? ", with their doubt dashed around them" : ""}.` : "",
       degrees ? "Point at a place for its latitude and longitude." : "",
     ].filter(Boolean).join(" ");
     await Plotly.Plots.resize("map");  // the words below it may have taken a line of its height
@@ -100,10 +103,44 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     const pixels = plane && metres ? Math.abs(plane.pixel(metres, 0)[0] - plane.pixel(0, 0)[0]) : 0;
     mark.style.setProperty("--ring", pixels > 8 ? `${2 * pixels}px` : "0px");
   };
+  // ---- movers on the map: the outline of each, and a lighter one with its doubt ----
+  let veil = null, outlines = [];
+  const layMovers = () => {
+    veil?.remove();
+    if (!data.movers.length) return;
+    $("map").insertAdjacentHTML("beforeend", '<svg class="movers"></svg>');
+    veil = $("map").lastElementChild;
+    veil.innerHTML = '<path class="doubt"/><path class="body"/><text class="name"/>'.repeat(data.movers.length);
+    outlines = data.movers.map(({ name }, k) => {
+      const [doubt, body, word] = [0, 1, 2].map((part) => veil.children[3 * k + part]);
+      word.textContent = name;
+      return { doubt, body, name: word };
+    });
+  };
+  const moveMovers = (plane) => {
+    if (!veil) return;
+    veil.style.display = plane && layers.movers ? "" : "none";
+    if (!plane) return;
+    Object.assign(veil.style, { left: `${plane.left}px`, top: `${plane.top}px`, width: `${plane.width}px`, height: `${plane.height}px` });
+    data.movers.forEach((mover, k) => {
+      const [x, y] = at(mover, now), [doubt] = at({ times: mover.times, positions: [mover.doubt] }, now);
+      const ring = (metres) => {
+        const points = mover.ring[0].map((_, m) => plane.pixel(...[x, y].map((centre, axis) => centre + mover.ring[axis][m] + metres * mover.ring_outwards[axis][m])));
+        return `M${points.map((point) => point.map((value) => value.toFixed(1)).join(" ")).join("L")}Z`;
+      };
+      outlines[k].body.setAttribute("d", ring(0));
+      outlines[k].doubt.setAttribute("d", doubt > 0 ? ring(doubt) : "");
+      const [right, down] = plane.pixel(x, y);
+      outlines[k].name.setAttribute("x", right);
+      outlines[k].name.setAttribute("y", down - 8);
+      outlines[k].name.style.display = layers.names ? "" : "none";
+    });
+  };
   let marks = [], flying = null;
   const move = () => {
-    if (!data.makespan || !marks.length) return;
     const plane = internals.plane($("map"));
+    moveMovers(plane);
+    if (!data.makespan || !marks.length) return;
     tracks.forEach((track, uav) => {
       const [x, y, z] = at(track, now);
       widen(marks[uav], plane, layers.separation ? data.separations[uav][0] : 0);
@@ -122,6 +159,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
     if (role === "tube") Object.assign(trace, { fillcolor: faded(trace.meta.colour, 0.22), line: { color: faded(trace.meta.colour, 0.4), width: 0.5 } });
     if (role === "band") Object.assign(trace, { line: { color: colour("accent"), width: 1, dash: "dash" } });
     if (role === "ceiling") Object.assign(trace, { line: { color: colour("ceiling"), width: 1.5, dash: "dash" } });
+    if (role === "mover") Object.assign(trace, { fillcolor: faded(colour("mover"), 0.25), line: { color: colour("mover"), width: 1, dash: "solid" } });
     if (role === "kind") {
       const { hard, solid } = data.kinds[kind], paint = kindColour(kind);
       Object.assign(trace, { fillcolor: faded(paint, solid ? 0.75 : 0.22), line: { color: paint, width: 1, dash: hard ? "solid" : "dash" } });
@@ -170,6 +208,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
   return {
     draw: async () => {
       await drawMap();
+      layMovers();
       for (const mark of marks) mark.remove();
       marks = data.makespan ? tracks.map((track) => dot($("map"), track.colour)) : [];
       if (profiles.length) await drawProfile();

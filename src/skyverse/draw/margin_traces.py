@@ -3,6 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.draw.active_zones import when_they_are_drawn
 from skyverse.draw.mover_traces import ways_and_edges
 from skyverse.draw.plotly_values import Trace, packed, plain, trace
 from skyverse.draw.scene import Scene
@@ -91,7 +92,7 @@ def told(scene: Scene) -> str:
     straying = any(track.error.horizontal + track.error.vertical > 0 for track in scene.tracks)
     tubes = "Tubes: how far UAVs may stray." if straying else ""
     darker = "Darker at their ends: columns, where that does not count for what lies below." if scene.columns else ""
-    return " ".join(filter(None, [rings, tubes, darker, ways_and_edges(scene)]))
+    return " ".join(filter(None, [rings, tubes, darker, ways_and_edges(scene), when_they_are_drawn(scene)]))
 
 
 def separations(scene: Scene) -> list[Trace]:

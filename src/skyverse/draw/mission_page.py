@@ -10,14 +10,13 @@ from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, findi
 from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
 from skyverse.draw.shape_geometry import below
+from skyverse.model.caution import stands_out
 from skyverse.model.digest import short
-from skyverse.model.flight_table import gaps_sentence
+from skyverse.model.flight_table import gaps_sentence, unit_sentence
 from skyverse.model.result import NO_STOP, Status
 from skyverse.model.what_is_proven import what_is_proven
 from skyverse.space.named_columns import columns_sentence
 
-STANDS_OUT = ("WARNING", "NOT", "ONLY")
-"""How notes and cells of an export's table begin that must not be overlooked."""
 _AXIS = """
         <button type="button" data-axis="iterations" aria-pressed="true">Iterations</button>
         <button type="button" data-axis="paths" aria-pressed="false">Generated paths</button>
@@ -56,9 +55,9 @@ def page(scene: MissionScene) -> str:
 
 
 def details(scene: MissionScene) -> str:
-    """Return what the gaps are counted from, and a table of the searches that opens when it is asked for."""
-    gaps = gaps_sentence(scene.mission)
-    said = f'<p class="hint">{gaps}</p>' if gaps else ""
+    """Return what costs and gaps are counted in and from, and a table of the searches that opens when asked for."""
+    told = " ".join(filter(None, (unit_sentence(scene.mission), gaps_sentence(scene.mission))))
+    said = f'<p class="hint">{escape(told)}</p>' if told else ""
     heading = "How the paths were searched for: bounds, terms of the cost and effort"
     region = '<div class="scroll" tabindex="0" role="region" aria-label="Table: searches">'
     return f"{said}<details><summary>{heading}</summary>{region}<table>{search_table(scene)}</table></div></details>"
@@ -108,10 +107,10 @@ def banner(scene: MissionScene) -> str:
     if scene.export_notes:
         cells = (cell for _, *cells in scene.export_verdicts[1:] for cell in cells)  # neither the heads nor the names
         doubts = [*scene.export_notes, *cells]
-        warned = any(said.startswith(STANDS_OUT) for said in doubts)
+        warned = any(map(stands_out, doubts))
         tone, sign = ("warn", "!") if warned else ("note", "i")
         # a page shows the first few
-        notes = sorted(scene.export_notes, key=lambda note: not note.startswith(STANDS_OUT))
+        notes = sorted(scene.export_notes, key=lambda note: not stands_out(note))
         lines = "".join(f"<li>{escape(note)}</li>" for note in notes)
         table = _export_table(scene.export_verdicts)
         verdict += card(tone, sign, "What is exported, and the ways home.", f"{table}<ul>{lines}</ul>")
@@ -126,7 +125,7 @@ def _export_table(lines: Sequence[tuple[str, ...]]) -> str:
     heads = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
     body = ""
     for name, *cells in rows:
-        marked = ((' class="doubt"' if cell.startswith(STANDS_OUT) else "", escape(cell)) for cell in cells)
+        marked = ((' class="doubt"' if stands_out(cell) else "", escape(cell)) for cell in cells)
         body += (
             f'<tr><th scope="row">{escape(name)}</th>{"".join(f"<td{kind}>{cell}</td>" for kind, cell in marked)}</tr>'
         )

@@ -1,47 +1,66 @@
-"""Movers on pages: their ways as thin lines, and the edges of each with its doubt, which the page moves."""
+"""Movers on pages: their ways as thin lines, and their edges, outlines and names, which the page moves."""
 
 from typing import Any
 
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.plotly_values import Trace, flat, trace
+from skyverse.draw.mover_shapes import edges_of, ring_of
+from skyverse.draw.plotly_values import Trace, flat, packed, plain, trace
 from skyverse.draw.scene import Scene
-from skyverse.draw.shape_geometry import outline
-from skyverse.model.mover import Ellipsoid, Mover
-from skyverse.model.shapes import Box, Cylinder, Sphere
 
 SAMPLES = 400
 """Instants at which a mover's way is sampled; on pages it moves straight from one to the next."""
 
 
+MAX_NAMED_MOVERS = 12
+"""The names of more movers would hide the scene."""
+
+
 def movers_in_space(scene: Scene) -> list[Trace]:
-    """Return the movers' ways during the mission, and the line of their edges, which the page fills in as they move."""
-    if not scene.scenario.movers:
+    """Return the movers' ways during the mission, and their edges and names, which the page fills in as they move."""
+    movers = scene.scenario.movers
+    if not movers:
         return []
-    gap = np.full((1, 3), np.nan)
-    ways = np.vstack([row for mover in scene.scenario.movers for row in (mover.at(_instants(scene)), gap)])
+    ways = _ways(scene)
     way = trace("scatter3d", "lines", "Movers' ways", _xyz(ways), None, {"role": "way"}, line={"width": 1.5})
     nowhere = {"x": [None], "y": [None], "z": [None]}
-    return [way, trace("scatter3d", "lines", "Movers", nowhere, None, {"role": "mover"}, line={"width": 3})]
+    edges = trace("scatter3d", "lines", "Movers", nowhere, None, {"role": "mover"}, line={"width": 3})
+    names = [plain(mover.name) for mover in movers] if len(movers) <= MAX_NAMED_MOVERS else []
+    first = _xyz(np.array([mover.at(0.0)[0] for mover in movers[: len(names)]]).reshape(-1, 3))
+    named = trace("scatter3d", "text", "Movers' names", first, None, {"role": "mover-name"}, text=names)
+    return [way, edges, *([named] if names else [])]
+
+
+def ways_on_map(scene: Scene) -> list[Trace]:
+    """Return the movers' ways during the mission, seen from above."""
+    if not scene.scenario.movers:
+        return []
+    ways = _ways(scene)
+    points = {"x": packed(ways[:, 0]), "y": packed(ways[:, 1])}
+    return [trace("scatter", "lines", "Movers' ways", points, None, {"role": "way"}, line={"width": 1.2})]
 
 
 def mover_motions(scene: Scene) -> list[dict[str, Any]]:
     """Return for each mover what the page moves: where its point is and when, its edges, and how its doubt moves these.
 
-    `edges` are relative to the moving point; each of their points moves by `outwards` for each metre of doubt.
+    `edges`, in space, and `ring`, seen from above, are relative to the moving point; each of their points moves by
+    `outwards`, or `ring_outwards`, for each metre of doubt.
     """
     instants = _instants(scene)
     drawn = []
-    for mover in scene.scenario.movers:
-        edges = _edges(mover, 0.0)
+    for number, mover in enumerate(scene.scenario.movers):
+        edges, ring = edges_of(mover, 0.0), ring_of(mover, 0.0)
         drawn.append(
             {
+                "name": mover.name if number < MAX_NAMED_MOVERS >= len(scene.scenario.movers) else "",
                 "times": flat(instants),
                 "positions": [flat(column) for column in mover.at(instants).T],
                 "doubt": flat(mover.doubt.at(instants)),
                 "edges": [flat(column) for column in edges.T],
-                "outwards": [flat(column) for column in (_edges(mover, 1.0) - edges).T],
+                "outwards": [flat(column) for column in (edges_of(mover, 1.0) - edges).T],
+                "ring": [flat(column) for column in ring.T],
+                "ring_outwards": [flat(column) for column in (ring_of(mover, 1.0) - ring).T],
             }
         )
     return drawn
@@ -52,30 +71,17 @@ def ways_and_edges(scene: Scene) -> str:
     if not scene.scenario.movers:
         return ""
     doubtful = any(mover.doubt.radius + mover.doubt.growth > 0 for mover in scene.scenario.movers)
-    return f"Movers: their edges{', with their doubt' if doubtful else ''}, and thin lines for their ways."
+    return f"Movers: their edges{', with their doubt' if doubtful else ''}, and dotted lines for their ways."
 
 
 def _instants(scene: Scene) -> Floats:
     return np.linspace(0.0, scene.makespan or 1.0, SAMPLES)
 
 
-def _edges(mover: Mover, more: float) -> Floats:
-    """Return the edges of a mover's shape that is grown by some metres, (n, 3), with gaps of nan."""
-    shape = mover.shape
-    match shape:
-        case Box():
-            low, high = np.array(shape.min) - more, np.array(shape.max) + more
-            return outline(Box(min=tuple(low.tolist()), max=tuple(high.tolist())))
-        case Cylinder():
-            grown = {"radius": shape.radius + more, "low": shape.low - more, "high": shape.high + more}
-            return outline(shape.model_copy(update=grown))
-        case Sphere():
-            return outline(shape.model_copy(update={"radius": shape.radius + more}))
-        case Ellipsoid():
-            axes = np.array([shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z])
-            unit = outline(Sphere(centre=(0, 0, 0), radius=1.0))
-            return np.array(shape.centre) + unit * axes * (1.0 + more / axes.min())
-    raise TypeError(f"a mover cannot be a {type(shape).__name__}")
+def _ways(scene: Scene) -> Floats:
+    """Return where the movers are during the mission, (n, 3) metres, with gaps of nan between them."""
+    gap = np.full((1, 3), np.nan)
+    return np.vstack([row for mover in scene.scenario.movers for row in (mover.at(_instants(scene)), gap)])
 
 
 def _xyz(points: Floats) -> Trace:

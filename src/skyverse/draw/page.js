@@ -4,7 +4,7 @@
   const { tracks, extent, makespan, words } = data;
   const size = [0, 1, 2].map((k) => extent[1][k] - extent[0][k]);
   const shown = tracks.map(() => true);
-  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, tube: true, separation: true, movers: true, ceiling: true, names: data.space.at(-1).mode.includes("text") };
+  const layers = { terrain: true, kinds: data.kinds.map(() => true), paths: true, trajectories: true, trail: true, tube: true, separation: true, movers: true, active: true, ceiling: true, names: data.space.at(-1).mode.includes("text") };
   const config = {
     responsive: true, displaylogo: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["sendChartToCloud", "resetCameraLastSave3d", "tableRotation"],
@@ -17,7 +17,7 @@
   const ground = index("terrain") < 0 ? null : data.space[index("terrain")];
   const grid = ground && { x: decoded(ground.x), y: decoded(ground.y), z: decoded(ground.z), light: decoded(ground.surfacecolor) };
   if (ground) Object.assign(ground, { type: "mesh3d", ...meshed(grid, Infinity) }), delete ground.surfacecolor, delete ground.contours;
-  const ceiling = index("ceiling"), separation = index("separation"), rings = separation < 0 ? null : data.separations, mover = index("mover");
+  const ceiling = index("ceiling"), separation = index("separation"), rings = separation < 0 ? null : data.separations, mover = index("mover"), moverName = index("mover-name"), active = index("active");
   if (ceiling >= 0) ceilingOver(grid, data.space[ceiling].meta).forEach((made, k) => Object.assign(data.space[ceiling + k], made));
   const swift = motion($("space"), grid);
   let stretch = data.stretch;
@@ -55,6 +55,17 @@
     }
     return xyz;
   };
+  const moverCentres = (t) => {
+    const places = data.movers.map((mover) => at(mover, t));
+    return [0, 1, 2].map((k) => places.map((place) => place[k]));
+  };
+  const activeAt = (t) => {
+    const xyz = [[null], [null], [null]];
+    for (const zone of data.active) {
+      if (zone.spans.some(([begin, end]) => (begin === null || begin <= t) && (end === null || t <= end))) zone.edges.forEach((edges, k) => xyz[k].push(...edges, null));
+    }
+    return xyz;
+  };
   const trailAt = (t) => {
     const xyz = [[], [], []], colours = [];
     if (layers.trail) tracks.forEach((track, uav) => {
@@ -89,6 +100,8 @@
     if (role === "rim") Object.assign(trace, { line: { color: colour("ceiling"), width: 2 } });
     if (role === "separation") trace.line.color = colour("soft");
     if (role === "mover" || role === "way") Object.assign(trace.line, { color: colour("mover"), dash: role === "way" ? "dot" : "solid" });
+    if (role === "mover-name") Object.assign(trace, { textfont: { color: colour("mover"), size: 12 }, textposition: "top center" });
+    if (role === "active") Object.assign(trace.line, { color: colour("active") });
     if (role === "bounds") Object.assign(trace, { line: { color: colour(data.mapped ? "line" : "soft"), width: 1 }, opacity: data.mapped ? 1 : 0.5 });
     if (role === "spare") trace.textfont = { color: ink, size: 12 };
     if (role === "fleet") {
@@ -108,6 +121,8 @@
     if (role === "ceiling" || role === "rim") return layers.ceiling;
     if (role === "separation") return layers.separation;
     if (role === "mover" || role === "way") return layers.movers;
+    if (role === "mover-name") return layers.movers && layers.names;
+    if (role === "active") return layers.active;
     return true;
   };
   const seen = () => [size[0], size[1], size[2] * stretch];
@@ -184,6 +199,14 @@
     if (mover >= 0 && layers.movers) {
       const [east, north, up] = moversAt(now);
       changes.push({ index: mover, x: east, y: north, z: up });
+      if (moverName >= 0) {
+        const [east, north, up] = moverCentres(now);
+        changes.push({ index: moverName, x: east, y: north, z: up });
+      }
+    }
+    if (active >= 0 && layers.active) {
+      const [east, north, up] = activeAt(now);
+      changes.push({ index: active, x: east, y: north, z: up });
     }
     return swift.move(changes);
   };
@@ -282,7 +305,7 @@
     if (index("terrain") >= 0) host.append(switched("terrain", true, (on) => { layers.terrain = on; return restyle(); }, colour("terrain")));
     if (ceiling >= 0) host.append(switched(`ceiling, ${data.space[ceiling].meta.above} m above ground`, true, (on) => { layers.ceiling = on; return restyle(); }, colour("ceiling")));
     for (const hard of [true, false]) {
-      if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Keep out:" : "May be entered, at a risk or slowly:");
+      if (data.mapped && data.kinds.some((kind) => kind.hard === hard)) group(hard ? "Keep out:" : "May be entered, at a risk, slowly or at times:");
       data.kinds.forEach((kind, k) => {
         if (kind.hard !== hard) return;
         host.append(switched(kind.title, true, (on) => { layers.kinds[k] = on; return restyle(); }, data.mapped && kindColour(k), !hard));
@@ -291,13 +314,13 @@
     host.hidden = !host.childElementCount;
   };
   legend();
-  const kept = { ...(index("tube") < 0 ? {} : { tube: "Tracking error" }), ...(rings ? { separation: "Separation" } : {}), ...(mover < 0 ? {} : { movers: "Movers" }) };
+  const kept = { ...(index("tube") < 0 ? {} : { tube: "Tracking error" }), ...(rings ? { separation: "Separation" } : {}), ...(mover < 0 ? {} : { movers: "Movers" }), ...(active < 0 ? {} : { active: "Active zones" }) };
   const LAYERS = { ...words.layers, ...kept, trail: "Trail", names: "Names" };
   for (const [layer, title] of Object.entries(LAYERS)) {
     if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
     $("layers").append(switched(title, layers[layer], async (on) => {
       layers[layer] = on;
-      if (layer === "names") return Plotly.restyle("space", { mode: on ? "markers+text" : "markers" }, [fleet]);
+      if (layer === "names") await Plotly.restyle("space", { mode: on ? "markers+text" : "markers" }, [fleet]);
       await restyle();
       return move();
     }));

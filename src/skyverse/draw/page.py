@@ -5,6 +5,7 @@ import re
 from importlib.resources import files
 from typing import Any
 
+from skyverse.draw.active_zones import active_zones
 from skyverse.draw.first_view import first_view
 from skyverse.draw.map_traces import from_above
 from skyverse.draw.mover_traces import mover_motions
@@ -14,6 +15,7 @@ from skyverse.draw.profile_traces import from_the_side
 from skyverse.draw.scene import Scene
 from skyverse.draw.scene_traces import in_space
 from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
+from skyverse.model.scenario import Origin
 
 SLIDER_STEPS = 250
 _SCRIPTS = ("plotly_internals.js", "motion.js", "margins.js", "maps.js", "page.js")
@@ -41,6 +43,7 @@ def filled(parts: dict[str, str], drawn: dict[str, Any]) -> str:
         "data": embedded(drawn),
         "layout": _layout(drawn),
         "maps": _MAPS if drawn["mapped"] else "",
+        "frame": drawn["frame"],
         "css": style_sheet() + here.joinpath("page.css").read_text("utf-8"),
         "js": "".join(here.joinpath(name).read_text("utf-8") for name in _SCRIPTS),
         "plotly": get_plotlyjs(),
@@ -65,12 +68,23 @@ def embedded(data: Any) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
+def told_frame(origin: Origin | None) -> str:
+    """Say in HTML what x, y and z are, and above what z is counted."""
+    said = "x is east, y north, z up"
+    if origin is None:
+        return f"{said} from the scenario's own zero."
+    north, east = f"{abs(origin.latitude):.5f}&deg; {'SN'[origin.latitude >= 0]}", f"{abs(origin.longitude):.5f}&deg;"
+    place = f"{north}, {east} {'WE'[origin.longitude >= 0]}"
+    return f"{said} from {place}, where z = 0 is {origin.altitude:,.5g} m above mean sea level."
+
+
 def scene_data(scene: Scene) -> dict[str, Any]:
     """Return the data that the page's scripts draw: traces, tracks, kinds of shapes, map and profiles."""
     makespan = scene.makespan or 0.0
     drawn = {
         "space": in_space(scene),
         "extent": [scene.world.low.tolist(), scene.world.high.tolist()],
+        "frame": told_frame(scene.scenario.frame.origin),
         "stretch": scene.world.stretch,
         "crowded": sum(len(kind.shapes) for kind in scene.world.kinds) > MAX_EDGED_SHAPES,
         "mapped": scene.world.mapped,
@@ -84,6 +98,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
             for kind in scene.world.kinds
         ],
         "movers": mover_motions(scene),
+        "active": active_zones(scene),
         "separations": [list(axes) for axes in scene.separations],
         "errors": [[track.error.horizontal, track.error.vertical] for track in scene.tracks],
         "makespan": makespan,

@@ -1,21 +1,26 @@
 """The altitude profile of one UAV: its height, and the ground and shapes below and above, over distance flown."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from skyverse._typing import Floats
+from skyverse._typing import Floats, Ints
+from skyverse.draw.mover_shapes import grown, levels_over, ring_of
 from skyverse.draw.relief import along
 from skyverse.draw.shape_geometry import span
 from skyverse.draw.shape_kinds import ShapeKind
 from skyverse.draw.track import Track
+from skyverse.model.mover import Mover
 from skyverse.model.scenario import Scenario
 
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """A shape that a path flies over, under or through: least and greatest z, (k, 2) metres, at `distance`, (k,)."""
+    """A shape that a path flies over, under or through: least and greatest z, (k, 2) metres, at `distance`, (k,).
+
+    `kind` is the number of its kind in the drawn world, -1 for a mover.
+    """
 
     kind: int
     name: str
@@ -47,6 +52,8 @@ class Profile:
         (n, 2) lowest and highest z of the objective's altitude band; ``None`` where it has none.
     crossings
         The obstacles and zones below, above and around the path.
+    movers
+        The movers that are below or above the UAV when it is there, with their doubt.
     """
 
     distance: Floats
@@ -58,6 +65,7 @@ class Profile:
     ceiling: Floats | None
     band: Floats | None
     crossings: tuple[Crossing, ...]
+    movers: tuple[Crossing, ...] = ()
 
 
 def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: int) -> Profile:
@@ -70,9 +78,10 @@ def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: 
     points = found[:, :3]
     distance = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1))])[: len(points)]
     below = None if terrain is None else terrain.height(points[:, :2])
+    times = found[:, 3] if flies and len(found) else None
     return Profile(
         distance=distance,
-        times=found[:, 3] if flies and len(found) else None,
+        times=times,
         points=points,
         ground=below,
         lowest=None if terrain is None or terrain.lowest is None else terrain.lowest_ground.height(points[:, :2]),
@@ -80,6 +89,7 @@ def profile(track: Track, scenario: Scenario, kinds: Sequence[ShapeKind], most: 
         ceiling=_ceiling(scenario, points),
         band=_band(scenario, below, len(points)),
         crossings=_crossings(distance, points, kinds) if len(points) else (),
+        movers=() if times is None else tuple(_movers(distance, times, points, scenario.movers)),
     )
 
 
@@ -106,7 +116,23 @@ def _crossings(distance: Floats, points: Floats, kinds: Sequence[ShapeKind]) -> 
         near = np.any(np.all((first <= high) & (low <= last), axis=2), axis=1)
         for shape in (kind.shapes[k] for k in np.flatnonzero(near)):
             levels = span(shape, points[:, :2])
-            inside = np.flatnonzero(np.isfinite(levels[:, 0]))
-            runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1) if len(inside) else []
-            found += [Crossing(number, shape.name or kind.name, distance[run], levels[run]) for run in runs]
+            found += [Crossing(number, shape.name or kind.name, distance[run], levels[run]) for run in _runs(levels)]
     return tuple(found)
+
+
+def _movers(distance: Floats, times: Floats, points: Floats, movers: Sequence[Mover]) -> Iterator[Crossing]:
+    """Yield where a UAV is above, below or within a mover at the instant at which it is there."""
+    for mover in movers:
+        places, doubt = mover.at(times), mover.doubt.at(times)
+        levels, aside = np.full((len(points), 2), np.nan), (points - places)[:, :2]
+        reaches = np.linalg.norm(ring_of(mover, float(doubt.max())), axis=1).max()
+        for k in np.flatnonzero(np.linalg.norm(aside, axis=1) <= reaches).tolist():
+            levels[k] = levels_over(grown(mover, float(doubt[k])), *aside[k].tolist())
+        levels += places[:, 2:]
+        yield from (Crossing(-1, mover.name, distance[run], levels[run]) for run in _runs(levels))
+
+
+def _runs(levels: Floats) -> list[Ints]:
+    """Return the runs of indices at which levels, (n, 2), are numbers."""
+    inside = np.flatnonzero(np.isfinite(levels[:, 0]))
+    return np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1) if len(inside) else []

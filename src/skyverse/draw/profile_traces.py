@@ -1,5 +1,6 @@
 """The altitude profile of each flight as plotly traces."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ from skyverse._typing import Floats
 from skyverse.draw.map_traces import closed
 from skyverse.draw.margin_traces import MIN_DEVIATION
 from skyverse.draw.plotly_values import Trace, packed, plain, round_step, trace
-from skyverse.draw.profile import Profile
+from skyverse.draw.profile import Crossing, Profile
 from skyverse.draw.scene import Scene
 from skyverse.draw.track import Track, few
 
@@ -33,6 +34,7 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
     heights += [] if profile.ceiling is None else [profile.ceiling]
     heights += [track.nominal[:, 2] - track.error.vertical, track.nominal[:, 2] + track.error.vertical]
     heights += [crossing.levels for crossing in profile.crossings if scene.world.kinds[crossing.kind].solid]
+    heights += [crossing.levels for crossing in profile.movers]
     low, high = (float(edge([edge(values) for values in heights])) for edge in (np.min, np.max))
     margin = 0.06 * (high - low) or 1.0
     floor, top = low - margin, high + margin
@@ -45,6 +47,7 @@ def of(track: Track, profile: Profile, uav: int, scene: Scene) -> dict[str, Any]
     if profile.ceiling is not None:
         points = {"x": packed(profile.distance), "y": packed(profile.ceiling)}
         traces.append(trace("scatter", "lines", "Ceiling above ground", points, None, {"role": "ceiling"}))
+    traces += _movers(profile, floor, top)
     traces += _tube(track)
     traces += _flight(track, profile)
     return {"uav": uav, "traces": traces, "range": [floor, top], "seconds": _seconds(profile)}
@@ -83,12 +86,24 @@ def _crossings(profile: Profile, scene: Scene, number: int, floor: float, top: f
     found = [crossing for crossing in profile.crossings if crossing.kind == number]
     if not found:
         return None
+    return _area(plain(scene.world.kinds[number].name), _filled(found, floor, top), {"role": "kind", "kind": number})
+
+
+def _movers(profile: Profile, floor: float, top: float) -> list[Trace]:
+    """Return what a UAV passes of movers, each as it is when the UAV is there."""
+    if not profile.movers:
+        return []
+    return [_area("Movers as they are passed", _filled(profile.movers, floor, top), {"role": "mover"})]
+
+
+def _filled(crossings: Sequence[Crossing], floor: float, top: float) -> Floats:
+    """Return the outlines of crossings, cut off at the edges of the picture, as one line with gaps of nan."""
     rings = []
-    for crossing in found:
+    for crossing in crossings:
         levels = np.clip(crossing.levels, floor, top)
         there, back = (np.column_stack([crossing.distance, levels[:, side]]) for side in (0, 1))
         rings.append(np.concatenate([there, back[::-1]]))
-    return _area(plain(scene.world.kinds[number].name), closed(rings), {"role": "kind", "kind": number})
+    return closed(rings)
 
 
 def _ground(profile: Profile, floor: float) -> list[Trace]:

@@ -55,7 +55,7 @@ def _tiles(scenario: Scenario) -> str:
     shown = [
         ("UAVs", f"{len(scenario.uavs):,}", f"{len(scenario.targets):,} targets"),
         ("Obstacles", f"{len(scenario.obstacles):,}", f"kept away from by {scenario.clearance:g} m"),
-        ("Zones", f"{len(scenario.zones):,}", "may be entered, at a risk or slowly"),
+        ("Zones", f"{len(scenario.zones):,}", "may be entered, at a risk, slowly or at times"),
         ("Bounds", TIMES.join(f"{size:,.6g}" for size in sizes), f"metres, {ground}"),
         ("Lattice", f"{nodes:,}", f"nodes, {TIMES.join(f'{one:g}' for one in step)} m apart"),
     ]

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.draw import landings
+from skyverse.draw.active_zones import active_zones_in_space
 from skyverse.draw.margin_traces import ceiling, columns, separations, tube
 from skyverse.draw.mover_traces import movers_in_space
 from skyverse.draw.palette import FINDINGS
@@ -110,7 +111,7 @@ def in_space(scene: Scene) -> list[Trace]:
     world = [*terrain(scene), *kinds, *edges(scene), bounds(scene)]
     tubes = [each for number, track in enumerate(scene.tracks) for each in tube(track, number, fine)]
     margins = [*tubes, *columns(scene), *ceiling(scene), *separations(scene)]
-    moving = movers_in_space(scene)
+    moving = [*movers_in_space(scene), *active_zones_in_space(scene)]
     return [*world, *moving, *tracks, spare, findings(scene), *margins, *landings.in_space(scene), *fleet(scene)]
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.draw.palette import KINDS, OTHER_KINDS
 from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, skin
+from skyverse.model.active_times import told_spans
 from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
@@ -29,7 +30,8 @@ class ShapeKind:
     Attributes
     ----------
     name
-        The kind, or ``"obstacle"`` or ``"zone"`` where the shapes have none; and the speed limit of zones, in m/s.
+        The kind, or ``"obstacle"`` or ``"zone"`` where the shapes have none; the speed limit of zones, in m/s; and when
+        they are active.
     hard
         Whether the shapes are obstacles, which must not be entered, rather than zones, which may be at a risk.
     count
@@ -104,11 +106,11 @@ def shapes_by_kind(
 
 
 def _kind_name(shape: DrawnShape, hard: bool) -> str:
-    """Return the kind of a shape, with the speed limit where it is a zone that has one."""
-    if shape.max_speed is None:
-        return shape.kind or ("obstacle" if hard else "zone")
-    limit = f"speed limit {shape.max_speed:g} m/s"
-    return limit if shape.kind is None else f"{shape.kind}, {limit}"
+    """Return the kind of a shape; of zones also the speed limit, and when they are active, where they have these."""
+    limit = [] if shape.max_speed is None else [f"speed limit {shape.max_speed:g} m/s"]
+    kind = [shape.kind] if shape.kind else [] if limit else ["obstacle" if hard else "zone"]
+    times = [] if shape.active is None else [f"active {told_spans(shape.active)}"]
+    return ", ".join([*kind, *limit, *times])
 
 
 def _colour(name: str, others: Iterator[str]) -> str | None:

@@ -3,6 +3,8 @@
 import re
 from collections.abc import Iterable, Sequence
 
+from skyverse.model.short_lines import listed
+
 
 def literal(text: str) -> str:
     """Return Markdown that shows `text` as it is, on one line."""
@@ -32,11 +34,6 @@ def whole_numbers(numbers: Iterable[int]) -> str:
 def named(labels: Sequence[str], indices: Iterable[int]) -> str:
     """Return the labels at `indices`, in Markdown, separated by commas."""
     return ", ".join(literal(labels[index]) for index in indices)
-
-
-def listed(words: Sequence[str]) -> str:
-    """Return the words separated by commas, with "and" before the last."""
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def counted(count: int, noun: str) -> str:

@@ -16,6 +16,7 @@ from skyverse.files.document import explained, parse, read_text
 from skyverse.lab.run_job import Case, Job
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.scenario import Scenario
+from skyverse.model.temporary_zones import temporary_zones
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
 from skyverse.stop import MaxEvaluations, MaxIterations, MaxNodes, MaxPaths, MaxSeconds, Stop
@@ -201,8 +202,8 @@ class Study(_Model):
         Raises
         ------
         InputError
-            If a scenario cannot be read, has movers, no UAV or no target, or has costs in a unit that not all planners
-            share.
+            If a scenario cannot be read, has movers or zones with active times, no UAV or no target, or has costs in a
+            unit that not all planners share.
         """
         cases = [_case(given, self.assignment) for given in self.scenarios]
         for case in cases:
@@ -211,6 +212,11 @@ class Study(_Model):
                 raise InputError(
                     f"{case.scenario.name}: movers: expected none, since studies compare paths, which have no times, "
                     f"found {len(case.scenario.movers)}"
+                )
+            for number in temporary_zones(case.scenario):
+                raise InputError(
+                    f"{case.scenario.name}: zones[{number}].active: expected none, since studies compare paths, which "
+                    "have no times"
                 )
             for contender in self.planners:
                 planner = contender.make()
@@ -254,7 +260,7 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
         study = Study.model_validate(data)
     except ValidationError as error:
         known = {*Study.model_fields, *StudyScenario.model_fields, *StudyPlanner.model_fields, *Budget.model_fields}
-        raise explained(source, error, known) from None
+        raise explained(source, error, data, known) from None
     return study._with_files(lambda file: str(folder / file))
 
 

@@ -1,6 +1,7 @@
 """What disturbs a simulated flight beside a steady wind."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -80,3 +81,26 @@ class Disturbances:
             f"delay of {math.floor(1000 * self.delay + 0.5)} ms" if self.delay else "",
         ]
         return ", ".join(filter(None, told))
+
+
+def told_weather(wind: Sequence[float], noise: float, disturbances: Disturbances, seed: int | None) -> str:
+    """Say in words what disturbed a flight.
+
+    Parameters
+    ----------
+    wind
+        The steady wind, m/s towards east, north and up.
+    noise
+        The standard deviation of white noise, metres of position and m/s of velocity.
+    disturbances
+        What disturbed it beside these.
+    seed
+        The seed of what was drawn at random; ``None`` where nothing was, or where it is not known.
+    """
+    told = [
+        f"wind {', '.join(f'{speed:.3g}' for speed in wind)} m/s" if any(wind) else "no wind",
+        f"noise {noise:g} m" if noise else "no noise",
+        disturbances.sentence,
+        "" if seed is None else f"seed {seed}",
+    ]
+    return ", ".join(filter(None, told))

@@ -102,7 +102,8 @@ class Flight(ArrayRecord):
         The mission that was flown.
     vehicle, wind, noise, seed
         The vehicle's name, the velocity of the wind (m/s), the standard deviation of the noise of positions (m) and
-        velocities (m/s), and the seed of the noise.
+        velocities (m/s), and the seed of all that was drawn at random; ``None`` where nothing was, or where the
+        caller made the generator.
     margin
         How far a UAV may stray from where it should be, metres; see `fly`.
     flown

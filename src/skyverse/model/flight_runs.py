@@ -78,7 +78,8 @@ class FlightRuns(ArrayRecord):
     vehicle, radius
         The vehicle's name, and how far it reaches from its centre, metres.
     wind, noise, disturbances, seed
-        What disturbed the runs; the seed of all runs is ``None`` where the caller made the generator.
+        What disturbed the runs; the seed of all runs is ``None`` where nothing was drawn at random, or where the
+        caller made the generator.
     seeds
         (n,) the seed of each run, with which `fly` flies it alone.
     errors

@@ -123,6 +123,18 @@ def gaps_sentence(mission: Mission) -> str:
     return f"Gaps are counted from a cost that no path beats{line}; the best possible path may cost more."
 
 
+def unit_sentence(mission: Mission) -> str:
+    """Return what the unit of the costs means where the objective counts nodes; nothing where it counts metres."""
+    found = [one.result for one in planned_flights(mission) if one.result is not None and len(one.result.path)]
+    if mission.scenario.objective.unit != "nodes" or not found:
+        return ""
+    counted = "The scenario's objective counts the nodes of its lattice that a path visits"
+    if any(result.any_angle for result in found):
+        lengths = 'in metres; "flown" compares it with others'
+        return f"{counted}; a path of any angle leaves the lattice, so that its cost is {lengths}."
+    return f"{counted}; paths of any angle, as of Taut, leave the lattice and cost metres."
+
+
 def told_costs(costs: dict[str, float]) -> str:
     """Return sums of costs by unit, as in ``265 nodes and 24.60 m``."""
     told = [f"{value:,.2f} m" if unit == "metres" else f"{_plain(value)} {unit}" for unit, value in costs.items()]

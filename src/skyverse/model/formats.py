@@ -28,8 +28,8 @@ NEW_IN_SCENARIO_2 = {
         "max_yaw_acceleration",
         "look_at",
     ),
-    "obstacles": ("closed_above", "max_speed"),
-    "zones": ("closed_above", "max_speed"),
+    "obstacles": ("closed_above", "max_speed", "active"),
+    "zones": ("closed_above", "max_speed", "active"),
     "terrain": ("lowest",),
 }
 """The fields that version 2 brought, by the part that has them, or whose entries do; the scenario itself is ``""``."""
@@ -77,8 +77,9 @@ def mission_to_2(data: Any) -> Any:
     data = {key: value for key, value in data.items() if key not in JUDGEMENTS}
     if data.get("format") != MISSION_1:
         return data
-    if "flights" in data:
-        raise ValueError(f"flights: {MISSION_1!r} has no such field; {MISSION_2!r}, as the format, has it")
+    for name in ("flights", "source"):
+        if name in data:
+            raise ValueError(f"{name}: {MISSION_1!r} has no such field; {MISSION_2!r}, as the format, has it")
     results = data.get("results")
     for number, result in enumerate(results if isinstance(results, list | tuple) else ()):
         if isinstance(result, dict) and "straight_bound" in result:

@@ -45,6 +45,9 @@ class Mission(ArrayRecord, Drawn):
     flights
         What each UAV flies beside the price of its path, in the scenario's order, ``None`` for a UAV that does not fly;
         empty in missions of version 1.
+    source
+        What the command line read the scenario from: the name of a built-in one, or a file, as a path from the folder
+        of the mission's file; ``None`` for a mission made otherwise.
     """
 
     scenario: Scenario
@@ -58,6 +61,7 @@ class Mission(ArrayRecord, Drawn):
     apart: Certificate | None = None
     deconfliction: Deconfliction | None = None
     flights: tuple[FlightSummary | None, ...] = ()
+    source: str | None = None
     format: str = field(default=MISSION_2)
 
     def __repr__(self) -> str:

@@ -86,11 +86,11 @@ def spread_turns(
     """
     spread, sums = shortest, np.r_[0.0, np.cumsum(turns)]
     while True:
-        first = np.searchsorted(instants, instants - spread, side="left")
-        last = np.searchsorted(instants, instants + spread, side="right")
-        each = np.arange(len(instants))
-        within = np.abs(np.r_[sums[each + 1] - sums[first], sums[last] - sums[each]])
-        rate = float(within.max(initial=0.0)) / spread
+        edges = np.sort(np.r_[instants, instants - spread])  # where a turn leaves a window as it slides, or enters it
+        begins = np.r_[edges, 0.5 * (edges[1:] + edges[:-1])]
+        first = np.searchsorted(instants, begins, side="left")
+        last = np.searchsorted(instants, begins + spread, side="right")
+        rate = float(np.abs(sums[last] - sums[first]).max(initial=0.0)) / spread
         rise = max(2.0 * rate / max_acceleration, 0.1 * shortest)
         if rate <= max_rate and rise <= spread:
             return spread, rise

@@ -46,6 +46,12 @@ Place = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(listed)]
 Steps = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(listed)]
 
 
+MAX_INSTANT = 1e9
+"""Seconds: no instant is later or earlier than this."""
+Instant = Annotated[Number, Field(ge=-MAX_INSTANT, le=MAX_INSTANT)]
+"""Seconds into the mission."""
+
+
 class Model(BaseModel):
     """The base of all models: frozen data that refuse unknown keys."""
 

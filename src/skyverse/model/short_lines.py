@@ -1,6 +1,6 @@
 """Lines and numbers as the prompt shows them: at most six short lines that say what matters."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 MAX_LINE = 110
 """Characters of a line at most; what is longer is cut."""
@@ -11,6 +11,11 @@ def counted(number: int, thing: str, things: str | None = None) -> str:
     """Return a number of things in words: ``no obstacles``, ``1 target``, ``1,200 UAVs``."""
     many = things or f"{thing}s"
     return f"no {many}" if number == 0 else f"1 {thing}" if number == 1 else f"{number:,} {many}"
+
+
+def listed(words: Sequence[str]) -> str:
+    """Return words separated by commas, with "and" before the last; empty where there are none."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 def told_metres(metres: float) -> str:

@@ -24,6 +24,7 @@ class Fault(Enum):
     TRAJECTORY_BOUNDS = "trajectory out of bounds"
     TRAJECTORY_CLEARANCE = "trajectory too close"
     MOVER = "mover too close"
+    ACTIVE_ZONE = "active zone too close"
     TRAJECTORY_ENDS = "trajectory ends"
     CONTINUITY = "trajectory jumps"
     SPEED = "too fast"
@@ -145,13 +146,13 @@ class Action:
     uav
         Its index.
     kind
-        ``"delay"``, ``"slow down"``, ``"exchange"`` (of targets) or ``"detour"``.
+        ``"delay"``, ``"slow down"``, ``"exchange"`` (of targets), ``"detour"`` or ``"wait"`` (on the way).
     sentence
         One sentence with the numbers.
     """
 
     uav: Whole
-    kind: Literal["delay", "slow down", "exchange", "detour"]
+    kind: Literal["delay", "slow down", "exchange", "detour", "wait"]
     sentence: str
 
 

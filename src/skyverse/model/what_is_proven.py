@@ -1,12 +1,14 @@
 """What a proven mission keeps, and what no simulated flight is judged by, in a few words: only what a scenario has."""
 
 from skyverse.model.scenario import Scenario
+from skyverse.model.temporary_zones import is_closed_at_times
 
 
 def what_is_proven(scenario: Scenario) -> str:
     """Return what is proven of the flights of a scenario's UAVs, as in ``clear of obstacles, in bounds and apart``."""
     kept = ["clear of obstacles"] if scenario.obstacles else []
     kept += ["clear of movers"] if scenario.movers else []
+    kept += ["clear of zones while they are active"] if any(map(is_closed_at_times, scenario.zones)) else []
     kept += ["clear of the ground"] if scenario.terrain is not None else []
     kept += ["below the ceiling above ground"] if scenario.max_height is not None else []
     kept += ["in bounds", "within limits"]

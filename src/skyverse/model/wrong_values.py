@@ -27,7 +27,7 @@ _EXPECTED = {
     "too_long": "{max_length} values at most",
     "too_short": "{min_length} values or more",
     "tuple_type": "a list",
-    "union_tag_invalid": "a shape that is one of {expected_tags}",
+    "union_tag_invalid": "one of {expected_tags}",
 }
 """What is expected, by the type of pydantic's error."""
 
