@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from skyverse.exports.flown_legs import FlownLegs
 from skyverse.exports.return_home import certified
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.way_home import TRIED_PLACES, WayHome
@@ -370,3 +371,23 @@ def test_where_no_instant_of_a_flight_has_a_way_home_that_is_told(tmp_path):
     assert flight.row[3] == "NOT proven"
     assert f"but NOT from t = 0 s to {flight.duration:.2f} s, its whole flight (" in " ".join(notes)
     assert "when there is a way home" not in " ".join(notes)
+
+
+@pytest.mark.parametrize("width", [0.0, 1.0, 30.0])
+def test_parts_of_a_wide_corner_are_halved_until_none_can_be(width):
+    """The far half of a cut stays as wide as the whole, so that halving it again gains nothing."""
+    legs = FlownLegs(
+        starts=np.zeros((1, 3)),
+        ends=np.array([[20.0, 0.0, 0.0]]),
+        cut=np.array([[-1.0, 1.0, 0.0]]),
+        width=np.array([width]),
+        off=np.zeros(1),
+        rise=np.zeros(1),
+    )
+    parts = legs.whole(100.0)
+    for _ in range(40):
+        along, across = legs.halvable(parts)
+        todo = np.maximum(along, across) > 1.0
+        assert len(parts.leg) < 50_000
+        parts = parts.of(todo).halved((across > along)[todo])
+    assert not len(parts.leg)

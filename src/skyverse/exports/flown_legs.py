@@ -143,6 +143,14 @@ class FlownLegs:
             for near, far, size in zip(*ways, _sizes(cut), strict=True)
         )
 
+    def halvable(self, parts: Parts) -> tuple[Floats, Floats]:
+        """Return the metres of `spread` in any direction that halving makes less, along the parts and across them.
+
+        The far half of a cut stays as wide beside its line as the whole.
+        """
+        along, across = self.spread(parts).any_way
+        return along, across - (1 - parts.begin) * parts.near * self.width[parts.leg]
+
     def _width(self, parts: Parts) -> Floats:
         return (1 - parts.begin) * parts.far * self.width[parts.leg]
 

@@ -112,7 +112,7 @@ class WayHome:
 
     def _larger(self, parts: Parts, smallest: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Tell which parts are larger than half sizes (n,), and whether they are to be cut across."""
-        along, across = self.legs.spread(parts).any_way
+        along, across = self.legs.halvable(parts)
         across = np.where(across > np.where(parts.leg == 0, 1.0, CUT_SHARE) * smallest, across, 0.0)
         return np.maximum(along, across) > smallest, across > along
 
