@@ -110,7 +110,10 @@ def test_the_terms_are_what_dense_sampling_says(given_zones, points, low, angle)
         altitude += 0.5 * size * np.maximum(0, np.maximum(low - at[:, 2], at[:, 2] - low - 2)).mean()
         for zone in given_zones:
             heights = at[:, 2]
-            within, touched = (heights > zone.low) & (heights < zone.high), (heights >= zone.low) & (heights <= zone.high)
+            within, touched = (
+                (heights > zone.low) & (heights < zone.high),
+                (heights >= zone.low) & (heights <= zone.high),
+            )
             if isinstance(zone, sky.Cylinder):
                 level = np.hypot(*(at[:, :2] - zone.centre).T)
                 within, touched = within & (level < zone.radius), touched & (level <= zone.radius)
