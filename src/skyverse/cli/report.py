@@ -28,6 +28,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
     from skyverse.model.seconds import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
+    from skyverse.space.later_zones import later_zone_cautions
     from skyverse.space.named_columns import named_columns
 
     if as_json:
@@ -60,17 +61,21 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     if not mission.violations:
         print("The referee found nothing wrong.")
         if mission.complete and mission.apart is not None:
-            print(f"Proven at every instant: {what_is_proven(mission.scenario)}.")
+            print(f"Proven at every instant: {what_is_proven(mission.scenario, mission.makespan)}.")
             named = named_columns(mission.scenario, mission.assignment)
             if named:
                 print(named)
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
+    for caution in later_zone_cautions(mission.scenario, mission.trajectories):
+        print(caution)
     for path in written:
         print(path)
 
 
 def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
     """Return what became of each UAV, the verdict, and where the files are, as plain data."""
+    from skyverse.space.later_zones import later_zone_cautions
+
     costs = mission.costs if mission.complete else {}
     return {
         "mission": str(written[0]),
@@ -87,6 +92,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
         "provenance": asdict(mission.provenance),
         "uavs": _uav_data(mission),
         "violations": [violation_data(v) for v in mission.violations],
+        "cautions": later_zone_cautions(mission.scenario, mission.trajectories),
     }
 
 

@@ -96,6 +96,9 @@ def banner(scene: MissionScene) -> str:
         verdict = card(
             tone, "✕" if tone == "bad" else "!", f"The referee found {things} wrong.", f"<ul>{lines}</ul>{more}"
         )
+    if scene.cautions:
+        lines = "".join(f"<li>{escape(caution)}</li>" for caution in scene.cautions)
+        verdict += card("warn", "!", "Zones open around UAVs after the last arrival.", f"<ul>{lines}</ul>")
     if scene.interrupted:
         verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
     if scene.notes:
@@ -137,7 +140,7 @@ def _what_was_judged(scene: MissionScene) -> str:
     if flights == 0:
         return "<p>There are no trajectories; it judged the paths alone.</p>"
     things = "1 trajectory" if flights == 1 else f"{flights} trajectories"
-    proven = f" Proven at every instant: {what_is_proven(scene.scenario)}."
+    proven = f" Proven at every instant: {what_is_proven(scene.scenario, scene.mission.makespan)}."
     world = f" The scenario is the one that the mission's file holds, {short(scene.scenario.digest)}."
     claim = " Paths called optimal are so as claimed by the planner." if _called_optimal(scene) else ""
     named = columns_sentence(scene.scenario, scene.columns)

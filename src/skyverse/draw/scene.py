@@ -16,6 +16,7 @@ from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Verdict, Violation
+from skyverse.space.later_zones import later_zone_cautions
 from skyverse.space.named_columns import NamedColumn, fleet_columns
 
 MAX_PROFILE_POINTS = 10_000
@@ -97,8 +98,9 @@ class MissionScene(Scene):
     where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path to it
     and, where any UAV flies, a trajectory along the path. `bound` says what costs are compared with. The mission is
     `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
-    the referee proved all of it at every instant. The `export_notes` are what an export says of its waypoints, and
-    the `export_verdicts` are the head and the lines of its table, the columns of a line as words.
+    the referee proved all of it at every instant. The `cautions` tell of zones that open later. The `export_notes` are
+    what an export says of its waypoints, and the `export_verdicts` are the head and the lines of its table, the columns
+    of a line as words.
     """
 
     mission: Mission
@@ -108,6 +110,7 @@ class MissionScene(Scene):
     complete: bool
     judged: bool
     proven: bool
+    cautions: tuple[str, ...] = ()
     export_notes: tuple[str, ...] = ()
     export_verdicts: tuple[tuple[str, ...], ...] = ()
     spare_note: ClassVar[str] = " (no UAV flies here)"
@@ -137,6 +140,7 @@ def scene(mission: Mission) -> MissionScene:
         judged=mission.apart is not None,
         proven=proven,
         columns=tuple(fleet_columns(scenario, mission.assignment)) if proven else (),
+        cautions=tuple(later_zone_cautions(scenario, mission.trajectories)),
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Indices
 from skyverse.model.scenario import Scenario
+from skyverse.model.what_is_proven import JUDGED_STAY
 from skyverse.referee.curve import PolynomialCurve
 from skyverse.referee.polynomial import Polynomials, bernstein
 from skyverse.referee.tolerances import MACHINE_EPSILON
@@ -77,14 +78,19 @@ def _with_error(parts: list[Polynomials], error: Floats) -> list[Polynomials]:
     return [Polynomials(part.b, part.error + error[:, axis]) for axis, part in enumerate(parts)]
 
 
+def judged_until(curves: Sequence[PolynomialCurve | None], stay: float = JUDGED_STAY) -> float:
+    """Return the instant, in seconds, until which a fleet is judged: `stay` seconds after its last arrival."""
+    return float(max((curve.knots[-1] for curve in curves if curve is not None), default=0.0)) + stay
+
+
 def fleet_motion(
-    scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = 1.0
+    scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = JUDGED_STAY
 ) -> FleetMotion:
     """Return the motion of all UAVs except the `unknown` ones; a UAV without a curve stands at its start.
 
     It ends `stay` seconds after the last UAV has arrived.
     """
-    end = max((curve.knots[-1] for curve in curves if curve is not None), default=0.0) + stay
+    end = judged_until(curves, stay)
     uavs = [uav for uav in range(len(scenario.uavs)) if uav not in unknown]
     degree = max((curve.pieces.shape[1] for curve in curves if curve is not None), default=1)
     knots: list[Floats] = []

@@ -1,5 +1,6 @@
 """Judges a mission, or the result of one of its UAVs: who is sent where, what each flies, and what is proven of it."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from skyverse.referee.assignment import judge_assignment
 from skyverse.referee.claims import judge_claims, judge_deconfliction
 from skyverse.referee.column import Columns, columns_of
 from skyverse.referee.curve import PolynomialCurve
+from skyverse.referee.fleet_motion import judged_until
 from skyverse.referee.flight_summary import judge_flight_summary, priced_path
 from skyverse.referee.movers import judge_movers
 from skyverse.referee.result import judge_result
@@ -113,7 +115,7 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
         violations[uav] += [one for judged in in_time for one in judged.violations[uav]]
         if isinstance(entry(mission.trajectories, uav), Trajectory):
             columns = columns_of(worlds.of(uav), uav, targets[uav])
-            sentence = _proven_sentence(scenario, digest, uav, curves[uav], columns)
+            sentence = _proven_sentence(scenario, digest, uav, curves, columns)
             cuts = halvings[uav] + sum(judged.halvings[uav] for judged in in_time)
             certificates[uav] = _certificate(digest, violations[uav], sentence, cuts)
     separation = judge_separation(scenario, targets, curves, unknown)
@@ -130,8 +132,11 @@ def judge_fleet(worlds: RefereeWorlds, mission: Mission) -> JudgedFleet:
     )
 
 
-def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: PolynomialCurve | None, columns: Columns) -> str:
-    vehicle, knots = scenario.uavs[uav], np.zeros(2) if curve is None else curve.knots
+def _proven_sentence(
+    scenario: Scenario, digest: str, uav: int, curves: Sequence[PolynomialCurve | None], columns: Columns
+) -> str:
+    vehicle, curve = scenario.uavs[uav], curves[uav]
+    knots = np.zeros(2) if curve is None else curve.knots
     limits = ["speed", "acceleration"]
     limits += ["jerk", "thrust", "tilt", "yaw"] if vehicle.fixed_wing is None else ["airspeed", "turn", "climb"]
     rates = (("climb rate", vehicle.max_climb), ("descent rate", vehicle.max_descent))
@@ -145,11 +150,14 @@ def _proven_sentence(scenario: Scenario, digest: str, uav: int, curve: Polynomia
     things = ["every obstacle"] if scenario.obstacles else []
     things += ["every mover, wherever within its doubt that may be,"] if scenario.movers else []
     things += ["every zone while it is active"] if any(map(is_closed_at_times, scenario.zones)) else []
+    changing = ["movers"] if scenario.movers else []
+    changing += ["zones that are closed at times"] if any(map(is_closed_at_times, scenario.zones)) else []
+    stays = f"and clear of {' and '.join(changing)} also while it waits and stays, until {judged_until(curves):.6g} s, "
     clear = f"clear of {' and of '.join(things)} by {scenario.clearance:.6g} m, " if things else ""
     without = "" if things else ", which has no obstacles"
     return (
         f"{vehicle.name} is {clear}{ground}inside the bounds and within its limits of {kept}, "
-        f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, "
+        f"at every instant from t = {knots[0]:.6g} s to {knots[-1]:.6g} s, {stays if changing else ''}"
         f"{_where(scenario, digest)}{without}{_for_every_flight(vehicle.tracking_error, columns)}."
     )
 

@@ -17,6 +17,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault, Violation
+from skyverse.model.what_is_proven import JUDGED_STAY
 from skyverse.referee.boxes import grown_boxes
 from skyverse.referee.closed_above import SolidShapes
 from skyverse.referee.curve import PolynomialCurve
@@ -86,7 +87,7 @@ class Rows(NamedTuple):
 
 
 def judge_movers(
-    scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = 1.0
+    scenario: Scenario, curves: Sequence[PolynomialCurve | None], unknown: set[int], stay: float = JUDGED_STAY
 ) -> JudgedFlights:
     """Judge every UAV whose motion is known among all movers, from 0 s until a while after the last arrival.
 
