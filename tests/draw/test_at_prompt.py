@@ -28,13 +28,13 @@ def test_a_mission_has_the_figures_that_are_written_of_it(mission, tmp_path):
     for path in sky.write_figures(mission, tmp_path):
         assert mission.plot(path.stem).get_suptitle()
     assert mission.plot().get_suptitle() == "walls: trajectories"
-    with pytest.raises(ValueError, match=r"^this mission has no figure 'profile'; it has paths, trajectories, "):
+    with pytest.raises(sky.InputError, match=r"^this mission has no figure 'profile'; it has paths, trajectories, "):
         mission.plot("profile")
 
 
 def test_a_mission_in_which_nobody_flies_shows_its_path(grounded):
     assert grounded.plot().get_suptitle() == "walls: path"
-    with pytest.raises(ValueError, match=r"it has paths$"):
+    with pytest.raises(sky.InputError, match=r"it has paths$"):
         grounded.plot("trajectories")
 
 
@@ -88,6 +88,26 @@ def test_a_trajectory_is_drawn_with_the_limits_of_its_uav(mission):
     assert limits == [[], [6], [2, -1], [4]]
     free = uav.model_copy(update={"max_climb": None, "max_descent": None})
     assert len(mission.trajectories[0].plot(free).axes[2].get_lines()) == 1
+
+
+def test_a_result_without_such_a_figure_says_how_it_is_drawn(mission, grounded):
+    with pytest.raises(sky.InputError, match=r"plot\(\), its path and its search, or by plot\(scenario\).*'paths'$"):
+        mission.results[0].plot("paths")
+    with pytest.raises(sky.InputError, match=r"its search has no history to draw, or by plot.* found 'convergence'$"):
+        grounded.results[0].plot("convergence")
+
+
+def test_a_trajectory_has_no_named_figures_and_says_how_it_is_drawn(mission):
+    with pytest.raises(sky.InputError, match=r"plot\(uav\), with the limits of a UAV such .* found 'x'$"):
+        mission.trajectories[0].plot("x")
+
+
+def test_the_figure_of_a_trajectory_is_titled(mission):
+    trajectory = mission.trajectories[0]
+    title = trajectory.plot().get_suptitle()
+    assert title.startswith(f"{trajectory.form} trajectory, ")
+    assert title.endswith(" s long")
+    assert trajectory.plot(mission.scenario.uavs[0]).get_suptitle() == f"{mission.scenario.uavs[0].name}: {title}"
 
 
 def test_a_notebook_shows_each_with_a_picture_and_words(mission):

@@ -7,12 +7,13 @@ from matplotlib.figure import Figure
 
 from skyverse.draw.figure_files import fleet_figure
 from skyverse.draw.figures import given, mission_figures
-from skyverse.draw.line_figures import motion_figure, path_figure
+from skyverse.draw.line_figures import has_search, motion_figure, path_figure
 from skyverse.draw.mission_tables import flight_table
 from skyverse.draw.scenario_scene import scenario_scene
 from skyverse.draw.scene import Scene, scene
 from skyverse.draw.shown_figure import png
 from skyverse.draw.track import track
+from skyverse.errors import InputError, shown
 from skyverse.model.mission import Mission
 from skyverse.model.planned_flights import PlannedFlight
 from skyverse.model.result import Result
@@ -31,14 +32,20 @@ def plot_mission(mission: Mission, figure: str | None) -> Figure:
     known = dict(mission_figures(scene(mission)))
     wanted = figure or ("trajectories" if "trajectories" in known else "paths")
     if wanted not in known:
-        raise ValueError(f"this mission has no figure {wanted!r}; it has {', '.join(known)}")
+        raise InputError(f"this mission has no figure {shown(wanted)}; it has {', '.join(known)}")
     return known[wanted]()
 
 
-def plot_result(result: Result, scenario: Scenario | None) -> Figure:
+def plot_result(result: Result, scenario: object) -> Figure:
     """Return the figure of a path and of the search for it, or of the path among the obstacles of a scenario."""
     if scenario is None:
         return path_figure(result)
+    if not isinstance(scenario, Scenario):
+        searched = " and its search" if has_search(result) else "; its search has no history to draw"
+        raise InputError(
+            f"a result is drawn by plot(), its path{searched}, or by plot(scenario), its path among obstacles; "
+            f"found {shown(scenario)}"
+        )
     start, goal = (tuple(map(float, place)) for place in (result.start, result.goal))
     flyer = UAV(name=result.provenance.planner.partition("(")[0], start=start)
     flight = PlannedFlight(flyer, Target(name="target", position=goal), result)
@@ -47,8 +54,13 @@ def plot_result(result: Result, scenario: Scenario | None) -> Figure:
     return fleet_figure(drawn, "path", lambda track: [(track.path, 2.0, 1.0)])
 
 
-def plot_trajectory(trajectory: Trajectory, uav: UAV | None) -> Figure:
-    """Return the figure of a trajectory over time."""
+def plot_trajectory(trajectory: Trajectory, uav: object) -> Figure:
+    """Return the figure of a trajectory over time, with the limits of a UAV where it is given."""
+    if uav is not None and not isinstance(uav, UAV):
+        raise InputError(
+            "a trajectory is drawn by plot(), over time, or by plot(uav), with the limits of a UAV such as "
+            f"scenario.uavs[0]; found {shown(uav)}"
+        )
     return motion_figure(trajectory, uav)
 
 

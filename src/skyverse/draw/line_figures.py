@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from skyverse.draw.map_figure import GRID, INK, SOFT, blank, plain
 from skyverse.draw.palette import FINDINGS, TRACKS
 from skyverse.model.result import Result
+from skyverse.model.seconds import told_seconds
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
 
@@ -16,12 +17,17 @@ SAMPLES = 17
 _COLOUR, _LIMIT_COLOUR = TRACKS[0], FINDINGS["error"]
 
 
+def has_search(result: Result) -> bool:
+    """Tell whether a result has a history of its search that can be drawn."""
+    return len(result.history.cost) > 1
+
+
 def path_figure(result: Result) -> Figure:
     """Return the figure of a result: its path from above and from the side, and its best cost where it has a history.
 
     A white dot is the start, a diamond the goal.
     """
-    searched = len(result.history.cost) > 1
+    searched = has_search(result)
     figure, (above, side, *rest) = _panels(1, 3 if searched else 2, width=12.0 if searched else 8.4, height=3.8)
     path = result.path
     flown = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1))])[: len(path)]
@@ -43,7 +49,7 @@ def path_figure(result: Result) -> Figure:
 
 
 def motion_figure(trajectory: Trajectory, uav: UAV | None) -> Figure:
-    """Return the figure of height, speed and acceleration over time, with the limits of `uav` where it is given."""
+    """Return the figure of height, speed, climb and acceleration over time, with the limits of `uav` if it is given."""
     begins, lengths = trajectory.knots[:-1, None], np.diff(trajectory.knots)[:, None]
     t = np.unique(begins + lengths * np.linspace(0.0, 1.0, SAMPLES))
     motion = trajectory.at(t)
@@ -55,6 +61,8 @@ def motion_figure(trajectory: Trajectory, uav: UAV | None) -> Figure:
         "acceleration, m/s²": strength,
     }
     figure, column = _panels(len(curves), 1, width=8.0, height=7.2)
+    flown = f"{trajectory.form} trajectory, {told_seconds(trajectory.end - trajectory.start)} long"
+    figure.suptitle(flown if uav is None else f"{plain(uav.name)}: {flown}", fontsize=12, color=INK)
     for axes, (name, values) in zip(column, curves.items(), strict=True):
         axes.plot(t, values, color=_COLOUR, linewidth=1.8)
         _name(axes, "", "", name)

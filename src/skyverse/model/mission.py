@@ -93,8 +93,8 @@ class Mission(ArrayRecord, Drawn):
 
         Raises
         ------
-        ValueError
-            If the mission has no such figure.
+        InputError
+            If the mission has no such figure; the message names those that it has.
         """
         drawn: Figure = drawing().plot_mission(self, figure)
         return drawn

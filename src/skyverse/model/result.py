@@ -206,6 +206,11 @@ class Result(ArrayRecord, Drawn):
         ----------
         scenario
             Draws the path in the space of this scenario instead, among its obstacles.
+
+        Raises
+        ------
+        InputError
+            For anything else, such as the name of a figure; a result has none.
         """
         figure: Figure = drawing().plot_result(self, scenario)
         return figure

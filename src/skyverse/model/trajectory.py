@@ -75,6 +75,11 @@ class Trajectory(ArrayRecord, Drawn):
         ----------
         uav
             The UAV that flies it, as in ``scenario.uavs[0]``, whose limits are drawn too.
+
+        Raises
+        ------
+        InputError
+            For anything else, such as the name of a figure; a trajectory has none.
         """
         figure: Figure = drawing().plot_trajectory(self, uav)
         return figure
