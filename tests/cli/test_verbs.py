@@ -259,6 +259,15 @@ def test_show_draws_the_referees_verdict_and_not_the_files(skyverse, tmp_path):
     assert "jumps by 1 m" in page
 
 
+def test_the_help_of_plan_says_which_planner_is_the_default(skyverse):
+    code, out, _ = skyverse("plan", "--help")
+    words = " ".join(out.replace("\N{BOX DRAWINGS LIGHT VERTICAL}", " ").split())
+    assert code == 0
+    assert "auto, which chooses by what the scenario prices: astar, exact on the lattice, where nodes" in words
+    assert "taut where length is all" in words
+    assert "cheapest where turns, altitude, risk or climb are priced" in words
+
+
 def test_show_writes_the_page_or_the_figures(skyverse, mission_file, tmp_path):
     made = "Made the folder p, which did not exist.\n"
     assert skyverse("show", mission_file, "-o", "p/page.html") == (0, f"{Path('p/page.html')}\n", made)
@@ -282,7 +291,10 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
     ("words", "expected"),
     [
         (["plann"], "Did you mean"),
-        (["plan"], "requires an argument"),
+        (["plan"], "plan: expected SCENARIO; an example: skyverse plan table-4.8"),
+        (["show"], "show: expected MISSION_OR_SCENARIO; an example: skyverse show out/"),
+        (["export", "m.json"], "export: expected OUTPUT; an example: skyverse export out/"),
+        (["plan", "map1", "--seed"], "--seed: expected a value after it, found none"),
         (["plan", "nowhere"], "nowhere: no such file, nor a built-in scenario"),
         (
             ["plan", "map1", "--planner", "mvp"],
@@ -298,7 +310,9 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["plan", "map1", "--iterations", "0"], "--iterations: expected a whole number from 1 on, found '0'"),
         (["plan", "map1", "--iterations", "many"], "--iterations: expected a whole number from 1 on, found 'many'"),
         (["plan", "map1", "--iterations", "1.5"], "--iterations: expected a whole number from 1 on, found '1.5'"),
-        (["plan", "map1", "--seconds", "-1", "--paths", "9"], "MaxSeconds takes a number above 0"),
+        (["plan", "map1", "--seconds", "-1", "--paths", "9"], "--seconds: expected a number above 0, found -1"),
+        (["plan", "map1", "--seconds", "-1"], "--seconds: expected a number above 0, found -1"),
+        (["plan", "map1", "--seconds", "nan", "--paths", "9"], "--seconds: expected a number above 0, found nan"),
         (["plan", "map1", "--seconds", "5"], "--seconds: expected --iterations or --paths with it"),
         (["plan", "map1", "--seed", "-1"], "--seed: expected a whole number from 0 on, found '-1'"),
         (["plan", "map1", "--assignment", "best"], "--assignment"),

@@ -1,6 +1,5 @@
 """The command line: each verb is a few lines over the public API; bad input ends in one sentence and exit code 2."""
 
-import inspect
 import os
 import re
 import sys
@@ -9,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
-from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
+from cyclopts import App, CycloptsError, Parameter
 
 from skyverse._version import __version__
 from skyverse.cli.cache import cache
@@ -21,6 +20,7 @@ from skyverse.cli.missions import check, show
 from skyverse.cli.option_names import for_command_line
 from skyverse.cli.outputs import settle_folders
 from skyverse.cli.plan import plan
+from skyverse.cli.refused_words import refusal
 from skyverse.cli.reproduce import reproduce
 from skyverse.cli.scenario import app as scenario_app
 from skyverse.cli.scenarios import scenarios
@@ -101,10 +101,8 @@ def _run(given: Sequence[str]) -> int | None:
         return 0
     try:
         return app(given, exit_on_error=False, print_error=False, result_action="return_value")
-    except UnusedCliTokensError as error:
-        return _failed(_too_many_words(error))
     except CycloptsError as error:
-        return _failed(" ".join(str(error).split()))
+        return _failed(refusal(error))
     except InputError as error:
         return _failed(for_command_line(error))
     except MemoryError:
@@ -112,18 +110,6 @@ def _run(given: Sequence[str]) -> int | None:
     except KeyboardInterrupt:
         print("skyverse: interrupted", file=sys.stderr)
         return INTERRUPTED
-
-
-def _too_many_words(error: UnusedCliTokensError) -> str:
-    """Say how many words a verb takes, and how several values of an option are given."""
-    found = " ".join(map(repr, error.unused_tokens or ()))
-    given = inspect.signature(error.target).parameters.values() if error.target is not None else ()
-    taken = [one.name.upper() for one in given if one.kind is one.POSITIONAL_ONLY]
-    verb = " ".join(error.command_chain or ())
-    return (
-        f"{verb}: expected {' and '.join(taken) or 'options'} alone, found {found} too; "
-        "several values of an option stand each after its name, as in --uav A --uav B"
-    )
 
 
 def _failed(sentence: str) -> int:

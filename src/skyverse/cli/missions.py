@@ -88,7 +88,7 @@ def check(
 
 
 def show(
-    mission: GivenScenario,
+    mission_or_scenario: GivenScenario,
     /,
     *,
     output: Output = None,
@@ -105,7 +105,7 @@ def show(
 
     Parameters
     ----------
-    mission
+    mission_or_scenario
         A mission file, or a scenario: a built-in one, a scenario file or a map in local metres.
     output
         The page, .html; by default beside the file; for a built-in scenario, out/NAME-scenario.html.
@@ -119,7 +119,7 @@ def show(
     import skyverse as sky
     from skyverse.files import BUILTIN_NAMES
 
-    read = sky.read(mission, unknown=unknown)
+    read = sky.read(mission_or_scenario, unknown=unknown)
     drawn: Mission | Scenario = _judged_anew(read) if isinstance(read, sky.Mission) else read
     if isinstance(drawn, sky.Scenario):
         tell_unknown(drawn, unknown)
@@ -128,9 +128,9 @@ def show(
         for path in sky.write_figures(drawn, figures):
             print(path)
         return
-    beside = Path(mission).with_suffix(".html")
-    if mission in BUILTIN_NAMES:  # whose missions have their pages in the same folder
-        beside = DEFAULT_FOLDER / f"{mission}-scenario.html"
+    beside = Path(mission_or_scenario).with_suffix(".html")
+    if mission_or_scenario in BUILTIN_NAMES:  # whose missions have their pages in the same folder
+        beside = DEFAULT_FOLDER / f"{mission_or_scenario}-scenario.html"
     page = output if output is not None else beside
     if page.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--output: expected a file ending in .html, found {str(page)!r}")

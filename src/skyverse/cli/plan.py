@@ -78,8 +78,9 @@ def plan(
         The mission file, .json; the page is put beside it. By default out/NAME.json, named after SCENARIO, which
         planning it again replaces, also after a change; NAME-2.json and so on where that is of another scenario.
     planner
-        By default auto, the best for what the scenario prices: astar for nodes, taut for length, cheapest for length
-        and more.
+        By default auto, which chooses by what the scenario prices: astar, exact on the lattice, where nodes are priced;
+        taut where length is all, among boxes; cheapest where turns, altitude, risk or climb are priced too, or where
+        obstacles have other shapes.
     settings
         A setting of the planner, as in `--set universes=50`; repeat for more.
     seed

@@ -76,6 +76,8 @@ def stop_rule(iterations: int | None, paths: int | None, seconds: float | None) 
 
     import skyverse as sky
 
+    if seconds is not None and not seconds > 0:
+        raise InputError(f"--seconds: expected a number above 0, found {seconds:g}")
     if seconds is not None and iterations is None and paths is None:
         raise InputError(
             "--seconds: expected --iterations or --paths with it, as schedules follow counts, found neither"

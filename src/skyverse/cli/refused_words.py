@@ -1,0 +1,37 @@
+"""What is said of words on a command line that no verb can be run with, in the words of all other messages."""
+
+import inspect
+import re
+
+from cyclopts import CycloptsError, MissingArgumentError, UnusedCliTokensError
+
+
+def refusal(error: CycloptsError) -> str:
+    """Return in one sentence what is wrong with a command line, as cyclopts found it."""
+    if isinstance(error, UnusedCliTokensError):
+        return _too_many_words(error)
+    if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:
+        return _missing_word(error)
+    return " ".join(str(error).split())
+
+
+def _too_many_words(error: UnusedCliTokensError) -> str:
+    """Say how many words a verb takes, and how several values of an option are given."""
+    found = " ".join(map(repr, error.unused_tokens or ()))
+    given = inspect.signature(error.target).parameters.values() if error.target is not None else ()
+    taken = [one.name.upper() for one in given if one.kind is one.POSITIONAL_ONLY]
+    verb = " ".join(error.command_chain or ())
+    return (
+        f"{verb}: expected {' and '.join(taken) or 'options'} alone, found {found} too; "
+        "several values of an option stand each after its name, as in --uav A --uav B"
+    )
+
+
+def _missing_word(error: MissingArgumentError) -> str:
+    """Say which word a verb, or a value which option, lacks, with the first example of the verb's help."""
+    verb = " ".join(error.command_chain or ())
+    example = re.search(r"`(skyverse [^`]+)`", inspect.getdoc(error.target) or "")
+    more = f"; an example: {' '.join(example[1].split())}" if example else ""
+    if error.keyword is not None:
+        return f"{error.keyword}: expected a value after it, found none"
+    return f"{verb}: expected {error.argument.name if error.argument is not None else 'more'}{more}"
