@@ -25,8 +25,17 @@ GIVEN = {
 }
 CASES = [
     (("clearance",), -1, "clearance: expected 0 or more, found -1"),
-    (("clearance",), "two", "clearance: expected a number, found 'two'"),
-    (("clearance",), None, "clearance: expected a number, found None"),
+    (("clearance",), "two", "clearance: expected a number of metres, found 'two'"),
+    (("uavs", 0, "max_speed"), "10 km/h", "uavs[0].max_speed: expected a number of m/s, found '10 km/h'"),
+    (("uavs", 0, "max_tilt"), "20 deg", "uavs[0].max_tilt: expected a number of degrees, found '20 deg'"),
+    (("uavs", 0, "start"), [1, "2 m", 3], "uavs[0].start[1]: expected a number of metres, found '2 m'"),
+    (("movers", 0, "motion", "period"), "9 s", "movers[0].motion.period: expected a number of seconds, found '9 s'"),
+    (
+        ("objective",),
+        {"altitude": {"low": 1, "high": 2, "weight": "x"}},
+        "objective.altitude.weight: expected a number, found 'x'",
+    ),
+    (("clearance",), None, "clearance: expected a number of metres, found None"),
     (("clearance",), float("nan"), "clearance: expected a finite number, found nan"),
     (("name",), 3, "name: expected a text, found 3"),
     (("name",), "", "name: expected a text that is not empty, found ''"),
@@ -51,7 +60,11 @@ CASES = [
         "obstacles[0].low: the shape 'box' has no such key; the key 'shape' says which shape it is",
     ),
     (("obstacles", 0, "centre"), [1, 2], "obstacles[0].centre: the shape 'box' has no such key; the key 'shape'"),
-    (("movers", 0, "motion", "bearing"), "east", "movers[0].motion.bearing: expected a number, found 'east'"),
+    (
+        ("movers", 0, "motion", "bearing"),
+        "east",
+        "movers[0].motion.bearing: expected a number of degrees, found 'east'",
+    ),
     (("movers", 0, "motion", "period"), 0, "movers[0].motion.period: expected 0.001 or more, found 0"),
     (("movers", 0, "motion", "centre"), [1, 2], "movers[0].motion.centre[2]: is missing"),
     (("movers", 0, "motion"), {"motion": "circle", "radius": 1, "period": 9}, "movers[0].motion.centre: is missing"),

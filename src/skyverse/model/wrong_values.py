@@ -1,6 +1,6 @@
 """What was expected of a value that pydantic refuses, in the words of all other messages."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 _EXPECTED = {
@@ -31,6 +31,23 @@ _EXPECTED = {
 }
 """What is expected, by the type of pydantic's error."""
 
+_FIELDS_BY_UNIT = {
+    "metres": (
+        "altitude centre clearance geoid high home horizontal look_at low max max_height min points position radius "
+        "separation start step turn_radius vertical vertical_separation"
+    ),
+    "seconds": "active knots period since times",
+    "m/s": "growth max_climb max_descent max_speed speed top_speed",
+    "m/s^2": "max_acceleration",
+    "m/s^3": "max_jerk",
+    "degrees": "angle bearing climb latitude longitude max_tilt",
+    "degrees/s": "max_yaw_rate",
+    "degrees/s^2": "max_yaw_acceleration",
+    "watts": "hover_power",
+}
+_UNITS = {field: unit for unit, fields in _FIELDS_BY_UNIT.items() for field in fields.split()}
+"""The unit of a field that holds numbers."""
+
 
 def complaint(error: Mapping[str, Any]) -> str:
     """Return what is wrong with a value, without its place: what was expected, or what a validator of ours says.
@@ -42,7 +59,14 @@ def complaint(error: Mapping[str, Any]) -> str:
     """
     expected = _EXPECTED.get(error["type"])
     if expected is not None:
-        return f"expected {expected.format(**error.get('ctx', {}))}"
+        unit = _unit_of(error["loc"]) if expected == "a number" else None
+        return f"expected {expected.format(**error.get('ctx', {}))}{f' of {unit}' if unit else ''}"
     said: str = error["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ").rstrip(".")
     said = said.replace("Input should be", "expected", 1)
     return said[:1].lower() + said[1:] if said[1:2].islower() else said
+
+
+def _unit_of(loc: Sequence[int | str]) -> str | None:
+    """Return the unit of the field at a place of pydantic's, where it is known; validators there do not count."""
+    names = [part for part in loc if isinstance(part, str) and part.isidentifier()]
+    return _UNITS.get(names[-1]) if names else None
