@@ -1,11 +1,15 @@
 """Missions among zones with active times are exported where no flight depends on these times, and refused elsewhere."""
 
+import json
+from dataclasses import replace
+
 import pytest
 
 import skyverse as sky
+import skyverse.referee.mission
 from skyverse.lab.study import Study
 
-PLACE = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0)
+PLACE = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=47.0)
 ACROSS = {"min": (18, -5, -5), "max": (22, 25, 12)}
 
 
@@ -77,3 +81,41 @@ def test_such_missions_are_neither_simulated_nor_studied(tmp_path):
     study = Study(scenarios=[str(file)], planners=["taut"], budget=[{"paths": 10}], seeds=[1])
     with pytest.raises(sky.InputError, match=r"zones\[0\].active: expected none, since studies compare paths"):
         list(study.jobs())
+
+
+def test_a_refused_export_names_the_zone_that_check_names(tmp_path):
+    aside = sky.Box(min=(18, 17, -5), max=(22, 25, 12), active=[[0, 500]])
+    slow = sky.Box(**ACROSS, name="school", max_speed=0.5)
+    planned = mission()
+    refuted = replace(planned, scenario=planned.scenario.model_copy(update={"zones": (aside, slow)}))
+    (found, *_) = (one for one in sky.check(refuted.scenario, refuted) if one.fault is sky.Fault.ZONE_SPEED)
+    assert "zone 1 ('school')" in found.message
+    with pytest.raises(sky.InputError) as refused:
+        sky.export(refuted, tmp_path / "flight.plan")
+    assert found.message.removesuffix(".") in str(refused.value)
+
+
+@pytest.mark.parametrize("with_page", [False, True])
+def test_a_mission_is_judged_once_as_given_and_once_as_if_zones_were_always_active(tmp_path, monkeypatch, with_page):
+    planned = mission(sky.Box(min=(18, 17, -5), max=(22, 25, 12), name="airshow", active=[[0, 500]]))
+    scenarios = []
+
+    def counting(worlds, judged):
+        scenarios.append(worlds.scenario)
+        return judge_fleet(worlds, judged)
+
+    judge_fleet = skyverse.referee.mission.judge_fleet
+    monkeypatch.setattr(skyverse.referee.mission, "judge_fleet", counting)
+    page = tmp_path / "flight.html" if with_page else None
+    sky.export(planned, tmp_path / "flight.plan", page=page)
+    given, always = scenarios
+    assert (given, always.zones) == (planned.scenario, ())
+    if page is not None:
+        assert "clear of zones while they are active" in page.read_text(encoding="utf-8")
+
+
+def test_drawn_zones_keep_their_names_and_numbers_on_maps(tmp_path):
+    planned = mission(sky.Box(min=(18, 17, -5), max=(22, 25, 12), name="airshow", active=[[0, 500]]))
+    sky.export(planned, tmp_path / "flight.geojson")
+    drawn = json.loads((tmp_path / "flight.geojson").read_text())["features"]
+    assert any("airshow" in str(one["properties"]) and "zone" in str(one["properties"]) for one in drawn)

@@ -1,6 +1,7 @@
 """Writes missions that the referee does not refute as files for other software; the suffix tells the format."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from skyverse.atomic import write_text
@@ -127,9 +128,6 @@ def export(
     suffix = export_suffix(path)
     if suffix not in OWN_SUFFIXES:
         require_no_movers(mission.scenario if scenario is None else scenario, str(path))
-    if suffix not in OWN_SUFFIXES and scenario in (None, mission.scenario):
-        mission = with_zones_always_active(mission, str(path))
-        scenario = mission.scenario
     if suffix in ALTITUDE_REFERENCES:
         placed = with_origin(mission, origin, str(path))
         require_format(mission, placed, suffix, altitude, autopilot, str(path))
@@ -141,6 +139,7 @@ def export(
         require_radius_and_takeoff(radius, takeoff)
     given = mission.scenario if scenario is None else scenario
     notes, judged = require_not_refuted(mission, given, path, allow_close=allow_close)
+    flown = mission if suffix in OWN_SUFFIXES else with_zones_always_active(mission, str(path), judged.certificates)
     for note in notes:
         on_note(note)
     left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
@@ -153,9 +152,11 @@ def export(
         options = WaypointOptions(
             altitude, radius, takeoff, end, autopilot, apart_in_space=apart_in_space, allow_close=allow_close
         )
+        in_space = with_origin(flown, origin, str(path))
         if page is None:
-            return export_waypoints(mission, placed, path, suffix, options, on_note, on_certificate)
-        return _with_page(judged, placed, path, suffix, options, Path(page), notes, on_note, on_certificate)
+            return export_waypoints(flown, in_space, path, suffix, options, on_note, on_certificate)
+        drawn = replace(judged, scenario=placed)
+        return _with_page(drawn, flown, in_space, path, suffix, options, Path(page), notes, on_note, on_certificate)
     flights = sample_trajectories(mission, SAMPLE_RATES.get(suffix, 10.0) if rate is None else rate)
     if not flights:
         raise InputError(f"{path}: expected a mission with a trajectory to export, found none")
@@ -185,6 +186,7 @@ def export(
 
 
 def _with_page(
+    drawn: Mission,
     mission: Mission,
     scenario: Scenario,
     path: Path,
@@ -195,7 +197,7 @@ def _with_page(
     on_note: Callable[[str], object],
     on_certificate: Callable[[ExportCertificate], object],
 ) -> list[Path]:
-    """Write waypoints, and a page of the mission with the referee's verdict and what is said of the waypoints."""
+    """Write waypoints of a mission, and a page of it as it is drawn, with what is said of the waypoints."""
     notes, proven = list(said), list[ExportCertificate]()
 
     def tell(note: str) -> None:
@@ -207,5 +209,5 @@ def _with_page(
         on_certificate(certificate)
 
     files = export_waypoints(mission, scenario, path, suffix, options, tell, keep)
-    write_export_page(page, mission, scenario, proven[0], notes)
+    write_export_page(page, drawn, proven[0], notes)
     return [*files, page]

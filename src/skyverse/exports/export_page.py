@@ -16,26 +16,27 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 
 
-def write_export_page(
-    path: Path, mission: Mission, scenario: Scenario, certificate: ExportCertificate, notes: Sequence[str]
-) -> None:
+def write_export_page(path: Path, mission: Mission, certificate: ExportCertificate, notes: Sequence[str]) -> None:
     """Write the page of an export.
 
     Parameters
     ----------
     path
         The file.
-    mission, scenario
-        The mission with the referee's verdict, and its scenario with an origin.
+    mission
+        The mission with the referee's verdict, in a scenario with an origin.
     certificate
         What is proven of the waypoints.
     notes
         What the export says, in sentences.
     """
     landings = [
-        place for back in certificate.returns if back is not None and back.proven for place in _landings(scenario, back)
+        place
+        for back in certificate.returns
+        if back is not None and back.proven
+        for place in _landings(mission.scenario, back)
     ]
-    drawn = scene(replace(mission, scenario=scenario))
+    drawn = scene(mission)
     head, rows = verdict_table(certificate.flights)
     told = replace(drawn, landings=tuple(landings), export_notes=tuple(notes), export_verdicts=(head, *rows))
     write_text(path, page(told))

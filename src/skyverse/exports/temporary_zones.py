@@ -1,17 +1,32 @@
 """Missions among zones with active times, which can be exported where no flight depends on these times."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from skyverse.errors import InputError
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import listed
 from skyverse.model.temporary_zones import temporary_zones, told_zone, with_zones_active
-from skyverse.model.verdict import Verdict
+from skyverse.model.verdict import Certificate, Verdict
 from skyverse.referee import certify
 
 
-def with_zones_always_active(mission: Mission, what: str) -> Mission:
-    """Return a mission in whose scenario all zones are active at all times; `what` is what would be made of it.
+def with_zones_always_active(
+    mission: Mission, what: str, certificates: Sequence[Certificate | None] | None = None
+) -> Mission:
+    """Return a mission in whose scenario all zones are active at all times, to prove legs and returns in.
+
+    The zones of that scenario have other numbers, or are obstacles: what is said of the mission as given is said first.
+
+    Parameters
+    ----------
+    mission
+        The mission as given.
+    what
+        What would be made of it.
+    certificates
+        What the referee proves of each UAV's trajectory as given, if it has been asked; the mission's own are not
+        believed.
 
     Raises
     ------
@@ -23,8 +38,9 @@ def with_zones_always_active(mission: Mission, what: str) -> Mission:
     if not numbers:
         return mission
     lasting = replace(mission, scenario=with_zones_active(given, numbers))
-    now, always = (certify(one.scenario, one) for one in (mission, lasting))
-    for uav, (before, after) in enumerate(zip(now.trajectories, always.trajectories, strict=True)):
+    now = certify(given, mission).trajectories if certificates is None else certificates
+    always = certify(lasting.scenario, lasting)
+    for uav, (before, after) in enumerate(zip(now, always.trajectories, strict=True)):
         if before is None or after is None or before.verdict is not Verdict.PROVEN:
             continue
         if after.verdict is not Verdict.PROVEN:
