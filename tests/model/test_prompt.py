@@ -82,9 +82,16 @@ def test_the_seed_of_a_planner_of_ones_own_is_told_though_it_has_no_stop_rule():
     assert lines(mission)[-1] == "  by OneWalk, seed 7"
 
 
+def test_the_prompt_names_metres_where_a_path_of_any_angle_costs_metres():
+    problem = sky.Problem(sky.read("map2"), 0, 0)
+    metres, nodes = sky.Taut().plan(problem), sky.AStar().plan(problem)
+    assert lines(metres)[0].startswith(f"Result: complete, cost {metres.cost:.4g} m, ")
+    assert lines(nodes)[0].startswith(f"Result: optimal, cost {nodes.cost:.6g}, ")
+
+
 def test_the_parts_of_a_mission_are_shown_in_a_few_lines(fleet):
     result, trajectory = fleet.results[0], fleet.trajectories[0]
-    assert lines(result)[0].startswith(f"Result: {result.status.value}, cost {result.cost:,.6g}")
+    assert lines(result)[0].startswith(f"Result: {result.status.value}, cost {result.cost:.4g} m")
     assert lines(trajectory)[0].startswith(f"Trajectory: {trajectory.form}, ")
     assert lines(result.history)[0].startswith("History: 1 row, ")
     problem = sky.Problem(fleet.scenario, 1, 0)

@@ -40,6 +40,10 @@ def room(seed, **objective):
     )
 
 
+def told_unit(scenario):
+    return "nodes" if scenario.objective.unit == "nodes" else "m"
+
+
 def judged(scenario, mission):
     (found,) = check_optimality(scenario, mission)
     assert found.scenario == scenario.digest
@@ -59,6 +63,7 @@ def test_the_planners_optimum_is_the_referees(seed, objective):
     found = judged(scenario, mission)
     assert found.verdict is PROVEN, found.sentence
     result = mission.results[0]
+    assert found.sentence.endswith(f" costs less than {result.cost:.9g} {told_unit(scenario)}.")
     dearer = replace(mission, results=(replace(result, cost=result.cost + 0.3, bound=result.bound + 0.3),))
     found = judged(scenario, dearer)
     assert found.verdict is not PROVEN
@@ -120,12 +125,15 @@ def test_fewer_states_are_searched_where_moves_have_soft_terms(objective, zones,
 def test_a_path_of_any_angle_is_optimal_where_it_is_straight_and_otherwise_as_claimed():
     free = room(0).model_copy(update={"obstacles": ()})
     mission = sky.plan_mission(free, sky.Taut(), rng=1, shape="stop-and-go")
-    assert judged(free, mission).verdict is PROVEN
+    found = judged(free, mission)
+    assert found.verdict is PROVEN
+    assert found.sentence.endswith(f"the straight line alone costs {mission.results[0].cost:.9g} m.")
     bent = sky.plan_mission(room(0), sky.Taut(), rng=1, shape="stop-and-go")
     bound = bent.results[0].bound + 0.1
     found = judged(room(0), replace(bent, results=(replace(bent.results[0], bound=bound),)))
     assert found.verdict is UNDECIDED
     assert "as claimed by the planner: its result carries no witness" in found.sentence
+    assert found.sentence.endswith(" m.")
 
 
 @pytest.mark.parametrize(("more", "straight"), [(0.0, True), (0.1, False)])

@@ -188,8 +188,9 @@ class Result(ArrayRecord, Drawn):
         if not len(self.path):
             return as_lines(f"Result: {self.status.value}", self.status.sentence)
         gap = self.gap_sentence
+        cost = told_metres(self.cost) if self.any_angle else f"{self.cost:,.6g}"
         return as_lines(
-            f"Result: {self.status.value}, cost {self.cost:,.6g}{f', {gap}' if gap else ''}",
+            f"Result: {self.status.value}, cost {cost}{f', {gap}' if gap else ''}",
             f"path of {counted(len(self.path), 'point')}, {told_metres(self.length)}, "
             f"from {told_point(self.path[0])} to {told_point(self.path[-1])}",
             "" if self.status.reached else self.status.sentence,

@@ -113,14 +113,15 @@ class _Judge:
             return self._undecided(f"{claim}, {AS_CLAIMED}: it has no start or goal node.")
         optimum, _ = self._search(uav, start, goal, strict=False)
         if bound <= optimum or costs_agree(bound, optimum):
-            gap = "" if costs_agree(bound, optimum) else f"; the optimum is {optimum:.9g}"
-            why = f"{claim}: no path on the lattice costs less than {bound:.9g}{gap}."
+            gap = "" if costs_agree(bound, optimum) else f"; the optimum is {self._told(optimum)}"
+            why = f"{claim}: no path on the lattice costs less than {self._told(bound)}{gap}."
             return self._proven(claim, why, uav, target, result)
         cheaper, _ = self._search(uav, start, goal, strict=True)
         if cheaper < bound and not costs_agree(bound, cheaper):
-            sentence = f"{name} claims that no path costs less than {bound:.9g}, but one costs {cheaper:.9g}."
+            told = f"no path costs less than {self._told(bound)}, but one costs {self._told(cheaper)}"
+            sentence = f"{name} claims that {told}."
             return self._certificate(Verdict.REFUTED, sentence)
-        why = f"a path of {optimum:.9g} keeps clear by less than {LATTICE_MARGIN:g} m more than it must"
+        why = f"a path of {self._told(optimum)} keeps clear by less than {LATTICE_MARGIN:g} m more than it must"
         return self._undecided(f"{claim}, {AS_CLAIMED}: {why}.")
 
     def _judge_any_angle(self, claim: str, uav: int, target: int, result: Result, bound: float) -> Certificate:
@@ -128,8 +129,8 @@ class _Judge:
         way = np.subtract(self.scenario.targets[target].position, self.scenario.uavs[uav].start)
         line = self.scenario.objective.fuel * float(np.linalg.norm(way))
         if bound <= line or costs_agree(bound, line):
-            return self._proven(claim, f"{claim}: the straight line alone costs {line:.9g}.", uav, target, result)
-        return self._undecided(f"{claim}, {AS_CLAIMED}: its result carries no witness of its bound, {bound:.9g}.")
+            return self._proven(claim, f"{claim}: the straight line alone costs {line:.9g} m.", uav, target, result)
+        return self._undecided(f"{claim}, {AS_CLAIMED}: its result carries no witness of its bound, {bound:.9g} m.")
 
     def _judge_absence(self, name: str, uav: int, target: int) -> Certificate:
         """Judge the claim that no path joins a UAV's start and its target."""
@@ -173,6 +174,10 @@ class _Judge:
         if wrong is not None:
             return self._undecided(f"{claim}, {AS_CLAIMED}: its result is wrong elsewhere. {wrong.message}")
         return self._certificate(Verdict.PROVEN, sentence)
+
+    def _told(self, cost: float) -> str:
+        """Return the cost of a path on the lattice with its unit."""
+        return f"{cost:.9g} {'nodes' if self.scenario.objective.unit == 'nodes' else 'm'}"
 
     def _undecided(self, sentence: str) -> Certificate:
         return self._certificate(Verdict.UNDECIDED, sentence)
