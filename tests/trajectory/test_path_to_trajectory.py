@@ -8,8 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.model.trajectory import Trajectory
 from skyverse.trajectory import fly_along, path_to_trajectory
+from skyverse.trajectory.blended import blended
+from skyverse.trajectory.path_to_trajectory import needed_waypoints
 from skyverse.trajectory.proof import Proof
+from skyverse.trajectory.summary import turning
 
 
 def flown(scenario, planner=None, shape="minimum-time", uav=0):
@@ -161,3 +165,40 @@ def test_a_spline_that_leaves_its_path_says_by_how_much():
     far = flown(sky.random_city(500, seed=1), shape="minimum-snap")
     assert far.form == "smooth"
     assert far.note.startswith("It leaves its path by up to ")
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 10**6))
+def test_a_spline_turns_hardly_more_than_straight_legs_unless_they_take_much_longer(seed):
+    rng = np.random.default_rng(seed)
+    trunks = [
+        sky.Cylinder(centre=tuple(centre), radius=float(radius), low=0, high=20)
+        for centre, radius in zip(rng.uniform(5, 55, (40, 2)), rng.uniform(0.3, 1.5, 40), strict=True)
+    ]
+    problem = sky.Problem(
+        sky.Scenario(
+            name="wood",
+            bounds=sky.Bounds(min=(0, 0, 0), max=(60, 60, 15)),
+            obstacles=trunks,
+            clearance=0.5,
+            lattice=sky.Lattice(step=(1, 1, 1)),
+            objective=sky.Objective(unit="metres"),
+            uavs=[sky.UAV(start=(1, 1, 3))],
+            targets=[sky.Target(position=(59, 59, 3))],
+        )
+    )
+    result = sky.Taut().plan(problem)
+    trajectory = fly_along(problem, result)
+    if trajectory.form == "smooth":
+        straight = blended(problem.airspace.world, needed_waypoints(problem, result), problem.scenario.uavs[0], 2.0)
+        assert turning(trajectory) <= turning(straight) + 10 or straight.end >= 1.03 * trajectory.end
+
+
+def test_a_quarter_of_a_circle_turns_by_ninety_degrees_and_a_stop_by_none():
+    angles = np.linspace(0, np.pi / 2, 41)
+    knots = angles.copy()
+    rows = [
+        [(np.cos(a), np.sin(a), 0), (-np.sin(a), np.cos(a), 0), (-np.cos(a) / 2, -np.sin(a) / 2, 0)] for a in angles
+    ]
+    assert turning(Trajectory(knots, np.array(rows[:-1]))) == pytest.approx(90, abs=3)
+    assert turning(Trajectory(np.array([0.0, 9.0]), np.array([[(1.0, 2, 3), (0, 0, 0)]]))) == 0

@@ -37,7 +37,10 @@ class Cheapest(DirectPlanner):
     are tried beside a path that costs at most 0.1 % more than the straight line's length. So the answer is never dearer
     than the paths it begins with, and no small change makes it cheaper; a quite different path may be.
 
-    Random numbers come from a fixed seed, so that the same problem has the same answer. It ends by itself: `stop`,
+    Which other ways are found depends on the random numbers. With `restarts` the search begins anew so many times, with
+    others, and the cheapest path is the answer.
+
+    Random numbers come from fixed seeds, so that the same problem has the same answer. It ends by itself: `stop`,
     `rng` and `on_iteration` have no effect. In its effort, an evaluation is a leg that was priced.
 
     Its `bound` is proven. It is the price of the straight line's length, or a greater one that counts how obstacles and
@@ -49,16 +52,20 @@ class Cheapest(DirectPlanner):
     legs
         After about so many priced legs no other ways are tried, or earlier, where as many as before the last gain of
         0.05 %, and a fifth of all, were in vain. A million takes about a second over terrain.
+    restarts
+        How many times the search begins anew, each time with as many legs.
     proof
         About how many cells the lattice over the map has that proves the bound: about a fifth of a second for each
         100,000. With 0 the bound is that of the straight line.
     """
 
     legs: int = 1_000_000
+    restarts: int = 0
     proof: int = 50_000
 
     def __post_init__(self) -> None:
         require_integer(self, "legs", 0)
+        require_integer(self, "restarts", 0)
         require_integer(self, "proof", 0)
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
@@ -75,16 +82,22 @@ class Cheapest(DirectPlanner):
             return Taut(proof=0).find(problem, origin)
         rates = problem.airspace.rates
         least = min(float(cost.legs(rates, writable(path), problem.end).sum()) for path in known)
-        path, spent = cheapest_path(
-            space,
-            rates,
-            np.concatenate(known),
-            np.array([len(path) for path in known]),
-            problem.airspace.grid.step,
-            bound,
-            0 if least <= bound * (1.0 + CHEAP_ENOUGH) else self.legs,
-            np.random.default_rng(0),
-        )
+        needless = least <= bound * (1.0 + CHEAP_ENOUGH)
+        searches = [
+            cheapest_path(
+                space,
+                rates,
+                np.concatenate(known),
+                np.array([len(path) for path in known]),
+                problem.airspace.grid.step,
+                bound,
+                0 if needless else self.legs,
+                np.random.default_rng(seed),
+            )
+            for seed in range(1 if needless else 1 + self.restarts)
+        ]
+        path = min((path for path, _ in searches), key=lambda path: float(cost.legs(rates, path, problem.end).sum()))
+        spent = np.sum([spent for _, spent in searches], axis=0)
         effort = Effort(
             generated_paths=int(spent[PATHS]), generated_nodes=int(spent[LEGS]), evaluations=int(spent[LEGS])
         )

@@ -26,7 +26,7 @@ from skyverse.trajectory.rest_to_rest import rest_to_rest
 from skyverse.trajectory.smooth import CLOSE_REACH, smooth
 from skyverse.trajectory.speed_in_zones import first_too_fast
 from skyverse.trajectory.straight_legs import least_seconds
-from skyverse.trajectory.summary import flown_length, largest_distance
+from skyverse.trajectory.summary import flown_length, largest_distance, turning
 
 Shape = Literal["minimum-time", "minimum-snap", "minimum-jerk", "stop-and-go"]
 SLOWDOWN = 1.1
@@ -35,6 +35,9 @@ TOLERANCE = 2.0
 """Metres that a flight may be from its path without saying so: about as far as satellite navigation is off anyway."""
 WORTH_A_SPLINE = 1.02
 """How many times as long a flight must take as its legs would without bends, for a spline to be tried instead."""
+
+WORTH_TURNS, MORE_TURNING = 1.03, 10.0
+"""How many times as long straight legs must take for a spline that turns more, by more than so many degrees."""
 
 
 def fly_along(problem: Problem, result: Result, shape: Shape = "minimum-time") -> Trajectory | None:
@@ -152,8 +155,13 @@ def _attempts(world: World, uav: UAV, waypoints: Floats, shape: Shape, close: bo
 
 
 def _is_better(flown: Trajectory, straight: Trajectory) -> bool:
-    """Tell whether a spline is faster than straight legs by a larger factor than it is longer."""
-    return flown.end < straight.end and flown.end * flown_length(flown) < straight.end * flown_length(straight)
+    """Tell whether a spline is faster than straight legs by a larger factor than it is longer, and turns no more.
+
+    One that turns more must be faster by `WORTH_TURNS`.
+    """
+    if flown.end >= straight.end or flown.end * flown_length(flown) >= straight.end * flown_length(straight):
+        return False
+    return straight.end >= WORTH_TURNS * flown.end or turning(flown) <= turning(straight) + MORE_TURNING
 
 
 def _remarked(flown: Trajectory, waypoints: Floats) -> Trajectory:

@@ -17,6 +17,8 @@ MAX_HALVINGS = 40
 """How often intervals are cut in two, each time one of the halves before."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 """Gauss's quadrature on the interval from -1 to 1."""
+TURNS_PER_PIECE, SLOWEST = 30, 0.01
+"""Instants of a piece at which its course is taken, and metres per second from which a UAV has one."""
 DISTANCES_AT_ONCE = 2**21
 """Distances between coefficients and legs of a path computed together, which bounds the memory."""
 
@@ -45,6 +47,17 @@ def flown_length(trajectory: Trajectory) -> float:
         lambda instants: np.linalg.norm(trajectory.at(instants).velocity, axis=1)[:, None], trajectory.knots
     )
     return float(speeds[0])
+
+
+def turning(trajectory: Trajectory) -> float:
+    """Return the sum of the angles by which the course of a trajectory turns, degrees; where it hovers it has none."""
+    shares = np.linspace(0.0, 1.0, TURNS_PER_PIECE, endpoint=False)
+    instants = (trajectory.knots[:-1, None] + shares * np.diff(trajectory.knots)[:, None]).ravel()
+    velocity = trajectory.at(instants).velocity
+    speeds = np.linalg.norm(velocity, axis=1)
+    courses = velocity[speeds > SLOWEST] / speeds[speeds > SLOWEST, None]
+    chords = np.linalg.norm(np.diff(courses, axis=0), axis=1)
+    return math.degrees(float(2.0 * np.arcsin(np.minimum(chords / 2.0, 1.0)).sum()))
 
 
 def _integrals(rates: Callable[[Floats], Floats], edges: Floats) -> Floats:
