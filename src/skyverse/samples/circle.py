@@ -8,6 +8,7 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.uav import UAV
+from skyverse.samples.given_numbers import require_whole
 
 CIRCLE_SPACE_HEIGHT = 20.0
 """Metres from the floor of the space to its ceiling; the circle is half-way up."""
@@ -33,8 +34,7 @@ def circle_swap(uavs: int = 8, radius: float = 20.0) -> Scenario:
     InputError
         If the number is not even and positive, or the circle is too small for the separation of the UAVs.
     """
-    if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or uavs < 2 or uavs % 2:
-        raise InputError(f"circle_swap's uavs is an even number from 2 on, not {uavs!r}")
+    require_whole("circle_swap", "uavs", uavs, 2, even=True)
     separation = UAV(start=(0, 0, 0)).separation
     least = separation / (2.0 * math.sin(math.pi / uavs))
     if isinstance(radius, bool) or not isinstance(radius, Real) or not least < radius < math.inf:

@@ -10,6 +10,7 @@ from skyverse.errors import InputError
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
+from skyverse.samples.given_numbers import require_whole
 
 CITY_DENSITY = 2000 / 2000.0**2
 """Buildings per square metre, of 2,000 on 2 km x 2 km."""
@@ -135,9 +136,8 @@ def _checked_side(
     seed: int,
 ) -> float:
     """Return the side of the square, metres, after a check of a generator's arguments."""
-    for name, number, least in (("buildings", buildings, 0), ("uavs", uavs, 0), ("seed", seed, 0)):
-        if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < least:
-            raise InputError(f"{generator}'s {name} is a whole number from {least} on, not {number!r}")
+    for name, number in (("buildings", buildings), ("uavs", uavs), ("seed", seed)):
+        require_whole(generator, name, number, 0)
     for name, metres in (("side", side), ("ceiling", ceiling), ("clearance", clearance)):
         number = isinstance(metres, int | float | np.number) and not isinstance(metres, bool) and math.isfinite(metres)
         if metres is not None and (not number or metres < 0 or (metres == 0 and name != "clearance")):

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from skyverse.errors import InputError
-from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box
-from skyverse.samples.small_uavs import CLEARANCE, scattered_places, small_uav
+from skyverse.samples.given_numbers import require_whole
+from skyverse.samples.small_uavs import scattered_places, scenario_of_swap
 
 CORRIDOR, THICKNESS = 1.0, 0.1
 """Metres: the width of corridors, and the thickness of walls between them."""
@@ -43,12 +43,9 @@ def random_maze(uavs: int = 20, *, cells: int = 6, seed: int = 0) -> Scenario:
     InputError
         If an argument is out of range, or the halls are too small for so many UAVs.
     """
-    if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or not 2 <= uavs <= 40 or uavs % 2:
-        raise InputError(f"random_maze's uavs is an even number from 2 to 40, not {uavs!r}")
-    if isinstance(cells, bool) or not isinstance(cells, int | np.integer) or not 3 <= cells <= 20:
-        raise InputError(f"random_maze's cells is a whole number from 3 to 20, not {cells!r}")
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise InputError(f"random_maze's seed is a whole number from 0 on, not {seed!r}")
+    require_whole("random_maze", "uavs", uavs, 2, 40, even=True)
+    require_whole("random_maze", "cells", cells, 3, 20)
+    require_whole("random_maze", "seed", seed, 0)
     rng = np.random.default_rng(seed)
     pitch = CORRIDOR + THICKNESS
     side = cells * pitch
@@ -71,17 +68,13 @@ def random_maze(uavs: int = 20, *, cells: int = 6, seed: int = 0) -> Scenario:
         scattered_places(rng, half, np.array([west, 0.0, 0.0]), np.array([west + HALL, side, HEIGHT]))
         for west in (0.0, length - HALL)
     )
-    starts, targets = near + far, far + near
-    return Scenario(
+    return scenario_of_swap(
         name=f"maze-{uavs}-{seed}",
         description=f"{uavs} UAVs exchange the ends of a maze with corridors {CORRIDOR:g} m wide.",
-        bounds=Bounds(min=(0, 0, 0), max=(length, side, HEIGHT)),
-        obstacles=tuple(Box(min=_rounded(low), max=_rounded(high)) for low, high in walls),
-        clearance=CLEARANCE,
-        lattice=Lattice(step=(0.25, 0.25, 0.25), connectivity=26),
-        objective=Objective(unit="metres"),
-        uavs=tuple(small_uav(f"uav-{i}", place) for i, place in enumerate(starts, 1)),
-        targets=tuple(Target(name=f"target-{i}", position=place) for i, place in enumerate(targets, 1)),
+        size=(length, side, HEIGHT),
+        walls=tuple(Box(min=_rounded(low), max=_rounded(high)) for low, high in walls),
+        near=near,
+        far=far,
     )
 
 

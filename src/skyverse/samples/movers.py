@@ -12,6 +12,7 @@ from skyverse.model.mover import Mover
 from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, WaypointMotion
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Sphere
+from skyverse.samples.given_numbers import require_whole
 
 MoverKind = Literal["spinners", "patrols", "knots", "traffic"]
 
@@ -57,8 +58,7 @@ def random_movers(
     if kind not in get_args(MoverKind):
         raise InputError(f"random_movers's kind is {', '.join(map(repr, get_args(MoverKind)))}, not {kind!r}")
     for name, number in (("count", count), ("seed", seed)):
-        if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < 0:
-            raise InputError(f"random_movers's {name} is a whole number from 0 on, not {number!r}")
+        require_whole("random_movers", name, number, 0)
     if isinstance(speed, bool) or not isinstance(speed, int | float) or not 1e-3 <= speed <= 1e3:
         raise InputError(f"random_movers's speed is from 0.001 to 1000 m/s, not {speed!r}")
     rng = np.random.default_rng(seed)

@@ -4,6 +4,8 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
 
 Place = tuple[float, float, float]
@@ -44,3 +46,23 @@ def scattered_places(rng: np.random.Generator, count: int, low: Floats, high: Fl
     if len(found) < count:
         raise InputError(f"there is no space for {count} UAVs that are {apart[0]:g} m apart")
     return [(x, y, z) for x, y, z in found.tolist()]
+
+
+def scenario_of_swap(
+    *, name: str, description: str, size: Place, walls: tuple[Box, ...], near: list[Place], far: list[Place]
+) -> Scenario:
+    """Return a scenario of small UAVs, of which the i-th at the near places and the i-th at the far ones change places.
+
+    Its bounds have one corner at zero and the other at `size`, metres.
+    """
+    return Scenario(
+        name=name,
+        description=description,
+        bounds=Bounds(min=(0, 0, 0), max=size),
+        obstacles=walls,
+        clearance=CLEARANCE,
+        lattice=Lattice(step=(0.25, 0.25, 0.25), connectivity=26),
+        objective=Objective(unit="metres"),
+        uavs=tuple(small_uav(f"uav-{i}", place) for i, place in enumerate(near + far, 1)),
+        targets=tuple(Target(name=f"target-{i}", position=place) for i, place in enumerate(far + near, 1)),
+    )

@@ -5,9 +5,10 @@ from numbers import Real
 import numpy as np
 
 from skyverse.errors import InputError
-from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
+from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box
-from skyverse.samples.small_uavs import CLEARANCE, WALL, scattered_places, small_uav
+from skyverse.samples.given_numbers import require_whole
+from skyverse.samples.small_uavs import WALL, scattered_places, scenario_of_swap
 
 ROOM = (6.0, 7.0, 3.0)
 """Metres along each axis: the inside of a room."""
@@ -42,12 +43,10 @@ def tunnel_swap(uavs: int = 20, *, width: float = 1.5, seed: int = 0) -> Scenari
     InputError
         If an argument is out of range.
     """
-    if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or not 2 <= uavs <= MOST_UAVS or uavs % 2:
-        raise InputError(f"tunnel_swap's uavs is an even number from 2 to {MOST_UAVS}, not {uavs!r}")
+    require_whole("tunnel_swap", "uavs", uavs, 2, MOST_UAVS, even=True)
     if isinstance(width, bool) or not isinstance(width, Real) or not 0.8 <= width <= 2.5:
         raise InputError(f"tunnel_swap's width is from 0.8 to 2.5 m, not {width!r}")
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise InputError(f"tunnel_swap's seed is a whole number from 0 on, not {seed!r}")
+    require_whole("tunnel_swap", "seed", seed, 0)
     rng = np.random.default_rng(seed)
     depth, across, high = ROOM
     since, until = depth, depth + TUNNEL_LENGTH
@@ -62,15 +61,11 @@ def tunnel_swap(uavs: int = 20, *, width: float = 1.5, seed: int = 0) -> Scenari
     half = uavs // 2
     near = scattered_places(rng, half, np.zeros(3), np.array([since, across, high]))
     far = scattered_places(rng, half, np.array([until, 0.0, 0.0]), np.array([length, across, high]))
-    starts, targets = near + far, far + near
-    return Scenario(
+    return scenario_of_swap(
         name=f"tunnel-{uavs}-{seed}",
         description=f"{uavs} UAVs exchange sides through a tunnel {width:g} m wide.",
-        bounds=Bounds(min=(0, 0, 0), max=(length, across, high)),
-        obstacles=filled,
-        clearance=CLEARANCE,
-        lattice=Lattice(step=(0.25, 0.25, 0.25), connectivity=26),
-        objective=Objective(unit="metres"),
-        uavs=tuple(small_uav(f"uav-{i}", place) for i, place in enumerate(starts, 1)),
-        targets=tuple(Target(name=f"target-{i}", position=place) for i, place in enumerate(targets, 1)),
+        size=(length, across, high),
+        walls=filled,
+        near=near,
+        far=far,
     )

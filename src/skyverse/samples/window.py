@@ -6,6 +6,7 @@ from skyverse.errors import InputError
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
+from skyverse.samples.given_numbers import require_whole
 
 SWAP_SPACING = (0.9, 0.9, 1.1)
 """Metres between neighbouring places, along x, y and z."""
@@ -36,8 +37,7 @@ def window_swap(room: Scenario, uavs: int = 100) -> Scenario:
     InputError
         If the number is odd or out of range, or a place is not free in the room.
     """
-    if isinstance(uavs, bool) or not isinstance(uavs, int | np.integer) or not 2 <= uavs <= 100 or uavs % 2:
-        raise InputError(f"window_swap's uavs is an even number from 2 to 100, not {uavs!r}")
+    require_whole("window_swap", "uavs", uavs, 2, 100, even=True)
     half = uavs // 2
     near, far = _places(half, -3.0, -1), _places(half, 7.0, 1)
     starts = near + far
