@@ -6,7 +6,9 @@ from pathlib import Path
 
 import skyverse as sky
 from skyverse.cli.report import report, table
-from skyverse.model.flight_table import gaps_sentence, told_costs, unit_sentence
+from skyverse.model.flight_sentences import planners_sentence, unknown_gaps_sentence
+from skyverse.model.flight_table import flight_columns, gaps_sentence, told_costs, unit_sentence
+from skyverse.model.verdict import Action, Deconfliction
 
 
 def test_a_total_never_adds_nodes_to_metres(capsys):
@@ -67,3 +69,31 @@ def test_gaps_say_what_they_are_counted_from():
     assert gaps_sentence(nodes) == ""
     worse = dataclasses.replace(nodes.results[0], cost=2 * nodes.results[0].cost)
     assert "same lattice" in gaps_sentence(dataclasses.replace(nodes, results=(worse, nodes.results[1])))
+
+
+def test_a_wait_before_departure_is_told_beside_the_time():
+    mission = sky.plan_mission(sky.read("table-4.9-2"), sky.Taut())
+    first, second = mission.trajectories
+    late = dataclasses.replace(mission, trajectories=(first.retimed(first.start + 0.18), second))
+    before, after = ({one.head: one.cells for one in flight_columns(told)}["time"] for told in (mission, late))
+    assert after == (f"{before[0]} + 0.18 s wait", before[1])
+
+
+def test_a_missing_gap_is_explained_in_one_line(capsys):
+    mission = sky.plan_mission(sky.read("table-4.9-2"), sky.Taut())
+    assert unknown_gaps_sentence(mission) == ""
+    unbounded = dataclasses.replace(mission.results[0], bound=None)
+    mission = dataclasses.replace(mission, results=(unbounded, mission.results[1]))
+    report(mission, [Path("mission.json")], as_json=False)
+    assert capsys.readouterr().out.count('Where the gap is "-", it is not known') == 1
+
+
+def test_paths_led_around_others_by_another_planner_are_counted():
+    scenario = sky.read("table-4.9-2")
+    nodes, metres = (sky.plan_mission(scenario, planner) for planner in (sky.AStar(), sky.Taut()))
+    assert planners_sentence(nodes) == "planned by AStar"
+    action = Action(1, "detour", "uav-2 leaves its path.")
+    mixed = dataclasses.replace(nodes, results=(nodes.results[0], metres.results[1]))
+    assert planners_sentence(dataclasses.replace(mixed, deconfliction=None)) == "planned by AStar and Taut"
+    led = dataclasses.replace(mixed, deconfliction=Deconfliction((), (), (action,), 1.0, 1.0, 1.0, 1.0))
+    assert planners_sentence(led) == "planned by AStar; 1 path led around others by Taut"

@@ -30,7 +30,7 @@ def test_a_pilots_table_tells_what_is_flown(mission):
     assert told["cost"] == ("44 nodes", "17 nodes")
     assert told["gap at most"] == ("10 %", "0 %")  # 44 of 40 nodes, and 17 of 17
     assert told["flown"] == ("14.32 m", "7.071 m")  # straight from (5, -4, 3) by (2, 2.5, 3) to (5, 9, 3)
-    assert told["time"] == ("8 s", "4 s")
+    assert told["time"] == ("8 s", "4 s + 1 s wait")
     assert told["climb"] == ("0 m", "1 m")
     assert told["steepest"] == ("0°", "8°")
     assert told["altitude"] == ("3.0 to 3.0 m", "3.0 to 4.0 m")

@@ -25,6 +25,7 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:
     """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
     from skyverse.model.digest import short
+    from skyverse.model.flight_sentences import planners_sentence, unknown_gaps_sentence
     from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
     from skyverse.model.seconds import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
@@ -40,13 +41,12 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     if any(result.status.value == "optimal" for result in results):
         print("Paths called optimal are so as claimed by the planner; skyverse check --optimality searches anew.")
     if results:
-        planners = dict.fromkeys(result.provenance.planner.partition("(")[0] for result in results)
-        print(f"planned by {' and '.join(planners)}")
+        print(planners_sentence(mission))
     times = f"total time {told_seconds(mission.total_time)}, makespan {told_seconds(mission.makespan)}"
     seed = mission.provenance.seed
     total = told_costs(mission.costs) if mission.complete else "-"
     print(f"total cost {total}, {times}{'' if seed is None else f', seed {seed}'}")
-    for told in filter(None, (unit_sentence(mission), gaps_sentence(mission))):
+    for told in filter(None, (unit_sentence(mission), gaps_sentence(mission), unknown_gaps_sentence(mission))):
         print(told)
     _report_conflicts(mission)
     for uav, trajectory in zip(mission.scenario.uavs, mission.trajectories, strict=True):

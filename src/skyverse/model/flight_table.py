@@ -16,6 +16,8 @@ from skyverse.model.trajectory import Trajectory
 
 NO_VALUE = "-"
 """What stands in a table where there is no value."""
+SHORTEST_WAIT = 0.005
+"""Seconds before departure that are told; less would be told as none."""
 JOULES_OF_WATT_HOUR = 3600.0
 EXACT_TERMS = {"fuel", "divergence", "end"}
 """The terms of a cost of which exact search on the lattice finds the optimum."""
@@ -62,7 +64,7 @@ def flight_columns(mission: Mission) -> list[Column]:
         Column("climb", "All climbs together.", measured(lambda one: told_metres(round(one.climb, 1)))),
         Column("steepest", "Largest slope, up or down.", measured(lambda one: f"{one.steepest:.0f}\N{DEGREE SIGN}")),
         Column(*above, measured(lambda one: f"{one.lowest:.1f} to {one.highest:.1f} m")),
-        Column("time", "From departure to arrival.", _instants(flights, lambda one: one.end - one.start)),
+        Column("time", "From departure to arrival, without a wait before it.", _of_trajectories(flights, _time)),
         Column("energy", "Estimated from the power at which the UAV hovers.", energy),
     ]
     return columns if any(value is not None for value in energies) else columns[:-1]
@@ -167,6 +169,12 @@ def _length(flight: PlannedFlight, measures: FlightMeasures | None) -> str:
     if measures is None:
         return NO_VALUE
     return told_metres(measures.length if flight.summary is None else flight.summary.length)
+
+
+def _time(trajectory: Trajectory) -> str:
+    """Return how long a flight takes, and beside it how long the UAV waits before it departs."""
+    wait = "" if trajectory.start < SHORTEST_WAIT else f" + {told_seconds(trajectory.start)} wait"
+    return f"{told_seconds(trajectory.end - trajectory.start)}{wait}"
 
 
 def _instants(flights: Iterable[PlannedFlight], instant: Callable[[Trajectory], float]) -> tuple[str, ...]:
