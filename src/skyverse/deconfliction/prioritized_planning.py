@@ -10,7 +10,7 @@ from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.choose_flight import choose_flight
 from skyverse.deconfliction.forbidden_departures import TICK
-from skyverse.deconfliction.space_time.place_in_time import place_in_time
+from skyverse.deconfliction.space_time.place_in_time import moved_to_front, place_in_time
 from skyverse.model.uav import UAV
 
 MAX_PROMOTIONS = 8
@@ -84,8 +84,7 @@ def _in_best_order(
         failed = [uav for uav in order if placed[uav].in_conflict]
         if not failed or pool.cancelled:
             break
-        front = set(failed)
-        order = failed + [uav for uav in order if uav not in front]
+        order = moved_to_front(order, failed)
         again = _in_turn(pool, planned, order)
         if cost_of(again)[0] >= cost_of(placed)[0]:
             break

@@ -47,10 +47,15 @@ def place_in_time(pool: CandidatePool, planned: Sequence[Candidate]) -> list[Pla
             best = placed
         if not failed or pool.cancelled:
             break
-        front = set(failed)
-        order = failed + [uav for uav in order if uav not in front]
+        order = moved_to_front(order, failed)
     assert best is not None
     return best
+
+
+def moved_to_front(order: Sequence[int], first: Sequence[int]) -> list[int]:
+    """Return an order of UAVs in which some come `first`; the others follow them in the order that they had."""
+    front = set(first)
+    return [*first, *(uav for uav in order if uav not in front)]
 
 
 def _in_turn(
