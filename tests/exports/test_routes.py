@@ -11,6 +11,7 @@ import skyverse as sky
 from skyverse.model.geodesy import to_local, to_wgs84
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
+from woods import woods
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
@@ -95,6 +96,19 @@ def test_routes_through_random_towers_are_clear_as_flown(seed):
     (route,) = sky.routes(mission, radius=3.0)
     assert gaps(mission, flown(mission, route)).min() >= clearance - CLEARANCE_ALLOWANCE
     assert np.linalg.norm(route.points[-1] - corners[-1]) < 1e-9
+
+
+def test_a_flight_with_bends_close_together_between_trunks_is_exported():
+    mission = sky.plan_mission(woods(85, frame=sky.Frame(origin=ORIGIN)))
+    assert mission.violations == ()
+    (route,) = sky.routes(mission)
+    points = flown(mission, route)
+    for trunk in mission.scenario.obstacles:
+        gap = np.hypot(*(points[:, :2] - trunk.centre).T) - trunk.radius
+        assert gap.min() >= mission.scenario.clearance - CLEARANCE_ALLOWANCE
+    legs = np.diff(route.waypoints, axis=0)
+    way = points[-1] - points[0]
+    assert (legs @ way > 0).all()
 
 
 def test_a_bent_flight_in_the_open_takes_few_waypoints_near_it():

@@ -14,6 +14,7 @@ from skyverse.trajectory.blended import blended
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.straight_legs import least_seconds
 from skyverse.trajectory.summary import flight_summary, largest_distance
+from woods import woods
 
 TOLERANCE = 2.0
 PLACE = st.tuples(st.floats(-2000, 2000), st.floats(-2000, 2000), st.floats(0, 300))
@@ -169,24 +170,6 @@ def test_bends_that_are_merged_stay_near_a_path_whose_legs_are_not_in_one_plane(
     path = np.vstack([[-300, 0, 50], bends, [bends[-1, 0], -300, 50]])
     flown = blended(OPEN, path, sky.UAV(start=(0, 0, 0), max_speed=20), TOLERANCE)
     assert largest_distance(flown, path) <= TOLERANCE
-
-
-def woods(seed):
-    """A field of trunks, a UAV and its target."""
-    rng = np.random.default_rng(seed)
-    start, end = rng.uniform((5, 20, 5), (20, 180, 20)), rng.uniform((180, 20, 5), (195, 180, 20))
-    trunks = [(*rng.uniform(0, 200, 2), rng.uniform(0.5, 5)) for _ in range(60)]
-    trunks = [t for t in trunks if all(np.hypot(t[0] - e[0], t[1] - e[1]) > t[2] + 4 for e in (start, end))]
-    return sky.Scenario(
-        name="woods",
-        bounds=sky.Bounds(min=(0, 0, 0), max=(200, 200, 30)),
-        obstacles=[sky.Cylinder(centre=(x, y), radius=r, low=0, high=30) for x, y, r in trunks],
-        clearance=1.0,
-        lattice=sky.Lattice(step=(5, 5, 5), connectivity=26),
-        objective=sky.Objective(unit="metres"),
-        uavs=[sky.UAV(start=start, max_speed=float(rng.choice([5, 10, 15])))],
-        targets=[sky.Target(position=end)],
-    )
 
 
 def test_in_woods_flights_are_near_their_paths_and_hardly_slower_than_without_bends():

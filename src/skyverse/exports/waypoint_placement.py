@@ -142,7 +142,8 @@ class WaypointPlacement:
         done = self.pushed.get(index, 0.0)
         if index in self.fixed or done >= MAX_PUSH * self.reach:
             return False
-        ahead, behind = self.nodes[k + 1][1] - self.curve[index], self.curve[index] - self.nodes[k - 1][1]
+        ahead = self._unpushed(k + 1) - self.curve[index]
+        behind = self.curve[index] - self._unpushed(k - 1)
         bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)
         size = float(np.linalg.norm(bend))
         if size < STRAIGHT_ON:
@@ -150,6 +151,15 @@ class WaypointPlacement:
         self.pushed[index] = min(done + max(done, LEG_ALLOWANCE), MAX_PUSH * self.reach)
         self.nodes[k] = index, self.curve[index] - bend / size * self.pushed[index]
         return True
+
+    def _unpushed(self, k: int) -> Floats:
+        """Return where waypoint k is on the curve; the first is where the climb ends.
+
+        The direction in which waypoints are moved must not depend on how far their neighbours were: where bends are
+        close together, the way between two that were moved leads backwards.
+        """
+        index, place = self.nodes[k]
+        return self.curve[index] if index else place
 
     def _stop(self, k: int) -> bool:
         """Let the UAV stop at a waypoint on the curve, whose corner cannot be cut; return whether it may."""
