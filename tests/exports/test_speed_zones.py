@@ -144,6 +144,16 @@ def test_a_refusal_tells_what_is_kept_in_hand_of_a_speed_limit(tmp_path, climb, 
     )
 
 
+def test_where_the_limit_itself_is_too_low_the_climb_is_not_blamed(tmp_path):
+    round_the_target = sky.Cylinder(centre=(80, 0), radius=9, low=0, high=80, max_speed=0.21)
+    with pytest.raises(sky.InputError) as refused:
+        sky.export(mission(round_the_target), tmp_path / "m.plan", altitude="amsl")
+    assert str(refused.value).endswith(
+        "leads through zone 0, whose speed limit of 0.21 m/s it cannot keep with 10% in hand, since autopilots may be "
+        "faster than told: no speed below 0.2 m/s is commanded; raise the zone's max_speed"
+    )
+
+
 def test_exports_tell_that_speed_limits_are_kept_and_of_which_returns_that_is_not_proven(tmp_path):
     notes = []
     sky.export(mission(BOX), tmp_path / "m.plan", on_note=notes.append)

@@ -158,13 +158,17 @@ def _commanded(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone, limit: f
 
 def _require_commandable(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone, limit: float, leads: str) -> None:
     """Raise `InputError` where no speed that may be commanded keeps a leg as slow as a zone demands."""
-    if _speed_over_ground(plan, a, b, limit) < MIN_SPEED:
-        raise InputError(
-            f"{leads} zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep "
-            f"with {SPEED_TOLERANCE:.0%} in hand, since autopilots may be faster than told: "
-            f"it climbs and descends at up to {_vertical_rate(plan, b - a):g} m/s; "
-            "lower the UAV's max_climb and max_descent"
-        )
+    if _speed_over_ground(plan, a, b, limit) >= MIN_SPEED:
+        return
+    if limit / (1 + SPEED_TOLERANCE) < MIN_SPEED and (a[:2] != b[:2]).any():
+        why = f"no speed below {MIN_SPEED:g} m/s is commanded; raise the zone's max_speed"
+    else:
+        rate = _vertical_rate(plan, b - a)
+        why = f"it climbs and descends at up to {rate:g} m/s; lower the UAV's max_climb and max_descent"
+    raise InputError(
+        f"{leads} zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep "
+        f"with {SPEED_TOLERANCE:.0%} in hand, since autopilots may be faster than told: {why}"
+    )
 
 
 def _speed_over_ground(plan: FlightPlan, a: Floats, b: Floats, limit: float) -> float:
