@@ -13,7 +13,7 @@ from skyverse.planners.taut import Taut
 from skyverse.problem import Problem
 from skyverse.stop import OnIteration, Stop
 
-FEWEST_LEGS, LEGS_PER_SHAPE, MOST_LEGS = 1_000_000, 50_000, 1_500_000
+FEWEST_LEGS, LEGS_PER_SHAPE, MOST_LEGS = 1_000_000, 100_000, 3_000_000
 """The legs that `Cheapest` may price: more among more obstacles and zones, as there are more ways to compare."""
 
 MOST_SHAPES = 2_000
@@ -30,7 +30,7 @@ class Auto(Planner):
     - metres, and nothing else, among boxes, voxels and ground: `Taut`, which finds shortest paths and a proven bound;
     - metres, among up to 2,000 obstacles of which some have other shapes, or with turns, altitude, risk or climb:
       `Cheapest`, which begins with the path of `Taut` and seeks other ways. It may price 1 to 3 million legs, more of
-      them among more obstacles and zones, and begins anew once beside any of these.
+      them among more obstacles and zones, and begins anew with half of them beside zones.
 
     An aeroplane cannot follow the moves of a lattice. A fleet that has one is planned as if the objective were in
     metres, and so are its costs.
@@ -46,8 +46,9 @@ class Auto(Planner):
         flat = all(isinstance(shape, Box | Voxels) for shape in scenario.obstacles)
         if prices_length_alone(scenario) and (flat or len(scenario.obstacles) > MOST_SHAPES):
             return Taut()
-        shapes = len(scenario.obstacles + scenario.risky_zones)
-        return Cheapest(legs=min(MOST_LEGS, FEWEST_LEGS + LEGS_PER_SHAPE * shapes), restarts=min(shapes, 1))
+        legs = min(MOST_LEGS, FEWEST_LEGS + LEGS_PER_SHAPE * len(scenario.obstacles + scenario.risky_zones))
+        restarts = 1 if scenario.risky_zones else 0
+        return Cheapest(legs=legs // (1 + restarts), restarts=restarts)
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether the planner for a scenario leaves its lattice."""

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 
 from skyverse import cost
 from skyverse._typing import Floats
@@ -13,6 +14,7 @@ from skyverse.numerics.kernel import Stopwatch, writable
 from skyverse.numerics.tolerances import OPTIMALITY_GAP
 from skyverse.planners.astar import AStar
 from skyverse.planners.base import DirectPlanner
+from skyverse.planners.hybrid import HybridMVO
 from skyverse.planners.results import SearchRecord, any_angle_result
 from skyverse.planners.settings import require_integer
 from skyverse.planners.straight_legs import joined_to_ends, straight_bound, straight_space
@@ -20,10 +22,15 @@ from skyverse.planners.taut import Taut
 from skyverse.problem import Problem
 from skyverse.search.cheapest.cheapest_path import LEGS, PATHS, cheapest_path
 from skyverse.search.cheapest.lower_bound import lower_bound
+from skyverse.space.obstacles import Space
 from skyverse.space.world import path_free
+from skyverse.stop import MaxEvaluations
 
 CHEAP_ENOUGH = 0.001
 """The proven gap, as a share of the bound, of a path beside which no other ways are sought."""
+
+EVOLVED = 10_000
+"""The evaluations of `HybridMVO` before a search that begins anew."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +45,7 @@ class Cheapest(DirectPlanner):
     than the paths it begins with, and no small change makes it cheaper; a quite different path may be.
 
     Which other ways are found depends on the random numbers. With `restarts` the search begins anew so many times, with
-    others, and the cheapest path is the answer.
+    others and with a path of `HybridMVO` too, and the cheapest path is the answer.
 
     Random numbers come from fixed seeds, so that the same problem has the same answer. It ends by itself: `stop`,
     `rng` and `on_iteration` have no effect. In its effort, an evaluation is a leg that was priced.
@@ -83,19 +90,22 @@ class Cheapest(DirectPlanner):
         rates = problem.airspace.rates
         least = min(float(cost.legs(rates, writable(path), problem.end).sum()) for path in known)
         needless = least <= bound * (1.0 + CHEAP_ENOUGH)
-        searches = [
-            cheapest_path(
-                space,
-                rates,
-                np.concatenate(known),
-                np.array([len(path) for path in known]),
-                problem.airspace.grid.step,
-                bound,
-                0 if needless else self.legs,
-                np.random.default_rng(seed),
+        searches = []
+        for seed in range(1 if needless else 1 + self.restarts):
+            rng = np.random.default_rng(seed)
+            begin = known if seed == 0 else [*known, *_evolved(problem, space, rng)]
+            searches.append(
+                cheapest_path(
+                    space,
+                    rates,
+                    np.concatenate(begin),
+                    np.array([len(path) for path in begin]),
+                    problem.airspace.grid.step,
+                    bound,
+                    0 if needless else self.legs,
+                    rng,
+                )
             )
-            for seed in range(1 if needless else 1 + self.restarts)
-        ]
         path = min((path for path, _ in searches), key=lambda path: float(cost.legs(rates, path, problem.end).sum()))
         spent = np.sum([spent for _, spent in searches], axis=0)
         effort = Effort(
@@ -113,6 +123,13 @@ class Cheapest(DirectPlanner):
         turn = bound - rates.metre * math.dist(problem.start, problem.end)
         space = problem.airspace.world.space
         return max(bound, turn + lower_bound(space, rates, problem.start, problem.end, price - turn, self.proof))
+
+
+def _evolved(problem: Problem, space: Space, rng: Generator) -> list[Floats]:
+    """Return a path that a population finds, if it finds one."""
+    result = HybridMVO(legs="straight").plan(problem, stop=MaxEvaluations(EVOLVED), rng=rng)
+    path = _as_legs(problem, result)
+    return [path] if len(path) > 1 and path_free(space, path) else []
 
 
 def _as_legs(problem: Problem, result: Result) -> Floats:
