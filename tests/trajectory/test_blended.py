@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.search.path_shortening.shortcut import drop_collinear
+from skyverse.trajectory import blended as blended_module
 from skyverse.trajectory import fly_along
 from skyverse.trajectory.blended import blended
+from skyverse.trajectory.path_to_trajectory import needed_waypoints
 from skyverse.trajectory.proof import prove
 from skyverse.trajectory.straight_legs import least_seconds
 from skyverse.trajectory.summary import flight_summary, largest_distance
@@ -237,3 +239,18 @@ def test_a_flight_through_a_city_turns_hardly_more_than_its_path(seed):
     velocity = velocity[np.linalg.norm(velocity, axis=1) > 0.01]
     steps = np.diff(drop_collinear(np.vstack([problem.start, result.path, problem.end])), axis=0)
     assert turning(velocity) <= turning(steps) + 10
+
+
+def test_both_corners_of_a_leg_are_moved_outwards_where_that_is_faster(monkeypatch):
+    fit, seconds = blended_module._fit, []
+    for in_pairs in (True, False):
+        if not in_pairs:
+            monkeypatch.setattr(
+                blended_module, "_fit", lambda *args, in_pairs=False, **more: None if in_pairs else fit(*args, **more)
+            )
+        problem = sky.Problem(woods(34))
+        waypoints = needed_waypoints(problem, sky.Taut(proof=0).plan(problem))
+        flown = blended(problem.airspace.world, waypoints, problem.scenario.uavs[0], 2.0)
+        assert largest_distance(flown, waypoints) <= 2.0 + 1e-6
+        seconds.append(flown.end)
+    assert seconds[0] < 0.95 * seconds[1]

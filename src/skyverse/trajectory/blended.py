@@ -116,6 +116,8 @@ def blended_legs(world: World, path: Floats, limits: Limits, tolerance: float) -
         merged = merge_bends(world.space, path, slow, share * tolerance)
         if len(merged.points) < len(path):
             best = _fit(world, merged, limits, tolerance, best.seconds) or best
+    if slow.any():
+        best = _fit(world, best.waypoints, limits, tolerance, best.seconds, in_pairs=True) or best
     return best
 
 
@@ -135,11 +137,15 @@ def _fit(
     tolerance: float,
     less_than: float = math.inf,
     parts: LegParts | None = None,
+    *,
+    in_pairs: bool = False,
 ) -> BlendedLegs | None:
     """Return a fast, clear motion along waypoints, or ``None``.
 
     There is none where it takes at least as many seconds as given, or where no smaller blends would make it clear. With
     parts of legs, the ends of the parts (m, 3) take the place of the waypoints, and the speed limit of each is kept.
+    Where a corner was moved outwards and its leg is not clear, the leg's other corner is moved too if `in_pairs`, since
+    that may take the leg past the obstacle; else the blend becomes smaller at once.
     """
     points, moved = waypoints
     parts = parts or whole_legs(points)
@@ -169,7 +175,7 @@ def _fit(
         clear = clear_pieces(world.space, durations, rows)
         if clear.all():
             return BlendedLegs(waypoints, legs, speeds, float(durations.sum()))
-        failed = _corners_at_fault(pieces[~clear], outside, parts)
+        failed = _corners_at_fault(pieces[~clear], outside, parts, in_pairs)
         if not failed.any():
             return None
         again = failed & outside
@@ -187,15 +193,16 @@ def _with_stops(path: Floats, limits: Limits, parts: LegParts | None = None) -> 
     return BlendedLegs(Waypoints(path, np.zeros(len(path))), legs, speeds, float(pieces_along(legs, speeds)[0].sum()))
 
 
-def _corners_at_fault(pieces: Ints, outside: Bools, parts: LegParts) -> Bools:
+def _corners_at_fault(pieces: Ints, outside: Bools, parts: LegParts, in_pairs: bool) -> Bools:
     """Tell which corners, (n,), are to be changed where pieces of legs and blends are not clear.
 
-    These are the corners of blends, and those at either end of a leg that were moved outwards, (n,). The pieces are
-    numbered as by `pieces_along`.
+    These are the corners of blends, and those at either end of a leg that were moved outwards, (n,); or, `in_pairs`,
+    the other corner of a leg of which one was. The pieces are numbered as by `pieces_along`.
     """
     failed = np.zeros(len(outside), bool)
     failed[(pieces[pieces % 2 == 1] + 1) // 2] = True
-    for ends in parts.neighbours:
-        corners = ends[pieces[pieces % 2 == 0] // 2]
-        failed[corners] |= outside[corners]
+    begins, ends = (corners[pieces[pieces % 2 == 0] // 2] for corners in parts.neighbours)
+    lone = in_pairs & (outside[begins] != outside[ends]) & (begins > 0) & (ends < len(outside) - 1)
+    for corners in (begins, ends):
+        failed[corners] |= outside[corners] != lone
     return failed
