@@ -45,7 +45,7 @@ def test_a_limit_that_is_null_is_none_also_when_it_is_written_and_read(suffix, t
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"vehicle": "camera", "max_speed": None}, r"max_speed: expected a number, found None"),
+        ({"vehicle": "camera", "max_speed": None}, r"max_speed: expected a number of m/s, found None"),
         (
             {"vehicle": "camera", "tracking_error": None},
             r"tracking_error: expected a mapping of keys to values, found None",
