@@ -86,7 +86,7 @@ def test_a_uav_gives_way_to_a_ball_in_its_way():
     stands = Mover(shape=BALL, motion=WaypointMotion(points=[(10, 5, 1)], times=[0]))
     mission = proven(crossing(stands))
     (detour,) = (action for action in mission.deconfliction.actions if action.kind == "detour")
-    assert ", to avoid mover-1: " in detour.sentence
+    assert " to avoid mover-1: " in detour.sentence
 
 
 def test_a_fleet_keeps_clear_of_movers_until_the_last_has_arrived():

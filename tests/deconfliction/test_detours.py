@@ -58,7 +58,6 @@ def test_gates_are_in_free_space_beside_the_path_the_shortest_detour_first(seed,
     for gate, offset in zip(gates, offsets, strict=True):
         np.testing.assert_allclose(gate.passed, passed[0], atol=1e-9)
         np.testing.assert_allclose(gate.centre, gate.passed + offset, atol=1e-9)
-        assert gate.beside
 
 
 @PLANNERS
@@ -87,7 +86,7 @@ def test_a_detour_passes_the_gate_and_not_its_wall_and_its_result_is_one_of_the_
 
 
 def test_the_planner_sees_the_wall_of_a_uav_that_strays_as_that_of_one_that_keeps_as_much():
-    gate = Gate((5.0, 5.0, 30.0), (5.0, 9.0, 30.0), 0, "4 m to the left")
+    gate = Gate((5.0, 5.0, 30.0), (5.0, 9.0, 30.0), 0)
     error = sky.TrackingError(horizontal=1.5, vertical=2.0)
     strays = sky.UAV(start=(0, 0, 0), separation=2, vertical_separation=4, tracking_error=error)
     kept = 1 + np.hypot(2 * 1.5 / 2, 2 * 2.0 / 4)

@@ -123,7 +123,7 @@ def test_waypoints_are_slow_only_where_a_zone_is_near(tmp_path):
 
 def test_a_take_off_in_a_zone_that_is_too_fast_for_it_is_refused_in_one_sentence(tmp_path):
     around_the_start = sky.Cylinder(centre=(-80, -30), radius=9, low=0, high=40, max_speed=0.5)
-    with pytest.raises(sky.InputError, match=r"^uav-1: its take-off leads through zone 0, whose speed limit of 0\.5"):
+    with pytest.raises(sky.InputError, match=r"^uav-1: its take-off leads through a zone whose speed limit of 0\.5"):
         sky.export(mission(around_the_start), tmp_path / "m.plan")
 
 
@@ -138,7 +138,7 @@ def test_a_refusal_tells_what_is_kept_in_hand_of_a_speed_limit(tmp_path, climb, 
     with pytest.raises(sky.InputError) as refused:
         sky.export(planned, tmp_path / name, altitude="amsl")
     assert str(refused.value) == (
-        "uav-1: its take-off leads through zone 0, whose speed limit of 2 m/s it cannot keep with 10% in hand, since "
+        "uav-1: its take-off leads through a zone whose speed limit of 2 m/s it cannot keep with 10% in hand, since "
         "autopilots may be faster than told: it climbs and descends at up to 1.9 m/s; lower the UAV's max_climb and "
         "max_descent"
     )
@@ -149,7 +149,7 @@ def test_where_the_limit_itself_is_too_low_the_climb_is_not_blamed(tmp_path):
     with pytest.raises(sky.InputError) as refused:
         sky.export(mission(round_the_target), tmp_path / "m.plan", altitude="amsl")
     assert str(refused.value).endswith(
-        "leads through zone 0, whose speed limit of 0.21 m/s it cannot keep with 10% in hand, since autopilots may be "
+        "leads through a zone whose speed limit of 0.21 m/s it cannot keep with 10% in hand, since autopilots may be "
         "faster than told: no speed below 0.2 m/s is commanded; raise the zone's max_speed"
     )
 
@@ -163,3 +163,15 @@ def test_exports_tell_that_speed_limits_are_kept_and_of_which_returns_that_is_no
     notes.clear()
     sky.export(mission(), tmp_path / "n.plan", on_note=notes.append)
     assert not any("speed limit" in note for note in notes)
+
+
+def test_returns_that_a_slow_zone_far_away_makes_slow_are_told_with_their_seconds(tmp_path):
+    far = sky.Cylinder(centre=(90, 70), radius=2, low=0, high=10, max_speed=2)
+    notes = []
+    sky.export(mission(far), tmp_path / "m.plan", altitude="amsl", on_note=notes.append)
+    (said,) = (note for note in notes if "returns are as slow" in note)
+    assert said.startswith("WARNING: ")
+    assert "uav-1 at 1.82 m/s from 163 m away takes 90 s." in said
+    notes.clear()
+    sky.export(mission(), tmp_path / "m.plan", altitude="amsl", on_note=notes.append)
+    assert not any("returns are as slow" in note for note in notes)

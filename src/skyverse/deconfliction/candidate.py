@@ -26,14 +26,11 @@ class Gate:
         Of the hole, (3,) metres.
     axis
         The axis that the wall is perpendicular to.
-    beside
-        In words, how far off the path the hole is.
     """
 
     passed: tuple[float, float, float]
     centre: tuple[float, float, float]
     axis: int
-    beside: str
 
 
 class Hover(NamedTuple):

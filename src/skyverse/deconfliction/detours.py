@@ -41,8 +41,6 @@ DIRECTION_SHARE = 0.02
 """The share of a flight's time before and after a point of it by which its direction there is measured."""
 DETOUR_LEGS = 20_000
 """The legs that `Cheapest` may price for one detour, of which many are tried."""
-WORTH_SAYING = 0.01
-"""Metres to a side, or up, that are said of a gate."""
 STEEP = 1e-3
 """The sine of the angle to the vertical below which a path counts as vertical."""
 
@@ -79,8 +77,7 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     ahead = after - before
     right, up = np.array([ahead[1], -ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
     semi_axis_xy, semi_axis_z = kept_ellipsoid(uav, uav)
-    steep = np.linalg.norm(right) <= STEEP * np.linalg.norm(ahead)
-    if steep:
+    if np.linalg.norm(right) <= STEEP * np.linalg.norm(ahead):
         right, up, semi_axis_z = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0]), semi_axis_xy
     right /= np.linalg.norm(right)
     spacing = np.array([semi_axis_xy, semi_axis_z])
@@ -91,16 +88,13 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
         offsets = _on_lattice(airspace.grid, passed + offsets, axis) - passed
         steps = offsets @ np.column_stack([right, up])
         far = np.linalg.norm(steps / spacing, axis=1) >= 1.0
-        offsets, steps = offsets[far], steps[far]
+        offsets = offsets[far]
     centres = passed + offsets
     lengths = np.linalg.norm(centres - candidate.start, axis=1) + np.linalg.norm(centres - candidate.end, axis=1)
     ratios = np.maximum(lengths / max(candidate.metres, MIN_COMPARED_LENGTH), 1.0)
     free = airspace.world.free(centres)
     chosen = [k for k in np.argsort(ratios, kind="stable").tolist() if free[k]]
-    found = [
-        Gate(tuple(passed.tolist()), tuple(centres[k].tolist()), axis, _in_words(*steps[k].tolist(), steep=bool(steep)))
-        for k in chosen
-    ]
+    found = [Gate(tuple(passed.tolist()), tuple(centres[k].tolist()), axis) for k in chosen]
     return RankedGates(found, offsets[chosen], ratios[chosen])
 
 
@@ -112,14 +106,6 @@ def _on_lattice(grid: Grid, centres: Floats, axis: int) -> Floats:
     _, first = np.unique(np.delete(cells, axis, axis=1), axis=0, return_index=True)
     moved: Floats = lines[np.sort(first)]
     return moved
-
-
-def _in_words(right: float, up: float, *, steep: bool) -> str:
-    """Say how far off a path a gate is, metres; for a vertical path, "up" is along the x axis."""
-    above, below = ("ahead", "back") if steep else ("over", "under")
-    words = [f"{abs(right):.2g} m to the {'right' if right > 0 else 'left'}"] if abs(right) >= WORTH_SAYING else []
-    words += [f"{abs(up):.2g} m {above if up > 0 else below}"] if abs(up) >= WORTH_SAYING else []
-    return " and ".join(words)
 
 
 def _wall(uav: UAV, clearance: float, gate: Gate) -> tuple[Box, ...]:

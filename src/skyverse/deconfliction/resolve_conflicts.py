@@ -107,10 +107,9 @@ def _actions(mission: Mission, resolution: Resolution, pool: CandidatePool) -> I
             else:
                 yield Action(uav, "slow down", f"{name} keeps the speed limit of {zone}: {now} {was}.")
         if candidate.gates:
-            aside = ", then ".join(gate.beside for gate in candidate.gates)
             now = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
             avoided = _avoided(pool, resolution, uav)
-            yield Action(uav, "detour", f"{name} leaves its path, {aside}, to avoid {avoided}: {now} {was}.")
+            yield Action(uav, "detour", f"{name} leaves its path to avoid {avoided}: {now} {was}.")
         if candidate.in_time:
             now = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
             waits = [f"{hover.seconds:.2f} s at {told_point(hover.place)}" for hover in candidate.hovers]

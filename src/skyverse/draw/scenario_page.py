@@ -23,6 +23,7 @@ from skyverse.draw.track import Point
 from skyverse.model.digest import short
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
+from skyverse.model.temporary_zones import temporary_zones
 
 _WORDS = {"layers": {}, "iterations": "", "value": "", "log": False}
 TIMES = " \N{MULTIPLICATION SIGN} "
@@ -72,8 +73,10 @@ def _banner(drawn: Scene) -> str:
         return card("bad", "✕", heading, f"<ul>{lines}</ul>")
     if not ends:
         return card("note", "i", "There are no UAVs and no targets.", "<p>They can be given when it is planned.</p>")
-    clear = f"{drawn.scenario.clearance:g} m or more from every obstacle"
-    return card("good", "✓", "All starts and targets are safe.", f"<p>They are in bounds and {clear}.</p>")
+    said = f"They are in bounds and {drawn.scenario.clearance:g} m or more from every obstacle."
+    if temporary_zones(drawn.scenario):
+        said += " Zones with active times were not looked at: the referee judges flights and stays among them."
+    return card("good", "✓", "All starts and targets are safe.", f"<p>{said}</p>")
 
 
 def _table(drawn: Scene) -> str:

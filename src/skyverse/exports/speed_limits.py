@@ -166,7 +166,7 @@ def _require_commandable(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone
         rate = _vertical_rate(plan, b - a)
         why = f"it climbs and descends at up to {rate:g} m/s; lower the UAV's max_climb and max_descent"
     raise InputError(
-        f"{leads} zone {zone.number}, whose speed limit of {zone.max_speed:g} m/s it cannot keep "
+        f"{leads} a zone whose speed limit of {zone.max_speed:g} m/s it cannot keep "
         f"with {SPEED_TOLERANCE:.0%} in hand, since autopilots may be faster than told: {why}"
     )
 
@@ -202,18 +202,32 @@ def speed_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
     if any(uav.fixed_wing is None for uav in limited) and plans[0].autopilot.name != "dji":
         notes.append("Returns keep the speed limits of zones only where the parameter file is loaded.")
     if any(uav.fixed_wing is not None for uav in limited):
-        notes.append(f"Of an aeroplane, these {SPEED_TOLERANCE:.0%} are of its airspeed: wind is not counted.")
+        notes.append(
+            f"Of an aeroplane, these {SPEED_TOLERANCE:.0%} are of its airspeed: wind is not counted, and neither are "
+            "turns beside its waypoints and circles at its end."
+        )
     return notes
 
 
 def return_warnings(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[str]:
-    """Return a warning of the UAVs that may exceed the speed limit of a zone when they return by themselves."""
-    names = []
+    """Return warnings of returns that are slow because of a speed limit, and of UAVs that may exceed one then."""
+    longest, slow, names = 0.0, "", []
     for plan in plans:
+        name = scenario.uavs[plan.route.uav].name
         slowest = min((zone.max_speed for zone in zones_of(scenario, plan.route.uav)), default=math.inf)
         rates = (plan.rates.climb, plan.rates.descent, MIN_SPEED)
         if plan.autopilot.name == "dji" or (1 + SPEED_TOLERANCE) * max(rates) > slowest:
-            names += [scenario.uavs[plan.route.uav].name] if slowest < math.inf else []
-    if not names:
-        return []
-    return [f"{Caution.WARNING}: the speed limits of zones are not proven of the returns of {', '.join(names)}."]
+            names += [name] if slowest < math.inf else []
+        away = float(np.linalg.norm((plan.waypoints - plan.home)[:, :2], axis=1).max())
+        if plan.top_speed < scenario.uavs[plan.route.uav].max_speed / 2 and away / plan.top_speed > longest:
+            longest = away / plan.top_speed
+            slow = f"that of {name} at {plan.top_speed:.3g} m/s from {away:,.0f} m away takes {longest:,.0f} s."
+    warnings = []
+    if slow:
+        warnings.append(
+            f"{Caution.WARNING}: returns are as slow as the slowest zone demands, wherever that zone is: {slow}"
+        )
+    if names:
+        who = ", ".join(names)
+        warnings.append(f"{Caution.WARNING}: the speed limits of zones are not proven of the returns of {who}.")
+    return warnings

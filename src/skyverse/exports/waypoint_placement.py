@@ -43,6 +43,10 @@ class WaypointPlacement:
         Whether the UAV may stop where it cannot cut a corner.
     stop_at
         The samples at which it stops in any case.
+    by_curve
+        Whether the bend, to the outside of which a waypoint is moved, is that of the curve. Else it is that of the
+        waypoints, neighbours that were moved included: where bends are close together, the way between two of them may
+        then lead backwards, but where they are not, fewer moves suffice.
     """
 
     def __init__(
@@ -55,6 +59,8 @@ class WaypointPlacement:
         reach: float,
         may_stop: bool,
         stop_at: set[int],
+        *,
+        by_curve: bool = False,
     ) -> None:
         self.legs, self.lead, self.curve, self.may_stop = legs, lead, curve, may_stop
         self.radius, self.reach = radius, reach
@@ -62,6 +68,7 @@ class WaypointPlacement:
         self.nodes: list[tuple[int, Floats]] = [(0, lifted), *((k, curve[k]) for k in sorted(stop_at) if k)]
         self.nodes.append((len(curve) - 1, curve[-1]))
         self.pushed: dict[int, float] = {}
+        self.by_curve = by_curve
 
     def run(self) -> list[tuple[int, Floats]] | Obstruction:
         """Return the waypoints as indices of samples and positions, or what obstructed the last attempt."""
@@ -142,8 +149,7 @@ class WaypointPlacement:
         done = self.pushed.get(index, 0.0)
         if index in self.fixed or done >= MAX_PUSH * self.reach:
             return False
-        ahead = self._unpushed(k + 1) - self.curve[index]
-        behind = self.curve[index] - self._unpushed(k - 1)
+        ahead, behind = self._neighbour(k + 1) - self.curve[index], self.curve[index] - self._neighbour(k - 1)
         bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)
         size = float(np.linalg.norm(bend))
         if size < STRAIGHT_ON:
@@ -152,14 +158,10 @@ class WaypointPlacement:
         self.nodes[k] = index, self.curve[index] - bend / size * self.pushed[index]
         return True
 
-    def _unpushed(self, k: int) -> Floats:
-        """Return where waypoint k is on the curve; the first is where the climb ends.
-
-        The direction in which waypoints are moved must not depend on how far their neighbours were: where bends are
-        close together, the way between two that were moved leads backwards.
-        """
+    def _neighbour(self, k: int) -> Floats:
+        """Return the place of waypoint k, or where it is on the curve; the first is where the climb ends."""
         index, place = self.nodes[k]
-        return self.curve[index] if index else place
+        return self.curve[index] if self.by_curve and index else place
 
     def _stop(self, k: int) -> bool:
         """Let the UAV stop at a waypoint on the curve, whose corner cannot be cut; return whether it may."""

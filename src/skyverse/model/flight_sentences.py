@@ -28,8 +28,8 @@ def unknown_gaps_sentence(mission: Mission) -> str:
     found = [one.result for one in planned_flights(mission) if one.result is not None]
     if all(result.bound is not None for result in found if result.status.reached):
         return ""
-    return 'Where the gap is "-", it is not known what the best possible path costs at least.'
+    return 'Where the gap is "-", what the best possible path costs at least was not computed.'
 
 
 def _planner(result: Result) -> str:
-    return result.provenance.planner.partition("(")[0]
+    return result.provenance.planner.partition("(")[0].removesuffix(", led around others")

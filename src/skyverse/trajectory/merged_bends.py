@@ -93,7 +93,7 @@ def _farthest(a: Floats, b: Floats, path: Floats) -> float:
     changes.
     """
     way, starts, ways = b - a, path[:-1], path[1:] - path[:-1]
-    shares = np.sort(np.r_[0.0, np.clip((path - a) @ way / (way @ way), 0.0, 1.0), 1.0])
+    shares = np.sort(np.r_[0.0, np.clip((path - a) @ way / max(float(way @ way), np.finfo(float).tiny), 0.0, 1.0), 1.0])
     places = (a + shares[:, None] * way)[:, None] - starts
     along = np.clip(np.sum(places * ways, axis=2) / np.sum(ways * ways, axis=1), 0.0, 1.0)
     off = places - along[:, :, None] * ways
