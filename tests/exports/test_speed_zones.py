@@ -175,3 +175,18 @@ def test_returns_that_a_slow_zone_far_away_makes_slow_are_told_with_their_second
     notes.clear()
     sky.export(mission(), tmp_path / "m.plan", altitude="amsl", on_note=notes.append)
     assert not any("returns are as slow" in note for note in notes)
+
+
+@pytest.mark.parametrize("name", ["m.plan", "m.waypoints"])
+def test_a_uav_brakes_for_a_zone_in_steps_and_crawls_no_longer_than_it_must(tmp_path, name):
+    zone = sky.Box(min=(-20, -60, 0), max=(20, 60, 80), max_speed=2)
+    uav = sky.UAV(start=(-90, 0, 30), home=0, max_speed=12)
+    target = sky.Target(position=(90, 0, 30))
+    world = world_of(zone, uavs=(uav,), targets=(target,), frame=sky.Frame(origin=ORIGIN))
+    planned = sky.plan_mission(world, sky.Taut())
+    orders = orders_of(planned, tmp_path / name)
+    assert_slow_in((zone,), orders)
+    places = np.array(orders.places)
+    level = np.hypot(*np.diff(places[:, :2], axis=0).T)
+    seconds = (level / np.array(orders.speeds[1:]))[level > 1.0].sum()
+    assert seconds < 1.35 * (planned.trajectories[0].end - planned.trajectories[0].start)

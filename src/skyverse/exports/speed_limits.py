@@ -24,6 +24,8 @@ from skyverse.space.speed_zones import SpeedZone, make_speed_zones
 
 BRAKING_SHARE = 0.5
 """The share of an autopilot's acceleration with which it is counted to brake for a zone, since its jerk is limited."""
+BRAKING_STEPS = (1.0, 0.35, 0.1)
+"""Where waypoints are added before a zone, as shares of the way to brake: at each, a lower speed is commanded."""
 MIN_PART = 2.0
 """Metres from other waypoints at which none is added, as a multiple of the acceptance radius and at least 1 m."""
 SAMPLES = 2000
@@ -53,7 +55,7 @@ def with_waypoints_at_zones(scenario: Scenario, route: Route, trajectory: Trajec
                 excess = ((1 + SPEED_TOLERANCE) * fast) ** 2 - zone.max_speed**2
                 before = inside[0] * length - route.radius
                 braking = min(excess / (2 * _braking(rates, b - a)), before / 2)
-                ends = (before - braking, inside[1] * length + route.radius)
+                ends = [before - share * braking for share in BRAKING_STEPS] + [inside[1] * length + route.radius]
                 added += [k + along / length for along in ends if near < along < length - near]
     kept: list[float] = []
     for place in sorted(added):
