@@ -139,7 +139,7 @@ def _equality(runs: BudgetRuns, means: dict[str, list[float]], searching: list[i
                 yield f"{quote}**Not equal in {_EFFORT_TITLES[name]}**: {most} had {times} times as many as {least}."
     ended = [literal(planner) for k, planner in enumerate(runs.planners) if k not in searching]
     if ended:
-        yield f"These planners end by themselves, whatever the budget, and are left out of this: {listed(ended)}."
+        yield f"Effort is not compared where planners end by themselves, whatever the budget: {listed(ended)}."
 
 
 def _costs(runs: BudgetRuns, mark: str) -> Iterator[Block]:
