@@ -25,8 +25,10 @@ from .lab.rows import Rows as Rows
 from .lab.run_study import run_study as run_study
 from .lab.study import Study as Study
 from .lab.study import read_study as read_study
+from .live.closed_loop import fly_closed_loop as fly_closed_loop
 from .live.replan import Replan as Replan
 from .live.replanner import Replanner as Replanner
+from .live.sensor import Sensor as Sensor
 from .live.sighting import Sighting as Sighting
 from .maps.assembly.build import build_scenario as build_scenario
 from .maps.assembly.options import Note as Note

@@ -61,10 +61,10 @@ def fly(replanner, truth, *, rate=10.0, seconds=60.0, after=None, **sensor):
     return answers
 
 
-def certified(replanner, truth):
+def certified(replanner, truth, **more):
     """What the referee proves of all that was flown among the movers as they are."""
     mission = replanner.mission
-    scenario = sky.Scenario(**{**dict(mission.scenario), "movers": tuple(truth)})
+    scenario = sky.Scenario(**{**dict(mission.scenario), "movers": tuple(truth), **more})
     flown = tuple(replanner.flown(uav) for uav in range(len(scenario.uavs)))
     return sky.certify(scenario, replace(mission, scenario=scenario, trajectories=flown))
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.mover import Ellipsoid
+from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 from skyverse.model.uav import TrackingError
@@ -184,16 +185,7 @@ def _then(motion: MoverMotion) -> int:
 
 def _rate(given: TimedShape) -> float:
     """Return how fast at most a point comes nearer to where a mover may be, m/s."""
-    terms = _terms(given.motion)
-    if terms is not None:
-        size = np.hypot(np.linalg.norm(terms.cosine, axis=1), np.linalg.norm(terms.sine, axis=1))
-        fastest = float(np.sum(size * 2.0 * np.pi * np.arange(1, len(size) + 1) / terms.period))
-    else:
-        begin, rows = _pieces(given.motion)
-        seconds = np.diff(np.append(begin, _span(given.motion)[1]))
-        powers = np.arange(1, rows.shape[1])
-        bound = np.linalg.norm(rows[:, 1:], axis=2) * powers * seconds[:, None] ** (powers - 1)
-        fastest = float(bound.sum(axis=1).max(initial=0.0))
+    fastest, _ = motion_bounds(given.motion)
     return max(fastest + given.doubt.growth, given.doubt.top_speed or 0.0)
 
 

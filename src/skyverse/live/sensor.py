@@ -1,0 +1,108 @@
+"""What a UAV's sensor sees of movers and of obstacles that nobody knew of."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.live.sighting import Sighting
+from skyverse.model.mover import Mover
+from skyverse.model.mover_bounds import motion_bounds
+from skyverse.model.quantities import Model, NonNegative, Positive
+from skyverse.model.scenario import Scenario
+from skyverse.model.shapes import Shape
+from skyverse.space.world import World
+
+LEAST_TOP_SPEED = 1e-3
+"""M/s: the least top speed that a sighting may state."""
+
+
+class Sensor(Model):
+    """A sensor that each UAV of a fleet carries; what one of them sees, all are told.
+
+    Attributes
+    ----------
+    range
+        Metres from a UAV within which movers and obstacles are seen; ``None`` if all are.
+    rate
+        Observations a second.
+    delay
+        Seconds after which an observation arrives.
+    error
+        Metres by which the position of a mover is off at most.
+    """
+
+    range: Positive | None = None
+    rate: Positive = 10.0
+    delay: NonNegative = 0.0
+    error: NonNegative = 0.0
+
+    @property
+    def reach(self) -> float:
+        """Metres within which is seen, infinite if everything is."""
+        return np.inf if self.range is None else self.range
+
+
+def seen_movers(
+    sensor: Sensor, movers: Sequence[Mover], t: float, places: Floats, rng: np.random.Generator
+) -> list[Sighting]:
+    """Return sightings of the movers that are within range of UAVs at an instant.
+
+    A sighting states the mover's largest speed and acceleration, which is how much its kind is known to do.
+
+    Parameters
+    ----------
+    sensor
+        What UAVs see with.
+    movers
+        As they truly move.
+    t
+        Seconds into the mission.
+    places
+        (n, 3) metres: where the UAVs are.
+    rng
+        Draws the errors, uniformly from a ball.
+    """
+    found = []
+    for number, mover in enumerate(movers):
+        at = mover.at([t])[0]
+        if np.linalg.norm(at - places, axis=1).min(initial=np.inf) > sensor.reach:
+            continue
+        if sensor.error > 0.0:
+            off = rng.normal(size=3)
+            at = at + sensor.error * np.cbrt(rng.uniform()) / np.linalg.norm(off) * off
+        fastest, hardest = motion_bounds(mover.motion)
+        found.append(
+            Sighting(
+                name=mover.name or f"mover {number}",
+                shape=mover.shape,
+                position=tuple(at.tolist()),
+                error=sensor.error,
+                top_speed=max(fastest, LEAST_TOP_SPEED),
+                max_acceleration=hardest,
+            )
+        )
+    return found
+
+
+class HiddenObstacles:
+    """Obstacles that nobody knows of until a UAV comes within range of them.
+
+    Parameters
+    ----------
+    scenario
+        What is known.
+    obstacles
+        Those that are there too.
+    """
+
+    def __init__(self, scenario: Scenario, obstacles: Sequence[Shape]) -> None:
+        bare = {"obstacles": (), "zones": (), "terrain": None, "movers": ()}
+        self._hidden = [(one, World(scenario.model_copy(update={**bare, "obstacles": (one,)}))) for one in obstacles]
+
+    def seen(self, sensor: Sensor, places: Floats) -> list[Shape]:
+        """Return those that come within range of places (n, 3), metres, for the first time."""
+        near = [world.distance(places).min() <= sensor.reach for _, world in self._hidden]
+        found = [one for (one, _), seen in zip(self._hidden, near, strict=True) if seen]
+        self._hidden = [one for one, seen in zip(self._hidden, near, strict=True) if not seen]
+        return found

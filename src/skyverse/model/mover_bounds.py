@@ -1,0 +1,65 @@
+"""How fast a stated motion ever is, and how hard it ever accelerates."""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
+
+SAME_VELOCITY = 1e-9
+"""M/s by which the velocities on both sides of a knot may differ because of rounding."""
+
+
+def motion_bounds(motion: MoverMotion) -> tuple[float, float | None]:
+    """Return bounds of a motion's speed and acceleration at all instants.
+
+    Returns
+    -------
+    tuple
+        M/s and m/s^2 that are not exceeded; ``None`` for the acceleration where the velocity changes in an instant.
+    """
+    match motion:
+        case CircularMotion():
+            return _of_closed_curve(motion.as_periodic)
+        case PeriodicMotion():
+            return _of_closed_curve(motion)
+        case WaypointMotion():
+            steps = np.diff(np.array(motion.points), axis=0)
+            speeds = np.linalg.norm(steps, axis=1) / np.diff(np.array(motion.times))
+            fastest = float(speeds.max(initial=0.0))
+            return fastest, 0.0 if fastest == 0.0 else None
+        case PolynomialMotion():
+            return _of_polynomials(motion)
+
+
+def _of_closed_curve(motion: PeriodicMotion) -> tuple[float, float]:
+    terms = np.stack([np.array(motion.cosine), np.array(motion.sine)], axis=2)
+    sizes = np.linalg.norm(terms, ord=2, axis=(1, 2))  # of each ellipse the larger semi-axis
+    rates = 2.0 * math.pi * np.arange(1, len(sizes) + 1) / motion.period
+    return float(sizes @ rates), float(sizes @ rates**2)
+
+
+def _of_polynomials(motion: PolynomialMotion) -> tuple[float, float | None]:
+    seconds, fastest, hardest = np.diff(np.array(motion.knots)), 0.0, 0.0
+    before, jumps = np.zeros(3), False  # it stands before its first knot
+    for given, lasts in zip(motion.coefficients, seconds, strict=True):
+        rows: Floats = np.array(given)
+        velocity: Floats = rows[1:] * np.arange(1, len(rows))[:, None]
+        acceleration: Floats = velocity[1:] * np.arange(1, len(velocity))[:, None]
+        fastest = max(fastest, _largest(velocity, lasts))
+        hardest = max(hardest, _largest(acceleration, lasts))
+        begins = velocity[0] if len(velocity) else np.zeros(3)
+        jumps = jumps or bool(np.abs(begins - before).max() > SAME_VELOCITY)
+        before = np.array([_value(velocity[:, axis], lasts) for axis in range(3)])
+    jumps = jumps or bool(np.abs(before).max() > SAME_VELOCITY)  # it stands after its last knot
+    return fastest, None if jumps else hardest
+
+
+def _largest(rows: Floats, lasts: float) -> float:
+    """Return a bound of the norm of a polynomial (k, 3) between 0 and `lasts` seconds."""
+    return float(np.linalg.norm(rows, axis=1) @ lasts ** np.arange(len(rows)))
+
+
+def _value(row: Floats, t: float) -> float:
+    return float(row @ t ** np.arange(len(row)))

@@ -1,0 +1,59 @@
+"""Sensors see what is within their range, late and inexactly as they are; flights among that are proven."""
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from replanned import BALL, certified, hall
+from skyverse.live.sensor import HiddenObstacles, seen_movers
+
+CROSSING = sky.Mover(
+    name="cart", shape=BALL, motion=sky.WaypointMotion(points=[(10, 0, 1), (10, 10, 1)], times=[0, 20], then="returns")
+)
+WALL = sky.Box(min=(10, 2, 0), max=(10.5, 8, 4))
+
+
+def among(scenario, **more):
+    return sky.Scenario(**{**dict(scenario), **more})
+
+
+def test_movers_are_seen_within_range_only():
+    places = np.array([(10.0, 3.0, 1.0)])
+    rng = np.random.default_rng(0)
+    assert [one.name for one in seen_movers(sky.Sensor(range=3.01), [CROSSING], 0.0, places, rng)] == ["cart"]
+    assert seen_movers(sky.Sensor(range=2.99), [CROSSING], 0.0, places, rng) == []
+
+
+def test_errors_fill_a_ball_and_never_leave_it():
+    sensor, rng, places = sky.Sensor(error=0.2), np.random.default_rng(1), np.zeros((1, 3))
+    off = [np.array(seen_movers(sensor, [CROSSING], 0.0, places, rng)[0].position) - (10, 0, 1) for _ in range(500)]
+    sizes = np.linalg.norm(off, axis=1)
+    assert 0.19 < sizes.max() <= 0.2
+    assert np.abs(np.mean(off, axis=0)).max() < 0.02
+
+
+def test_a_hidden_obstacle_is_seen_once():
+    hidden = HiddenObstacles(hall(), [WALL])
+    sensor = sky.Sensor(range=2.0)
+    assert hidden.seen(sensor, np.array([(7.9, 5.0, 1.0)])) == []
+    assert hidden.seen(sensor, np.array([(8.1, 5.0, 1.0)])) == [WALL]
+    assert hidden.seen(sensor, np.array([(8.1, 5.0, 1.0)])) == []
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05])
+def test_a_flight_past_an_unknown_wall_and_a_mover_is_proven(delay):
+    mission = sky.plan_mission(hall())
+    replanner, answers = sky.Replanner(mission), []
+    truth = among(mission.scenario, movers=[CROSSING], obstacles=[WALL])
+    sensor = sky.Sensor(range=6.0, delay=delay, error=0.02)
+    assert sky.fly_closed_loop(replanner, truth, sensor, longest=60.0, rng=3, on_answers=answers.append)
+    assert replanner.scenario.obstacles == (WALL,)
+    proven = certified(replanner, [CROSSING], obstacles=[WALL])
+    assert [one.verdict for one in proven.trajectories] == [sky.Verdict.PROVEN]
+    assert all(answer.proven for (answer,) in answers)
+
+
+def test_observations_that_arrive_after_their_answer_begins_are_refused():
+    mission = sky.plan_mission(hall())
+    with pytest.raises(sky.InputError, match=r"delay: expected less than the replanner's lead, 0.1 s, but it is 0.2 s"):
+        sky.fly_closed_loop(sky.Replanner(mission), mission.scenario, sky.Sensor(delay=0.2), longest=1.0)
