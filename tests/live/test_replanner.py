@@ -17,13 +17,22 @@ def replanner(scenario, **settings):
     return sky.Replanner(sky.plan_mission(scenario), **settings)
 
 
-def test_a_uav_that_meets_nothing_flies_as_planned():
-    mission = sky.plan_mission(hall())
+PILLARS = [sky.Cylinder(centre=(x, 5 + 0.3 * (-1) ** x), radius=0.5, low=0, high=4) for x in (5, 8, 11, 14)]
+
+
+@pytest.mark.parametrize("scenario", [hall(), hall(*PILLARS)], ids=["hall", "pillars"])
+@pytest.mark.parametrize("shape", ["minimum-time", "minimum-snap"])
+def test_a_uav_that_meets_nothing_flies_the_mission(scenario, shape):
+    mission = sky.plan_mission(scenario, assignment="identity", shape=shape)
+    assert not mission.violations
     flight = sky.Replanner(mission)
     answers = fly(flight, [], top_speed=1.0)
-    assert all(one.proven for (one,) in answers)
-    assert flight.arrival(0) == pytest.approx(mission.makespan + flight.lead, rel=0.02)
-    assert certified(flight, []).trajectories[0].verdict is sky.Verdict.PROVEN
+    assert all(one.proven for answer in answers for one in answer)
+    for uav, planned in enumerate(mission.trajectories):
+        assert flight.arrival(uav) == pytest.approx(planned.end)
+        t = np.linspace(0.0, planned.end, 500)
+        for flown, meant in zip(flight.flown(uav).at(t), planned.at(t), strict=True):
+            np.testing.assert_allclose(flown, meant, atol=1e-6)
 
 
 def test_a_uav_lets_a_ball_pass_and_is_proven():

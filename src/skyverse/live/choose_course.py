@@ -7,7 +7,7 @@ are proven clear of what stands still, and of where movers may be up to the hori
 import heapq
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import count
 from typing import NamedTuple
 
@@ -18,10 +18,11 @@ from skyverse.live.change_of_velocity import braking_motion
 from skyverse.live.course import STAY, Course
 from skyverse.live.first_contact import first_contact, time_in_contact
 from skyverse.live.guidance import Way
+from skyverse.live.planned_motion import motions_along
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings
 from skyverse.live.ways import GATE_SHARES, SHARES, escapes, gates, ways_ahead
-from skyverse.numerics.tolerances import ACCELERATION_LEFT
+from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
 from skyverse.space.world import path_free
 from skyverse.trajectory.proof import clear_pieces
 
@@ -83,6 +84,7 @@ class _Candidate(NamedTuple):
     rows: Floats
     way: Way
     passed: Floats
+    leaves: float = -math.inf
 
 
 class _Search:
@@ -137,6 +139,26 @@ class _Search:
             return None
         return _Candidate(begin, durations, rows, way, begin + passed), begin + arrival + dearer
 
+    def along_plan(self) -> Iterator[_Candidate]:
+        """Yield motions that go on along the mission's trajectory, as far as the UAV is on it."""
+        own, join = self.around.planned, self.span.join
+        if own is None or not join <= self.course.leaves < own.motion.end:
+            return
+        behind = int(np.sum(own.passed[:-1] <= join))
+        way, ahead = self.around.guidance.after(1 + behind), own.passed[behind:]
+        for leaves, durations, rows in motions_along(own.motion, join, self.span.until, self.around.limits):
+            passed = np.where(ahead <= leaves, ahead, np.inf)
+            yield _Candidate(join, durations, rows, way, passed, leaves)
+
+    def lets_pass(self, hold: _Candidate) -> bool:
+        """Tell whether a UAV on the mission's trajectory goes on as it does, since only another UAV is in its way.
+
+        The others fly the mission too, which is proven, and so go out of the way in time.
+        """
+        if not self.met or self.course.leaves < self.span.join:
+            return False
+        return all(who >= self.around.uavs for _, who, _ in self.met) and self.proves(hold)
+
     def stop(self, begin: float) -> _Candidate:
         """Return the motion that stops as fast as possible."""
         state = self.state(begin)
@@ -150,7 +172,8 @@ class _Search:
     def applied(self, found: _Candidate) -> Course:
         if not len(found.durations):
             return self.course
-        return self.course.joined(found.begin, found.durations, found.rows, found.way, found.passed)
+        _, durations, rows, way, passed, leaves = found
+        return self.course.joined(found.begin, durations, rows, way, passed, leaves)
 
     def contact(self, found: _Candidate) -> tuple[int, float]:
         """Return the mover that a candidate first comes too near to, counted from now, and when."""
@@ -167,7 +190,8 @@ class _Search:
 
     def first_contact(self, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[int, float]:
         """Return the mover that a motion first comes too near to between two instants, and when."""
-        return first_contact(self.around.shapes, knots.copy(), rows.copy(), self.around.limits.speed, begin, until)
+        fastest = self.around.limits.speed * (1.0 + LIMIT_EASE)
+        return first_contact(self.around.shapes, knots.copy(), rows.copy(), fastest, begin, until)
 
     def clear(self, found: _Candidate) -> bool:
         """Tell whether all of a candidate's pieces are clear of what stands still."""
@@ -242,6 +266,13 @@ def choose_course(
     search = _Search(course, around, span)
     nothing = np.zeros(0)
     hold = _Candidate(span.join, nothing, nothing, course.way, course.passed)
+    tried = 0
+    for found in search.along_plan():
+        tried += 1
+        if search.proves(found):
+            return search.chosen(found, tried)
+    if search.lets_pass(hold):
+        return search.chosen(hold, tried)
     search.push(search.arrival(hold), hold)
     joins = [span.join]
     state = search.state(span.join)
@@ -256,14 +287,13 @@ def choose_course(
         search.consider(begin, ways_ahead(around.guidance, mark, place, lead), SHARES, KEEP_ON)
     stop = search.stop(span.join)
     search.push(search.arrival(stop), stop)
-    tried = 0
     while search.queue and tried < most_tried and time.perf_counter() < deadline:
         _, _, entry = heapq.heappop(search.queue)
         if isinstance(entry, _Idea):
             tried += 1
-            found = search.made(entry)
-            if found is not None:
-                search.push(found[1], found[0])
+            made = search.made(entry)
+            if made is not None:
+                search.push(made[1], made[0])
         elif search.proves(entry):
             return search.chosen(entry, tried)
     for entry in (hold, stop):  # whatever the effort, these two are examined

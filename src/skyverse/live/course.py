@@ -1,5 +1,6 @@
 """What a UAV is flying: a motion that ends at rest, the way that it follows, and how long it is proven."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +31,8 @@ class Course:
         it does not reach.
     ahead
         The next point of the guidance to fly to, apart from those of the way.
+    leaves
+        The instant at which `motion` leaves the mission's own trajectory; minus infinity if it has left it already.
     """
 
     flown: tuple[Trajectory, ...]
@@ -37,6 +40,7 @@ class Course:
     way: Way
     passed: Floats
     ahead: int
+    leaves: float = -math.inf
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration at an instant, (3, 3)."""
@@ -87,14 +91,17 @@ class Course:
         flown = (*self.flown, past.motion) if len(past.motion.coefficients) else self.flown
         knots = t + np.append(0.0, np.cumsum(durations))
         passed = np.where(self.passed <= t, self.passed, np.inf)
-        return replace(self, flown=flown, motion=Trajectory(knots, rows), passed=passed)
+        return replace(self, flown=flown, motion=Trajectory(knots, rows), passed=passed, leaves=-math.inf)
 
     def guided_by(self, guidance: Way) -> "Course":
         """Return the same course of a UAV that follows another guidance from now on."""
-        return replace(self, way=guidance.after(1), passed=np.full(len(guidance.points) - 1, np.inf), ahead=1)
+        never = np.full(len(guidance.points) - 1, np.inf)
+        return replace(self, way=guidance.after(1), passed=never, ahead=1, leaves=-math.inf)
 
-    def joined(self, t: float, durations: Floats, rows: Floats, way: Way, passed: Floats) -> "Course":
-        """Return the course that leaves this one at an instant, with pieces (m,) seconds and (m, 4, 3) metres."""
+    def joined(
+        self, t: float, durations: Floats, rows: Floats, way: Way, passed: Floats, leaves: float = -math.inf
+    ) -> "Course":
+        """Return the course that leaves this one at an instant, with pieces (m,) seconds and (m, k, 3) metres."""
         motion = self.motion
         if t > motion.end:  # it hovers until then
             motion = hovering(motion, t)
@@ -102,8 +109,9 @@ class Course:
         knots, kept = np.append(motion.knots[:k], t), motion.coefficients[:k]
         if k and knots[-1] - knots[-2] <= MIN_PIECE:
             knots, kept = np.append(knots[:-2], t), kept[:-1]
-        both = Trajectory(np.concatenate([knots, t + np.cumsum(durations)]), np.concatenate([kept, rows]))
-        return replace(self, motion=both, way=way, passed=passed, ahead=self.next_mark(t))
+        pieces = np.concatenate(of_one_degree(kept, rows))
+        both = Trajectory(np.concatenate([knots, t + np.cumsum(durations)]), pieces)
+        return replace(self, motion=both, way=way, passed=passed, ahead=self.next_mark(t), leaves=leaves)
 
 
 def hovering(motion: Trajectory, until: float) -> Trajectory:
@@ -113,3 +121,9 @@ def hovering(motion: Trajectory, until: float) -> Trajectory:
     stay = np.zeros((1, *motion.coefficients.shape[1:]))
     stay[0, 0] = motion.at([motion.end]).position[0]
     return Trajectory(np.append(motion.knots, until), np.concatenate([motion.coefficients, stay]))
+
+
+def of_one_degree(*parts: Floats) -> list[Floats]:
+    """Return the coefficients of pieces, each (m, k, 3), padded by zeros to the largest degree of any of them."""
+    most = max(part.shape[1] for part in parts)
+    return [np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) for part in parts]

@@ -12,6 +12,7 @@ from skyverse.live.choose_course import Choice, Span, choose_course
 from skyverse.live.course import Course
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
 from skyverse.live.observed import checked_states, strays, with_obstacles
+from skyverse.live.planned_motion import planned_motion
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
 from skyverse.live.surroundings import Surroundings, surroundings
@@ -46,7 +47,8 @@ class Replanner:
     Parameters
     ----------
     mission
-        Of multirotors. Their paths are the ways that they fly where nothing is met; they set off at once.
+        Of multirotors. They fly its trajectories, from 0 s on, as long as these are proven to have a way out at every
+        instant; a UAV that has left its trajectory flies along its path, as fast as it can.
     horizon
         Seconds from an observation up to which motions are proven; by default, half a second more than a UAV of the
         fleet takes at most to come to rest.
@@ -100,7 +102,9 @@ class Replanner:
         self._tracks: dict[str, Track] = {}
         self._planned = [0.0] * len(scenario.uavs)
         self._guidance = [mission_guidance(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
+        self._own = [planned_motion(*both) for both in zip(mission.trajectories, self._guidance, strict=True)]
         self._courses = [_at_start(uav, way) for uav, way in zip(scenario.uavs, self._guidance, strict=True)]
+        self._replan_all(0.0)
 
     def observe(
         self,
@@ -154,12 +158,15 @@ class Replanner:
             if not late and strays(self._courses[uav], self.now, state, scenario.uavs[uav].tracking_error):
                 self._courses[uav] = self._courses[uav].restarted(self.now, state, self._limits[uav])
         self._find_ways(scenario)
-        deadline = math.inf if deadline_ms is None else began + 1e-3 * deadline_ms
-        seen = self.predicted()
+        return self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
+
+    def _replan_all(self, lead: float, deadline: float = math.inf) -> tuple[Replan, ...]:
+        """Choose what all UAVs fly from `lead` seconds after now on, those of higher priority first."""
+        span, seen = Span(self.now, self.now + lead, self.now + self.horizon), self.predicted()
         answers: dict[int, Replan] = {}
-        for uav in sorted(range(len(scenario.uavs)), key=lambda k: -scenario.uavs[k].priority):
-            answers[uav] = self._replan(uav, seen, deadline)
-        return tuple(answers[uav] for uav in range(len(scenario.uavs)))
+        for uav in sorted(range(len(self._courses)), key=lambda k: -self.scenario.uavs[k].priority):
+            answers[uav] = self._replan(uav, span, seen, deadline)
+        return tuple(answers[uav] for uav in range(len(self._courses)))
 
     def _find_ways(self, scenario: Scenario) -> None:
         """Plan the ways of UAVs anew in which something new stands, or from which UAVs have been led too far away."""
@@ -176,7 +183,7 @@ class Replanner:
                 self._planned[uav] = self.now
                 found = planned_anew(scenario, uav, self.mission.assignment[uav], stops[uav])
                 if found is not None:
-                    self._guidance[uav] = found
+                    self._guidance[uav], self._own[uav] = found, None
                     self._courses[uav] = course.guided_by(found)
 
     def _checked_instant(self, t: float) -> float:
@@ -208,14 +215,13 @@ class Replanner:
         until = self.now + self.horizon
         return tuple(track.predicted(until) for track in self._tracks.values())
 
-    def _replan(self, uav: int, seen: Sequence[Mover], deadline: float) -> Replan:
+    def _replan(self, uav: int, span: Span, seen: Sequence[Mover], deadline: float) -> Replan:
         """Choose what a UAV flies from now on, among movers that were seen."""
         began = time.perf_counter()
-        span = Span(self.now, self.now + self.lead, self.now + self.horizon)
         others = {k: course for k, course in enumerate(self._courses) if k != uav}
         world = self._airspace.of(uav).world
         middle = 0.5 * (span.now + span.until)
-        around = surroundings(self.scenario, uav, world, self._guidance[uav], seen, others, middle)
+        around = surroundings(self.scenario, uav, world, self._guidance[uav], self._own[uav], seen, others, middle)
         choice = choose_course(self._courses[uav].since(span.now), around, span, self.candidates, deadline)
         self._courses[uav] = choice.course
         return Replan(
@@ -243,7 +249,7 @@ def _sentence(name: str, choice: Choice, around: Surroundings, span: Span) -> st
 def _at_start(uav: UAV, way: Way) -> Course:
     """Return the course of a UAV that hovers at its start, from 0 s on."""
     motion = rest_to_rest(np.array([uav.start]), uav)
-    return Course((), motion, way.after(1), np.full(len(way.points) - 1, np.inf), 1)
+    return Course((), motion, way.after(1), np.full(len(way.points) - 1, np.inf), 1, leaves=0.0)
 
 
 def _refuse_what_is_not_replanned(mission: Mission) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.live.course import Course
 from skyverse.live.guidance import Way
+from skyverse.live.planned_motion import Planned
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import PolynomialMotion
@@ -37,8 +38,10 @@ class Surroundings(NamedTuple):
         How sentences call each of these.
     needs
         (n,) metres that must be kept from the middle of each, about, at the middle of the horizon.
-    guidance
-        The way that it would fly if nothing moved.
+    guidance, planned
+        The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
+    uavs
+        The index of the first shape that is another UAV; all that follow are.
     """
 
     limits: Limits
@@ -47,6 +50,8 @@ class Surroundings(NamedTuple):
     names: tuple[str, ...]
     needs: Floats
     guidance: Way
+    planned: Planned | None
+    uavs: int
 
 
 def surroundings(
@@ -54,6 +59,7 @@ def surroundings(
     uav: int,
     world: World,
     guidance: Way,
+    planned: Planned | None,
     seen: Sequence[Mover],
     others: Mapping[int, Course],
     instant: float,
@@ -66,8 +72,8 @@ def surroundings(
         With the movers and zones whose times are known.
     uav
         Its index.
-    world, guidance
-        What stands still, and the way that it would fly if nothing moved.
+    world, guidance, planned
+        What stands still, the way that it would fly if nothing moved, and the mission's trajectory if it can fly that.
     seen
         Movers that were seen, with all that they may do.
     others
@@ -81,6 +87,7 @@ def surroundings(
     names += [told_zone(scenario, one.zone) for one in known if one.zone >= 0]
     known += [TimedShape(mover.shape, mover.motion, mover.doubt, scenario.clearance) for mover in seen]
     names += [f"mover {mover.name!r}" for mover in seen]
+    uavs = len(known)
     for other, course in others.items():
         across, above = kept_ellipsoid(vehicle, scenario.uavs[other])
         if across > 0.0:
@@ -91,7 +98,7 @@ def surroundings(
             names.append(scenario.uavs[other].name)
     needs = np.array([_need(one, instant) for one in known])
     shapes = moving_shapes(known, vehicle.tracking_error)
-    return Surroundings(limits_of(vehicle, -LIMIT_MARGIN), world, shapes, tuple(names), needs, guidance)
+    return Surroundings(limits_of(vehicle, -LIMIT_MARGIN), world, shapes, tuple(names), needs, guidance, planned, uavs)
 
 
 def _need(one: TimedShape, t: float) -> float:

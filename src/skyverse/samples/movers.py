@@ -27,7 +27,13 @@ KNOT_SIZE = (1 / 6, 1 / 5, 1 / 2)
 
 
 def random_movers(
-    scenario: Scenario, count: int = 10, *, kind: MoverKind = "spinners", speed: float = 1.0, seed: int = 0
+    scenario: Scenario,
+    count: int = 10,
+    *,
+    kind: MoverKind = "spinners",
+    speed: float = 1.0,
+    radius: float | None = None,
+    seed: int = 0,
 ) -> Scenario:
     """Return a scenario with random movers besides those that it has: spheres that keep away from starts and targets.
 
@@ -42,13 +48,15 @@ def random_movers(
         knots, and ``"traffic"`` from side to side of the bounds and back.
     speed
         Their mean speed, m/s.
+    radius
+        Theirs, metres; a hundredth of the bounds' shorter level side if it is left out.
     seed
         The same seed makes the same movers.
 
     Returns
     -------
     Scenario
-        The movers have a radius of a hundredth of the bounds' shorter level side. They may pass through obstacles.
+        The movers may pass through obstacles.
 
     Raises
     ------
@@ -61,9 +69,11 @@ def random_movers(
         require_whole("random_movers", name, number, 0)
     if isinstance(speed, bool) or not isinstance(speed, int | float) or not 1e-3 <= speed <= 1e3:
         raise InputError(f"random_movers's speed is from 0.001 to 1000 m/s, not {speed!r}")
+    if radius is not None and (isinstance(radius, bool) or not isinstance(radius, int | float) or not 0 < radius < 1e6):
+        raise InputError(f"random_movers's radius is above 0 m, not {radius!r}")
     rng = np.random.default_rng(seed)
     low, high = np.array(scenario.bounds.min), np.array(scenario.bounds.max)
-    radius = round(float((high - low)[:2].min()) / 100, 6)
+    radius = round(float((high - low)[:2].min()) / 100, 6) if radius is None else float(radius)
     ends = np.array([*(uav.start for uav in scenario.uavs), *(target.position for target in scenario.targets)])
     away = 2.0 * (radius + scenario.clearance)
     movers = [
