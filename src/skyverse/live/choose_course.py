@@ -150,14 +150,15 @@ class _Search:
             passed = np.where(ahead <= leaves, ahead, np.inf)
             yield _Candidate(join, durations, rows, way, passed, leaves)
 
-    def lets_pass(self, hold: _Candidate) -> bool:
-        """Tell whether a UAV on the mission's trajectory goes on as it does, since only another UAV is in its way.
+    def keeps_plan(self, hold: _Candidate) -> bool:
+        """Tell whether a UAV on the mission's trajectory goes on as it does, since no mover is in its way.
 
-        The others fly the mission too, which is proven, and so go out of the way in time.
+        The mission is clear of what stands still, though a stop from it may not be at every instant; and other UAVs,
+        which fly the mission too, go out of the way in time.
         """
-        if not self.met or self.course.leaves < self.span.join:
+        if self.around.planned is None or self.course.leaves < self.span.join:
             return False
-        return all(who >= self.around.uavs for _, who, _ in self.met) and self.proves(hold)
+        return not any(0 <= who < self.around.uavs for _, who, _ in self.met) and self.proves(hold)
 
     def stop(self, begin: float) -> _Candidate:
         """Return the motion that stops as fast as possible."""
@@ -268,10 +269,12 @@ def choose_course(
     hold = _Candidate(span.join, nothing, nothing, course.way, course.passed)
     tried = 0
     for found in search.along_plan():
+        if tried == most_tried or time.perf_counter() >= deadline:
+            break
         tried += 1
         if search.proves(found):
             return search.chosen(found, tried)
-    if search.lets_pass(hold):
+    if search.keeps_plan(hold):
         return search.chosen(hold, tried)
     search.push(search.arrival(hold), hold)
     joins = [span.join]
