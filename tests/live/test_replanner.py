@@ -244,12 +244,99 @@ def test_settings_out_of_range_are_refused(field):
     assert str(refused.value).startswith(f"{field}: ")
 
 
-def test_aeroplanes_and_zones_with_a_speed_limit_are_refused():
+def fly_on(flight, since, until=60.0, **given):
+    """Observe ten times a second until the UAV has arrived; what is given is observed first. Return all answers."""
+    answers = []
+    for k in range(round(10 * since), round(10 * until)):
+        answers += flight.observe(k / 10, **(given if not answers else {}))
+        if flight.arrival(0) is not None and flight.arrival(0) <= k / 10:
+            break
+    return answers
+
+
+def whole_flight(flight, scenario):
+    """What the referee proves of all that was flown in a scenario whose UAV has the target of the replanner's."""
+    flown = replace(flight.mission, scenario=scenario, trajectories=(flight.flown(0),))
+    return sky.certify(scenario, flown).trajectories[0]
+
+
+def test_a_uav_flies_to_another_target():
+    flight = replanner(hall(*PILLARS))
+    fly_on(flight, 0.0, 2.0)
+    answers = fly_on(flight, 2.0, targets={0: (12, 1, 3)})
+    assert all(one.proven for one in answers)
+    assert flight.motion(0).at([flight.arrival(0)]).position[0] == pytest.approx((12, 1, 3))
+    assert flight.scenario.targets[0].position == (12, 1, 3)
+    assert whole_flight(flight, flight.scenario).verdict is sky.Verdict.PROVEN
+
+
+def test_a_uav_without_a_target_gets_one():
+    uavs = [sky.UAV(start=(1, 5, 1)), sky.UAV(start=(1, 8, 1))]
+    flight = sky.Replanner(sky.plan_mission(hall(uavs=uavs)))
+    idle = flight.mission.assignment.index(None)
+    for k in range(150):
+        flight.observe(k / 10, targets={idle: (19, 2, 2)} if k == 5 else None)
+    assert flight.motion(idle).at([15.0]).position[0] == pytest.approx((19, 2, 2))
+
+
+@pytest.mark.parametrize(
+    ("targets", "field", "said"),
+    [
+        ({0: (12, 1, float("nan"))}, "targets[0]", "finite"),
+        ({0: (12, 1)}, "targets[0]", ""),
+        ({1: (12, 1, 1)}, "targets", "index"),
+        ({0: (5, 4.7, 1)}, "targets[0]", "no path leads there from"),
+        ({0: (30, 5, 1)}, "targets[0]", "no path leads there from"),
+    ],
+)
+def test_targets_that_cannot_be_reached_are_refused_and_change_nothing(targets, field, said):
+    flight = replanner(hall(*PILLARS))
+    flight.observe(0.5)
+    before = told_state(flight)
+    with pytest.raises(sky.InputError) as refused:
+        flight.observe(1.0, targets=targets, obstacles=[sky.Box(min=(9, 8, 0), max=(10, 9, 1))])
+    assert str(refused.value).startswith(f"{field}: ")
+    assert said in str(refused.value)
+    assert told_state(flight) == before
+
+
+def test_a_uav_goes_round_a_restriction_that_it_comes_to_know_in_flight():
+    shut = sky.Box(min=(9, 3, 0), max=(11, 7, 4), active=[(0.0, 100.0)])
+    flight = replanner(hall())
+    fly_on(flight, 0.0, 0.5)
+    answers = fly_on(flight, 0.5, zones=[shut])
+    assert all(one.proven for one in answers)
+    among = sky.Scenario(**{**dict(hall()), "zones": (shut,)})
+    assert flight.arrival(0) is not None
+    assert whole_flight(flight, among).verdict is sky.Verdict.PROVEN
+
+
+@pytest.mark.parametrize("since", [0.0, 0.5])
+def test_a_uav_keeps_a_zones_speed_limit(since):
+    slow = sky.Box(min=(9, 0, 0), max=(11, 10, 4), max_speed=1.0)
+    among = sky.Scenario(**{**dict(hall()), "zones": (slow,)})
+    flight = replanner(among if since == 0.0 else hall())
+    answers = fly_on(flight, 0.0, since) + fly_on(flight, since, zones=[slow] if since else ())
+    assert all(one.proven for one in answers)
+    assert whole_flight(flight, among).verdict is sky.Verdict.PROVEN
+    assert flight.arrival(0) > 6.5  # 2 m at 1 m/s, and 16 m at 5 m/s
+
+
+def test_a_uav_inside_a_new_obstacle_leaves_it():
+    crate = sky.Box(min=(0, 4, 0), max=(2.5, 6, 4))
+    flight = replanner(hall())
+    (answer,) = flight.observe(0.0, obstacles=[crate])
+    assert not answer.proven
+    assert "a new obstacle may come too near at t = 0 s" in answer.sentence
+    assert flight.scenario.obstacles == ()
+    answers = fly_on(flight, 0.1)
+    assert answers[-1].proven
+    assert flight.arrival(0) is not None
+    assert flight.scenario.obstacles == (crate,)
+
+
+def test_aeroplanes_are_refused():
     wing = sky.FixedWing(speed=8.0, turn_radius=6.0, climb=12)
     plane = sky.UAV(start=(1, 5, 1), max_speed=12, max_acceleration=15, fixed_wing=wing)
     with pytest.raises(sky.InputError, match="aeroplane"):
         sky.Replanner(replace(sky.plan_mission(hall()), scenario=hall(uavs=[plane])))
-    zone = sky.Box(min=(5, 4, 0), max=(6, 6, 4), max_speed=1.0)
-    slow = sky.Scenario(**{**dict(hall()), "zones": (zone,)})
-    with pytest.raises(sky.InputError, match="speed limit"):
-        replanner(slow)

@@ -22,9 +22,11 @@ from skyverse.live.planned_motion import motions_along
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings
 from skyverse.live.ways import GATE_SHARES, SHARES, escapes, gates, ways_ahead
+from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
 from skyverse.space.world import path_free
 from skyverse.trajectory.proof import clear_pieces
+from skyverse.trajectory.speed_in_zones import first_too_fast
 
 LOOKED_AT = 0.5
 """The share of the horizon after which motions are compared by what they still have to fly."""
@@ -32,6 +34,8 @@ BLOCKED = 10.0
 """Seconds that it may take longer to arrive along a way in which something stands."""
 KEEP_ON = 0.05
 """Seconds by which another way must arrive earlier than the present one, so that a UAV does not waver."""
+SLOWER_IN_ZONES = 0.999
+"""The share of zones' speed limits that is flown in them."""
 SAME_TIME = 0.25
 """Seconds: of motions that meet movers no farther apart in time, the one that is least deep in them is taken."""
 
@@ -201,7 +205,10 @@ class _Search:
             motion = self.course.motion
             late = motion.knots[1:] > self.span.now
             durations, rows = np.diff(motion.knots)[late], motion.coefficients[late]
-        return bool(clear_pieces(self.around.world.space, durations, rows).all())
+        if not clear_pieces(self.around.world.space, durations, rows).all():
+            return False
+        zones = self.around.world.speed_zones
+        return not zones or first_too_fast(zones, Trajectory(np.append(0.0, np.cumsum(durations)), rows)) is None
 
     def arrival(self, found: _Candidate) -> float:
         """Return about when a UAV arrives that stops, or keeps its course."""
@@ -277,7 +284,7 @@ def choose_course(
     if search.keeps_plan(hold):
         return search.chosen(hold, tried)
     search.push(search.arrival(hold), hold)
-    joins = [span.join]
+    joins, shares = [span.join], _shares(around)
     state = search.state(span.join)
     if np.linalg.norm(state[2]) > ACCELERATION_LEFT:
         end = course.ramp_end(span.join, span.until)
@@ -286,8 +293,8 @@ def choose_course(
         place, velocity, _ = search.state(begin)
         mark, kept = course.next_mark(begin), course.remaining(begin)
         lead = 1.0 + float(velocity @ velocity) / around.limits.acceleration
-        search.consider(begin, [kept] if len(kept.points) else [], SHARES)
-        search.consider(begin, ways_ahead(around.guidance, mark, place, lead), SHARES, KEEP_ON)
+        search.consider(begin, [kept] if len(kept.points) else [], shares)
+        search.consider(begin, ways_ahead(around.guidance, mark, place, lead), shares, KEEP_ON)
     stop = search.stop(span.join)
     search.push(search.arrival(stop), stop)
     while search.queue and tried < most_tried and time.perf_counter() < deadline:
@@ -303,6 +310,12 @@ def choose_course(
         if all(entry is not one for _, _, one in search.met) and search.proves(entry):
             return search.chosen(entry, tried)
     return _least_bad(search, hold, tried)
+
+
+def _shares(around: Surroundings) -> tuple[float, ...]:
+    """Return the shares of the largest speed at which ways are tried, those of zones' limits among them."""
+    limited = {SLOWER_IN_ZONES * zone.max_speed / around.limits.speed for zone in around.world.speed_zones}
+    return tuple(sorted({*SHARES, *(share for share in limited if share < 1.0)}, reverse=True))
 
 
 def _least_bad(search: _Search, hold: _Candidate, tried: int) -> Choice:

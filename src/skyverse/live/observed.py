@@ -1,6 +1,7 @@
-"""What an observation holds beside movers, checked before anything is changed: states of UAVs, and new obstacles."""
+"""What an observation holds beside movers, checked before anything is changed: states, targets, and what stands."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,10 +10,11 @@ from pydantic import ValidationError
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.live.course import Course
-from skyverse.model.scenario import Scenario
+from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Shape
 from skyverse.model.uav import TrackingError
 from skyverse.model.wrong_values import complaint
+from skyverse.space.world import World
 
 OFF_COURSE = 0.01
 """Metres beyond its tracking error from where it should be, at which a UAV counts as off its course."""
@@ -34,15 +36,89 @@ def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int)
     return states
 
 
-def with_obstacles(scenario: Scenario, obstacles: Sequence[Shape]) -> Scenario:
-    """Return a scenario with more obstacles, or raise `InputError`."""
+class Known(NamedTuple):
+    """What is known to stand still.
+
+    Attributes
+    ----------
+    scenario
+        All of it, apart from the following.
+    entered
+        Obstacles to which a UAV was too near when they were seen; it has to leave them first.
+    """
+
+    scenario: Scenario
+    entered: tuple[Shape, ...]
+
+
+def with_seen(known: Known, obstacles: Sequence[Shape], zones: Sequence[Shape], places: Sequence[Floats]) -> Known:
+    """Return what is known with more obstacles and zones, or raise `InputError`.
+
+    Parameters
+    ----------
+    known
+        Before.
+    obstacles, zones
+        That were seen.
+    places
+        (3,) metres each: where the UAVs are.
+    """
+    if not len(obstacles) and not len(zones) and not known.entered:
+        return known
+    before = known.scenario
+    whole = _with_more(before, obstacles, zones)
+    added = (*known.entered, *whole.obstacles[len(before.obstacles) :])
+    entered = tuple(one for one in added if any(_is_too_near(before, one, *both) for both in enumerate(places)))
+    if len(entered) == len(added) and not len(zones):
+        return Known(before, entered)
+    left = (one for one in added if one not in entered)
+    return Known(whole.model_copy(update={"obstacles": (*before.obstacles, *left)}), entered)
+
+
+def _with_more(scenario: Scenario, obstacles: Sequence[Shape], zones: Sequence[Shape]) -> Scenario:
+    more = {"obstacles": (*scenario.obstacles, *obstacles), "zones": (*scenario.zones, *zones)}
     try:
-        return Scenario.model_validate({**dict(scenario), "obstacles": (*scenario.obstacles, *obstacles)})
+        return Scenario.model_validate({**dict(scenario), **more})
     except ValidationError as error:
         first = error.errors()[0]
-        number, place = first["loc"][1:2], ".".join(str(part) for part in ("", *first["loc"][3:]))
-        which = f"[{number[0] - len(scenario.obstacles)}]" if number and isinstance(number[0], int) else ""
-        raise InputError(complaint(first), field=f"obstacles{which}{place}") from None
+        kind, *number = first["loc"][:2]
+        place = ".".join(str(part) for part in ("", *first["loc"][3:]))
+        before = len(scenario.obstacles if kind == "obstacles" else scenario.zones)
+        which = f"[{number[0] - before}]" if number and isinstance(number[0], int) else ""
+        raise InputError(complaint(first), field=f"{kind}{which}{place}") from None
+
+
+def with_targets(
+    scenario: Scenario, assignment: Sequence[int | None], given: Mapping[int, ArrayLike]
+) -> tuple[Scenario, tuple[int | None, ...]]:
+    """Return a scenario and an assignment in which UAVs, by their indices, have other targets, or raise `InputError`.
+
+    Each of these targets, (3,) metres, is in the place of the one that the UAV had.
+    """
+    targets, assigned = list(scenario.targets), list(assignment)
+    for uav, place in given.items():
+        if uav not in range(len(assigned)):
+            raise InputError(f"expected the index of one of {len(assigned)} UAVs, but it is {uav!r}", field="targets")
+        name = f"target of {scenario.uavs[uav].name}"
+        try:
+            target = Target.model_validate({"name": name, "position": place})
+        except ValidationError as error:
+            raise InputError(complaint(error.errors()[0]), field=f"targets[{uav}]") from None
+        number = assigned[uav]
+        if number is None:
+            assigned[uav] = len(targets)
+            targets.append(target)
+        else:
+            targets[number] = target.model_copy(update={"name": targets[number].name})
+    if not given:
+        return scenario, tuple(assigned)
+    return scenario.model_copy(update={"targets": tuple(targets)}), tuple(assigned)
+
+
+def _is_too_near(scenario: Scenario, obstacle: Shape, uav: int, place: Floats) -> bool:
+    """Tell whether a place (3,) is nearer to an obstacle than a UAV must keep from it."""
+    bare = {"obstacles": (obstacle,), "zones": (), "terrain": None, "movers": ()}
+    return not World(scenario.model_copy(update=bare), scenario.uavs[uav].tracking_error).free(place)[0]
 
 
 def strays(course: Course, t: float, state: Floats, error: TrackingError) -> bool:

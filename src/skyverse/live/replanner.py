@@ -11,7 +11,7 @@ from skyverse.errors import InputError
 from skyverse.live.choose_course import Choice, Span, choose_course
 from skyverse.live.course import Course
 from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
-from skyverse.live.observed import checked_states, strays, with_obstacles
+from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
 from skyverse.live.planned_motion import planned_motion
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
@@ -73,8 +73,7 @@ class Replanner:
     Raises
     ------
     InputError
-        If an argument is out of range, or the mission has what is not replanned yet: aeroplanes, zones with a speed
-        limit, or UAVs whose tracking error takes a column above their start or target.
+        If an argument is out of range, or the mission has aeroplanes, which are not replanned yet.
     """
 
     def __init__(
@@ -100,6 +99,8 @@ class Replanner:
         self._limits = [limits_of(uav, -LIMIT_MARGIN) for uav in scenario.uavs]
         self._airspace = Airspace(scenario)
         self._tracks: dict[str, Track] = {}
+        self._entered: tuple[Shape, ...] = ()
+        self._assignment = tuple(mission.assignment)
         self._planned = [0.0] * len(scenario.uavs)
         self._guidance = [mission_guidance(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
         self._own = [planned_motion(*both) for both in zip(mission.trajectories, self._guidance, strict=True)]
@@ -112,7 +113,9 @@ class Replanner:
         *,
         movers: Sequence[Sighting | Mapping[str, object]] = (),
         obstacles: Sequence[Shape] = (),
+        zones: Sequence[Shape] = (),
         states: Mapping[int, tuple[ArrayLike, ArrayLike]] | None = None,
+        targets: Mapping[int, ArrayLike] | None = None,
         deadline_ms: float | None = None,
     ) -> tuple[Replan, ...]:
         """Take in what was seen at an instant, and replan all UAVs, those of higher priority first.
@@ -124,10 +127,15 @@ class Replanner:
         movers
             Those that were seen: sightings, or mappings with their fields.
         obstacles
-            Those that stand still and were not known before. Where one is in the way, another path is planned.
+            Those that stand still and were not known before. Where one is in the way, another path is planned. A UAV
+            that is too near to one already leaves it.
+        zones
+            Those that were not known before, with a limit of speed, or times at which they are active.
         states
             Positions and velocities, (3,) metres and (3,) m/s, of UAVs by their indices. One that is farther from where
             it should be than its tracking error, and a centimetre, goes on from where it is.
+        targets
+            Other targets, (3,) metres, of UAVs by their indices, to which new paths are planned.
         deadline_ms
             Milliseconds after which no further motions are tried; the answers then depend on the clock.
 
@@ -139,8 +147,8 @@ class Replanner:
         Raises
         ------
         InputError
-            If something is not what it should be, or the instant lies more than the horizon before the last one. Then
-            nothing has changed.
+            If something is not what it should be, no path leads to another target, or the instant lies more than the
+            horizon before the last one. Then nothing has changed.
         """
         began = time.perf_counter()
         instant = self._checked_instant(t)
@@ -148,8 +156,11 @@ class Replanner:
         placed = checked_states({} if states is None else states, len(self.scenario.uavs))
         if deadline_ms is not None and not deadline_ms >= 0.0:
             raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
-        scenario = with_obstacles(self.scenario, obstacles) if len(obstacles) else self.scenario
-        late = instant < self.now
+        places = [course.state(max(instant, self.now))[0] for course in self._courses]
+        known = with_seen(Known(self.scenario, self._entered), obstacles, zones, places)
+        scenario, assignment = with_targets(known.scenario, self._assignment, {} if targets is None else targets)
+        ways = self._ways_to(instant, scenario, assignment, () if targets is None else tuple(targets))
+        late, before = instant < self.now, self.scenario
         self.now = max(self.now, instant)
         for sighting in sightings:
             self._tracks.setdefault(sighting.name, Track()).add(instant, sighting)
@@ -157,8 +168,32 @@ class Replanner:
         for uav, state in placed.items():
             if not late and strays(self._courses[uav], self.now, state, scenario.uavs[uav].tracking_error):
                 self._courses[uav] = self._courses[uav].restarted(self.now, state, self._limits[uav])
-        self._find_ways(scenario)
+        for uav, way in ways.items():
+            self._follow(uav, way)
+        self._entered, self._assignment = known.entered, assignment
+        self._find_ways(scenario, new=known.scenario is not before)
         return self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
+
+    def _ways_to(
+        self, t: float, scenario: Scenario, assignment: Sequence[int | None], uavs: Sequence[int]
+    ) -> dict[int, Way]:
+        """Return the ways of UAVs to their targets, or raise `InputError` where there is none."""
+        found = {}
+        for uav in uavs:
+            stop = self._courses[uav].stop(max(t, self.now) + self.lead, self._limits[uav])
+            way = planned_anew(scenario, uav, assignment[uav], stop)
+            if way is None:
+                raise InputError(
+                    f"no path leads there from {told_point(stop)}, where {scenario.uavs[uav].name} can stop",
+                    field=f"targets[{uav}]",
+                )
+            found[uav] = way
+        return found
+
+    def _follow(self, uav: int, way: Way) -> None:
+        """Let a UAV follow another way than the mission's from now on."""
+        self._planned[uav], self._guidance[uav], self._own[uav] = self.now, way, None
+        self._courses[uav] = self._courses[uav].guided_by(way)
 
     def _replan_all(self, lead: float, deadline: float = math.inf) -> tuple[Replan, ...]:
         """Choose what all UAVs fly from `lead` seconds after now on, those of higher priority first."""
@@ -168,12 +203,13 @@ class Replanner:
             answers[uav] = self._replan(uav, span, seen, deadline)
         return tuple(answers[uav] for uav in range(len(self._courses)))
 
-    def _find_ways(self, scenario: Scenario) -> None:
+    def _find_ways(self, scenario: Scenario, new: bool) -> None:
         """Plan the ways of UAVs anew in which something new stands, or from which UAVs have been led too far away."""
-        join, new = self.now + self.lead, scenario is not self.scenario
+        join = self.now + self.lead
         stops = [course.stop(join, limits) for course, limits in zip(self._courses, self._limits, strict=True)]
         if new:
-            self.scenario, self._airspace = scenario, Airspace(scenario)
+            self._airspace = Airspace(scenario)
+        self.scenario = scenario
         for uav, (way, course) in enumerate(zip(self._guidance, self._courses, strict=True)):
             world, mark = self._airspace.of(uav).world, course.next_mark(join)
             ahead = way.after(max(min(mark, len(way.points) - 1) - 1, 0)).points
@@ -181,10 +217,9 @@ class Replanner:
             lost = self.now - self._planned[uav] >= LOST and not sees(world, stops[uav], way, mark)
             if barred or lost:
                 self._planned[uav] = self.now
-                found = planned_anew(scenario, uav, self.mission.assignment[uav], stops[uav])
+                found = planned_anew(scenario, uav, self._assignment[uav], stops[uav])
                 if found is not None:
-                    self._guidance[uav], self._own[uav] = found, None
-                    self._courses[uav] = course.guided_by(found)
+                    self._follow(uav, found)
 
     def _checked_instant(self, t: float) -> float:
         """Return the instant of an observation, or raise `InputError`."""
@@ -221,7 +256,9 @@ class Replanner:
         others = {k: course for k, course in enumerate(self._courses) if k != uav}
         world = self._airspace.of(uav).world
         middle = 0.5 * (span.now + span.until)
-        around = surroundings(self.scenario, uav, world, self._guidance[uav], self._own[uav], seen, others, middle)
+        around = surroundings(
+            self.scenario, uav, world, self._guidance[uav], self._own[uav], seen, self._entered, others, middle
+        )
         choice = choose_course(self._courses[uav].since(span.now), around, span, self.candidates, deadline)
         self._courses[uav] = choice.course
         return Replan(
@@ -257,5 +294,3 @@ def _refuse_what_is_not_replanned(mission: Mission) -> None:
     for uav in mission.scenario.uavs:
         if uav.fixed_wing is not None:
             raise InputError(f"{uav.name} is an aeroplane; only multirotors are replanned in flight", field="mission")
-    if any(zone.max_speed is not None for zone in mission.scenario.zones):
-        raise InputError("zones with a speed limit are not kept by flights that are replanned", field="mission")

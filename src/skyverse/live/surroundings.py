@@ -14,11 +14,12 @@ from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import PolynomialMotion
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
-from skyverse.model.shapes import Box, Cylinder, Prism, Sphere
+from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere, Voxels
 from skyverse.model.temporary_zones import told_zone
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.space.moving_shapes import MovingShapes, moving_shapes
-from skyverse.space.timed_shapes import TimedShape, timed_shapes
+from skyverse.space.timed_shapes import STANDING, TimedShape, timed_shapes
+from skyverse.space.voxels import boxes_of
 from skyverse.space.world import World
 from skyverse.trajectory.limits import Limits, limits_of
 
@@ -61,6 +62,7 @@ def surroundings(
     guidance: Way,
     planned: Planned | None,
     seen: Sequence[Mover],
+    entered: Sequence[Shape],
     others: Mapping[int, Course],
     instant: float,
 ) -> Surroundings:
@@ -76,6 +78,8 @@ def surroundings(
         What stands still, the way that it would fly if nothing moved, and the mission's trajectory if it can fly that.
     seen
         Movers that were seen, with all that they may do.
+    entered
+        Obstacles that were seen when a UAV was too near to them already.
     others
         What other UAVs fly.
     instant
@@ -87,6 +91,8 @@ def surroundings(
     names += [told_zone(scenario, one.zone) for one in known if one.zone >= 0]
     known += [TimedShape(mover.shape, mover.motion, mover.doubt, scenario.clearance) for mover in seen]
     names += [f"mover {mover.name!r}" for mover in seen]
+    known += [TimedShape(part, STANDING, Doubt(), scenario.clearance) for one in entered for part in _parts(one)]
+    names += ["a new obstacle" + (f" ({one.name!r})" if one.name else "") for one in entered for _ in _parts(one)]
     uavs = len(known)
     for other, course in others.items():
         across, above = kept_ellipsoid(vehicle, scenario.uavs[other])
@@ -99,6 +105,11 @@ def surroundings(
     needs = np.array([_need(one, instant) for one in known])
     shapes = moving_shapes(known, vehicle.tracking_error)
     return Surroundings(limits_of(vehicle, -LIMIT_MARGIN), world, shapes, tuple(names), needs, guidance, planned, uavs)
+
+
+def _parts(obstacle: Shape) -> tuple[Shape, ...]:
+    """Return the shapes that an obstacle consists of."""
+    return tuple(boxes_of(obstacle)) if isinstance(obstacle, Voxels) else (obstacle,)
 
 
 def _need(one: TimedShape, t: float) -> float:
