@@ -196,7 +196,7 @@ class _Search:
     def first_contact(self, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[int, float]:
         """Return the mover that a motion first comes too near to between two instants, and when."""
         fastest = self.around.limits.speed * (1.0 + LIMIT_EASE)
-        return first_contact(self.around.shapes, knots.copy(), rows.copy(), fastest, begin, until)
+        return first_contact(self.around.moving.shapes, knots.copy(), rows.copy(), fastest, begin, until)
 
     def clear(self, found: _Candidate) -> bool:
         """Tell whether all of a candidate's pieces are clear of what stands still."""
@@ -245,7 +245,7 @@ class _Search:
         if mover >= 0 and len(found.way.points):
             k = min(int(np.sum(found.passed <= contact)), len(found.way.points) - 1)
             meeting = self.applied(found).state(contact)[0]
-            need = float(self.around.needs[mover])
+            need = float(self.around.moving.needs[mover])
             self.consider(found.begin, gates(found.way, place, meeting, k, need), GATE_SHARES)
         guidance = self.around.guidance.after(
             min(self.course.next_mark(found.begin), len(self.around.guidance.points) - 1)
@@ -325,7 +325,7 @@ def _least_bad(search: _Search, hold: _Candidate, tried: int) -> Choice:
     for number, (contact, mover, found) in enumerate(search.met):
         motion = search.applied(found).motion
         depth, _ = time_in_contact(
-            search.around.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.until
+            search.around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.until
         )
         late = min(contact, span.until + SAME_TIME)
         ranked.append((-math.floor((late - span.now) / SAME_TIME), depth, number, mover, contact, found))

@@ -15,7 +15,7 @@ from skyverse.live.observed import Known, checked_states, strays, with_seen, wit
 from skyverse.live.planned_motion import planned_motion
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
-from skyverse.live.surroundings import Surroundings, surroundings
+from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
 from skyverse.live.track import Track
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
@@ -198,10 +198,15 @@ class Replanner:
     def _replan_all(self, lead: float, deadline: float = math.inf) -> tuple[Replan, ...]:
         """Choose what all UAVs fly from `lead` seconds after now on, those of higher priority first."""
         span, seen = Span(self.now, self.now + lead, self.now + self.horizon), self.predicted()
+        middle, uavs = 0.5 * (span.now + span.until), self.scenario.uavs
+        moving = {
+            error: all_moving(self.scenario, seen, self._entered, error, middle)
+            for error in {uav.tracking_error for uav in uavs}
+        }
         answers: dict[int, Replan] = {}
-        for uav in sorted(range(len(self._courses)), key=lambda k: -self.scenario.uavs[k].priority):
-            answers[uav] = self._replan(uav, span, seen, deadline)
-        return tuple(answers[uav] for uav in range(len(self._courses)))
+        for uav in sorted(range(len(uavs)), key=lambda k: -uavs[k].priority):
+            answers[uav] = self._replan(uav, span, moving[uavs[uav].tracking_error], deadline)
+        return tuple(answers[uav] for uav in range(len(uavs)))
 
     def _find_ways(self, scenario: Scenario, new: bool) -> None:
         """Plan the ways of UAVs anew in which something new stands, or from which UAVs have been led too far away."""
@@ -250,14 +255,17 @@ class Replanner:
         until = self.now + self.horizon
         return tuple(track.predicted(until) for track in self._tracks.values())
 
-    def _replan(self, uav: int, span: Span, seen: Sequence[Mover], deadline: float) -> Replan:
-        """Choose what a UAV flies from now on, among movers that were seen."""
+    def _replan(self, uav: int, span: Span, moving: Moving, deadline: float) -> Replan:
+        """Choose what a UAV flies from now on, among what moves."""
         began = time.perf_counter()
         others = {k: course for k, course in enumerate(self._courses) if k != uav}
-        world = self._airspace.of(uav).world
-        middle = 0.5 * (span.now + span.until)
-        around = surroundings(
-            self.scenario, uav, world, self._guidance[uav], self._own[uav], seen, self._entered, others, middle
+        around = Surroundings(
+            limits=self._limits[uav],
+            world=self._airspace.of(uav).world,
+            moving=with_others(moving, self.scenario, uav, others),
+            uavs=len(moving.names),
+            guidance=self._guidance[uav],
+            planned=self._own[uav],
         )
         choice = choose_course(self._courses[uav].since(span.now), around, span, self.candidates, deadline)
         self._courses[uav] = choice.course
@@ -279,7 +287,7 @@ def _sentence(name: str, choice: Choice, around: Surroundings, span: Span) -> st
         return f"{name} has a way out, clear of everything until t = {span.until:.6g} s."
     if choice.mover < 0:
         return f"{name} has no way out that is proven clear of what stands still."
-    at, whom = told_point(choice.course.state(choice.contact)[0]), around.names[choice.mover]
+    at, whom = told_point(choice.course.state(choice.contact)[0]), around.moving.names[choice.mover]
     return f"{name} has no way out: {whom} may come too near at t = {choice.contact:.6g} s, at {at}."
 
 

@@ -11,17 +11,36 @@ from skyverse.live.guidance import Way
 from skyverse.live.planned_motion import Planned
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
-from skyverse.model.mover_motions import PolynomialMotion
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere, Voxels
 from skyverse.model.temporary_zones import told_zone
-from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.model.uav import TrackingError
+from skyverse.numerics.tolerances import LIMIT_EASE
+from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids
 from skyverse.space.moving_shapes import MovingShapes, moving_shapes
 from skyverse.space.timed_shapes import STANDING, TimedShape, timed_shapes
 from skyverse.space.voxels import boxes_of
 from skyverse.space.world import World
-from skyverse.trajectory.limits import Limits, limits_of
+from skyverse.trajectory.limits import Limits
+
+
+class Moving(NamedTuple):
+    """What moves and was seen or is known beforehand, the same for all UAVs with one tracking error.
+
+    Attributes
+    ----------
+    shapes
+        n shapes.
+    names
+        How sentences call each of these.
+    needs
+        (n,) metres that must be kept from the middle of each, about, at the middle of the horizon.
+    """
+
+    shapes: MovingShapes
+    names: tuple[str, ...]
+    needs: Floats
 
 
 class Surroundings(NamedTuple):
@@ -33,59 +52,40 @@ class Surroundings(NamedTuple):
         Its own.
     world
         What stands still.
-    shapes
-        What moves, n shapes.
-    names
-        How sentences call each of these.
-    needs
-        (n,) metres that must be kept from the middle of each, about, at the middle of the horizon.
+    moving
+        What moves, other UAVs after all else.
+    uavs
+        The index of the first shape that is another UAV.
     guidance, planned
         The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
-    uavs
-        The index of the first shape that is another UAV; all that follow are.
     """
 
     limits: Limits
     world: World
-    shapes: MovingShapes
-    names: tuple[str, ...]
-    needs: Floats
+    moving: Moving
+    uavs: int
     guidance: Way
     planned: Planned | None
-    uavs: int
 
 
-def surroundings(
-    scenario: Scenario,
-    uav: int,
-    world: World,
-    guidance: Way,
-    planned: Planned | None,
-    seen: Sequence[Mover],
-    entered: Sequence[Shape],
-    others: Mapping[int, Course],
-    instant: float,
-) -> Surroundings:
-    """Return what a UAV keeps clear of.
+def all_moving(
+    scenario: Scenario, seen: Sequence[Mover], entered: Sequence[Shape], error: TrackingError, instant: float
+) -> Moving:
+    """Return what moves, apart from UAVs.
 
     Parameters
     ----------
     scenario
         With the movers and zones whose times are known.
-    uav
-        Its index.
-    world, guidance, planned
-        What stands still, the way that it would fly if nothing moved, and the mission's trajectory if it can fly that.
     seen
         Movers that were seen, with all that they may do.
     entered
         Obstacles that were seen when a UAV was too near to them already.
-    others
-        What other UAVs fly.
+    error
+        The tracking error of the UAVs that keep clear of all this.
     instant
         The middle of the horizon, seconds into the mission.
     """
-    vehicle = scenario.uavs[uav]
     known = timed_shapes(scenario)
     names = [f"mover {mover.name!r}" for mover in scenario.movers]
     names += [told_zone(scenario, one.zone) for one in known if one.zone >= 0]
@@ -93,18 +93,21 @@ def surroundings(
     names += [f"mover {mover.name!r}" for mover in seen]
     known += [TimedShape(part, STANDING, Doubt(), scenario.clearance) for one in entered for part in _parts(one)]
     names += ["a new obstacle" + (f" ({one.name!r})" if one.name else "") for one in entered for _ in _parts(one)]
-    uavs = len(known)
-    for other, course in others.items():
-        across, above = kept_ellipsoid(vehicle, scenario.uavs[other])
-        if across > 0.0:
-            motion = course.motion
-            moves = PolynomialMotion(knots=tuple(motion.knots), coefficients=motion.coefficients.tolist())
-            shape = Ellipsoid(centre=(0, 0, 0), semi_axis_xy=across, semi_axis_z=above)
-            known.append(TimedShape(shape, moves, Doubt(), 0.0))
-            names.append(scenario.uavs[other].name)
     needs = np.array([_need(one, instant) for one in known])
-    shapes = moving_shapes(known, vehicle.tracking_error)
-    return Surroundings(limits_of(vehicle, -LIMIT_MARGIN), world, shapes, tuple(names), needs, guidance, planned, uavs)
+    return Moving(moving_shapes(known, error), tuple(names), needs)
+
+
+def with_others(moving: Moving, scenario: Scenario, uav: int, others: Mapping[int, Course]) -> Moving:
+    """Return what moves, and after it what a UAV must keep clear of about other UAVs, which fly their courses."""
+    ellipsoids, names = [], []
+    for other, course in others.items():
+        across, above = kept_ellipsoid(scenario.uavs[uav], scenario.uavs[other])
+        if across > 0.0:
+            fastest = scenario.uavs[other].max_speed * (1.0 + LIMIT_EASE)
+            ellipsoids.append(MovingEllipsoid(course.motion, across, above, fastest))
+            names.append(scenario.uavs[other].name)
+    needs = np.append(moving.needs, [max(one.semi_axis_xy, one.semi_axis_z) for one in ellipsoids])
+    return Moving(with_ellipsoids(moving.shapes, ellipsoids), (*moving.names, *names), needs)
 
 
 def _parts(obstacle: Shape) -> tuple[Shape, ...]:
