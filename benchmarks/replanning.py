@@ -67,7 +67,7 @@ def block(seed: int, uavs: int) -> sky.Scenario:
     """Return a part of a downtown, 250 m x 250 m; the seeds of those in which a target is shut in are passed over."""
     for number in range(1000 * seed, 1000 * seed + 1000):
         scenario = sky.random_downtown(30, side=250.0, uavs=uavs, seed=number)
-        if not planned(scenario).violations:
+        if reachable(scenario):
             return scenario
     raise ValueError("no block of which all targets can be reached")
 
@@ -75,6 +75,12 @@ def block(seed: int, uavs: int) -> sky.Scenario:
 @cache
 def planned(scenario: sky.Scenario) -> sky.Mission:
     return sky.plan_mission(scenario, assignment="identity")
+
+
+def reachable(scenario: sky.Scenario) -> bool:
+    """Tell whether all UAVs have a proven way to their targets."""
+    mission = planned(scenario)
+    return not mission.violations and all(one is not None and one.status.reached for one in mission.results)
 
 
 def world(name: str, seed: int, uavs: int, speed: float | None) -> sky.Scenario:
@@ -94,7 +100,7 @@ def world(name: str, seed: int, uavs: int, speed: float | None) -> sky.Scenario:
 
 
 def with_walls(mission: sky.Mission, count: int, seed: int) -> sky.Scenario:
-    """Return a scenario with walls in the middle of the mission's ways, which keep 2 m away from starts and targets."""
+    """Return a scenario with walls in the middle of the mission's ways, which keep 2 m and twice the clearance away from starts and targets."""
     rng, scenario = np.random.default_rng(seed), mission.scenario
     ends = np.array([*(uav.start for uav in scenario.uavs), *(one.position for one in scenario.targets)])
     walls: list[sky.Box] = []
@@ -106,13 +112,12 @@ def with_walls(mission: sky.Mission, count: int, seed: int) -> sky.Scenario:
             continue
         middle = way.at([rng.uniform(way.start, way.end)]).position[0]
         size = np.array(WALL if rng.random() < 0.5 else WALL[::-1]) / 2
-        if np.linalg.norm(ends - middle, axis=1).min() < 2.0:
+        if np.linalg.norm(ends - middle, axis=1).min() < 2.0 + 2.0 * scenario.clearance:
             continue
         low = (*(middle[:2] - size), scenario.bounds.min[2])
         walls.append(sky.Box(min=low, max=(*(middle[:2] + size), scenario.bounds.max[2])))
     truth = sky.Scenario(**{**dict(scenario), "obstacles": (*scenario.obstacles, *walls)})
-    reachable = planned(truth.model_copy(update={"name": f"{truth.name} with walls {seed}"}))
-    return truth if not reachable.violations else with_walls(mission, max(count - 1, 0), seed + 1)
+    return truth if reachable(truth) else with_walls(mission, max(count - 1, 0), seed + 1)
 
 
 def lower_bound(mission: sky.Mission) -> float:
