@@ -137,6 +137,27 @@ def test_uavs_keep_their_separation_from_each_other():
     assert {one.verdict for one in (*proof.trajectories, proof.apart)} == {sky.Verdict.PROVEN}
 
 
+def test_uavs_that_wait_for_each_other_try_another_way_after_a_while():
+    trunks = [
+        sky.Cylinder(centre=(5.104, 5.9486), radius=0.2157, low=0, high=3),
+        sky.Cylinder(centre=(3.6246, 4.5221), radius=0.2866, low=0, high=3),
+    ]
+    starts, ends = [(4.5125, 5.38979, 1.47671), (4.91141, 5.46292, 1.49952)], [(9.5, 5, 1.5), (0.5, 2.75, 1.5)]
+    scenario = hall(
+        *trunks,
+        clearance=0.1,
+        size=(10, 10, 3),
+        uavs=[sky.UAV(start=place, max_speed=1.0, separation=0.4) for place in starts],
+        targets=[sky.Target(position=place) for place in ends],
+    )
+    flight = sky.Replanner(sky.plan_mission(scenario, assignment="identity", keep_apart=False))
+    answers = fly(flight, [], top_speed=1.0)
+    assert all(one.proven for answer in answers for one in answer)
+    assert None not in [flight.arrival(0), flight.arrival(1)]
+    proof = certified(flight, [])
+    assert {one.verdict for one in (*proof.trajectories, proof.apart)} == {sky.Verdict.PROVEN}
+
+
 def seen(x, y=5.0, **more):
     return sky.Sighting(**{"name": "ball", "shape": BALL, "position": (x, y, 1), "top_speed": 2.0, **more})
 

@@ -211,7 +211,11 @@ class _Search:
         return not zones or first_too_fast(zones, Trajectory(np.append(0.0, np.cumsum(durations)), rows)) is None
 
     def arrival(self, found: _Candidate) -> float:
-        """Return about when a UAV arrives that stops, or keeps its course."""
+        """Return about when a UAV arrives that stops, or keeps its course.
+
+        A UAV that waits already is held to wait as long again, so that after a while it tries another way. Otherwise
+        UAVs that wait for each other would do so for ever.
+        """
         course = self.applied(found)
         target, end = self.around.guidance.points[-1], course.motion.end
         state = course.state(end)
@@ -221,7 +225,8 @@ class _Search:
         left = course.remaining(self.looked_at)
         if not len(left.points):
             left = self.around.guidance.after(len(self.around.guidance.points) - 1)
-        return self.looked_at + seconds_left(self.around.limits, place, velocity, left.points)
+        waited = max(self.span.now - self.course.motion.end, 0.0)
+        return self.looked_at + seconds_left(self.around.limits, place, velocity, left.points) + waited
 
     def proves(self, found: _Candidate) -> bool:
         """Tell whether a candidate is proven; if not, take note of what it meets."""
