@@ -1,16 +1,20 @@
 """How fast a stated motion ever is, and how hard it ever accelerates."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 
+SAMPLES = 4097
+"""Instants of a period at which a closed curve is looked at."""
 SAME_VELOCITY = 1e-9
 """M/s by which the velocities on both sides of a knot may differ because of rounding."""
 
 
+@lru_cache(maxsize=256)
 def motion_bounds(motion: MoverMotion) -> tuple[float, float | None]:
     """Return bounds of a motion's speed and acceleration at all instants.
 
@@ -34,10 +38,20 @@ def motion_bounds(motion: MoverMotion) -> tuple[float, float | None]:
 
 
 def _of_closed_curve(motion: PeriodicMotion) -> tuple[float, float]:
+    """Return the bounds of a closed curve: the largest values at samples, and what they can change by in between."""
     terms = np.stack([np.array(motion.cosine), np.array(motion.sine)], axis=2)
     sizes = np.linalg.norm(terms, ord=2, axis=(1, 2))  # of each ellipse the larger semi-axis
     rates = 2.0 * math.pi * np.arange(1, len(sizes) + 1) / motion.period
-    return float(sizes @ rates), float(sizes @ rates**2)
+    if len(sizes) == 1:
+        return float(sizes @ rates), float(sizes @ rates**2)
+    angles = np.linspace(0.0, 2.0 * math.pi, SAMPLES)[:, None] * np.arange(1, len(sizes) + 1)
+    half = 0.5 * motion.period / (SAMPLES - 1)
+    c, s = np.cos(angles), np.sin(angles)
+    velocity = (c * rates) @ terms[:, :, 1] - (s * rates) @ terms[:, :, 0]
+    acceleration = -(c * rates**2) @ terms[:, :, 0] - (s * rates**2) @ terms[:, :, 1]
+    fastest = np.linalg.norm(velocity, axis=1).max() + half * float(sizes @ rates**2)
+    hardest = np.linalg.norm(acceleration, axis=1).max() + half * float(sizes @ rates**3)
+    return float(fastest), float(hardest)
 
 
 def _of_polynomials(motion: PolynomialMotion) -> tuple[float, float | None]:
