@@ -7,16 +7,22 @@ UAVs' speed, and the first seed.
 
 ``--swaps`` plans fleets instead that exchange sides through tunnels 1 to 2 m wide, and through mazes: how many are
 resolved and proven, how many times as late the last UAV arrives as on the longest flight alone, and how long it takes.
+
+``--mvo`` plans with MVO instead, with the price of contact in its cost and without it: how many missions are proven
+whose UAVs depart at once, whatever they meet, and how many where they may also wait, fly slowly or take detours.
 """
 
 import argparse
 import statistics
 import time
+from dataclasses import dataclass
 from typing import get_args
 
 from machine import describe, table
 
 import skyverse as sky
+from skyverse.planners.contact import without_movers
+from skyverse.planners.moves import LatticeTask
 from skyverse.samples.movers import MoverKind
 
 
@@ -37,6 +43,39 @@ def missions(name: str, kind: MoverKind, given: argparse.Namespace) -> list[str]
     shares = [f"{statistics.median(later):.1%}", f"{max(later):.1%}"] if later else ["", ""]
     times = [f"{statistics.median(seconds):.2f} s", f"{max(seconds):.2f} s"]
     return [name, kind, f"{proven} of {given.count}", *shares, *times]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimelessMVO(sky.MVO):
+    """MVO to which contact with movers costs nothing."""
+
+    def task(self, problem: sky.Problem) -> LatticeTask:
+        """Return what is sought."""
+        task = super().task(problem)
+        return task._replace(contact=without_movers(task.contact))
+
+
+def metaheuristics(name: str, kind: MoverKind, given: argparse.Namespace) -> list[list[str]]:
+    """Plan missions among movers of one kind by MVO, with a time axis in its cost and without; return both rows."""
+    scenario, rows = sky.read(name), []
+    speed = given.speed * statistics.median(uav.max_speed for uav in scenario.uavs)
+    for planner in (sky.MVO(), TimelessMVO()):
+        direct, proven, arrivals, seconds = 0, 0, [], []
+        for seed in range(given.seeds, given.seeds + given.count):
+            moving = sky.random_movers(scenario, given.movers, kind=kind, speed=speed, seed=seed)
+            direct += not sky.plan_mission(moving, planner, rng=seed, keep_apart=False).violations
+            began = time.process_time()
+            mission = sky.plan_mission(moving, planner, rng=seed)
+            seconds.append(time.process_time() - began)
+            if not mission.violations:
+                proven += 1
+                arrivals.append(mission.makespan)
+        times = [f"{statistics.mean(arrivals):.2f} s", f"{max(arrivals):.2f} s"] if arrivals else ["", ""]
+        axis = "without" if isinstance(planner, TimelessMVO) else "with"
+        shares = [f"{direct} of {given.count}", f"{proven} of {given.count}"]
+        rows.append([name, kind, axis, *shares, *times, f"{statistics.median(seconds):.2f} s"])
+        print("  ".join(rows[-1]), flush=True)
+    return rows
 
 
 WIDTHS = (1.0, 1.25, 1.5, 2.0)
@@ -77,11 +116,19 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=0.2, help="of movers, as a share of the UAVs'; 0.2 by default")
     parser.add_argument("--seeds", type=int, default=41_000, metavar="FROM", help="the first seed; 41000 by default")
     parser.add_argument("--swaps", action="store_true", help="plan fleets that exchange sides, without movers")
+    parser.add_argument("--mvo", action="store_true", help="plan with MVO, with and without the price of contact")
     given = parser.parse_args()
     print(f"{describe()}\n")
     if given.swaps:
         rows = [swaps(*fleet, given) for fleet in FLEETS]
         table(["fleet", "UAVs", "proven", "times as late: median", "at most", "planning: median", "at most"], rows)
+        return
+    if given.mvo:
+        rows = [
+            row for name in given.scenarios for kind in get_args(MoverKind) for row in metaheuristics(name, kind, given)
+        ]
+        heads = ["proven at once", "proven", "arrival: mean", "at most", "planning: median"]
+        table(["scenario", "movers", "time axis", *heads], rows)
         return
     rows = [missions(name, kind, given) for name in given.scenarios for kind in get_args(MoverKind)]
     table(["scenario", "movers", "proven", "later: median", "at most", "planning: median", "at most"], rows)

@@ -100,7 +100,7 @@ def world(name: str, seed: int, uavs: int, speed: float | None) -> sky.Scenario:
 
 
 def with_walls(mission: sky.Mission, count: int, seed: int) -> sky.Scenario:
-    """Return a scenario with walls on the mission's ways, 2 m and twice the clearance or more from starts and targets."""
+    """Return a scenario with walls on the ways of a mission, away from starts and targets."""
     rng, scenario = np.random.default_rng(seed), mission.scenario
     ends = np.array([*(uav.start for uav in scenario.uavs), *(one.position for one in scenario.targets)])
     walls: list[sky.Box] = []

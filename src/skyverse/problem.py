@@ -11,6 +11,7 @@ from skyverse.cost import Pricing, Rates, make_pricing, make_rates
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, told_metres, told_point
+from skyverse.model.temporary_zones import is_closed_at_times, temporary_zones
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import SEAM_MARGIN
 from skyverse.search.lattice_astar import LatticePath, shortest_route
@@ -18,6 +19,8 @@ from skyverse.space.cells import Cells, make_cells
 from skyverse.space.column import column_top
 from skyverse.space.edges import Edges, make_edges
 from skyverse.space.lattice import Grid, make_grid, positions, snap
+from skyverse.space.moving_shapes import MovingShapes, moving_shapes
+from skyverse.space.timed_shapes import timed_shapes
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World, point_free
 
@@ -82,6 +85,12 @@ class Airspace:
         return make_edges(self.world.space, self.world.space.clearance + 2 * SEAM_MARGIN)
 
     @cached_property
+    def moving(self) -> MovingShapes:
+        """Movers, and zones that are closed at times; zones with a speed limit are left out, as it can be kept."""
+        limited = {k for k in temporary_zones(self.scenario) if not is_closed_at_times(self.scenario.zones[k])}
+        return moving_shapes(timed_shapes(self.scenario, limited), self.world.error)
+
+    @cached_property
     def pricing(self) -> Pricing:
         """The objective's prices on the lattice."""
         return make_pricing(self.scenario.objective, self.grid.step, self.rates)
@@ -96,6 +105,8 @@ class Problem:
         The scenario; an `Airspace` of it in its place saves compiling it again for each of its problems.
     uav, target
         Indices into the scenario's UAVs and targets.
+    departs
+        Seconds into the mission at which the UAV departs. Planners that price contact with movers heed it.
 
     Attributes
     ----------
@@ -110,10 +121,10 @@ class Problem:
     Raises
     ------
     ValueError
-        If the scenario has no such UAV or target.
+        If the scenario has no such UAV or target, or `departs` is no such instant.
     """
 
-    def __init__(self, scenario: Scenario | Airspace, uav: int = 0, target: int = 0) -> None:
+    def __init__(self, scenario: Scenario | Airspace, uav: int = 0, target: int = 0, *, departs: float = 0.0) -> None:
         airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
         self.scenario = airspace.scenario
         for kind, index, things in (
@@ -125,7 +136,10 @@ class Problem:
                     f"scenario {self.scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}"
                 )
         self.uav = uav
+        if not 0.0 <= departs < math.inf:
+            raise ValueError(f"departs is a number of seconds from 0 on, not {departs!r}")
         self.target = target
+        self.departs = float(departs)
         self.airspace = airspace.of(uav)
         self.uav_place = np.array(self.scenario.uavs[uav].start)
         self.target_place = np.array(self.scenario.targets[target].position)

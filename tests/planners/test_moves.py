@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 import skyverse as sky
 from skyverse.planners import moves
+from skyverse.planners.contact import contact_of
 from skyverse.planners.moves import EVALUATIONS, NODES, PATHS, LatticeTask, Paths, Workspace
+from skyverse.space.contact import flown_legs
 from worlds import ROOM, exits_of, scenarios
 
 
@@ -21,10 +23,12 @@ def task_and_desk(scenario, directed=True, threshold=20, capacity=400, goal=0):
         stamp=np.zeros(1, np.int64),
         position=np.zeros(len(grid.exits), np.int32),
         draft=np.empty(capacity, np.int32),
+        legs=flown_legs(capacity + 2),
         spent=np.zeros(3, np.int64),
         limit=np.full(3, 2**62),
     )
-    return LatticeTask(grid, airspace.pricing, 0, goal, directed, threshold), workspace
+    contact = contact_of(sky.Problem(airspace))
+    return LatticeTask(grid, airspace.pricing, contact, 0, goal, directed, threshold), workspace
 
 
 def free_node(scenario, grid, seed):

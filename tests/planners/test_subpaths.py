@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import skyverse as sky
 from skyverse import cost
 from skyverse.planners import subpaths
+from skyverse.planners.contact import contact_of
 from skyverse.planners.moves import LatticeTask
 from skyverse.search.lattice_astar import shortest_route
 from worlds import exits_of, indices_of, scenarios
@@ -67,7 +68,7 @@ def test_a_stretch_in_anothers_place_changes_the_cost_by_the_gain(scenario, data
     a = data.draw(st.integers(0, n - 1))
     b = data.draw(st.integers(a, n - 1))
     goal = data.draw(node)
-    task = LatticeTask(grid, pricing, int(row[0]), goal)
+    task = LatticeTask(grid, pricing, contact_of(sky.Problem(airspace)), int(row[0]), goal)
     path, draft = row[:n].tolist(), np.zeros(300, np.int64)
     length = subpaths.begin_stretch(draft, row, a)
     end = int(row[b]) if b < n - 1 else data.draw(node)

@@ -102,6 +102,14 @@ def searches_on_lattices():
             planner.plan(sky.Problem(airspace), stop=FEW, rng=seed)
 
 
+def searches_among_movers():
+    scenario = world(17, ("box", "sphere"), unit="nodes", connectivity=6)
+    moving = sky.random_movers(scenario, 6, kind="knots", speed=1.0, seed=1)
+    for planner in (sky.MVO(universes=4), sky.WOA(waypoints=2, candidates=6)):
+        planner.plan(sky.Problem(moving), stop=FEW, rng=1)
+    sky.MVO(universes=4).evolve(sky.Problem(moving), [sky.Taut().plan(sky.Problem(scenario)).path], stop=FEW, rng=1)
+
+
 def searches_of_any_angle():
     for seed, kinds, more in (
         (3, ("box", "box", "box"), {}),
@@ -296,6 +304,7 @@ def octree(path, rng):
 
 WORKLOADS = (
     searches_on_lattices,
+    searches_among_movers,
     searches_of_any_angle,
     searches_for_other_ways_round,
     searches_for_the_whole_objective,

@@ -1,9 +1,14 @@
 """Our own planner: the Multi-Verse Optimizer with repairs for paths."""
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
+from numpy.typing import ArrayLike
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.planners.base import Planner, Seed
@@ -95,9 +100,38 @@ class HybridMVO(Multiverse, Planner):
         InputError
             If no counted rule stops the run: schedules follow counted budgets, never a clock.
         """
-        settings = {f.name: getattr(self, f.name) for f in dataclasses.fields(Multiverse)}
         straight = self.leaves_lattice(problem.scenario)
-        engine = StraightHybrid(**settings, joints=self.joints) if straight else LatticeHybrid(**settings)
-        result = engine.plan(problem, stop=stop, rng=rng, on_iteration=on_iteration)
-        origin = dataclasses.replace(result.provenance, planner=repr(self))
-        return dataclasses.replace(result, provenance=origin)
+        engine = StraightHybrid(**self._shared, joints=self.joints) if straight else LatticeHybrid(**self._shared)
+        return self._named(engine, engine.plan(problem, stop=stop, rng=rng, on_iteration=on_iteration))
+
+    def evolve(
+        self,
+        problem: Problem,
+        population: Sequence[ArrayLike] = (),
+        *,
+        stop: Stop | None = None,
+        rng: Seed = None,
+        on_iteration: OnIteration | None = None,
+    ) -> tuple[Result, tuple[Floats, ...]]:
+        """Plan one UAV's path beginning with given lattice paths, and return the population; see `MVO.evolve`.
+
+        Raises
+        ------
+        InputError
+            If universes are paths of straight legs, a path is no array (n, 3), or no counted rule stops the run.
+        """
+        if self.leaves_lattice(problem.scenario):
+            raise InputError("a population is kept on the lattice only: HybridMVO(legs='lattice')", field="legs")
+        engine = LatticeHybrid(**self._shared)
+        result, kept = engine.evolve(problem, population, stop=stop, rng=rng, on_iteration=on_iteration)
+        return self._named(engine, result), kept
+
+    @property
+    def _shared(self) -> dict[str, Any]:
+        """The settings that both engines have."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(Multiverse)}
+
+    def _named(self, engine: Planner, result: Result) -> Result:
+        """Return an engine's result with this planner in its provenance."""
+        made_by = result.provenance.planner.replace(repr(engine), repr(self))
+        return dataclasses.replace(result, provenance=dataclasses.replace(result.provenance, planner=made_by))

@@ -12,6 +12,7 @@ from skyverse._typing import Floats, Ints
 from skyverse.model.result import Provenance, Result
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.numerics.tolerances import DETOUR_GAIN, GAIN_ROUNDING, NOT_DEARER
+from skyverse.planners.contact import contact_of, without_movers
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import (
     EVALUATIONS,
@@ -77,11 +78,16 @@ class LatticeHybrid(Multiverse, LatticeSearch):
             U.length[i] = len(way)
         return charge_seeds(run, results)
 
+    def task(self, problem: Problem) -> LatticeTask:
+        """Return what is sought: contact has no price, since a change of one stretch moves the rest in time."""
+        return super().task(problem)._replace(contact=without_movers(contact_of(problem)))
+
     def begin(self, run: LatticeRun) -> None:
-        """Generate the first population, in which the seeds' paths take the first places."""
+        """Generate the first population, in which the seeds' paths take the places after those that were given."""
         ways = [run.paths.nodes[i, :n].copy() for i, n in enumerate(run.paths.length) if n]
         super().begin(run)
-        for i, way in enumerate(ways):
+        first = min(len(run.given), self.universes - len(ways))
+        for i, way in enumerate(ways, first):
             run.workspace.draft[: len(way)] = way
             adopt(run.task, run.workspace, run.paths, i, run.best, len(way))
 

@@ -1,17 +1,24 @@
 """What metaheuristics on lattice paths have in common besides their loop."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from numpy.random import Generator
+from numpy.typing import ArrayLike
 
+from skyverse._typing import Floats
+from skyverse.model.result import Result
 from skyverse.numerics.kernel import query
+from skyverse.planners.base import Seed
+from skyverse.planners.kept_paths import checked_paths, kept_paths, nodes_ahead, rejoin
 from skyverse.planners.metaheuristic import Metaheuristic
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, generate
 from skyverse.planners.run import LatticeRun
 from skyverse.planners.settings import require_integer
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid
+from skyverse.stop import OnIteration, Stop
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,9 +52,54 @@ class LatticeSearch(Metaheuristic[LatticeRun]):
             require_integer(self, name, 1)
 
     def begin(self, run: LatticeRun) -> object:
-        """Generate the first population."""
-        _populate(run.task, run.workspace, run.rng, run.paths, run.best)
+        """Take up the paths that were given, as far as they reach the goal, and generate the rest of the population."""
+        task, workspace, count = run.task, run.workspace, 0
+        for path in run.given[: len(run.paths.length)]:
+            if count and exhausted(workspace):
+                break
+            length = rejoin(task, workspace, run.rng, nodes_ahead(task.grid, task.source, path))
+            if workspace.draft[length - 1] == task.goal:
+                adopt(task, workspace, run.paths, count, run.best, length)
+                count += 1
+        _populate(task, workspace, run.rng, run.paths, run.best, count)
         return None
+
+    def evolve(
+        self,
+        problem: Problem,
+        population: Sequence[ArrayLike] = (),
+        *,
+        stop: Stop | None = None,
+        rng: Seed = None,
+        on_iteration: OnIteration | None = None,
+    ) -> tuple[Result, tuple[Floats, ...]]:
+        """Plan one UAV's path beginning with given paths, and return the population too, for the next time.
+
+        Where a UAV is under way, each path is followed from its node that is nearest to where the UAV is now. The
+        generator leads there, past obstacles that are new, and on to the target if that has moved. A path that does
+        not get there this way is replaced by a generated one.
+
+        Parameters
+        ----------
+        problem, stop, rng, on_iteration
+            As for `plan`. Work on given paths is counted as any other.
+        population
+            (n, 3) metres each: paths, the best ones first, such as an earlier call returned; more than the planner
+            keeps are left out.
+
+        Returns
+        -------
+        tuple
+            The result, and the paths that were kept at the end, the best one first, then the others by their cost,
+            (n, 3) metres each, none twice. There are none where there was nothing to search.
+
+        Raises
+        ------
+        InputError
+            If a path is no such array, or no counted rule stops the run.
+        """
+        result, run = self.search(problem, checked_paths(population), stop, rng, on_iteration)
+        return result, () if run is None else kept_paths(run.task.grid, run.paths, run.best)
 
     def longest(self, grid: Grid) -> int:
         """Return how many nodes a path under construction may have: as many as four walks."""
@@ -61,8 +113,8 @@ class LatticeSearch(Metaheuristic[LatticeRun]):
 
 
 @query
-def _populate(task: LatticeTask, workspace: Workspace, rng: Generator, paths: Paths, best: Paths) -> None:
-    for i in range(len(paths.length)):
+def _populate(task: LatticeTask, workspace: Workspace, rng: Generator, paths: Paths, best: Paths, first: int) -> None:
+    for i in range(first, len(paths.length)):
         if i and exhausted(workspace):
             return  # the run ends before the missing paths are used
         length = generate(task, workspace, rng, begin_at(workspace, task.source), task.goal, task.threshold)

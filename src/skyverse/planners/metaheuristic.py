@@ -2,18 +2,22 @@
 
 import dataclasses
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar, cast
 
 import numpy as np
 
+from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.result import Effort, History, Provenance, Result, Status
+from skyverse.model.short_lines import counted
 from skyverse.numerics.kernel import Stopwatch
 from skyverse.planners.base import Planner, Seed, provenance, seeded
+from skyverse.planners.contact import contact_of
 from skyverse.planners.moves import LatticeTask
 from skyverse.planners.results import SearchRecord, lattice_result, refused_result
-from skyverse.planners.run import Run, lattice_run
+from skyverse.planners.run import LatticeRun, Run, lattice_run
 from skyverse.problem import Problem
 from skyverse.space.lattice import Grid
 from skyverse.stop import MaxIterations, OnIteration, Progress, Stop
@@ -49,7 +53,8 @@ class Metaheuristic(Planner, Generic[R]):
 
     def task(self, problem: Problem) -> LatticeTask:
         """Return what is sought on the lattice."""
-        return LatticeTask(problem.airspace.grid, problem.airspace.pricing, problem.source, problem.goal)
+        airspace = problem.airspace
+        return LatticeTask(airspace.grid, airspace.pricing, contact_of(problem), problem.source, problem.goal)
 
     def plan(
         self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
@@ -63,6 +68,28 @@ class Metaheuristic(Planner, Generic[R]):
         InputError
             If no counted rule stops the run: schedules follow counted budgets, never a clock.
         """
+        return self.search(problem, (), stop, rng, on_iteration)[0]
+
+    def search(
+        self,
+        problem: Problem,
+        given: Sequence[Floats],
+        stop: Stop | None,
+        rng: Seed,
+        on_iteration: OnIteration | None,
+    ) -> tuple[Result, R | None]:
+        """Run the loop; see `plan`.
+
+        Parameters
+        ----------
+        given
+            (n, 3) metres each: paths with which the first population begins; only a `LatticeSearch` takes any.
+
+        Returns
+        -------
+        tuple
+            The result, and the run as it ended; ``None`` where there was nothing to search.
+        """
         stop = MaxIterations(40) if stop is None else stop
         if stop.spent(Progress()) is None:
             raise InputError(
@@ -70,10 +97,13 @@ class Metaheuristic(Planner, Generic[R]):
                 f"combine them, as in MaxIterations(1000) | {stop!r}"
             )
         generator, seed = seeded(rng)
-        origin = provenance(repr(self), stop, seed)
+        begun = f", begun with {counted(len(given), 'path')}" if len(given) else ""
+        origin = provenance(f"{self!r}{begun}", stop, seed)
         run = self.open_run(problem, stop, generator, origin)
         if isinstance(run, Result):
-            return run
+            return run, None
+        if isinstance(run, LatticeRun):
+            run = cast("R", dataclasses.replace(run, given=tuple(given)))
         clock = Stopwatch()
         rows = []
         iterations = 0
@@ -92,7 +122,8 @@ class Metaheuristic(Planner, Generic[R]):
             self.step(run, share if share is not None else 0.0)
         seconds = run.seeding_seconds + clock.seconds
         history = History(*(np.array(column) for column in zip(*rows, strict=True)))
-        return run.result(problem, SearchRecord(origin, Effort(paths, nodes, evaluations), seconds, history, ended))
+        record = SearchRecord(origin, Effort(paths, nodes, evaluations), seconds, history, ended)
+        return run.result(problem, record), run
 
     def open_run(self, problem: Problem, stop: Stop, rng: np.random.Generator, origin: Provenance) -> R | Result:
         """Return a run without candidates, or the result where there is nothing to search."""

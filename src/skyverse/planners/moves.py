@@ -13,6 +13,8 @@ from skyverse import cost
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing
 from skyverse.numerics.kernel import by_reference, inner_query, query
+from skyverse.planners.contact import Contact, price_of_contact
+from skyverse.space.contact import FlownLegs
 from skyverse.space.lattice import Grid
 
 Exits = NDArray[np.int32]
@@ -35,6 +37,8 @@ class LatticeTask(NamedTuple):
     ----------
     grid, pricing
         The lattice, and the prices of its paths.
+    contact
+        What contact with movers costs.
     source, goal
         The nodes that a path is to join.
     directed
@@ -49,6 +53,7 @@ class LatticeTask(NamedTuple):
 
     grid: Grid
     pricing: Pricing
+    contact: Contact
     source: int
     goal: int
     directed: bool = True
@@ -78,6 +83,8 @@ class Workspace(NamedTuple):
         (nodes,) the position of a node in a path; meaningful only for the nodes of that path.
     draft
         (capacity,) the path under construction.
+    legs
+        Memory for the legs that are flown along it.
     spent, limit
         (3,) the generated paths, generated nodes and evaluations so far, and the most that are allowed.
     """
@@ -86,6 +93,7 @@ class Workspace(NamedTuple):
     stamp: Ints
     position: Positions
     draft: Ints
+    legs: FlownLegs
     spent: Ints
     limit: Ints
 
@@ -248,9 +256,18 @@ def cut_loops(workspace: Workspace, first: int, length: int) -> int:
 
 @query
 def judge(task: LatticeTask, workspace: Workspace, length: int) -> float:
-    """Return the draft's cost (equation 3.4), and count an evaluation."""
+    """Return the draft's cost (equation 3.4), with what contact costs among movers, and count an evaluation."""
     workspace.spent[EVALUATIONS] += 1
-    return cost.total(task.grid, task.pricing, workspace.draft[:length], task.goal)
+    price = cost.total(task.grid, task.pricing, workspace.draft[:length], task.goal)
+    if len(task.contact.shapes.kind):
+        price += draft_contact(task, workspace, length)
+    return price
+
+
+@query
+def draft_contact(task: LatticeTask, workspace: Workspace, length: int) -> float:
+    """Return what contact costs on the flight along the draft."""
+    return price_of_contact(task.contact, task.grid, workspace.draft[:length], task.goal, workspace.legs)
 
 
 @inner_query

@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +12,7 @@ from skyverse.model.result import Result
 from skyverse.planners.moves import LatticeTask, Paths, Workspace
 from skyverse.planners.results import SearchRecord, lattice_result
 from skyverse.problem import Problem
+from skyverse.space.contact import flown_legs
 from skyverse.stop import Stop
 
 _UNLIMITED = 2.0**62
@@ -75,15 +76,25 @@ class LatticeRun(Run):
         What is sought.
     paths
         The population.
+    given
+        (n, 3) metres each: paths with which the first population begins.
     """
 
     task: LatticeTask
     paths: Paths
     best: Paths
+    given: tuple[Floats, ...] = ()
 
     def result(self, problem: Problem, record: SearchRecord) -> Result:
-        """Return the result that holds the best path."""
-        return lattice_result(problem, self.best.nodes[0, : self.best.length[0]].copy(), record)
+        """Return the result that holds the best path.
+
+        Its cost is without what contact with movers costs, and so is the last of its history.
+        """
+        result = lattice_result(problem, self.best.nodes[0, : self.best.length[0]].copy(), record)
+        if not len(self.task.contact.shapes.kind):
+            return result
+        history = replace(result.history, cost=result.history.cost + (result.cost - self.lowest_cost))
+        return replace(result, history=history)
 
 
 def lattice_run(
@@ -103,6 +114,7 @@ def make_workspace(stop: Stop, nodes: int = 0, capacity: int = 0) -> Workspace:
         stamp=np.zeros(1, np.int64),
         position=np.empty(nodes, np.int32),
         draft=np.empty(capacity, np.int64),
+        legs=flown_legs(capacity + 2),
         spent=np.zeros(3, np.int64),
         limit=np.array(limits).astype(np.int64),
     )

@@ -25,6 +25,7 @@ from skyverse.planners.moves import (
     Workspace,
     begin_at,
     cut_loops,
+    draft_contact,
     exhausted,
     judge,
     put,
@@ -188,6 +189,8 @@ def decode(task: LatticeTask, workspace: Workspace, best: Paths, X: Floats, coll
         workspace.spent[NODES] += length - 1
         nodes = workspace.draft[:length]
         fitness[i] = cost.fuel(grid, pricing, nodes) + cost.divergence(grid, pricing, nodes) + collision * metres
+        if len(task.contact.shapes.kind):
+            fitness[i] += draft_contact(task, workspace, length)
         length = cut_loops(workspace, 0, free)
         price = judge(task, workspace, length)
         if price < best.cost[0]:
