@@ -73,7 +73,7 @@ def from_now(motion, now):
     """The same motion from an instant on, which becomes 0 s."""
     k = max(int(np.searchsorted(motion.knots, now, side="right")) - 1, 0)
     if k >= len(motion.coefficients):
-        return sky.Trajectory([0.0, 1.0], motion.at([motion.end]).position[None])
+        return sky.Trajectory(np.array([0.0, 1.0]), motion.at([motion.end]).position[None])
     rows, since = motion.coefficients[k:].copy(), now - motion.knots[k]
     for i in range(rows.shape[1] - 1):
         for j in range(rows.shape[1] - 2, i - 1, -1):
@@ -93,7 +93,7 @@ def faults(replanner, uav=0):
     motion, horizon = from_now(replanner.motion(uav), replanner.now), replanner.horizon
     start = motion.at([0.0]).position[0]
     uavs = [replanner.mission.scenario.uavs[uav].model_copy(update={"start": tuple(start.tolist())})]
-    scenario = replanner.mission.scenario.model_copy(
+    scenario = replanner.scenario.model_copy(
         update={"uavs": tuple(uavs), "movers": tuple(earlier(one, replanner.now) for one in replanner.predicted())}
     )
     judged = judge_trajectory(RefereeWorlds(scenario).of(0), 0, None, motion)

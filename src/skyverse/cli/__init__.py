@@ -16,6 +16,7 @@ from skyverse.cli.compare import compare
 from skyverse.cli.exit_codes import BAD_INPUT, INTERRUPTED, OUTPUT_CLOSED
 from skyverse.cli.export import export
 from skyverse.cli.fly import fly
+from skyverse.cli.live import live
 from skyverse.cli.missions import check, show
 from skyverse.cli.option_names import for_command_line
 from skyverse.cli.outputs import settle_folders
@@ -50,7 +51,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 _LONG_WORD = r"\S{300,}"
-for verb in (scenarios, plan, check, show, export, fly, compare, reproduce, scenario_app, cache):
+for verb in (scenarios, plan, check, show, export, fly, live, compare, reproduce, scenario_app, cache):
     app.command(verb)
 
 

@@ -8,6 +8,7 @@ OPTIONS = {
     "Raster.crs": "--terrain-crs",
     "Raster.unit": "--terrain-unit",
     "licences": "--licence",
+    "mission": "MISSION",
     "uavs": "--uav",
     "targets": "--target",
 }

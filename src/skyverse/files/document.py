@@ -122,16 +122,20 @@ class JsonFormat(Generic[T]):
 
 
 def explained(source: object, error: ValidationError, data: Any, known: set[str]) -> InputError:
-    """Return what pydantic found wrong as one sentence that names file and field.
+    """Return what pydantic found wrong as one sentence that names file and field; see `wrong_field`."""
+    place, said = wrong_field(error, data, known)
+    return InputError(": ".join(part for part in (str(source), place, said) if part))
+
+
+def wrong_field(error: ValidationError, data: Any, known: set[str]) -> tuple[str, str]:
+    """Return the field that pydantic found wrong, empty if it is all of the data, and in a sentence what is wrong.
 
     Parameters
     ----------
-    source
-        The file.
     error
         What pydantic found.
     data
-        The data of the file.
+        The data that were read.
     known
         Keys that an unknown key may be a misspelling of.
     """
@@ -148,14 +152,14 @@ def explained(source: object, error: ValidationError, data: Any, known: set[str]
         if kind is not None and key in known:
             name = _name_of_type(first["loc"][:-2])
             said = f"the {name} {kind!r} has no such key; the key {name!r} says which {name} it is"
-            return InputError(f"{source}: {place}: {said}")
-        return InputError(f"{source}: {place}: there is no such key{did_you_mean(key, known)}")
+            return place, said
+        return place, f"there is no such key{did_you_mean(key, known)}"
     if first["type"] == "missing":
-        return InputError(f"{source}: {place}: is missing")
+        return place, "is missing"
     said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", complaint(first))
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     but = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {shown(found, 60)}"
-    return InputError(f"{source}: {place + ': ' if place else ''}{said}{but}{near}{more}")
+    return place, f"{said}{but}{near}{more}"
 
 
 def _name_of_type(loc: tuple[int | str, ...]) -> str:
@@ -187,3 +191,13 @@ def _place(loc: tuple[int | str, ...], data: Any, missing: bool) -> tuple[str, s
 def _stands_in(data: Any, part: str) -> bool:
     """Tell whether a key stands in data; of other data than mappings, whether it is a key at all."""
     return part in data if isinstance(data, dict) else not part.startswith(("function-", "tuple[", "literal["))
+
+
+def keys_of_schema(schema: Any) -> set[str]:
+    """Return all keys that a JSON Schema knows."""
+    keys: set[str] = set()
+    if isinstance(schema, dict):
+        keys.update(schema.get("properties", {}))
+        for value in schema.values():
+            keys |= keys_of_schema(value)
+    return keys

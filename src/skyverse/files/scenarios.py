@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError, shown, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
-from skyverse.files.document import explained
+from skyverse.files.document import explained, keys_of_schema
 from skyverse.files.grid_archive import arrays_beside
 from skyverse.files.recorded_motions import RecordedMotion, with_recorded_motions
 from skyverse.model.scenario import Bounds, Scenario
@@ -29,7 +29,7 @@ def scenario_from_data(source: str | Path, data: Any) -> Scenario:
     try:
         return Scenario.model_validate(data, context={"grids": arrays_beside(Path(source))})
     except ValidationError as error:
-        raise explained(source, error, data, _keys(scenario_schema())) from None
+        raise explained(source, error, data, keys_of_schema(scenario_schema())) from None
 
 
 MAX_PRINTED_NUMBERS = 100_000
@@ -114,13 +114,3 @@ def course_map(source: Path, text: str) -> Scenario:
         return Scenario.model_validate(data)
     except ValidationError as error:
         raise explained(source, error, data, set()) from None
-
-
-def _keys(schema: Any) -> set[str]:
-    """Return all keys that a JSON Schema knows."""
-    keys: set[str] = set()
-    if isinstance(schema, dict):
-        keys.update(schema.get("properties", {}))
-        for value in schema.values():
-            keys |= _keys(value)
-    return keys

@@ -21,6 +21,7 @@ from skyverse.live.guidance import Way
 from skyverse.live.planned_motion import motions_along
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings
+from skyverse.live.way_back import seconds_to_safety
 from skyverse.live.ways import GATE_SHARES, SHARES, escapes, gates, ways_ahead
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
@@ -103,6 +104,8 @@ class _Search:
         self.widened = False
         self.states: dict[float, Floats] = {}
         self.before: dict[float, tuple[int, float]] = {}
+        self.clear_before: dict[float, bool] = {}
+        self.fastest = float(np.linalg.norm(self.state(span.now)[1]))  # of a UAV that was found too fast, and brakes
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration on the present course, (3, 3)."""
@@ -195,20 +198,25 @@ class _Search:
 
     def first_contact(self, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[int, float]:
         """Return the mover that a motion first comes too near to between two instants, and when."""
-        fastest = self.around.limits.speed * (1.0 + LIMIT_EASE)
+        fastest = max(self.around.limits.speed * (1.0 + LIMIT_EASE), self.fastest)
         return first_contact(self.around.moving.shapes, knots.copy(), rows.copy(), fastest, begin, until)
 
     def clear(self, found: _Candidate) -> bool:
-        """Tell whether all of a candidate's pieces are clear of what stands still."""
-        durations, rows = found.durations, found.rows
-        if not len(durations):
-            motion = self.course.motion
-            late = motion.knots[1:] > self.span.now
-            durations, rows = np.diff(motion.knots)[late], motion.coefficients[late]
+        """Tell whether all that a candidate flies from now on is clear of what stands still, and slow enough there."""
+        if not len(found.durations):
+            end = max(self.course.motion.end, self.span.until)
+            return self.clear_pieces(*self.course.part(self.span.now, end))
+        if found.begin not in self.clear_before:
+            self.clear_before[found.begin] = self.clear_pieces(*self.course.part(self.span.now, found.begin))
+        return self.clear_before[found.begin] and self.clear_pieces(found.durations, found.rows)
+
+    def clear_pieces(self, durations: Floats, rows: Floats) -> bool:
+        """Tell whether pieces, of (m,) seconds and (m, k, 3) metres, are clear of what stands still; see `clear`."""
         if not clear_pieces(self.around.world.space, durations, rows).all():
             return False
         zones = self.around.world.speed_zones
-        return not zones or first_too_fast(zones, Trajectory(np.append(0.0, np.cumsum(durations)), rows)) is None
+        knots = np.append(0.0, np.cumsum(durations))
+        return not (zones and len(durations)) or first_too_fast(zones, Trajectory(knots, rows)) is None
 
     def arrival(self, found: _Candidate) -> float:
         """Return about when a UAV arrives that stops, or keeps its course.
@@ -241,6 +249,17 @@ class _Search:
     def chosen(self, found: _Candidate, tried: int) -> Choice:
         """Return the choice of a candidate that is proven."""
         return Choice(self.applied(found), not len(found.durations), True, -1, math.inf, tried)
+
+    def unproven(self, found: _Candidate, mover: int, contact: float, tried: int) -> Choice:
+        """Return the choice of a candidate that is not proven, and meets a mover, if any, at an instant."""
+        return Choice(self.applied(found), not len(found.durations), False, mover, contact, tried)
+
+    def seconds_to_safety(self, found: _Candidate) -> float:
+        """Return the seconds after which a candidate is clear of what stands still for good, infinite if never."""
+        durations, rows = found.durations, found.rows
+        if not len(durations):
+            durations, rows = self.course.part(self.span.join, max(self.course.motion.end, self.span.until))
+        return seconds_to_safety(self.around.world, durations, rows)
 
     def widen(self, found: _Candidate, mover: int, contact: float) -> None:
         """Add ways past the place where a motion meets a mover, and away from where the UAV is."""
@@ -324,18 +343,27 @@ def _shares(around: Surroundings) -> tuple[float, ...]:
 
 
 def _least_bad(search: _Search, hold: _Candidate, tried: int) -> Choice:
-    """Return the course that meets a mover last; of those that do so at about one time, the one least deep in it."""
-    span = search.span
+    """Return the course that meets a mover last; of those that do so at about one time, the one least deep in it.
+
+    Where none is clear of what stands still, one that leads soonest to where it is; if none does, the UAV keeps on.
+    """
+    span, around = search.span, search.around
     ranked = []
     for number, (contact, mover, found) in enumerate(search.met):
         motion = search.applied(found).motion
         depth, _ = time_in_contact(
-            search.around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.until
+            around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.until
         )
         late = min(contact, span.until + SAME_TIME)
         ranked.append((-math.floor((late - span.now) / SAME_TIME), depth, number, mover, contact, found))
-    for _, _, _, mover, contact, found in sorted(ranked, key=lambda one: one[:3]):
+    ranked.sort(key=lambda one: one[:3])
+    for _, _, _, mover, contact, found in ranked:
         if search.clear(found):
-            return Choice(search.applied(found), not len(found.durations), False, mover, contact, tried)
+            return search.unproven(found, mover, contact, tried)
+    back = [(one[0], search.seconds_to_safety(one[-1]), one[1], one[2], *one[3:]) for one in ranked]
+    soonest = min(back, key=lambda one: one[:4], default=None)
+    if soonest is not None and soonest[1] < math.inf:
+        _, _, _, _, mover, contact, found = soonest
+        return search.unproven(found, mover, contact, tried)
     mover, contact = search.contact(hold)
-    return Choice(search.course, True, False, mover, contact, tried)
+    return search.unproven(hold, mover, contact, tried)

@@ -73,6 +73,16 @@ class Course:
         rest = Trajectory(motion.knots[k:], motion.coefficients[k:])
         return replace(self, flown=(*self.flown, past), motion=rest)
 
+    def part(self, begin: float, end: float) -> tuple[Floats, Floats]:
+        """Return what is flown between two instants: pieces of (m,) seconds, and coefficients (m, k, 3), metres."""
+        motion = hovering(self.motion, end)
+        knots, last = motion.knots, int(np.searchsorted(motion.knots, end, side="left"))
+        first = min(max(int(np.searchsorted(knots, begin, side="right")) - 1, 0), last)
+        rows = motion.coefficients[first:last].copy()
+        if len(rows):
+            rows[0] = _later(rows[0], max(begin - knots[first], 0.0))
+        return np.diff(np.clip(knots[first : last + 1], begin, end)), rows
+
     def stop(self, t: float, limits: Limits) -> Floats:
         """Return where the UAV comes to rest if it brakes from an instant on, (3,) metres."""
         state = self.state(t)
@@ -127,3 +137,12 @@ def of_one_degree(*parts: Floats) -> list[Floats]:
     """Return the coefficients of pieces, each (m, k, 3), padded by zeros to the largest degree of any of them."""
     most = max(part.shape[1] for part in parts)
     return [np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) for part in parts]
+
+
+def _later(rows: Floats, seconds: float) -> Floats:
+    """Return the coefficients (k, 3) of a polynomial whose time begins some seconds later."""
+    shifted = rows.copy()
+    for i in range(len(rows) - 1):
+        for j in range(len(rows) - 2, i - 1, -1):
+            shifted[j] += seconds * shifted[j + 1]
+    return shifted

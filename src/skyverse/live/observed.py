@@ -16,6 +16,10 @@ from skyverse.model.uav import TrackingError
 from skyverse.model.wrong_values import complaint
 from skyverse.space.world import World
 
+MAX_DISTANCE = 1e6
+"""Metres from the zero of the frame along each axis, beyond which no UAV can be."""
+MAX_SPEED = 1e3
+"""M/s along each axis: no UAV is faster."""
 OFF_COURSE = 0.01
 """Metres beyond its tracking error from where it should be, at which a UAV counts as off its course."""
 
@@ -32,6 +36,9 @@ def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int)
             state = np.full(1, np.nan)
         if state.shape != (3, 3) or not np.isfinite(state).all():
             raise InputError("expected a position and a velocity, three finite numbers each", field=f"states[{uav}]")
+        for row, most, unit in ((state[0], MAX_DISTANCE, "m"), (state[1], MAX_SPEED, "m/s")):
+            if np.abs(row).max() > most:
+                raise InputError(f"expected at most {most:g} {unit} along each axis", field=f"states[{uav}]")
         states[uav] = state
     return states
 

@@ -3,12 +3,33 @@
 from collections.abc import Mapping
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
 from skyverse.errors import InputError
 from skyverse.model.mover import MoverShape
-from skyverse.model.quantities import Limit, Model, NonNegative, Point
+from skyverse.model.quantities import Limit, Model, NonNegative, Number, listed
 from skyverse.model.wrong_values import complaint
+
+MAX_SEEN = 1e6
+"""Metres, m/s or m/s^2: nothing that is seen is farther off, larger or faster, so that squares of it mean something."""
+MIN_SEEN = 1e-6
+"""Metres: nothing that is seen is smaller."""
+
+
+def _of_real_size(shape: MoverShape) -> MoverShape:
+    for name, value in shape.model_dump(exclude_none=True, exclude={"shape", "name", "kind", "closed_above"}).items():
+        sizes = np.abs(np.atleast_1d(value))
+        if sizes.max() > MAX_SEEN:
+            raise ValueError(f"{name} must be at most {MAX_SEEN:g} m")
+        if np.ndim(value) == 0 and name not in ("low", "high") and sizes.min() < MIN_SEEN:
+            raise ValueError(f"{name} must be at least {MIN_SEEN:g} m")
+    return shape
+
+
+Amount = Annotated[NonNegative, Field(le=MAX_SEEN)]
+Component = Annotated[Number, Field(ge=-MAX_SEEN, le=MAX_SEEN)]
+Vector = Annotated[tuple[Component, Component, Component], BeforeValidator(listed)]
 
 
 class Sighting(Model):
@@ -35,13 +56,13 @@ class Sighting(Model):
     """
 
     name: Annotated[str, Field(min_length=1)]
-    shape: MoverShape
-    position: Point
-    error: NonNegative = 0.0
-    velocity: Point | None = None
-    velocity_error: NonNegative = 0.0
+    shape: Annotated[MoverShape, AfterValidator(_of_real_size)]
+    position: Vector
+    error: Amount = 0.0
+    velocity: Vector | None = None
+    velocity_error: Amount = 0.0
     top_speed: Limit
-    max_acceleration: NonNegative | None = None
+    max_acceleration: Amount | None = None
 
 
 def checked_sighting(given: Sighting | Mapping[str, object], number: int) -> Sighting:

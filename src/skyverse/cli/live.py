@@ -1,0 +1,104 @@
+"""The verb ``live``: a mission that another program steers."""
+
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from skyverse.cli.given_scenario import without_way
+from skyverse.cli.option_types import FLAG, WHOLE, GivenMission
+from skyverse.cli.report import json_text
+from skyverse.errors import InputError
+
+if TYPE_CHECKING:
+    from skyverse.live.serve_sockets import Address
+
+LOOPBACK = "127.0.0.1"
+
+
+def live(
+    mission: GivenMission | None = None,
+    /,
+    *,
+    listen: str | None = None,
+    setpoints: float | None = None,
+    wgs84: Annotated[bool, FLAG] = False,
+    horizon: float | None = None,
+    lead: float = 0.1,
+    memory: float = 3.0,
+    candidates: Annotated[int, WHOLE] = 128,
+    schema: Annotated[bool, FLAG] = False,
+) -> None:
+    """Steer a mission from another program: observations come in as JSON lines, the motions to fly go out.
+
+    Observations are read from standard input, or from sockets, and answered one after another. A line that cannot be
+    taken is answered by a sentence that says why, and changes nothing.
+
+    Examples: `skyverse live out/map1.json < seen.jsonl`, `skyverse live out/map1.json --listen 5770 --setpoints 50`,
+    `skyverse live --schema`
+
+    Exit code: 0 at the end of the input, 2 for bad options or a bad mission, 130 after Ctrl-C.
+
+    Parameters
+    ----------
+    mission
+        A mission file.
+    listen
+        Listen here for any number of clients instead of reading standard input: HOST:PORT, or PORT on this machine
+        alone, or the path of a Unix socket, which has a slash. Whoever can connect there steers.
+    setpoints
+        How many setpoints a second answers hold, from now to the horizon: position, velocity and acceleration.
+    wgs84
+        Give setpoints in latitude, longitude and altitude too; the scenario must have an origin.
+    horizon
+        Seconds up to which motions are proven; when left out, half a second more than it takes to come to rest.
+    lead
+        Seconds from an observation at which a new motion begins: so long the answer may take.
+    memory
+        Seconds after which a mover that is not seen again is forgotten.
+    candidates
+        How many motions are tried for a UAV at most at each observation.
+    schema
+        Print the JSON Schema of the messages instead.
+    """
+    import skyverse as sky
+    from skyverse.live.messages import live_schema
+    from skyverse.live.serve_sockets import serve_sockets
+    from skyverse.live.serve_streams import serve_streams
+    from skyverse.live.session import LiveSession, load_kernels
+
+    if schema:
+        if mission is not None:
+            raise InputError(f"--schema: expected it alone, found {mission!r} with it")
+        print(json_text(live_schema()), end="")
+        return
+    if mission is None:
+        raise InputError("live: expected a mission; an example: skyverse live out/map1.json")
+    where = None if listen is None else _address(listen)
+    given = sky.read_mission(mission)
+    if not given.complete:
+        print(without_way(given), file=sys.stderr)
+    replanner = sky.Replanner(given, horizon=horizon, lead=lead, memory=memory, candidates=candidates)
+    session = LiveSession(replanner, setpoints=setpoints, wgs84=wgs84)
+    load_kernels(given)
+    try:
+        if where is None:
+            serve_streams(session, sys.stdin.buffer, sys.stdout.buffer)
+        else:
+            serve_sockets(session, where, on_listening=lambda found: print(f"Listening at {found}", file=sys.stderr))
+    except KeyboardInterrupt:
+        print(session.summary(), file=sys.stderr)
+        raise
+    print(session.summary(), file=sys.stderr)
+
+
+def _address(text: str) -> "Address | Path":
+    """Return where to listen, or raise `InputError`."""
+    from skyverse.live.serve_sockets import Address
+
+    if "/" in text:
+        return Path(text)
+    host, colon, port = text.rpartition(":")
+    if not re.fullmatch(r"\d{1,5}", port) or int(port) > 65535 or (colon and not host):
+        raise InputError(f"--listen: expected HOST:PORT, PORT, or the path of a socket with a slash, found {text!r}")
+    return Address(host.strip("[]") or LOOPBACK, int(port))

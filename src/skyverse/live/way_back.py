@@ -1,0 +1,47 @@
+"""Motions that lead a UAV back to where nothing is too near, if it was found where it may not be."""
+
+import math
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.model.trajectory import Trajectory
+from skyverse.space.world import World
+from skyverse.trajectory.proof import clear_pieces
+
+SAMPLES = 8
+"""Instants of each piece at which it is looked at how near to obstacles and bounds it leads."""
+NEARER = 0.01
+"""Metres by which a UAV may come nearer to an obstacle, or farther out of bounds, than it is."""
+
+
+def seconds_to_safety(world: World, durations: Floats, rows: Floats) -> float:
+    """Return the seconds after which a motion is clear of what stands still for good.
+
+    Parameters
+    ----------
+    world
+        What stands still.
+    durations, rows
+        Pieces of (m,) seconds, and their coefficients (m, k, 3), metres.
+
+    Returns
+    -------
+    float
+        Infinite if the motion never is clear, or first leads nearer to obstacles or farther out of bounds.
+    """
+    clear = clear_pieces(world.space, durations, rows)
+    if not len(clear) or not clear[-1]:
+        return math.inf
+    if clear.all():
+        return 0.0
+    count = len(clear) - int(np.argmin(clear[::-1]))  # pieces up to the last one that is not clear
+    knots = np.append(0.0, np.cumsum(durations))
+    steps = np.arange(SAMPLES + 1) / SAMPLES
+    t = (knots[:count, None] + durations[:count, None] * steps).ravel()
+    places = Trajectory(knots, rows).at(t).position
+    inside = np.minimum(places - world.space.low, world.space.high - places).min(axis=1)
+    for left, need in ((world.distance(places), world.space.clearance), (inside, 0.0)):
+        if left.min() < min(left[0], need) - NEARER:
+            return math.inf
+    return float(knots[count])
