@@ -343,6 +343,16 @@ def test_a_uav_keeps_a_zones_speed_limit(since):
     assert flight.arrival(0) > 6.5  # 2 m at 1 m/s, and 16 m at 5 m/s
 
 
+def test_a_uav_flies_through_a_very_slow_zone_to_a_new_target():
+    slow = sky.Box(min=(2, 0, 0), max=(4, 10, 4), max_speed=0.5)
+    flight = replanner(hall())
+    flight.observe(0.0)
+    answers = fly_on(flight, 0.1, targets={0: (5, 8, 2)}, zones=[slow])
+    assert all(one.proven for one in answers)
+    assert 4.0 < flight.arrival(0) < 10.0  # at least 2 m at 0.5 m/s
+    assert whole_flight(flight, flight.scenario).verdict is sky.Verdict.PROVEN
+
+
 def test_a_uav_inside_a_new_obstacle_leaves_it():
     crate = sky.Box(min=(0, 4, 0), max=(2.5, 6, 4))
     flight = replanner(hall())

@@ -19,6 +19,7 @@ from skyverse.live.course import STAY, Course
 from skyverse.live.first_contact import first_contact, time_in_contact
 from skyverse.live.guidance import Way
 from skyverse.live.planned_motion import motions_along
+from skyverse.live.slow_zones import seconds_lost
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings
 from skyverse.live.way_back import seconds_to_safety
@@ -144,7 +145,16 @@ class _Search:
         )
         if not len(durations):
             return None
-        return _Candidate(begin, durations, rows, way, begin + passed), begin + arrival + dearer
+        found = _Candidate(begin, durations, rows, way, begin + passed)
+        if self.around.world.speed_zones:
+            motion = Trajectory(np.append(0.0, np.cumsum(durations)), rows)
+            left = way.points[int(np.sum(passed <= looked_at)) :]
+            dearer += self.seconds_lost(motion.at([looked_at]).position[0], left)
+        return found, begin + arrival + dearer
+
+    def seconds_lost(self, place: Floats, points: Floats) -> float:
+        """Return by about how many seconds zones' speed limits make the rest of a way longer."""
+        return seconds_lost(self.around.world.speed_zones, self.around.limits.speed, place, points)
 
     def along_plan(self) -> Iterator[_Candidate]:
         """Yield motions that go on along the mission's trajectory, as far as the UAV is on it."""
@@ -234,7 +244,8 @@ class _Search:
         if not len(left.points):
             left = self.around.guidance.after(len(self.around.guidance.points) - 1)
         waited = max(self.span.now - self.course.motion.end, 0.0)
-        return self.looked_at + seconds_left(self.around.limits, place, velocity, left.points) + waited
+        seconds = seconds_left(self.around.limits, place, velocity, left.points)
+        return self.looked_at + seconds + self.seconds_lost(place, left.points) + waited
 
     def proves(self, found: _Candidate) -> bool:
         """Tell whether a candidate is proven; if not, take note of what it meets."""
