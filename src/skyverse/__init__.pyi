@@ -18,6 +18,7 @@ from .files import write as write
 from .flight.fly import fly as fly
 from .flight.fly_many import fly_many as fly_many
 from .flight.fly_many_until_safe import fly_many_until_safe as fly_many_until_safe
+from .flight.fly_replanned import fly_replanned as fly_replanned
 from .flight.fly_until_safe import fly_until_safe as fly_until_safe
 from .lab.comparison_report import write_report as write_report
 from .lab.row import Row as Row
@@ -28,7 +29,6 @@ from .lab.study import read_study as read_study
 from .live.closed_loop import fly_closed_loop as fly_closed_loop
 from .live.replan import Replan as Replan
 from .live.replanner import Replanner as Replanner
-from .live.sensor import Sensor as Sensor
 from .live.sighting import Sighting as Sighting
 from .maps.assembly.build import build_scenario as build_scenario
 from .maps.assembly.options import Note as Note
@@ -63,6 +63,11 @@ from .model.mover_motions import CircularMotion as CircularMotion
 from .model.mover_motions import PeriodicMotion as PeriodicMotion
 from .model.mover_motions import PolynomialMotion as PolynomialMotion
 from .model.mover_motions import WaypointMotion as WaypointMotion
+from .model.replanned_flight import Approach as Approach
+from .model.replanned_flight import Prediction as Prediction
+from .model.replanned_flight import ReplanAnswer as ReplanAnswer
+from .model.replanned_flight import ReplannedFlight as ReplannedFlight
+from .model.replanned_flight import ReplanStep as ReplanStep
 from .model.result import Effort as Effort
 from .model.result import History as History
 from .model.result import Provenance as Provenance
@@ -78,6 +83,7 @@ from .model.scenario import Origin as Origin
 from .model.scenario import Scenario as Scenario
 from .model.scenario import Source as Source
 from .model.scenario import Target as Target
+from .model.sensor import Sensor as Sensor
 from .model.shapes import Box as Box
 from .model.shapes import Cylinder as Cylinder
 from .model.shapes import Prism as Prism

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from skyverse.cli.exit_codes import FOUND_WRONG
+from skyverse.cli.fly_replanned import refuse_mixed, report_replanned, sensor_of, truth_of
 from skyverse.cli.fly_runs import report_runs
 from skyverse.cli.judgement import tell_not_proven
 from skyverse.cli.option_types import FLAG, SIGNED, WHOLE, AsJson, GivenMission, GivenScenario, Output, Whole
@@ -19,6 +20,7 @@ from skyverse.errors import InputError
 
 if TYPE_CHECKING:
     from skyverse.model.flight_record import Flight
+    from skyverse.model.replanned_flight import ReplannedFlight
 
 ANIMATIONS = (".html", ".mp4", ".gif")
 
@@ -45,16 +47,29 @@ def fly(
     output: Output = None,
     animation: list[Path] | None = None,
     figures: Path | None = None,
+    replan: Annotated[bool, FLAG] = False,
+    truth: GivenScenario | None = None,
+    movers: Whole = None,
+    mover_kind: Literal["spinners", "patrols", "knots", "traffic"] | None = None,
+    mover_speed: float | None = None,
+    sensor_range: float | None = None,
+    sensor_rate: float | None = None,
+    sensor_delay: float | None = None,
+    sensor_error: float | None = None,
+    lead: float | None = None,
+    horizon: float | None = None,
+    longest: float | None = None,
     jobs: Annotated[int | None, Parameter(name=["--jobs", "-j"]), WHOLE] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown; or fly it many times in gusts.
+    """Fly a mission in a quadrotor simulator (rotorpy), and judge it as flown; or many times in gusts, or replanned.
 
     The mission as planned is judged first: where it is not proven, that is told, and it is flown all the same.
 
     Examples: `skyverse fly out/table-4.8.json`, `skyverse fly out/map1.json --wind 1,0,0 --animation out/map1.mp4`,
     `skyverse fly out/map2.json --wind 6,0,0 --until-safe -o out/map2.flight.json`,
-    `skyverse fly out/map3.json --wind-speed 8 --wind-from 270 --gusts --mismatch 20% --runs 1000 --until-safe`
+    `skyverse fly out/map3.json --wind-speed 8 --wind-from 270 --gusts --mismatch 20% --runs 1000 --until-safe`,
+    `skyverse fly out/map1.json --replan --movers 10 --sensor-range 4 --animation out/map1.html`
 
     Exit code: 0 when the flight is safe, 1 when not, 2 for bad input.
 
@@ -104,14 +119,44 @@ def fly(
         Draw an animation, .html, .mp4 or .gif; repeat for more.
     figures
         Write figures (PNG) of the first, the middle and the last instant into this folder.
+    replan
+        Replan the mission in flight, among what the sensors of its UAVs see.
+    truth
+        With --replan: a scenario, a file or a built-in name, whose movers and obstacles are there though the mission
+        does not know of them.
+    movers
+        With --replan: this many random movers are there that the mission does not know of.
+    mover_kind
+        With --movers: whether they go round circles (spinners, when left out), back and forth (patrols), round trefoil
+        knots, or from side to side (traffic).
+    mover_speed
+        With --movers: their mean speed, m/s; 0.5 when left out.
+    sensor_range
+        With --replan: how many metres from a UAV movers and obstacles are seen; all of them are when left out.
+    sensor_rate
+        With --replan: observations a second, up to 100; 10 when left out.
+    sensor_delay
+        With --replan: seconds after which an observation arrives, less than --lead; 0 when left out.
+    sensor_error
+        With --replan: how many metres the position of a mover is off at most; 0 when left out.
+    lead
+        With --replan: seconds from an observation to the beginning of the motion that answers it; 0.1 when left out.
+    horizon
+        With --replan: seconds from an observation up to which motions are proven; when left out, half a second more
+        than a UAV takes to come to rest.
+    longest
+        With --replan: seconds into the mission after which the flight is given up; when left out, a minute more than
+        the mission takes twice.
     jobs
         How many processes share the work; as many as there are cores when left out.
     as_json
         Print what was found as JSON.
     """
+    asked = dict(locals())
     import skyverse as sky
     from skyverse.numerics.cores import cores
 
+    refuse_mixed(replan, asked)
     if output is not None and output.suffix.lower() != ".json":
         raise InputError(f"--output: {output}: a flight is written as .json")
     for path in animation or []:
@@ -139,8 +184,19 @@ def fly(
         "noise": noise,
         "disturbances": sky.Disturbances(gusts, share, position_noise, delay),
         "rng": seed,
-        "workers": cores() if jobs is None else jobs,
     }
+    if replan:
+        settings: dict[str, Any] = {
+            name: value for name, value in (("lead", lead), ("horizon", horizon)) if value is not None
+        }
+        replanner, there, sensor = sky.Replanner(given, **settings), truth_of(given, asked), sensor_of(asked)
+        options |= {"margin": margin, "longest": longest}
+        with count_bar("flying", "seconds at most") as on_progress:
+            replanned = sky.fly_replanned(replanner, there, sensor, **options, on_progress=on_progress)
+        _write(replanned, output, animation, figures, written)
+        report_replanned(replanned, written, as_json)
+        return 0 if replanned.safe else FOUND_WRONG
+    options["workers"] = cores() if jobs is None else jobs
     if rounds is not None:
         options["rounds"] = rounds
     if runs is not None:
@@ -154,14 +210,27 @@ def fly(
     options["margin"] = margin
     with count_bar("flying", "UAVs") as on_progress:
         flight = (sky.fly_until_safe if until_safe else sky.fly)(given, **options, on_progress=on_progress)
+    _write(flight, output, animation, figures, written)
+    _report(flight, written, as_json)
+    return 0 if flight.safe else FOUND_WRONG
+
+
+def _write(
+    flight: "Flight | ReplannedFlight",
+    output: Path | None,
+    animation: list[Path] | None,
+    figures: Path | None,
+    written: list[Path],
+) -> None:
+    """Write a flight, its animations and its figures, and add the names of the latter to what is written."""
+    import skyverse as sky
+
     if output is not None:
         sky.write(flight, output)
     for path in animation or []:
         sky.write_animation(flight, path)
     if figures is not None:
         written += sky.write_instants(flight, figures)
-    _report(flight, written, as_json)
-    return 0 if flight.safe else FOUND_WRONG
 
 
 def _report(flight: "Flight", written: list[Path], as_json: bool) -> None:

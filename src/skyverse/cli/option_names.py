@@ -7,6 +7,8 @@ OPTIONS = {
     "Raster.band": "--terrain-band",
     "Raster.crs": "--terrain-crs",
     "Raster.unit": "--terrain-unit",
+    "Sensor.delay": "--sensor-delay",
+    "Sensor.rate": "--sensor-rate",
     "licences": "--licence",
     "mission": "MISSION",
     "uavs": "--uav",

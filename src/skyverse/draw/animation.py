@@ -12,10 +12,13 @@ from skyverse.atomic import whole_file, write_text
 from skyverse.draw.figure_files import Line, fleet_figure, write_stills
 from skyverse.draw.flight_scene import flight_scene
 from skyverse.draw.map_figure import INK, ends, legend, line, map_figure, uav
+from skyverse.draw.replanned_film import replanned_frames, still
+from skyverse.draw.replanned_scene import ReplannedScene
 from skyverse.draw.scene import Scene
 from skyverse.draw.track import Track
 from skyverse.errors import InputError
 from skyverse.model.flight_record import Flight
+from skyverse.model.replanned_flight import ReplannedFlight
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,8 +32,11 @@ _FILM_DOTS = 100
 Frame = NDArray[np.uint8]
 
 
-def write_animation(flight: Flight, path: Path | str) -> None:
+def write_animation(flight: Flight | ReplannedFlight, path: Path | str) -> None:
     """Write an animation of `flight`: the planned motion thin, the flown motion thick.
+
+    That of a flight that was replanned also shows where the replanner held movers to be, the range of sensors, what
+    UAVs were committed to and their way out, and every answer on a time line; films show it from above and the side.
 
     Parameters
     ----------
@@ -46,8 +52,9 @@ def write_animation(flight: Flight, path: Path | str) -> None:
     suffix = path.suffix.lower()
     if suffix in (".html", ".htm"):
         from skyverse.draw.flight_page import flight_page
+        from skyverse.draw.replanned_page import replanned_page
 
-        write_text(path, flight_page(flight))
+        write_text(path, replanned_page(flight) if isinstance(flight, ReplannedFlight) else flight_page(flight))
     elif suffix == ".mp4":
         _write_mp4(flight, path)
     elif suffix == ".gif":
@@ -56,7 +63,7 @@ def write_animation(flight: Flight, path: Path | str) -> None:
         raise InputError(f"{path}: an animation is written as .html, .mp4 or .gif, not as {suffix or 'no suffix'!r}")
 
 
-def write_instants(flight: Flight, folder: Path | str, *, suffix: str = ".png") -> list[Path]:
+def write_instants(flight: Flight | ReplannedFlight, folder: Path | str, *, suffix: str = ".png") -> list[Path]:
     """Write ``flown-initial``, ``flown-middle`` and ``flown-final``, figures of three instants; return their paths.
 
     Parameters
@@ -74,8 +81,9 @@ def write_instants(flight: Flight, folder: Path | str, *, suffix: str = ".png") 
         If the folder does not exist or a file cannot be written.
     """
     drawn = flight_scene(flight)
+    draw = partial(still, ReplannedScene(flight)) if isinstance(flight, ReplannedFlight) else partial(instant, drawn)
     shares = (("initial", 0.0), ("middle", 0.5), ("final", 1.0))
-    figures = [(f"flown-{name}", partial(instant, drawn, share * flight.mission.makespan)) for name, share in shares]
+    figures = [(f"flown-{name}", partial(draw, share * (drawn.makespan or 0.0))) for name, share in shares]
     return write_stills(figures, folder, suffix)
 
 
@@ -133,12 +141,20 @@ def frames(drawn: Scene) -> Iterator[Frame]:
         yield np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
 
 
-def _write_mp4(flight: Flight, path: Path) -> None:
+def _film(flight: Flight | ReplannedFlight) -> Iterator[Frame]:
+    """Return the frames of the film of a flight."""
+    if not isinstance(flight, ReplannedFlight):
+        return frames(flight_scene(flight))
+    drawn = ReplannedScene(flight)
+    return replanned_frames(drawn, *instants(drawn.scene), _FILM_DOTS)
+
+
+def _write_mp4(flight: Flight | ReplannedFlight, path: Path) -> None:
     try:
         from imageio_ffmpeg import write_frames
     except ImportError:
         raise InputError('MP4 needs imageio-ffmpeg: pip install "skyverse[flight]"') from None
-    film = frames(flight_scene(flight))
+    film = _film(flight)
     first = next(film)
     height, width, _ = first.shape
     with whole_file(path) as beside:
@@ -152,10 +168,10 @@ def _write_mp4(flight: Flight, path: Path) -> None:
             writer.close()
 
 
-def _write_gif(flight: Flight, path: Path) -> None:
+def _write_gif(flight: Flight | ReplannedFlight, path: Path) -> None:
     from PIL import Image
 
-    pictures = [Image.fromarray(frame) for frame in frames(flight_scene(flight))]
+    pictures = [Image.fromarray(frame) for frame in _film(flight)]
     both = Image.new(
         "RGB", (pictures[0].width, 2 * pictures[0].height)
     )  # the first frame shows all that is planned, the last all that was flown

@@ -26,7 +26,7 @@ from skyverse.draw.scene import MissionScene
 from skyverse.model.disturbances import told_weather
 from skyverse.model.flight_record import Flight, Flown
 
-_FLIGHT_WORDS = {
+FLIGHT_WORDS = {
     "layers": {"paths": "As planned", "trajectories": "As flown"},
     "seconds": "seconds into the mission",
     "iterations": "seconds into the mission",
@@ -37,8 +37,8 @@ _COLUMNS: tuple[tuple[str, str, Callable[[Flown], str]], ...] = (
     ("Flight", "seconds flown", lambda flown: f"{flown.times[-1] - flown.times[0]:.2f} s"),
     ("RMS error", "root mean square of the tracking error", lambda flown: f"{1000 * flown.rms:,.1f} mm"),
     ("Largest error", "largest tracking error", lambda flown: f"{1000 * flown.largest:,.1f} mm"),
-    ("Clearance", "smallest distance to an obstacle as given", lambda flown: _metres(flown.clearance)),
-    ("Above ground", "least height above the ground", lambda flown: _metres(flown.above_ground)),
+    ("Clearance", "smallest distance to an obstacle as given", lambda flown: metres(flown.clearance)),
+    ("Above ground", "least height above the ground", lambda flown: metres(flown.above_ground)),
     ("Mean thrust", "share of the most", lambda flown: f"{flown.mean_thrust:.0%}"),
     ("Peak thrust", "share of the most", lambda flown: f"{flown.peak_thrust:.0%}"),
     ("Peak tilt", "degrees between thrust and the vertical", lambda flown: f"{flown.peak_tilt:.0f}°"),
@@ -67,7 +67,7 @@ def flight_page(flight: Flight) -> str:
         "details": "",
         "footer": _footer(flight),
     }
-    return filled(parts, scene_data(drawn) | {"search": _errors(flight, drawn), "words": _FLIGHT_WORDS})
+    return filled(parts, scene_data(drawn) | {"search": tracking_errors(flight, drawn), "words": FLIGHT_WORDS})
 
 
 def _told(flight: Flight) -> str:
@@ -85,10 +85,10 @@ def _tiles(flight: Flight) -> str:
     closest = min((passing.nearness for passing in flight.passings), default=None)
     rms = math.sqrt(sum(f.rms**2 * len(f.times) for f in flown) / sum(len(f.times) for f in flown))
     heights = [f.above_ground for f in flown if f.above_ground is not None]
-    low = [("Above ground", _metres(min(heights)), "least height")] if heights else []
+    low = [("Above ground", metres(min(heights)), "least height")] if heights else []
     shown = [
         ("Largest error", f"{1000 * flight.largest:.1f} mm", f"RMS {1000 * rms:.1f} mm"),
-        ("Clearance", _metres(nearest), "to an obstacle as given"),
+        ("Clearance", metres(nearest), "to an obstacle as given"),
         *low,
         ("Separation", NO_VALUE if closest is None else f"{closest:.2f}", "1 is the separation asked for"),
         ("Makespan", f"{flight.mission.makespan:.2f} s", "as planned"),
@@ -127,11 +127,12 @@ def _table(flight: Flight, drawn: MissionScene) -> str:
     return table(caption, heads, rows, text_columns=2)
 
 
-def _metres(value: float | None) -> str:
+def metres(value: float | None) -> str:
+    """Return a distance as it stands on pages; a dash for ``None`` and infinity."""
     return NO_VALUE if value is None or value == math.inf else f"{number(value, 3)} m"
 
 
-def _errors(flight: Flight, drawn: MissionScene) -> list[Trace]:
+def tracking_errors(flight: Flight, drawn: MissionScene) -> list[Trace]:
     """Return the traces of the chart: each UAV's tracking error over time."""
     traces: list[Trace] = []
     for track, flown in zip(drawn.tracks, flight.flown, strict=True):

@@ -7,13 +7,19 @@ import numpy as np
 from skyverse.draw.scene import MissionScene, finding_of, scene
 from skyverse.draw.track import Track
 from skyverse.model.flight_record import Flight, Flown
+from skyverse.model.replanned_flight import ReplannedFlight
 
 SAMPLE_STRIDE = 5
 """One sample of a flight in this many is drawn."""
 
 
-def flight_scene(flight: Flight) -> MissionScene:
-    """Return the scene of `flight`; the path of a track is the planned trajectory, its positions are as flown."""
+def flight_scene(flight: Flight | ReplannedFlight) -> MissionScene:
+    """Return the scene of `flight`; the path of a track is the planned trajectory, its positions are as flown.
+
+    That of a flight that was replanned shows the truth, and as paths what was commanded.
+    """
+    if isinstance(flight, ReplannedFlight):
+        flight = flight.flight
     planned = scene(flight.mission)
     tracks = tuple(_track(track, flown) for track, flown in zip(planned.tracks, flight.flown, strict=True))
     return replace(

@@ -1,6 +1,6 @@
 "use strict";
 // The map and the altitude profile, which page.js draws where the mission's world is more than plain boxes.
-const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
+const maps = ({ data, config, colour, kindColour, shown, layers, at, live }) => {
   const $ = (id) => document.getElementById(id);
   const { tracks, profiles } = data, { traces, ground, degrees } = data.map;
   const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
@@ -139,6 +139,7 @@ const maps = ({ data, config, colour, kindColour, shown, layers, at }) => {
   let marks = [], flying = null;
   const move = () => {
     const plane = internals.plane($("map"));
+    live?.onMap(plane, now);
     moveMovers(plane);
     if (!data.makespan || !marks.length) return;
     tracks.forEach((track, uav) => {

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.draw.shape_geometry import footprint, outline, span
+from skyverse.draw.shape_geometry import footprint, outline, span, surface
 from skyverse.model.mover import Ellipsoid, Mover
 from skyverse.model.shapes import Box, Cylinder, Sphere
 
@@ -38,6 +38,15 @@ def edges_of(mover: Mover, more: float) -> Floats:
         unit = outline(Sphere(centre=(0, 0, 0), radius=1.0))
         return np.array(shape.centre) + unit * (shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z)
     return outline(shape)
+
+
+def surface_of(mover: Mover, more: float) -> Floats:
+    """Return points of the surface of a mover's shape that is grown by some metres, (n, 3), with all its corners."""
+    shape = grown(mover, more)
+    if isinstance(shape, Ellipsoid):
+        unit, _ = surface(Sphere(centre=(0, 0, 0), radius=1.0))
+        return np.array(shape.centre) + unit * (shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z)
+    return surface(shape)[0]
 
 
 def ring_of(mover: Mover, more: float) -> Floats:

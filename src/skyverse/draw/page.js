@@ -79,9 +79,14 @@
     return [xyz, colours];
   };
 
+  const jump = (t) => { press(false); slider.value = t; return show(t); };
+  const live = data.replans ? replans({ data, colour, layers, shown, at, after, jump }) : null;
+  let known = 0;  // unknown obstacles that have been seen
+
   // ---- the picture in space ----
   const dress = (trace) => {
     const role = trace.meta.role, ink = colour("ink");
+    live?.dress(trace);
     if (role === "terrain") Object.assign(trace, { lighting: { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 } });
     if (role === "kind") {
       const { hard, solid } = data.kinds[trace.meta.kind];
@@ -112,6 +117,7 @@
   };
   const visibility = (trace) => {
     const { role, uav, kind } = trace.meta;
+    if (live?.owns(role)) return live.visible(trace, now);
     if (role === "terrain") return layers.terrain;
     if (role === "kind" || role === "edge") return layers.kinds[kind];
     if (role === "path") return layers.paths && shown[uav];
@@ -208,6 +214,7 @@
       const [east, north, up] = activeAt(now);
       changes.push({ index: active, x: east, y: north, z: up });
     }
+    if (live) changes.push(...live.changes(now, [x, y, z]));
     return swift.move(changes);
   };
 
@@ -222,6 +229,11 @@
   const show = (t) => {
     now = Math.min(Math.max(t, 0), makespan);
     tell();
+    live?.tell(now);
+    if (ready && live && live.known(now) !== known) {
+      known = live.known(now);
+      return restyle().then(move);
+    }
     return ready ? move() : Promise.resolve();
   };
   const press = (on) => {
@@ -258,9 +270,7 @@
     $("grounded").hidden = false;
   }
   for (const button of document.querySelectorAll("button.jump")) button.addEventListener("click", () => {
-    press(false);
-    slider.value = button.dataset.time;
-    show(Number(button.dataset.time));
+    jump(Number(button.dataset.time));
     $("space").scrollIntoView({ block: "center", behavior: "smooth" });
   });
 
@@ -315,7 +325,7 @@
   };
   legend();
   const kept = { ...(index("tube") < 0 ? {} : { tube: "Tracking error" }), ...(rings ? { separation: "Separation" } : {}), ...(mover < 0 ? {} : { movers: "Movers" }), ...(active < 0 ? {} : { active: "Active zones" }) };
-  const LAYERS = { ...words.layers, ...kept, trail: "Trail", names: "Names" };
+  const LAYERS = { ...words.layers, ...kept, ...live?.TITLES, trail: "Trail", names: "Names" };
   for (const [layer, title] of Object.entries(LAYERS)) {
     if (!makespan && (layer === "trajectories" || layer === "trail")) continue;
     $("layers").append(switched(title, layers[layer], async (on) => {
@@ -384,7 +394,7 @@
     if (data.search.length) await chart(horizontal);
     document.body.dataset.ready = "true";
   };
-  if (data.map) flat = maps({ data, config, colour, kindColour, shown, layers, at });
+  if (data.map) flat = maps({ data, config, colour, kindColour, shown, layers, at, live });
   all();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", all);
 })();

@@ -18,7 +18,7 @@ from skyverse.draw.shape_kinds import MAX_EDGED_SHAPES
 from skyverse.model.scenario import Origin
 
 SLIDER_STEPS = 250
-_SCRIPTS = ("plotly_internals.js", "motion.js", "margins.js", "maps.js", "page.js")
+_SCRIPTS = ("plotly_internals.js", "motion.js", "margins.js", "maps.js", "replans.js", "page.js")
 _MAPS = """
   <section class="card map" aria-label="Map">
     <div class="bar"><h2>Map</h2><output id="where"></output></div>

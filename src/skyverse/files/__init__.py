@@ -9,13 +9,22 @@ from skyverse.errors import InputError, require_file
 from skyverse.files.builtin import BUILTIN_NAMES, builtin
 from skyverse.files.document import parse, read_text
 from skyverse.files.grid_archive import GridArchive
-from skyverse.files.missions import FLIGHTS, MISSIONS, mission_from_data, trajectories_csv, waypoints_csv
+from skyverse.files.missions import (
+    FLIGHTS,
+    MISSIONS,
+    REPLANNED_FLIGHTS,
+    mission_from_data,
+    replanned_flight_from_data,
+    trajectories_csv,
+    waypoints_csv,
+)
 from skyverse.files.scenarios import course_map, scenario_from_data, scenario_schema, scenario_text
 from skyverse.maps.readers import voxels
 from skyverse.maps.readers.rotorpy_world import is_rotorpy_world, rotorpy_world
 from skyverse.maps.readers.voxel_grid import Unknown
 from skyverse.model.flight_record import Flight
 from skyverse.model.mission import Mission
+from skyverse.model.replanned_flight import ReplannedFlight
 from skyverse.model.scenario import Scenario
 
 __all__ = ["BUILTIN_NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
@@ -28,9 +37,10 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     ----------
     source
         A built-in scenario's name (``map1``, ``table-4.8`` ...), or a file: a scenario as ``.yaml``, ``.yml`` or
-        ``.json``; a mission as ``.json``; a flight gives the mission that was flown. Maps give scenarios without UAVs:
-        the course's ``.txt``, rotorpy's ``.json``, MovingAI's ``.3dmap``, OctoMap's ``.bt`` and ``.ot``, point clouds
-        and meshes, ``.las``, ``.laz``, ``.ply``, ``.stl``, ``.obj``.
+        ``.json``; a mission as ``.json``; a flight gives the mission that was flown, a replanned one the mission as it
+        was planned. Maps give scenarios without UAVs: the course's ``.txt``, rotorpy's ``.json``, MovingAI's
+        ``.3dmap``, OctoMap's ``.bt`` and ``.ot``, point clouds and meshes, ``.las``, ``.laz``, ``.ply``, ``.stl``,
+        ``.obj``.
     unknown
         What an OctoMap's unknown space is taken for, ``"occupied"`` or ``"free"``. When left out it is occupied, but
         free where the map does not record what is free.
@@ -58,12 +68,14 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
     data = parse(path, read_text(path))
     if suffix == ".json" and is_rotorpy_world(data):
         return rotorpy_world(path, data)
-    for kind in (MISSIONS, FLIGHTS):
+    for kind in (MISSIONS, FLIGHTS, REPLANNED_FLIGHTS):
         kind.require_name(path, data)
     if MISSIONS.is_of(data):
         return mission_from_data(path, data)
     if FLIGHTS.is_of(data):
         return FLIGHTS.from_data(path, data).mission
+    if REPLANNED_FLIGHTS.is_of(data):
+        return replanned_flight_from_data(path, data).mission
     return scenario_from_data(path, data)
 
 
@@ -83,19 +95,23 @@ def read_mission(source: str | Path) -> Mission:
     raise InputError(f"{source}: expected a mission (its 'format' is {MISSIONS.name!r}), found a scenario")
 
 
-def read_flight(path: str | Path) -> Flight:
-    """Read a flight from its file, or raise `InputError`."""
+def read_flight(path: str | Path) -> Flight | ReplannedFlight:
+    """Read a flight, or one that was replanned, from its file, or raise `InputError`."""
     path = Path(path)
     require_file(path)
     data = parse(path, read_text(path))
-    FLIGHTS.require_name(path, data)
+    for kind in (FLIGHTS, REPLANNED_FLIGHTS):
+        kind.require_name(path, data)
     if FLIGHTS.is_of(data):
         return FLIGHTS.from_data(path, data)
-    raise InputError(f"{path}: expected a flight (its 'format' is {FLIGHTS.name!r}), found something else")
+    if REPLANNED_FLIGHTS.is_of(data):
+        return replanned_flight_from_data(path, data)
+    names = f"{FLIGHTS.name!r} or {REPLANNED_FLIGHTS.name!r}"
+    raise InputError(f"{path}: expected a flight (its 'format' is {names}), found something else")
 
 
-def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 20.0) -> None:
-    """Write a scenario, a mission or a flight; the file appears whole or not at all.
+def write(what: Scenario | Mission | Flight | ReplannedFlight, path: str | Path, *, rate: float = 20.0) -> None:
+    """Write a scenario, a mission or a flight, replanned or not; the file appears whole or not at all.
 
     Parameters
     ----------
@@ -118,12 +134,15 @@ def write(what: Scenario | Mission | Flight, path: str | Path, *, rate: float = 
         if suffix not in (".yaml", ".yml", ".json"):
             raise InputError(f"{path}: a scenario is written as .yaml, .yml or .json, not as {suffix or 'no suffix'!r}")
         _write(path, partial(scenario_text, what, suffix))
-    elif isinstance(what, Flight):
+    elif isinstance(what, Flight | ReplannedFlight):
         if suffix != ".json":
             raise InputError(f"{path}: a flight is written as .json, not as {suffix or 'no suffix'!r}")
-        _write(path, partial(FLIGHTS.text, what))
+        if isinstance(what, Flight):
+            _write(path, partial(FLIGHTS.text, what))
+        else:
+            _write(path, partial(REPLANNED_FLIGHTS.text, what))
     elif not isinstance(what, Mission):
-        raise TypeError(f"expected a Scenario, a Mission or a Flight to write, got {what!r:.60}")
+        raise TypeError(f"expected a Scenario, a Mission, a Flight or a ReplannedFlight to write, got {what!r:.60}")
     elif suffix == ".json":
         _write(path, partial(MISSIONS.text, what))
     elif path.name.lower().endswith(".waypoints.csv"):

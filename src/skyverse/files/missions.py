@@ -10,13 +10,26 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.files.document import JsonFormat
 from skyverse.model.flight_record import Flight
-from skyverse.model.formats import JUDGEMENTS, MISSION_2, flight_with_mission_2, mission_to_2
+from skyverse.model.formats import (
+    JUDGEMENTS,
+    MISSION_2,
+    flight_with_mission_2,
+    mission_to_2,
+    replanned_flight_with_mission_2,
+)
 from skyverse.model.mission import Mission
 from skyverse.model.pointing import Pointing
+from skyverse.model.replanned_flight import REPLANNED_FLIGHT_1, ReplannedFlight
 
 _UNWRITTEN = dict.fromkeys(JUDGEMENTS, True)
 MISSIONS = JsonFormat(Mission, MISSION_2, mission_to_2, _UNWRITTEN)
 FLIGHTS = JsonFormat(Flight, "skyverse/flight/1", flight_with_mission_2, {"mission": _UNWRITTEN})
+REPLANNED_FLIGHTS = JsonFormat(
+    ReplannedFlight,
+    REPLANNED_FLIGHT_1,
+    replanned_flight_with_mission_2,
+    {"mission": _UNWRITTEN, "flight": {"mission": _UNWRITTEN}},
+)
 MAX_CSV_ROWS = 1e7
 """Rows of sampled trajectories that a CSV file may have for each UAV."""
 
@@ -31,6 +44,30 @@ def mission_from_data(source: str | Path, data: Any) -> Mission:
             found = len(getattr(mission, name))
             raise InputError(f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {found}")
     return mission
+
+
+def replanned_flight_from_data(source: str | Path, data: Any) -> ReplannedFlight:
+    """Return the replanned flight that a file's data describe, or raise `InputError` that names file and field."""
+    flight = REPLANNED_FLIGHTS.from_data(source, data)
+    for mission in (flight.mission, flight.flight.mission):
+        _require_sound_arrays(source, mission)
+    fleet, movers, obstacles = (len(part) for part in (flight.truth.uavs, flight.truth.movers, flight.truth.obstacles))
+    for name, rows in (("arrivals", flight.arrivals), ("flight.flown", flight.flown)):
+        if len(rows) != fleet:
+            raise InputError(f"{source}: {name}: expected one entry for each of {fleet} UAVs, found {len(rows)}")
+    for number, step in enumerate(flight.steps):
+        place = f"{source}: steps[{number}]"
+        if [answer.uav for answer in step.answers] != list(range(fleet)):
+            raise InputError(f"{place}.answers: expected one for each of {fleet} UAVs, in their order")
+        named = (
+            ("movers", step.movers, movers),
+            ("predictions", tuple(one.mover for one in step.predictions), movers),
+            ("obstacles", step.obstacles, obstacles),
+        )
+        for name, numbers, count in named:
+            for wrong in (one for one in numbers if one not in range(count)):
+                raise InputError(f"{place}.{name}: expected numbers from 0 to {count - 1}, found {wrong}")
+    return flight
 
 
 def _require_sound_arrays(source: object, mission: Mission) -> None:

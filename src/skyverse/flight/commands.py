@@ -10,7 +10,9 @@ from skyverse.flight.feedforward import Reference, reference
 from skyverse.flight.vehicle import Vehicle
 from skyverse.model.ground_height import ground_height
 from skyverse.model.mission import Mission
+from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import is_closed_at_times
+from skyverse.model.trajectory import Trajectory
 
 COMMAND_RATE = 100.0
 """Commands, and samples, per second."""
@@ -52,15 +54,21 @@ def commands(mission: Mission, uav: int, vehicle: Vehicle) -> Commands:
     """
     trajectory, scenario = mission.trajectories[uav], mission.scenario
     if scenario.movers:
-        raise InputError(f"{scenario.name}: flights among movers cannot be simulated; this scenario has movers")
+        said = "flights among movers cannot be simulated unless they are replanned in flight; this scenario has movers"
+        raise InputError(f"{scenario.name}: {said}")
     if any(map(is_closed_at_times, scenario.zones)):
         raise InputError(
             f"{scenario.name}: flights among zones that are closed at times cannot be simulated; this scenario has such"
         )
     assert trajectory is not None
+    return commanded(scenario, trajectory, vehicle, trajectory.end + SETTLING_SECONDS)
+
+
+def commanded(scenario: Scenario, trajectory: Trajectory, vehicle: Vehicle, until: float) -> Commands:
+    """Return the commands to a UAV that flies a trajectory, from a hover before its start until an instant, seconds."""
     hover = round(HOVER_SECONDS * COMMAND_RATE)
     first = np.floor(trajectory.start * COMMAND_RATE) - hover
-    last = np.ceil((trajectory.end + SETTLING_SECONDS) * COMMAND_RATE)
+    last = np.ceil(until * COMMAND_RATE)
     times = np.arange(first, last + 1) / COMMAND_RATE
     told = reference(trajectory, vehicle, times, 1.0 / COMMAND_RATE)
     above = np.asarray(told.position[:, 2] - ground_height(scenario, told.position[:, :2]))

@@ -9,9 +9,10 @@ import numpy as np
 from skyverse.errors import InputError
 from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
-from skyverse.live.sensor import HiddenObstacles, Sensor, seen_movers
+from skyverse.live.sensor import HiddenObstacles, seen_movers
 from skyverse.live.sighting import Sighting
 from skyverse.model.scenario import Scenario
+from skyverse.model.sensor import Sensor
 from skyverse.model.shapes import Shape
 from skyverse.planners.base import Seed, seeded
 

@@ -8,39 +8,13 @@ from skyverse._typing import Floats
 from skyverse.live.sighting import Sighting
 from skyverse.model.mover import Mover
 from skyverse.model.mover_bounds import motion_bounds
-from skyverse.model.quantities import Model, NonNegative, Positive
 from skyverse.model.scenario import Scenario
+from skyverse.model.sensor import Sensor
 from skyverse.model.shapes import Shape
 from skyverse.space.world import World
 
 LEAST_TOP_SPEED = 1e-3
 """M/s: the least top speed that a sighting may state."""
-
-
-class Sensor(Model):
-    """A sensor that each UAV of a fleet carries; what one of them sees, all are told.
-
-    Attributes
-    ----------
-    range
-        Metres from a UAV within which movers and obstacles are seen; ``None`` if all are.
-    rate
-        Observations a second.
-    delay
-        Seconds after which an observation arrives.
-    error
-        Metres by which the position of a mover is off at most.
-    """
-
-    range: Positive | None = None
-    rate: Positive = 10.0
-    delay: NonNegative = 0.0
-    error: NonNegative = 0.0
-
-    @property
-    def reach(self) -> float:
-        """Metres within which is seen, infinite if everything is."""
-        return np.inf if self.range is None else self.range
 
 
 def seen_movers(

@@ -93,3 +93,11 @@ def flight_with_mission_2(data: Any) -> Any:
     if not isinstance(data, dict) or "mission" not in data:
         return data
     return {**data, "mission": mission_to_2(data["mission"])}
+
+
+def replanned_flight_with_mission_2(data: Any) -> Any:
+    """Return the data of a replanned flight with missions, as planned and as commanded, of version 2."""
+    data = flight_with_mission_2(data)
+    if not isinstance(data, dict) or "flight" not in data:
+        return data
+    return {**data, "flight": flight_with_mission_2(data["flight"])}
