@@ -73,6 +73,23 @@ def test_a_study_file_and_its_copy_in_the_folder_are_the_same_study(compare, stu
     assert (code, "4 of 4 runs were done before" in err) == (0, True)
 
 
+def test_policies_are_compared_by_the_same_verb(compare):
+    policies = ["wait", "known-beforehand"]
+    data = {"scenarios": ["map2"], "movers": {"kind": "patrols", "count": 1, "speed": 0.2}, "policies": policies}
+    Path("crossing.yaml").write_text(json.dumps(data | {"seeds": 1, "longest": 30}))
+    code, out, err = compare("crossing.yaml", report=True)
+    assert code == 0, err
+    head = out.splitlines()[0].split()
+    assert head.index("arrived") < head.index("safe") < head.index("contacts") < head.index("time")
+    assert [line.split()[6] for line in out.splitlines()[1:3]] == policies
+    assert "The referee found nothing wrong." in out
+    assert Path("out/crossing/report.html").is_file()
+    code, out, err = compare("crossing.yaml", "--json", "--export", "flights.csv")
+    assert "2 of 2 runs were done before" in err
+    assert [line["arrived"] for line in json.loads(out)["summary"]] == [1, 1]
+    assert len(Path("flights.csv").read_text().splitlines()) == 3
+
+
 def test_the_summary_as_json_is_that_of_the_rows(compare, study):
     code, out, _ = compare(study(), "--json")
     said = json.loads(out)

@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+from skyverse.lab.moving_row import MovingRows
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_study import run_study
 from skyverse.lab.study import read_study
@@ -35,12 +36,12 @@ def kept(folder):
         return list(rows)
 
 
-def count_when(folder, least, process):
+def count_when(folder, least, process, kind=Rows):
     """Wait until so many rows are there, and return how many are."""
     for _ in range(6000):
         time.sleep(0.01)
         if (folder / "rows.sqlite").exists():
-            with Rows(folder / "rows.sqlite") as rows:
+            with kind(folder / "rows.sqlite") as rows:
                 if len(rows) >= least:
                     return len(rows)
         assert process.poll() is None, process.communicate()
@@ -71,6 +72,44 @@ def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(t
     assert all(row in rows for row in before)
     with run_study(read_study(folder / "study.yaml"), tmp_path / "whole.sqlite") as whole:
         assert timeless(rows) == timeless(whole)
+
+
+FLIGHTS = """
+scenarios: [map2]
+movers: {kind: patrols, count: 2, speed: 0.3}
+policies: [wait, {policy: from-scratch, planner: astar}]
+seeds: 6
+longest: 20
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="process groups are killed with POSIX signals")
+def test_flights_killed_go_on_where_they_were(tmp_path):
+    (tmp_path / "study.yaml").write_text(FLIGHTS)
+    folder = tmp_path / "killed"
+    command = [sys.executable, "-m", "skyverse", "compare", str(tmp_path / "study.yaml"), "-o", str(folder)]
+    command += ["--workers", "2", "--no-report"]
+
+    def start():
+        return subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
+
+    process = start()
+    count_when(folder, 2, process, MovingRows)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    with MovingRows(folder / "rows.sqlite") as rows:
+        before = list(rows)
+    assert 2 <= len(before) < 12
+    _, err = finished(start())
+    assert f"{len(before)} of 12 runs were done before" in err
+    with MovingRows(folder / "rows.sqlite") as rows:
+        after = list(rows)
+    assert all(row in after for row in before)  # their milliseconds, too: they were not flown again
+    assert [(row.policy, row.seed) for row in after] == [
+        (policy, seed) for policy in ("wait", "from-scratch planner=astar") for seed in range(6)
+    ]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is a POSIX signal here")

@@ -5,8 +5,12 @@ from pathlib import Path
 import pytest
 
 import skyverse as sky
+from skyverse.lab.columns import column_types
+from skyverse.lab.moving_row import MovingRow
+from skyverse.lab.moving_study import MovingStudy, read_moving_study
 from skyverse.lab.row import COLUMN_TYPES
 from skyverse.lab.study import Study, read_study, study_from_data, write_study
+from skyverse.live.policies import POLICY_NAMES
 
 FILE = """\
 name: Two maps
@@ -136,6 +140,20 @@ def test_the_documentations_study_file_is_one(tmp_path):
         assert f"| `{field}` |" in page
     for column in COLUMN_TYPES:
         assert f"`{column}`" in page.split("## Columns")[1]
+
+
+def test_the_documentations_study_among_movers_is_one(tmp_path):
+    page = (Path(__file__).parents[2] / "docs/studies.md").read_text(encoding="utf-8")
+    (tmp_path / "study.yaml").write_text(page.split("```yaml\n")[2].split("```")[0])
+    study = read_moving_study(tmp_path / "study.yaml")
+    assert (len(study.seeds), len(study.movers), len(study.policies)) == (20, 2, 8)
+    section = page.split("## Replanning among movers")[1].split("\n## ")[0]
+    for field in set(MovingStudy.model_fields) - {"format", "name", "scenarios"}:
+        assert f"| `{field}` |" in section
+    for column in column_types(MovingRow):
+        assert f"`{column}`" in section
+    for name in POLICY_NAMES:
+        assert f"| `{name}` |" in section
 
 
 def test_nodes_are_not_compared_with_metres():

@@ -1,6 +1,5 @@
-"""The verb ``compare``: planners compared over scenarios, budgets and seeds."""
+"""The verb ``compare``: planners or replanning policies compared over scenarios and seeds."""
 
-import itertools
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -18,10 +17,9 @@ from skyverse.errors import InputError
 from skyverse.numerics.cores import cores
 
 if TYPE_CHECKING:
-    from skyverse.lab.rows import Rows
+    from skyverse.cli.study_kinds import StudyKind
+    from skyverse.lab.moving_study import MovingStudy
     from skyverse.lab.study import Study
-
-_JUDGED_COLUMNS = ("scenario", "planner", "budget", "seed", "verdict")
 
 asked = Group("Study (instead of a study file)")
 
@@ -48,6 +46,8 @@ def compare(
     as_json: AsJson = False,
 ) -> int:
     """Compare planners over scenarios and seeds; go on where an earlier run of the same command was cut short.
+
+    A study file that lists policies compares replanning in flight among movers instead.
 
     Examples: `skyverse compare study.yaml`, `skyverse compare map1 map2 --planner mvo --planner random-restart`,
     `skyverse compare map1 --planner mvo --set universes=50 --runs 100 --iterations 40 --export rows.csv`
@@ -93,8 +93,8 @@ def compare(
     as_json
         Print the summary as JSON.
     """
+    from skyverse.cli.study_kinds import kind_of
     from skyverse.lab.row_export import refuse_export
-    from skyverse.lab.rows import Rows
     from skyverse.lab.run_study import run_jobs
     from skyverse.lab.workers import WorkerError
 
@@ -113,17 +113,18 @@ def compare(
             "assignment": assignment,
         },
     )
-    jobs = list(study.jobs())
+    kind = kind_of(study)
+    jobs: list[Any] = list(study.jobs())
     for case in {job.case: None for job in jobs}:
         refuse_unsafe(case.label, case.scenario)
     folder = output if output is not None else DEFAULT_FOLDER / file_name(study.name)
     if export is not None:
         refuse_export(export)
         refuse_output(export)
-    _keep_study(folder, study)
-    watch = StudyWatch(folder, [] if dask else sorted({type(job.planner).__name__ for job in jobs}))
+    _keep_study(folder, study, kind)
+    watch = StudyWatch(folder, [] if dask else kind.workloads(jobs))
     try:
-        with Rows(folder / "rows.sqlite") as rows:
+        with kind.rows(folder / "rows.sqlite") as rows:
             others = len(rows.done() - {job.key for job in jobs})
             if others:
                 raise InputError(
@@ -131,97 +132,48 @@ def compare(
                 )
             with watch.bar() as on_run:
                 run_jobs(jobs, rows, workers=workers or cores(), dask=dask, on_run=on_run)
-            summary = summarise(rows)
+            summary = kind.summarise(rows)
             written = [rows.path]
             if report:
-                from skyverse.lab.comparison_report import write_report
-
-                written += write_report(rows, folder, title=study.name)
+                written += kind.write_report(rows, folder, title=study.name)
             if export is not None:
                 written += rows.export(export)
-            judged = rows.select(_JUDGED_COLUMNS)
-            wrong = [run for run in zip(*(judged[name].tolist() for name in _JUDGED_COLUMNS), strict=True) if run[-1]]
+            columns = (*rows.label_kinds, "seed", "verdict")
+            judged = rows.select(columns)
+            wrong = [run for run in zip(*(judged[name].tolist() for name in columns), strict=True) if run[-1]]
     except KeyboardInterrupt:
         print(f"skyverse: interrupted; {watch.kept}", file=sys.stderr)
         return INTERRUPTED
     except WorkerError as error:
         print(f"skyverse: {error}; {watch.kept}", file=sys.stderr)
         return FOUND_WRONG
-    _print_summary(summary, wrong, written, as_json)
+    if as_json:
+        verdicts = [dict(zip(columns, run, strict=True)) for run in wrong]
+        print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
+    else:
+        _print_summary(kind.told(summary), wrong, written)
     return FOUND_WRONG if wrong else 0
 
 
-def _keep_study(folder: Path, study: "Study") -> None:
+def _keep_study(folder: Path, study: "Study | MovingStudy", kind: "StudyKind") -> None:
     """Write the study into its folder, and refuse a folder that holds another study."""
-    from skyverse.lab.study import read_study, write_study
-
     file = folder / "study.yaml"
     refuse_output(file)
     if not file.is_file():
-        write_study(study, file)
-    elif read_study(file).seen_from(folder) != study.seen_from(folder):
+        kind.write(study, file)
+    elif kind.read(file).seen_from(folder) != study.seen_from(folder):
         raise InputError(f"{folder}: expected the same study as before or a new folder, found another study in {file}")
 
 
-def summarise(rows: "Rows") -> list[dict[str, Any]]:
-    """Return a line for each planner on each scenario under each budget; costs are those of all runs."""
-    import numpy as np
-
-    columns = ("success", "cost", "gap", "generated_paths", "seconds")
-    lines = []
-    names: tuple[Literal["scenario", "budget", "planner"], ...] = ("scenario", "budget", "planner")
-    for labels in itertools.product(*(rows.labels(name) for name in names)):
-        group = dict(zip(names, labels, strict=True))
-        found = rows.select(columns, **group)
-        cost, gap, runs = found["cost"], found["gap"], len(found["cost"])
-        if not runs:
-            continue
-        known, finite = gap[np.isfinite(gap)], bool(np.isfinite(cost).all())
-        measured = {
-            "runs": runs,
-            "success": float(found["success"].mean()),
-            "median": float(np.median(cost)) if finite else None,
-            "mean": float(cost.mean()) if finite else None,
-            "standard error": float(cost.std(ddof=1) / runs**0.5) if finite and runs > 1 else None,
-            "gap": float(known.mean()) if len(known) else None,
-            "generated paths": float(found["generated_paths"].mean()),
-            "seconds": float(found["seconds"].mean()),
-        }
-        lines.append(group | measured)
-    return lines
-
-
-def _print_summary(
-    summary: list[dict[str, Any]], wrong: list[tuple[Any, ...]], written: list[Path], as_json: bool
-) -> None:
-    if as_json:
-        verdicts = [dict(zip(_JUDGED_COLUMNS, row, strict=True)) for row in wrong]
-        print(json_text({"summary": summary, "violations": verdicts, "files": [str(path) for path in written]}), end="")
-        return
-    lines = [_line(line) for line in summary]
-    if len({line["budget"] for line in lines}) == 1:
+def _print_summary(lines: list[dict[str, str]], wrong: list[tuple[Any, ...]], written: list[Path]) -> None:
+    if "budget" in lines[0] and len({line["budget"] for line in lines}) == 1:
         print(f"{lines[0]['budget']} for each UAV")
         for line in lines:
             del line["budget"]
     table(list(lines[0]), [list(line.values()) for line in lines])
-    for scenario, planner, budget, seed, verdict in wrong:
-        print(f"{scenario}, {planner}, {budget}, seed {seed}: {verdict}")
+    for *run, seed, verdict in wrong:
+        print(f"{', '.join(run)}, seed {seed}: {verdict}")
     if not wrong:
         print("The referee found nothing wrong.")
     for path in written:
         print(path)
-
-
-def _line(line: dict[str, Any]) -> dict[str, str]:
-    mean, error, gap = line["mean"], line["standard error"], line["gap"]
-    return {
-        "scenario": line["scenario"],
-        "budget": line["budget"],
-        "planner": line["planner"],
-        "success": f"{round(line['success'] * line['runs'])}/{line['runs']}",
-        "median": "-" if line["median"] is None else f"{line['median']:.1f}",
-        "mean": "-" if mean is None else f"{mean:.1f}" if error is None else f"{mean:.1f} ± {error:.1f}",
-        "gap": "-" if gap is None else f"{gap:.1%}",
-        "paths": f"{line['generated paths']:.0f}",
-        "seconds": f"{line['seconds']:.3g}",
-    }

@@ -7,13 +7,14 @@ from skyverse.cli.settings import values_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
+    from skyverse.lab.moving_study import MovingStudy
     from skyverse.lab.study import Study
 
 _BUDGET_OPTIONS = ("paths", "nodes", "evaluations", "iterations", "seconds")
 
 
-def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
-    """Return the study of a file, or of scenarios and options.
+def study_of(sources: list[str], asked: dict[str, Any]) -> "Study | MovingStudy":
+    """Return the study of a file, which may be one among movers, or of scenarios and options.
 
     Parameters
     ----------
@@ -29,7 +30,7 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
         if source.suffix.lower() not in (".yaml", ".yml", ".json") or not source.is_file():
             continue
         data = parse(source, read_text(source))
-        if not isinstance(data, dict) or not {"scenarios", "planners"} & data.keys():
+        if not isinstance(data, dict) or not {"scenarios", "planners", "policies"} & data.keys():
             continue
         if len(sources) > 1:
             raise InputError(f"{source}: expected one study file or scenarios, found both in {' '.join(sources)}")
@@ -38,7 +39,12 @@ def study_of(sources: list[str], asked: dict[str, Any]) -> "Study":
             raise InputError(
                 f"{given[0]}: expected a study file or options, found both; {source} says all of the study"
             )
-        return study_from_data(source, data if "name" in data else {**data, "name": source.stem}, source.parent)
+        named = data if "name" in data else {**data, "name": source.stem}
+        if "policies" in data:
+            from skyverse.lab.moving_study import moving_study_from_data
+
+            return moving_study_from_data(source, named, source.parent)
+        return study_from_data(source, named, source.parent)
     budget = {name: asked[name] for name in _BUDGET_OPTIONS if asked[name] is not None}
     if len(budget) > 1:
         raise InputError(f"{' '.join('--' + name for name in budget)}: expected one budget; a study file can list more")
@@ -69,7 +75,7 @@ def _planners(names: list[str], settings: list[str]) -> list[dict[str, Any]]:
 
 def _run_count(runs: int) -> int:
     """Return how many runs are asked for, or refuse too many."""
-    from skyverse.lab.study import MAX_SEEDS
+    from skyverse.lab.study_fields import MAX_SEEDS
 
     if runs > MAX_SEEDS:
         raise InputError(f"--runs: expected at most {MAX_SEEDS:,}, found {runs:,}")

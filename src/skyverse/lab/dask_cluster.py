@@ -3,15 +3,16 @@
 import itertools
 import re
 from collections.abc import Generator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from skyverse.errors import InputError
-from skyverse.lab.row import Row
-from skyverse.lab.run_job import Job, run_job, warm_up
+from skyverse.lab.jobs import StudyJob, row_of, warm_up
 from skyverse.lab.workers import WorkerError
 
+R = TypeVar("R")
 
-def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
+
+def on_dask(jobs: Sequence[StudyJob[R]], address: str) -> Generator[tuple[StudyJob[R], R]]:
     """Run jobs on the cluster whose scheduler is at `address`, and yield each job with its row as it finishes.
 
     The cluster holds at most three jobs for each of its threads at a time. Dask repeats a job whose worker dies.
@@ -37,12 +38,12 @@ def on_dask(jobs: Sequence[Job], address: str) -> Generator[tuple[Job, Row]]:
         ) from None
     with client:
         waiting = iter(jobs)
-        given: dict[Any, Job] = {}
+        given: dict[Any, StudyJob[R]] = {}
         running = as_completed(loop=client.loop, with_results=True)
 
         def hand_out(count: int) -> None:
             for job in itertools.islice(waiting, count):
-                future = client.submit(run_job, job, pure=False)
+                future = client.submit(row_of, job, pure=False)
                 given[future.key] = job
                 running.add(future)
 

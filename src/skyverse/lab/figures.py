@@ -111,8 +111,10 @@ def convergence(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
     return figure
 
 
-def boxes(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
-    """Draw box plots of the costs, with dots beyond the whiskers and the mean as a diamond.
+def boxes(
+    labels: Sequence[str], panels: Sequence[Panel], quantity: str = "cost", lost: str = "without any path"
+) -> "Figure":
+    """Draw box plots of the costs, or of another quantity, with dots beyond the whiskers and the mean as a diamond.
 
     A box goes from the first to the third quartile, its whiskers to the last cost within 1.5 box lengths. Five costs or
     fewer are drawn as dots. Costs far beyond all whiskers, and infinite ones, are stated in words.
@@ -129,11 +131,11 @@ def boxes(labels: Sequence[str], panels: Sequence[Panel]) -> "Figure":
         largest = max([float(costs[np.isfinite(costs)].max(initial=low)) for costs in panel.costs], default=high)
         axes.set_xlim(low - margin, min(end, max(high, largest) + margin))
         for index, costs in enumerate(panel.costs):
-            _box(axes, index, costs, end)
+            _box(axes, index, costs, end, lost)
         if panel.bound is not None:
             axes.axvline(panel.bound, color=SOFT, linestyle=(0, (4, 3)), linewidth=1.1)
         axes.set_title(plain(_short(panel.title)))
-        axes.set_xlabel("cost" if panel.bound is None else f"cost (dashed: exact optimum, {panel.bound:,.6g})")
+        axes.set_xlabel(quantity if panel.bound is None else f"{quantity} (dashed: exact optimum, {panel.bound:,.6g})")
         _named(axes, labels)
     return figure
 
@@ -256,7 +258,7 @@ def _whiskers(costs: Floats) -> tuple[float, float]:
     return float(finite.min()), float(finite.max())
 
 
-def _box(axes: Any, index: int, costs: Floats, end: float) -> None:
+def _box(axes: Any, index: int, costs: Floats, end: float, without: str) -> None:
     colour = _colour(index)
     finite = costs[np.isfinite(costs)]
     dots = finite
@@ -272,7 +274,7 @@ def _box(axes: Any, index: int, costs: Floats, end: float) -> None:
     axes.plot(near, np.full(len(near), index), "o", color=colour, markersize=3.2, alpha=0.6, markeredgewidth=0)
     far, lost = dots[dots > end], len(costs) - len(finite)
     told = [f"{len(far)} beyond, up to {far.max():,.4g}"] if len(far) else []
-    told += [f"{lost} without any path"] if lost else [] if len(costs) else ["no runs"]
+    told += [f"{lost} {without}"] if lost else [] if len(costs) else ["no runs"]
     under: Any = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
     where: Any = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "center"}
     axes.annotate(", ".join(told), (1, index), **where, fontsize=8.5, color=INK, bbox=under if told else None)

@@ -38,7 +38,15 @@ def best_mean(planners: Sequence[str], means: list[float], found: dict[tuple[int
         yield f"Too few runs to test whether they differ from it ({runs}): {named(planners, few)}."
 
 
-def matrix(planners: Sequence[str], found: dict[tuple[int, int], PairwiseTest]) -> Table:
+_CHEAPER = "How often a run of the row's planner is cheaper than one of the column's (A12), and Holm-adjusted p."
+
+
+def matrix(
+    planners: Sequence[str],
+    found: dict[tuple[int, int], PairwiseTest],
+    head: str = "cheaper than",
+    caption: str = _CHEAPER,
+) -> Table:
     """Return a table of how often each planner is cheaper than each other."""
 
     def cell(row: int, column: int) -> str:
@@ -51,9 +59,9 @@ def matrix(planners: Sequence[str], found: dict[tuple[int, int], PairwiseTest]) 
 
     everyone = range(len(planners))
     return Table(
-        ("cheaper than", *planners),
+        (head, *planners),
         [(planners[row], *(cell(row, column) for column in everyone)) for row in everyone],
-        caption="How often a run of the row's planner is cheaper than one of the column's (A12), and Holm-adjusted p.",
+        caption=caption,
     )
 
 

@@ -1,10 +1,8 @@
 """What is known of one run of a study: one row."""
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
-import numpy as np
-
+from skyverse.lab.columns import column_types
 from skyverse.model.result import History
 
 
@@ -62,8 +60,5 @@ class Row:
 
 RUN_COLUMNS = ("scenario", "planner", "budget", "seed")
 """The columns that identify a run."""
-_NUMPY_TYPES: dict[Any, type] = {str: np.str_, bool: np.bool_, int: np.int64}
-COLUMN_TYPES = {
-    field.name: _NUMPY_TYPES.get(field.type, np.float64) for field in fields(Row) if field.name != "history"
-}
+COLUMN_TYPES = column_types(Row)
 """The numpy type of each field of a row except its history; ``None`` in a field of floats becomes nan."""

@@ -49,6 +49,17 @@ def export_rows(rows: Iterable[Row], path: str | Path) -> list[Path]:
     return [path, beside]
 
 
+def export_table(rows: Iterable[object], path: str | Path, columns: dict[str, type]) -> Path:
+    """Write columns of rows as one ``.csv`` or ``.parquet`` file; see `export_rows`."""
+    path = Path(path)
+    refuse_export(path)
+    table_at = _csv_table if path.suffix.lower() == ".csv" else _parquet_table
+    with whole_file(path) as hidden, table_at(hidden, columns) as write_rows:
+        for row in rows:
+            write_rows([tuple(getattr(row, name) for name in columns)])
+    return path
+
+
 def refuse_export(path: Path) -> None:
     """Raise `InputError` if rows cannot be exported to `path`, so that this is known before a long study begins."""
     suffix = path.suffix.lower()

@@ -1,46 +1,17 @@
-"""The rows of a study in one SQLite file. Each row is stored as a whole or not at all, whenever the process ends."""
+"""The rows of a study of planners in one SQLite file."""
 
-import sqlite3
-import time
-import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import astuple, fields
 from pathlib import Path
-from typing import Any, Literal, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
-from skyverse.errors import InputError
-from skyverse.lab.row import COLUMN_TYPES, RUN_COLUMNS, Row
+from skyverse.lab.columns import unpacked
+from skyverse.lab.row import RUN_COLUMNS, Row
 from skyverse.lab.row_export import export_rows
+from skyverse.lab.row_file import RowFile
 from skyverse.model.result import History
 
-LabelKind = Literal["scenario", "planner", "budget"]
-LABEL_KINDS: tuple[LabelKind, ...] = ("scenario", "planner", "budget")
-_SQL_TYPES: dict[Any, str] = {
-    str: "TEXT NOT NULL",
-    bool: "INTEGER NOT NULL",
-    int: "INTEGER NOT NULL",
-    float: "REAL NOT NULL",
-    float | None: "REAL",
-}
-_DEFINITIONS = ", ".join(f"{f.name} {_SQL_TYPES[f.type]}" for f in fields(Row) if f.name in COLUMN_TYPES)
 
-MAX_WAIT_S = 60.0  # for another process that writes the same file
-_APPLICATION = 0x736B7976  # "skyv"
-_TABLES = (
-    f"CREATE TABLE runs (key TEXT PRIMARY KEY, {_DEFINITIONS}, history BLOB NOT NULL, "
-    f"UNIQUE ({', '.join(RUN_COLUMNS)}))",
-    "CREATE TABLE labels (place INTEGER PRIMARY KEY, kind TEXT NOT NULL, label TEXT NOT NULL, UNIQUE (kind, label))",
-    f"PRAGMA application_id = {_APPLICATION}",
-)
-_JOINS = " ".join(f"JOIN labels AS {k}s ON {k}s.kind = '{k}' AND {k}s.label = runs.{k}" for k in LABEL_KINDS)
-_ORDER = ", ".join([*(f"{k}s.place" for k in LABEL_KINDS), "runs.seed"])
-
-
-class Rows:
+class Rows(RowFile[Row]):
     """The rows of a study, kept in a file; a context manager that closes the file.
 
     Rows are returned in the study's order of scenarios, planners and budgets, and then by seed. Other processes may
@@ -57,146 +28,15 @@ class Rows:
         If the file cannot be opened, or is not a database of rows.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
-        try:
-            self._file = sqlite3.connect(self.path, isolation_level=None, timeout=MAX_WAIT_S)
-        except sqlite3.Error as error:
-            raise InputError(f"{self.path}: cannot be opened: {error}") from None
-        try:
-            self._write_ahead()
-            self._file.execute("PRAGMA synchronous = NORMAL")
-            self._begin()
-        except sqlite3.Error as error:
-            self._file.close()
-            raise InputError(f"{self.path}: expected a database of rows, but it cannot be used: {error}") from None
-        except InputError:
-            self._file.close()
-            raise
-
-    def _write_ahead(self) -> None:
-        """Let others read while rows are written; SQLite does not wait by itself if another process begins as well."""
-        deadline = time.monotonic() + MAX_WAIT_S
-        while True:
-            try:
-                self._file.execute("PRAGMA journal_mode = WAL")
-                return
-            except sqlite3.OperationalError as error:
-                if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > deadline:
-                    raise
-            time.sleep(0.01)
-
-    def _begin(self) -> None:
-        with self._file:
-            self._file.execute("BEGIN IMMEDIATE")
-            (made_by,) = self._file.execute("PRAGMA application_id").fetchone()
-            (tables,) = self._file.execute("SELECT count(*) FROM sqlite_master").fetchone()
-            if made_by == _APPLICATION:
-                return
-            if tables or made_by:
-                raise InputError(f"{self.path}: expected a database of rows, found another application's database")
-            for statement in _TABLES:
-                self._file.execute(statement)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, _: object, error: object, __: object) -> None:
-        self.close()
-        if isinstance(error, sqlite3.DatabaseError | zlib.error):
-            raise InputError(f"{self.path}: expected a database of rows, but it is damaged: {error}") from None
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-
-    def __len__(self) -> int:
-        (count,) = self._file.execute("SELECT count(*) FROM runs").fetchone()
-        return int(count)
-
-    def __iter__(self) -> Iterator[Row]:
-        names = ", ".join(f"runs.{name}" for name in (*COLUMN_TYPES, "history"))
-        with closing(self._file.execute(f"SELECT {names} FROM runs {_JOINS} ORDER BY {_ORDER}")) as found:
-            for *values, history in found:
-                row: dict[str, Any] = dict(zip(COLUMN_TYPES, values, strict=True))
-                yield Row(**row | {"success": bool(row["success"]), "history": _unpack(history)})
-
-    def expect(self, kind: LabelKind, labels: Iterable[str]) -> None:
-        """Set the order in which labels are returned; labels that are known already keep their place."""
-        rows = [(kind, label) for label in labels]
-        with self._file:
-            self._file.execute("BEGIN IMMEDIATE")
-            self._file.executemany("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", rows)
-
-    def add(self, row: Row, key: str) -> None:
-        """Add the row of a finished run, in one transaction.
-
-        Raises
-        ------
-        InputError
-            If the file has a row of that run already.
-        """
-        values = (key, *(getattr(row, name) for name in COLUMN_TYPES), _pack(row.history))
-        labels = [(kind, getattr(row, kind)) for kind in LABEL_KINDS]
-        try:
-            with self._file:
-                self._file.execute("BEGIN IMMEDIATE")
-                self._file.executemany("INSERT OR IGNORE INTO labels (kind, label) VALUES (?, ?)", labels)
-                self._file.execute(f"INSERT INTO runs VALUES ({', '.join('?' * len(values))})", values)
-        except sqlite3.IntegrityError:
-            run = f"{row.scenario}, {row.planner}, {row.budget}, seed {row.seed}"
-            raise InputError(f"{self.path}: holds the run {run} already; does another process write here?") from None
-
-    def done(self) -> set[str]:
-        """Return the keys of the finished runs."""
-        return {key for (key,) in self._file.execute("SELECT key FROM runs")}
-
-    def key(self, scenario: str, planner: str, budget: str, seed: int) -> str | None:
-        """Return the key of the finished run with these labels and seed, or ``None`` if there is none."""
-        where = " AND ".join(f"{name} = ?" for name in RUN_COLUMNS)
-        found = self._file.execute(f"SELECT key FROM runs WHERE {where}", (scenario, planner, budget, seed)).fetchone()
-        return None if found is None else str(found[0])
-
-    def labels(self, kind: LabelKind) -> list[str]:
-        """Return the labels of the finished runs, in the study's order."""
-        if kind not in LABEL_KINDS:
-            raise ValueError(f"labels are of {', '.join(LABEL_KINDS)}, not of {kind!r}")
-        statement = f"SELECT label FROM labels WHERE kind = ? AND label IN (SELECT {kind} FROM runs) ORDER BY place"
-        return [label for (label,) in self._file.execute(statement, (kind,))]
-
-    def select(self, columns: Sequence[str], **where: object) -> dict[str, NDArray[Any]]:
-        """Return columns, (n,) each, of the rows whose fields have the values in `where`; ``None`` becomes nan."""
-        with closing(self._find(columns, where)) as found:
-            rows = list(found)
-        table = zip(*rows, strict=True) if rows else ([] for _ in columns)
-        return {name: np.array(list(v), dtype=COLUMN_TYPES[name]) for name, v in zip(columns, table, strict=True)}
+    kind = Row
+    label_kinds = RUN_COLUMNS[:-1]
 
     def histories(self, **where: object) -> Iterator[History]:
         """Yield the histories of the rows that `select` returns, in the same order, reading one at a time."""
         with closing(self._find(("history",), where)) as found:
             for (history,) in found:
-                yield _unpack(history)
+                yield unpacked(history)
 
     def export(self, path: str | Path) -> list[Path]:
         """Write the rows as ``.csv`` or ``.parquet``, and their histories to a second file; return both paths."""
         return export_rows(self, path)
-
-    def _find(self, columns: Sequence[str], where: dict[str, object]) -> sqlite3.Cursor:
-        unknown = [name for name in (*columns, *where) if name not in COLUMN_TYPES and name != "history"]
-        if unknown or not columns:
-            raise ValueError(f"expected columns among {', '.join(COLUMN_TYPES)}, found {', '.join(unknown) or 'none'}")
-        names = ", ".join(f"runs.{name}" for name in columns)
-        test = " AND ".join(f"runs.{name} IS ?" for name in where) or "1"
-        values = [value.item() if isinstance(value, np.generic) else value for value in where.values()]
-        return self._file.execute(f"SELECT {names} FROM runs {_JOINS} WHERE {test} ORDER BY {_ORDER}", values)
-
-
-def _pack(history: History) -> bytes:
-    cost, *effort = astuple(history)
-    columns = [cost.astype("<f8"), *(counts.astype("<i8") for counts in effort)]
-    return zlib.compress(b"".join(column.tobytes() for column in columns), 1)
-
-
-def _unpack(blob: bytes) -> History:
-    cost, *effort = np.split(np.frombuffer(zlib.decompress(blob), "<i8"), 4)
-    return History(cost.view("<f8"), *effort)

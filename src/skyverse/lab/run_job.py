@@ -2,7 +2,6 @@
 
 import hashlib
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import astuple, dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -79,6 +78,14 @@ class Job:
         """A digest of the labels and of all that determines the answer, including the version of skyverse."""
         return _digest(*self.run, self.case.digest, repr(self.planner), repr(self.stop), __version__)
 
+    def row(self) -> Row:
+        """Make the run and return its row."""
+        return run_job(self)
+
+    def shortened(self) -> "Job":
+        """Return the same run with one iteration."""
+        return replace(self, stop=MaxIterations(1))
+
     def __str__(self) -> str:
         return "{}, {}, {}, seed {}".format(*self.run)
 
@@ -96,13 +103,6 @@ def run_job(job: Job) -> Row:
         violations += check_result(job.case.scenario, problem.uav, problem.target, result)
         results.append(result)
     return _row(job, results, violations)
-
-
-def warm_up(jobs: Sequence[Job]) -> None:
-    """Run one iteration of each job, so that all kernels which the jobs need are compiled and cached."""
-    for job in jobs:
-        with suppress(Exception):  # the run itself will raise the same error
-            run_job(replace(job, stop=MaxIterations(1)))
 
 
 @lru_cache(maxsize=4)

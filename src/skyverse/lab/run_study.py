@@ -3,27 +3,50 @@
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from pathlib import Path
+from typing import Any, TypeVar, overload
 
 from skyverse.errors import InputError
-from skyverse.lab.row import Row
+from skyverse.lab.jobs import StudyJob
+from skyverse.lab.moving_row import MovingRows
+from skyverse.lab.moving_study import MovingStudy
+from skyverse.lab.row_file import RowFile
 from skyverse.lab.rows import Rows
-from skyverse.lab.run_job import Job
 from skyverse.lab.study import Study
 from skyverse.lab.workers import in_process, on_workers
+
+R = TypeVar("R")
+F = TypeVar("F", bound=RowFile[Any])
 
 OnRun = Callable[[int, int], None]
 """Called with the number of finished runs and the number of all runs, at the start and after each run."""
 
 
+@overload
 def run_study(
     study: Study, path: str | Path, *, workers: int = 1, dask: str | None = None, on_run: OnRun | None = None
-) -> Rows:
+) -> Rows: ...
+
+
+@overload
+def run_study(
+    study: MovingStudy, path: str | Path, *, workers: int = 1, dask: str | None = None, on_run: OnRun | None = None
+) -> MovingRows: ...
+
+
+def run_study(
+    study: Study | MovingStudy,
+    path: str | Path,
+    *,
+    workers: int = 1,
+    dask: str | None = None,
+    on_run: OnRun | None = None,
+) -> Rows | MovingRows:
     """Run those runs of a study that are not in the file yet.
 
     Parameters
     ----------
     study
-        Scenarios x planners x budgets x seeds.
+        Scenarios x planners x budgets x seeds, or a `MovingStudy`: scenarios x movers x policies x seeds.
     path
         The SQLite file of the rows, which is created if it does not exist. Each row is stored as soon as its run ends,
         so that an interrupted study continues where it was.
@@ -37,7 +60,7 @@ def run_study(
 
     Returns
     -------
-    Rows
+    Rows or MovingRows
         The open file.
 
     Raises
@@ -45,9 +68,14 @@ def run_study(
     InputError
         If the study cannot be run, or the file has rows of another study with the same labels.
     """
-    rows = Rows(path)
+    if isinstance(study, MovingStudy):
+        return _run(study.jobs(), MovingRows(path), workers=workers, dask=dask, on_run=on_run)
+    return _run(study.jobs(), Rows(path), workers=workers, dask=dask, on_run=on_run)
+
+
+def _run(jobs: Iterable[StudyJob[R]], rows: F, *, workers: int, dask: str | None, on_run: OnRun | None) -> F:
     try:
-        run_jobs(study.jobs(), rows, workers=workers, dask=dask, on_run=on_run)
+        run_jobs(jobs, rows, workers=workers, dask=dask, on_run=on_run)
     except BaseException:
         rows.close()
         raise
@@ -55,7 +83,12 @@ def run_study(
 
 
 def run_jobs(
-    jobs: Iterable[Job], rows: Rows, *, workers: int = 1, dask: str | None = None, on_run: OnRun | None = None
+    jobs: Iterable[StudyJob[R]],
+    rows: RowFile[R],
+    *,
+    workers: int = 1,
+    dask: str | None = None,
+    on_run: OnRun | None = None,
 ) -> None:
     """Run those jobs that have no row yet; see `run_study`.
 
@@ -70,9 +103,8 @@ def run_jobs(
         raise InputError(f"expected a whole number from 1 on, found {workers!r}", field="workers")
     wanted = list(jobs)
     pending = _pending(wanted, rows)
-    rows.expect("scenario", dict.fromkeys(job.case.label for job in wanted))
-    rows.expect("planner", dict.fromkeys(job.label for job in wanted))
-    rows.expect("budget", dict.fromkeys(job.budget for job in wanted))
+    for place, kind in enumerate(rows.label_kinds):
+        rows.expect(kind, dict.fromkeys(str(job.run[place]) for job in wanted))
     note = on_run or (lambda done, total: None)
     before, total = len(wanted) - len(pending), len(wanted)
     note(before, total)
@@ -84,7 +116,7 @@ def run_jobs(
             note(done, total)
 
 
-def _finished(jobs: Sequence[Job], workers: int, dask: str | None) -> Generator[tuple[Job, Row]]:
+def _finished(jobs: Sequence[StudyJob[R]], workers: int, dask: str | None) -> Generator[tuple[StudyJob[R], R]]:
     if dask is not None:
         from skyverse.lab.dask_cluster import on_dask
 
@@ -92,8 +124,8 @@ def _finished(jobs: Sequence[Job], workers: int, dask: str | None) -> Generator[
     return in_process(jobs) if workers == 1 else on_workers(jobs, workers)
 
 
-def _pending(wanted: Sequence[Job], rows: Rows) -> list[Job]:
-    seen: set[tuple[str, str, str, int]] = set()
+def _pending(wanted: Sequence[StudyJob[R]], rows: RowFile[R]) -> list[StudyJob[R]]:
+    seen: set[tuple[str | int, ...]] = set()
     done = rows.done()
     pending = []
     for job in wanted:
@@ -104,7 +136,7 @@ def _pending(wanted: Sequence[Job], rows: Rows) -> list[Job]:
             continue
         if done and rows.key(*job.run) is not None:
             raise InputError(
-                f"{rows.path}: holds the run {job}, but of another scenario, planner, budget, assignment or "
+                f"{rows.path}: holds the run {job}, but of another {', '.join(rows.label_kinds)}, assignment or "
                 "version of skyverse; give another file or folder"
             )
         pending.append(job)

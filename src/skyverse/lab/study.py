@@ -1,8 +1,6 @@
 """Studies: scenarios x planners x budgets x seeds, as objects and as files."""
 
-import os
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -11,9 +9,20 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSeriali
 from skyverse.atomic import write_text
 from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError
-from skyverse.files import BUILTIN_NAMES, read_scenario
+from skyverse.files import read_scenario
 from skyverse.files.document import explained, parse, read_text
 from skyverse.lab.run_job import Case, Job
+from skyverse.lab.study_fields import (
+    Count,
+    ScenarioStudy,
+    Seeds,
+    StudyModel,
+    StudyScenario,
+    as_tuple,
+    label_of,
+    named_by,
+    refuse_doubles,
+)
 from skyverse.mission.plan_mission import Assignment
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import temporary_zones
@@ -28,21 +37,6 @@ _RULES = {
     "iterations": MaxIterations,
     "seconds": MaxSeconds,
 }
-
-
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class StudyScenario(_Model):
-    """A scenario, by built-in name or file, and its label, which by default is the name or the stem of the file."""
-
-    label: str = ""
-    file: str
-
-    @model_validator(mode="after")
-    def _labelled(self) -> Self:
-        return self if self.label else self.model_copy(update={"label": _label(self.file)})
 
 
 class StudyPlanner(BaseModel):
@@ -67,10 +61,7 @@ class StudyPlanner(BaseModel):
         return make_planner(self.planner, **(self.model_extra or {}))
 
 
-Count = Annotated[int, Field(ge=1)]
-
-
-class Budget(_Model):
+class Budget(StudyModel):
     """The budget of each UAV's search: exactly one of these limits."""
 
     paths: Count | None = None
@@ -104,43 +95,12 @@ class Budget(_Model):
         return _RULES[self._unit](self._amount)
 
 
-def _label(name: str) -> str:
-    return name if name in BUILTIN_NAMES else Path(name).stem
-
-
-def _listed(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list | tuple) else (value,)
-
-
-MAX_SEEDS = 1_000_000
-
-
-def _seeds(value: Any) -> Any:
-    if isinstance(value, int) and not isinstance(value, bool):
-        if value < 1:
-            raise ValueError("expected how many, from 1 on, or a list of seeds")
-        if value > MAX_SEEDS:
-            raise ValueError(f"expected at most {MAX_SEEDS:,}")
-        return tuple(range(value))
-    if not isinstance(value, list | tuple):
-        raise ValueError("expected how many, or a list of seeds")
-    return tuple(value)
-
-
-def _named(key: str) -> BeforeValidator:
-    return BeforeValidator(lambda value: {key: value} if isinstance(value, str) else value)
-
-
 def _one_or_list(budgets: tuple[Budget, ...]) -> Any:
     said = [budget.model_dump(exclude_unset=True) for budget in budgets]
     return said[0] if len(said) == 1 else said
 
 
-def _count_or_list(seeds: tuple[int, ...]) -> int | list[int]:
-    return len(seeds) if seeds == tuple(range(len(seeds))) else list(seeds)
-
-
-class Study(_Model):
+class Study(ScenarioStudy):
     """A comparison: all planners on all scenarios, with all budgets and seeds.
 
     Attributes
@@ -162,22 +122,13 @@ class Study(_Model):
     """
 
     format: Literal["skyverse/study/1"] = "skyverse/study/1"
-    name: Annotated[str, Field(min_length=1)] = "study"
-    scenarios: Annotated[
-        tuple[Annotated[StudyScenario, _named("file")], ...], BeforeValidator(_listed), Field(min_length=1)
-    ]
     planners: Annotated[
-        tuple[Annotated[StudyPlanner, _named("planner")], ...], BeforeValidator(_listed), Field(min_length=1)
+        tuple[Annotated[StudyPlanner, named_by("planner")], ...], BeforeValidator(as_tuple), Field(min_length=1)
     ]
-    seeds: Annotated[
-        tuple[Annotated[int, Field(ge=0)], ...],
-        BeforeValidator(_seeds),
-        PlainSerializer(_count_or_list),
-        Field(min_length=1, validate_default=True),
-    ] = 30  # type: ignore[assignment]
+    seeds: Seeds = 30  # type: ignore[assignment]
     budget: Annotated[
         tuple[Budget, ...],
-        BeforeValidator(_listed),
+        BeforeValidator(as_tuple),
         PlainSerializer(_one_or_list),
         Field(min_length=1, validate_default=True),
     ] = {"paths": 1000}  # type: ignore[assignment]
@@ -185,15 +136,10 @@ class Study(_Model):
 
     @model_validator(mode="after")
     def _unlike(self) -> Self:
-        for noun, names in (
-            ("labels of scenarios", Counter[object](given.label for given in self.scenarios)),
-            ("labels of planners", Counter[object](contender.label for contender in self.planners)),
-            ("budget", Counter[object](budget.label for budget in self.budget)),
-            ("seeds", Counter[object](self.seeds)),
-        ):
-            name, count = names.most_common(1)[0]
-            if count > 1:
-                raise ValueError(f"{noun} must differ, but {name!r} stands {count} times")
+        refuse_doubles("labels of scenarios", [given.label for given in self.scenarios])
+        refuse_doubles("labels of planners", [contender.label for contender in self.planners])
+        refuse_doubles("budget", [budget.label for budget in self.budget])
+        refuse_doubles("seeds", self.seeds)
         return self
 
     def jobs(self) -> Iterator[Job]:
@@ -232,17 +178,6 @@ class Study(_Model):
                 "on the lattice, found 'nodes', which paths of straight legs have none of"
             )
 
-    def seen_from(self, folder: Path) -> "Study":
-        """Return the study with the paths of its scenarios' files relative to `folder`."""
-        return self._with_files(lambda file: Path(os.path.relpath(file, folder)).as_posix())
-
-    def _with_files(self, moved: Callable[[str], str]) -> "Study":
-        given = (
-            each if each.file in BUILTIN_NAMES else each.model_copy(update={"file": moved(each.file)})
-            for each in self.scenarios
-        )
-        return self.model_copy(update={"scenarios": tuple(given)})
-
 
 def read_study(path: str | Path) -> Study:
     """Read a study file, YAML or JSON; the paths of scenarios in it are relative to the file."""
@@ -261,7 +196,7 @@ def study_from_data(source: object, data: Any, folder: Path = Path()) -> Study:
     except ValidationError as error:
         known = {*Study.model_fields, *StudyScenario.model_fields, *StudyPlanner.model_fields, *Budget.model_fields}
         raise explained(source, error, data, known) from None
-    return study._with_files(lambda file: str(folder / file))
+    return study.with_files(lambda file: str(folder / file))
 
 
 def write_study(study: Study, path: Path) -> None:
@@ -269,7 +204,7 @@ def write_study(study: Study, path: Path) -> None:
     data = study.seen_from(path.parent).model_dump(mode="json")
     for things, key in ((data["scenarios"], "file"), (data["planners"], "planner")):
         for k, thing in enumerate(things):
-            if thing["label"] == _label(thing[key]) and len(thing) == 2:
+            if thing["label"] == label_of(thing[key]) and len(thing) == 2:
                 things[k] = thing[key]
     write_text(path, yaml_text(data))
 

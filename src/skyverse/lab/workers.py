@@ -7,19 +7,20 @@ from collections import deque
 from collections.abc import Generator, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection, wait
-from typing import Any
+from typing import Any, TypeVar
 
 from skyverse.errors import InputError
 from skyverse.interrupt import on_interrupt
-from skyverse.lab.row import Row
-from skyverse.lab.run_job import Job, run_job, warm_up
+from skyverse.lab.jobs import StudyJob, warm_up
+
+R = TypeVar("R")
 
 
 class WorkerError(RuntimeError):
     """A run ended its process twice, or the connection to a cluster was lost."""
 
 
-def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
+def in_process(jobs: Sequence[StudyJob[R]]) -> Generator[tuple[StudyJob[R], R]]:
     """Run one job after another in this process; Ctrl-C takes effect after the run, a second Ctrl-C at once."""
     interrupts: list[int] = []
 
@@ -29,12 +30,12 @@ def in_process(jobs: Sequence[Job]) -> Generator[tuple[Job, Row]]:
 
     with on_interrupt(catch):  # an exception raised inside a kernel may crash the process
         for job in jobs:
-            yield job, run_job(job)
+            yield job, job.row()
             if interrupts:
                 raise KeyboardInterrupt
 
 
-def on_workers(jobs: Sequence[Job], workers: int) -> Generator[tuple[Job, Row]]:
+def on_workers(jobs: Sequence[StudyJob[R]], workers: int) -> Generator[tuple[StudyJob[R], R]]:
     """Run jobs on spawned processes, each one job at a time, and yield each job with its row as it finishes.
 
     The first process compiles the kernels before the others begin. A process that dies is replaced, and its job is run
@@ -85,10 +86,10 @@ class _Worker:
         with on_interrupt(signal.SIG_IGN):  # from its first instant, since this process handles Ctrl-C
             self.process.start()
         theirs.close()
-        self.job: Job | None = None
+        self.job: StudyJob[Any] | None = None
         self.attempt = 0
 
-    def take(self, waiting: deque[tuple[Job, int]]) -> None:
+    def take(self, waiting: deque[tuple[StudyJob[R], int]]) -> None:
         """Take the next job, if there is one."""
         self.job = None
         if waiting:
@@ -115,7 +116,7 @@ class _Worker:
         return died
 
 
-def _prepare(worker: _Worker, jobs: list[Job]) -> None:
+def _prepare(worker: _Worker, jobs: list[StudyJob[R]]) -> None:
     """Let one process compile the kernels; if it dies, the runs themselves will report why."""
     with suppress(OSError, EOFError):
         worker.connection.send(jobs)
@@ -128,12 +129,12 @@ def _serve(connection: Connection) -> None:
     with suppress(EOFError, OSError):
         while True:
             task = connection.recv()
-            answer: Row | Exception | None = None
+            answer: object = None
             try:
-                if isinstance(task, Job):
-                    answer = run_job(task)
-                else:
+                if isinstance(task, list):
                     warm_up(task)
+                else:
+                    answer = task.row()
             except InputError as error:
                 answer = error
             except Exception:

@@ -148,8 +148,8 @@ class _Search:
         found = _Candidate(begin, durations, rows, way, begin + passed)
         if self.around.world.speed_zones:
             motion = Trajectory(np.append(0.0, np.cumsum(durations)), rows)
-            left = way.points[int(np.sum(passed <= looked_at)) :]
-            dearer += self.seconds_lost(motion.at([looked_at]).position[0], left)
+            ahead = way.points[int(np.sum(passed <= looked_at)) :]
+            dearer += self.seconds_lost(motion.at([looked_at]).position[0], ahead)
         return found, begin + arrival + dearer
 
     def seconds_lost(self, place: Floats, points: Floats) -> float:

@@ -1,19 +1,21 @@
 """Flights in which a replanner is told what sensors see, and UAVs fly exactly what it answers."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from skyverse.errors import InputError
 from skyverse.live.replan import Replan
-from skyverse.live.replanner import Replanner
 from skyverse.live.sensor import HiddenObstacles, seen_movers
 from skyverse.live.sighting import Sighting
+from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
 from skyverse.model.shapes import Shape
+from skyverse.model.trajectory import Trajectory
 from skyverse.planners.base import Seed, seeded
 
 OnAnswers = Callable[[tuple[Replan, ...]], None]
@@ -29,8 +31,29 @@ class Observation:
     obstacles: tuple[Shape, ...]
 
 
+class InFlight(Protocol):
+    """A mission in flight, as a `Replanner` or a `PolicyFlight`: observations in, motions out."""
+
+    @property
+    def mission(self) -> Mission:
+        """What is flown."""
+
+    @property
+    def lead(self) -> float:
+        """Seconds from an observation at which a new motion begins."""
+
+    def observe(self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape]) -> tuple[Replan, ...]:
+        """Take in what was seen at an instant, and replan all UAVs."""
+
+    def motion(self, uav: int) -> Trajectory:
+        """Return what a UAV flies from now on."""
+
+    def arrival(self, uav: int) -> float | None:
+        """Return the instant at which a UAV's motion ends at its target, or ``None``."""
+
+
 def fly_closed_loop(
-    replanner: Replanner,
+    replanner: InFlight,
     truth: Scenario,
     sensor: Sensor,
     *,
@@ -43,7 +66,7 @@ def fly_closed_loop(
     Parameters
     ----------
     replanner
-        Of the mission. Afterwards, `Replanner.flown` tells what was flown.
+        Of the mission, or another that answers observations. Afterwards, its `flown` tells what was flown.
     truth
         The mission's scenario with all movers, which move as they state, and all obstacles that there are.
     sensor

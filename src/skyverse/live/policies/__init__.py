@@ -1,0 +1,33 @@
+"""Replanning policies by name: ways in which a UAV in flight finds its way anew."""
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from skyverse.live.policies.policy import Policy
+
+_CLASSES = {
+    "from-scratch": "from_scratch.FromScratch",
+    "kept-population": "kept_population.KeptPopulation",
+    "velocity-obstacles": "velocity_obstacles.VelocityObstacles",
+    "wait": "wait.Wait",
+}
+
+POLICY_NAMES = tuple(_CLASSES)
+"""The names of the policies in files."""
+
+
+def make_policy(name: str, **settings: object) -> "Policy":
+    """Return the policy of that name with these settings.
+
+    Raises
+    ------
+    ValueError
+        If there is no such policy, or a setting has a value that it cannot have.
+    TypeError
+        If there is no such setting.
+    """
+    if name not in _CLASSES:
+        raise ValueError(f"there is no policy {name!r}; there are {', '.join(POLICY_NAMES)}")
+    module, _, cls = _CLASSES[name].partition(".")
+    return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
