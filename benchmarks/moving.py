@@ -7,6 +7,8 @@ UAVs' speed, and the first seed.
 
 ``--swaps`` plans fleets instead that exchange sides through tunnels 1 to 2 m wide, and through mazes: how many are
 resolved and proven, how many times as late the last UAV arrives as on the longest flight alone, and how long it takes.
+``--spinners`` plans ten UAVs that exchange the sides of a forest or a maze among four spinners, which are as fast as
+the UAVs, and twice as fast. ``--fleets`` says which of these fleets are planned.
 
 ``--mvo`` plans with MVO instead, with the price of contact in its cost and without it: how many missions are proven
 whose UAVs depart at once, whatever they meet, and how many where they may also wait, fly slowly or take detours.
@@ -80,16 +82,30 @@ def metaheuristics(name: str, kind: MoverKind, given: argparse.Namespace) -> lis
 
 WIDTHS = (1.0, 1.25, 1.5, 2.0)
 """Of tunnels, metres; one seed after another has the next one."""
-FLEETS = ("tunnel", 10), ("tunnel", 20), ("tunnel", 40), ("tunnel", 60), ("maze", 20)
+SWAPS = ("tunnel-10", "tunnel-20", "tunnel-40", "tunnel-60", "maze-20")
+SPINNERS = ("forest-10-1", "forest-10-2", "maze-10-1", "maze-10-2")
+"""Fleets among spinners: how many UAVs, and how many times as fast as they the spinners are."""
 
 
-def swaps(kind: str, uavs: int, given: argparse.Namespace) -> list[str]:
+def fleet(name: str, seed: int) -> sky.Scenario:
+    """Return a fleet that exchanges sides: the kind, how many UAVs, and the speed of four spinners, if any."""
+    kind, uavs, *speed = name.split("-")
+    if kind == "tunnel":
+        made = sky.tunnel_swap(int(uavs), width=WIDTHS[seed % len(WIDTHS)], seed=seed)
+    else:
+        made = (sky.forest_swap if kind == "forest" else sky.random_maze)(int(uavs), seed=seed)
+    if not speed:
+        return made
+    fast = float(speed[0]) * made.uavs[0].max_speed
+    return sky.random_movers(made, 4, kind="spinners", speed=fast, seed=seed)
+
+
+def swaps(name: str, given: argparse.Namespace) -> list[str]:
     """Plan fleets that exchange sides and return a row of the table; the others are told with their pairs."""
     later, seconds, resolved = [], [], 0
-    for seed in range(given.count):
-        tunnel = kind == "tunnel"
-        width = WIDTHS[seed % len(WIDTHS)]
-        scenario = sky.tunnel_swap(uavs, width=width, seed=seed) if tunnel else sky.random_maze(uavs, seed=seed)
+    first = given.first
+    for seed in range(first, first + given.count):
+        scenario = fleet(name, seed)
         began = time.process_time()
         mission = sky.plan_mission(scenario, assignment="identity")
         seconds.append(time.process_time() - began)
@@ -104,7 +120,7 @@ def swaps(kind: str, uavs: int, given: argparse.Namespace) -> list[str]:
             )
     shares = [f"{statistics.median(later):.1f}", f"{max(later):.1f}"] if later else ["", ""]
     times = [f"{statistics.median(seconds):.1f} s", f"{max(seconds):.1f} s"]
-    return [kind, str(uavs), f"{resolved} of {given.count}", *shares, *times]
+    return [name, f"{resolved} of {given.count}", *shares, *times]
 
 
 def main() -> None:
@@ -116,12 +132,16 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=0.2, help="of movers, as a share of the UAVs'; 0.2 by default")
     parser.add_argument("--seeds", type=int, default=41_000, metavar="FROM", help="the first seed; 41000 by default")
     parser.add_argument("--swaps", action="store_true", help="plan fleets that exchange sides, without movers")
+    parser.add_argument("--spinners", action="store_true", help="plan fleets that exchange sides among four spinners")
+    parser.add_argument("--fleets", nargs="+", default=(), metavar="FLEET", help="such as tunnel-10 or forest-10-2")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="of such fleets, the first; 0 by default")
     parser.add_argument("--mvo", action="store_true", help="plan with MVO, with and without the price of contact")
     given = parser.parse_args()
     print(f"{describe()}\n")
-    if given.swaps:
-        rows = [swaps(*fleet, given) for fleet in FLEETS]
-        table(["fleet", "UAVs", "proven", "times as late: median", "at most", "planning: median", "at most"], rows)
+    fleets = [*given.fleets, *(SWAPS if given.swaps else ()), *(SPINNERS if given.spinners else ())]
+    if fleets:
+        rows = [swaps(name, given) for name in fleets]
+        table(["fleet", "proven", "times as late: median", "at most", "planning: median", "at most"], rows)
         return
     if given.mvo:
         rows = [

@@ -142,6 +142,7 @@ from .referee import check_result as check_result
 from .samples.circle import circle_swap as circle_swap
 from .samples.city import random_city as random_city
 from .samples.city import random_downtown as random_downtown
+from .samples.forest import forest_swap as forest_swap
 from .samples.jacksboro import jacksboro as jacksboro
 from .samples.maze import random_maze as random_maze
 from .samples.movers import random_movers as random_movers

@@ -17,6 +17,7 @@ from skyverse.model.trajectory import joined
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.space.moving_shapes import moving_shapes
+from skyverse.space.timed_shapes import TimedShape
 from skyverse.space.world import World
 from skyverse.trajectory.limits import limits_of
 from skyverse.trajectory.rest_to_rest import rest_to_rest
@@ -78,8 +79,8 @@ CELLS = st.sets(st.tuples(st.integers(0, 4), st.integers(0, 2)), min_size=5, max
 
 
 @settings(max_examples=40)
-@drawn(CELLS, st.integers(1, 3), st.integers(0, 2**32 - 1))
-def test_the_search_arrives_when_a_brute_force_search_over_ticks_does(cells, others, seed):
+@drawn(CELLS, st.integers(1, 3), st.integers(0, 2**32 - 1), st.booleans())
+def test_the_search_arrives_when_a_brute_force_search_over_ticks_does(cells, others, seed, as_movers):
     rng = np.random.default_rng(seed)
     graph = lattice_or_none(cells)
     if graph is None:
@@ -97,14 +98,22 @@ def test_the_search_arrives_when_a_brute_force_search_over_ticks_does(cells, oth
         departures.append(float(rng.integers(0, 4)))
         flights.append(rest_to_rest(graph.points[way], UAV, start=departures[-1]))
         store.add(flights[-1])
-    n = len(flights)
-    schedule = Schedule(np.arange(n), np.array(departures), np.ones(n))
-    movers = moving_shapes([], sky.TrackingError())
-    known = make_others(*store.arrays, schedule, np.full((n, 2), SEPARATION), movers, 0.0)
+    n = 0 if as_movers else len(flights)
+    schedule = Schedule(np.arange(n), np.array(departures[:n]), np.ones(n))
+    movers = moving_shapes([mover_along(flight) for flight in flights[n:]], sky.TrackingError())
+    horizon = max(flight.end for flight in flights) + 60.0 if as_movers else 0.0
+    known = make_others(*store.arrays, schedule, np.full((n, 2), SEPARATION), movers, horizon)
     source, target = rng.integers(len(graph.points), size=2).tolist()
     left = seconds_to(graph, profiles, target)
-    found = earliest_arrival(graph, profiles, known, left, (source, target), 0.0, 1.0, 100_000)
+    found = earliest_arrival(graph, profiles, known, left, (source, target), 0.0, 1.0, 100_000, np.inf)
     arrival = found.arrivals[-1] if len(found.vertices) else np.inf
+    for latest, there in ((arrival + 1e-6, True), (arrival - 1e-3, False)):
+        bounded = earliest_arrival(graph, profiles, known, left, (source, target), 0.0, 1.0, 100_000, latest)
+        if source != target and arrival < np.inf:
+            assert (len(bounded.vertices) > 0) == there
+            assert not there or bounded.arrivals[-1] == pytest.approx(arrival, abs=1e-9)
+    if as_movers and arrival >= horizon:
+        arrival = np.inf  # movers do not count any more
     tick = profiles[0, SECONDS] / PARTS
     assert arrival <= ticked(graph, profiles, flights, source, target, 1.25 * SEPARATION) + tick
     assert arrival >= ticked(graph, profiles, flights, source, target, 0.8 * SEPARATION) - tick
@@ -116,6 +125,12 @@ def test_the_search_arrives_when_a_brute_force_search_over_ticks_does(cells, oth
             for flight in flights:
                 gaps = np.linalg.norm(flight.at(departure + instants).position - places, axis=1)
                 assert gaps.min() >= SEPARATION
+
+
+def mover_along(flight):
+    """A sphere that moves as a flight does, from which others keep the separation."""
+    motion = sky.PolynomialMotion(knots=flight.knots.tolist(), coefficients=flight.coefficients.tolist())
+    return TimedShape(sky.Sphere(centre=(0, 0, 0), radius=SEPARATION), motion, sky.Doubt(), 0.0)
 
 
 def lattice_or_none(cells):
@@ -232,3 +247,19 @@ def test_a_uav_lets_a_mover_pass_in_a_bay():
     assert mission.certificates[0].verdict is Verdict.PROVEN
     assert {action.kind for action in mission.deconfliction.actions} == {"wait"}
     assert 6.0 < mission.makespan < 15.0
+
+
+def test_a_detour_and_a_wait_together_are_found_where_they_arrive_first():
+    shut = {"min": (10, 0, 0), "max": (10.5, 1.2, 2), "name": "near door", "active": [[0, 600]]}
+    slow = {"min": (10, 18.8, 0), "max": (10.5, 20, 2), "name": "far door", "active": [[0, 40]]}
+    walls = [sky.Box(min=(10, 1.2, 0), max=(10.5, 18.8, 2))]
+    given = room_of(walls, [sky.UAV(start=(1, 0.6, 1))], [(19, 0.6, 1)], width=20.0, high=2.0)
+    given = sky.Scenario.model_validate({**dict(given), "zones": [sky.Box(**shut), sky.Box(**slow)]})
+    mission = sky.plan_mission(given, sky.Taut())
+    assert mission.violations == ()
+    assert mission.certificates[0].verdict is Verdict.PROVEN
+    open_door = room_of([*walls, sky.Box(min=shut["min"], max=shut["max"])], given.uavs, [(19, 0.6, 1)], 20.0, 2.0)
+    around = sky.plan_mission(open_door, sky.Taut()).makespan
+    assert mission.makespan < 40.0 + around
+    whole = " ".join(action.sentence for action in mission.deconfliction.actions)
+    assert whole.count("instead of") == 1  # the figures are told once

@@ -1,4 +1,4 @@
-"""Fleets that exchange sides through a tunnel or a maze: who is where, what is free, and what is refused."""
+"""Fleets that exchange sides through a tunnel, a maze or a forest: who is where, what is free, and what is refused."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,10 @@ import pytest
 import skyverse as sky
 from skyverse.problem import Airspace, Problem
 
-MADE = [sky.tunnel_swap(20, width=1.0, seed=3), sky.random_maze(20, seed=3)]
+MADE = [sky.tunnel_swap(20, width=1.0, seed=3), sky.random_maze(20, seed=3), sky.forest_swap(20, seed=3)]
 
 
-@pytest.mark.parametrize("given", MADE, ids=["tunnel", "maze"])
+@pytest.mark.parametrize("given", MADE, ids=["tunnel", "maze", "forest"])
 def test_each_uav_flies_to_the_start_of_one_on_the_other_side(given):
     n = len(given.uavs)
     starts, ends = np.array([uav.start for uav in given.uavs]), np.array([t.position for t in given.targets])
@@ -20,7 +20,7 @@ def test_each_uav_flies_to_the_start_of_one_on_the_other_side(given):
     assert (starts[n // 2 :, 0] > middle + 2).all()
 
 
-@pytest.mark.parametrize("given", MADE, ids=["tunnel", "maze"])
+@pytest.mark.parametrize("given", MADE, ids=["tunnel", "maze", "forest"])
 def test_every_uav_has_a_way_and_nobody_is_given_too_close(given):
     airspace = Airspace(given)
     for uav in range(len(given.uavs)):
@@ -40,9 +40,18 @@ def test_all_cells_of_a_maze_are_joined(seed):
     assert all(sky.Taut(proof=0).plan(Problem(airspace, 0, k)).status.reached for k in range(25))
 
 
+def test_a_uav_can_pass_between_any_two_trees():
+    trees = sky.forest_swap(2, trees=50, seed=1).obstacles
+    assert len(trees) == 50
+    places, radii = np.array([tree.centre for tree in trees]), np.array([tree.radius for tree in trees])
+    gaps = np.linalg.norm(places[:, None] - places, axis=2) - radii[:, None] - radii
+    assert gaps[np.triu_indices(50, 1)].min() >= 0.8
+
+
 def test_the_same_seed_makes_the_same_scenario_and_another_one_another():
     assert sky.tunnel_swap(4, seed=1) == sky.tunnel_swap(4, seed=1) != sky.tunnel_swap(4, seed=2)
     assert sky.random_maze(4, seed=1) == sky.random_maze(4, seed=1) != sky.random_maze(4, seed=2)
+    assert sky.forest_swap(4, seed=1) == sky.forest_swap(4, seed=1) != sky.forest_swap(4, seed=2)
 
 
 @pytest.mark.parametrize(
@@ -55,6 +64,8 @@ def test_the_same_seed_makes_the_same_scenario_and_another_one_another():
         (lambda: sky.random_maze(0), "random_maze's uavs is an even number from 2 to 40, not 0"),
         (lambda: sky.random_maze(4, cells=2), "random_maze's cells is a whole number from 3 to 20, not 2"),
         (lambda: sky.random_maze(4, seed=0.5), "random_maze's seed is a whole number from 0 on, not 0.5"),
+        (lambda: sky.forest_swap(9), "forest_swap's uavs is an even number from 2 to 40, not 9"),
+        (lambda: sky.forest_swap(4, trees=51), "forest_swap's trees is a whole number from 0 to 50, not 51"),
         (lambda: sky.random_maze(40, cells=3), "there is no space for 20 UAVs that are 0.8 m apart"),
     ],
 )

@@ -14,7 +14,7 @@ from skyverse.flight.vehicle import vehicle_of
 from skyverse.flight.weather import Weather
 from skyverse.maps.readers.octomap import read_octomap
 from skyverse.maps.readers.voxelise import touched
-from skyverse.space.moving_shapes import mover_gaps, moving_shapes
+from skyverse.space.moving_shapes import first_too_near, mover_gaps, moving_shapes
 from skyverse.space.timed_shapes import timed_shapes
 
 FEW = sky.MaxIterations(3)
@@ -222,7 +222,10 @@ def flights_among_movers():
     given = sky.Scenario(**{**dict(swap), "movers": movers, "zones": zones})
     sky.plan_mission(given, sky.Taut(), rng=1, assignment="identity")
     instants = np.linspace(0, 12, 40)
-    mover_gaps(moving_shapes(timed_shapes(given), sky.TrackingError()), instants, np.zeros((40, 3)))
+    shapes = moving_shapes(timed_shapes(given), sky.TrackingError())
+    mover_gaps(shapes, instants, np.zeros((40, 3)))
+    for m in range(len(shapes.kind)):
+        first_too_near(shapes, m, np.zeros(3), 0.0, 12.0)
 
 
 def flights_replanned():

@@ -53,7 +53,7 @@ def check(
     """
     import skyverse as sky
     from skyverse.referee import judge
-    from skyverse.space.later_zones import later_zone_cautions
+    from skyverse.space.later_cautions import later_cautions
 
     judged = sky.read_mission(mission)
     world, judged_by = judging_scenario(judged, scenario)
@@ -70,7 +70,7 @@ def check(
     for certificate in (*certificates.trajectories, apart):
         if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
             print(f"proven: {certificate.sentence}", file=aside)
-    for caution in later_zone_cautions(world, judged.trajectories):
+    for caution in later_cautions(world, judged.trajectories):
         print(caution, file=aside)
     claims = [one for one in sky.check_optimality(world, judged) if one is not None] if optimality else []
     for claim in claims:

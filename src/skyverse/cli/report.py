@@ -29,7 +29,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
     from skyverse.model.seconds import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
-    from skyverse.space.later_zones import later_zone_cautions
+    from skyverse.space.later_cautions import later_cautions
     from skyverse.space.named_columns import named_columns
 
     if as_json:
@@ -66,7 +66,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
             if named:
                 print(named)
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
-    for caution in later_zone_cautions(mission.scenario, mission.trajectories):
+    for caution in later_cautions(mission.scenario, mission.trajectories):
         print(caution)
     for path in written:
         print(path)
@@ -74,7 +74,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
 
 def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
     """Return what became of each UAV, the verdict, and where the files are, as plain data."""
-    from skyverse.space.later_zones import later_zone_cautions
+    from skyverse.space.later_cautions import later_cautions
 
     costs = mission.costs if mission.complete else {}
     return {
@@ -92,7 +92,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
         "provenance": asdict(mission.provenance),
         "uavs": _uav_data(mission),
         "violations": [violation_data(v) for v in mission.violations],
-        "cautions": later_zone_cautions(mission.scenario, mission.trajectories),
+        "cautions": later_cautions(mission.scenario, mission.trajectories),
     }
 
 

@@ -53,6 +53,9 @@ class CandidatePool:
         Whether there are movers, or zones with active times, which count as movers that stand still for a while.
     end
         Seconds into the mission until which UAVs must be clear of movers where they have arrived.
+    tries, most_tries
+        Detours, and searches in space and time, that brought no earlier arrival so far; and after how many of them
+        nothing more is tried only to arrive earlier.
     """
 
     def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory, stop: Stop | None = None) -> None:
@@ -68,11 +71,17 @@ class CandidatePool:
         self.is_dynamic = is_dynamic(self.scenario)
         self._parked: dict[int, Candidate] = {}
         self.end = 0.0
+        self.tries, self.most_tries = 0, 0
 
     @property
     def cancelled(self) -> bool:
         """Whether the search is to end with what it has."""
         return self._stop is not None and self._stop.cancelled
+
+    @property
+    def spent(self) -> bool:
+        """Whether nothing more is to be tried only to arrive earlier."""
+        return self.tries >= self.most_tries
 
     def add_planned(
         self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory | None

@@ -2,9 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.forbidden_departures import TICK
+from skyverse.deconfliction.space_time.waiting_flights import WaitingFlights
 from skyverse.deconfliction.traffic import Traffic
 from skyverse.model.active_times import active_spans
 from skyverse.model.scenario import Scenario
@@ -20,14 +23,18 @@ LONGEST_CLOSURE = 3600.0
 """Seconds into the mission: no UAV waits for a zone that closes later."""
 MAX_HEEDED = 4
 """How often a path is led around more zones, since it met others."""
+SEARCHES = 2
+"""Searches in space and time in one turn, each for an earlier arrival than the one before; later in a long run one."""
 MAX_DETOURS = 6
 """Detours that are planned in one turn, by the best estimates, around one place of conflict."""
 MAX_GATES = 2
 """Gates that a detour leads through, one after the other."""
 
 
-def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[PlacedFlight]) -> PlacedFlight:
-    """Return how a UAV arrives first without a conflict: by its planned path, around zones, later, slower, or a detour.
+def choose_flight(
+    pool: CandidatePool, flights: WaitingFlights, planned: Candidate, placed: Sequence[PlacedFlight]
+) -> PlacedFlight:
+    """Return how a UAV arrives first without a conflict: by its planned path, later, slower, waiting, or by a detour.
 
     Where that is not possible, or the search is cancelled, it flies as planned.
 
@@ -35,6 +42,8 @@ def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[Plac
     ----------
     pool
         All candidates.
+    flights
+        Searches in space and time.
     planned
         The UAV's planned path.
     placed
@@ -56,8 +65,15 @@ def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[Plac
         around = heeding
     if around is not planned:
         in_conflict = pool.conflicts(around, departure, traffic)
+    if best is None or best.arrival > enough:
+        until = np.inf if best is None else best.arrival - TICK
+        waiting = flights.flight(planned, placed, until, searches=1 if pool.spent else SEARCHES)
+        if waiting is not None and waiting.arrival < until:
+            best = waiting
+        else:
+            pool.tries += 1
     for _ in range(MAX_GATES):
-        if best is not None and best.arrival <= enough:
+        if best is not None and (best.arrival <= enough or pool.spent):
             break
         share = pool.middle_conflict(around, traffic, in_conflict)
         if share is None:
@@ -70,7 +86,8 @@ def choose_flight(pool: CandidatePool, planned: Candidate, placed: Sequence[Plac
             detour = pool.detour(around, gate)
             if detour is None:
                 continue
-            best = later_or_slower(pool, detour, traffic, latest, best)
+            before, best = best, later_or_slower(pool, detour, traffic, latest, best)
+            pool.tries += best is before
             if best is None:
                 conflicts = int(pool.conflicts(detour, departure, traffic).sum())
                 if fewest is None or conflicts < fewest[0]:

@@ -11,6 +11,7 @@ from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.choose_flight import choose_flight
 from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.place_in_time import moved_to_front, place_in_time
+from skyverse.deconfliction.space_time.waiting_flights import WaitingFlights
 from skyverse.model.uav import UAV
 
 MAX_PROMOTIONS = 8
@@ -19,8 +20,10 @@ SMALL_FLEET = 32
 """UAVs up to which all first orders are tried; of a larger fleet only the first is."""
 MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT = 3, 4
 """Orders that follow from the first ones: at least, and for up to eight UAVs; of more UAVs fewer in proportion."""
+MIN_TRIES, TRIES_FOR_EACH = 40, 5
+"""Vain detours and searches after which nothing more is tried to arrive earlier: at least, and for each UAV."""
 MOST_FAILED = 1
-"""UAVs that may be left in conflict in the first order; with more, all are placed in space and time at once."""
+"""UAVs that the first order may leave in conflict; with more, all are placed in space and time at once."""
 DECIMALS = 6
 """Of the seconds that are compared, so that rounding decides nothing."""
 IN_THE_WAY = 0.5
@@ -44,28 +47,35 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
     in_conflict
         The UAVs in conflict; the others fly as planned unless one of a higher priority needs their place.
     """
-    n = len(planned)
+    n, flights = len(planned), WaitingFlights(pool, planned)
+    pool.most_tries = pool.tries + max(MIN_TRIES, TRIES_FOR_EACH * n)
+    at_once = cost_of([PlacedFlight(own, own.trajectory.start) for own in planned])
     best: list[PlacedFlight] | None = None
     placed: list[PlacedFlight] = []
     order: list[int] = []
     keys = first_keys(planned)[: None if n <= SMALL_FLEET else 1]
     if in_conflict:
-        first = _in_turn(pool, planned, priority_order(pool.scenario.uavs, planned, in_conflict, keys[0]), MOST_FAILED)
-        if sum(flight.in_conflict for flight in first) > MOST_FAILED and not pool.cancelled:
-            best = place_in_time(pool, planned)
-            if cost_of(best)[0] == 0 or n > SMALL_FLEET:
+        order = priority_order(pool.scenario.uavs, planned, in_conflict, keys[0])
+        first = _in_turn(pool, flights, planned, order, MOST_FAILED)
+        if cost_of(first)[0] > MOST_FAILED and not pool.cancelled:
+            best = place_in_time(pool, flights, planned)
+            if n > SMALL_FLEET:
                 return best
+            best = _improved(pool, flights, planned, best)
     for tried in range(len(keys) + max(MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT * 8 // max(n, 8))):
+        if best is not None and (cost_of(best) == at_once or (cost_of(best)[0] == 0 and pool.spent)):
+            break
         key = keys[tried] if tried < len(keys) else next_key(planned, order, placed)
-        placed, order = _in_best_order(pool, planned, priority_order(pool.scenario.uavs, planned, in_conflict, key))
+        order = priority_order(pool.scenario.uavs, planned, in_conflict, key)
+        placed, order = _in_best_order(pool, flights, planned, order)
         if best is None or cost_of(placed) < cost_of(best):
             best = placed
-        if pool.cancelled or cost_of(placed) == cost_of([PlacedFlight(own, own.trajectory.start) for own in planned]):
+        if pool.cancelled:
             break
     assert best is not None
     if cost_of(best)[0] > 0 and not pool.cancelled:
-        best = min(best, place_in_time(pool, planned), key=cost_of)
-    return _improved(pool, planned, best)
+        best = min(best, place_in_time(pool, flights, planned), key=cost_of)
+    return _improved(pool, flights, planned, best)
 
 
 def cost_of(placed: Sequence[PlacedFlight]) -> tuple[int, float, float]:
@@ -76,16 +86,16 @@ def cost_of(placed: Sequence[PlacedFlight]) -> tuple[int, float, float]:
 
 
 def _in_best_order(
-    pool: CandidatePool, planned: Sequence[Candidate], order: list[int]
+    pool: CandidatePool, flights: WaitingFlights, planned: Sequence[Candidate], order: list[int]
 ) -> tuple[list[PlacedFlight], list[int]]:
     """Return flights by an order, or by one in which those left in conflict go first, and the last order tried."""
-    placed = _in_turn(pool, planned, order)
+    placed = _in_turn(pool, flights, planned, order)
     for _ in range(MAX_PROMOTIONS):
         failed = [uav for uav in order if placed[uav].in_conflict]
         if not failed or pool.cancelled:
             break
         order = moved_to_front(order, failed)
-        again = _in_turn(pool, planned, order)
+        again = _in_turn(pool, flights, planned, order)
         if cost_of(again)[0] >= cost_of(placed)[0]:
             break
         placed = again
@@ -93,18 +103,24 @@ def _in_best_order(
 
 
 def _in_turn(
-    pool: CandidatePool, planned: Sequence[Candidate], order: Sequence[int], most_failed: float = math.inf
+    pool: CandidatePool,
+    flights: WaitingFlights,
+    planned: Sequence[Candidate],
+    order: Sequence[int],
+    most_failed: float = math.inf,
 ) -> list[PlacedFlight]:
     """Return the flights that the UAVs choose one after another, until more than so many are left in conflict."""
     placed: dict[int, PlacedFlight] = {}
     for uav in order:
         if sum(flight.in_conflict for flight in placed.values()) > most_failed:
             return [placed.get(u, PlacedFlight(planned[u], 0.0, in_conflict=True)) for u in range(len(planned))]
-        placed[uav] = choose_flight(pool, planned[uav], list(placed.values()))
+        placed[uav] = choose_flight(pool, flights, planned[uav], list(placed.values()))
     return [placed[uav] for uav in range(len(planned))]
 
 
-def _improved(pool: CandidatePool, planned: Sequence[Candidate], placed: list[PlacedFlight]) -> list[PlacedFlight]:
+def _improved(
+    pool: CandidatePool, flights: WaitingFlights, planned: Sequence[Candidate], placed: list[PlacedFlight]
+) -> list[PlacedFlight]:
     """Let each UAV that comes late, the last to arrive first, choose again among all the others."""
     for uav in sorted(range(len(planned)), key=lambda u: -placed[u].arrival):
         flight = placed[uav]
@@ -113,7 +129,7 @@ def _improved(pool: CandidatePool, planned: Sequence[Candidate], placed: list[Pl
         on_time = flight.arrival <= planned[uav].trajectory.end and not flight.in_conflict
         if flight.candidate.target is None or on_time:
             continue
-        again = choose_flight(pool, planned[uav], [other for other in placed if other is not flight])
+        again = choose_flight(pool, flights, planned[uav], [other for other in placed if other is not flight])
         earlier = again.in_conflict == flight.in_conflict and again.arrival < flight.arrival - TICK
         if flight.in_conflict > again.in_conflict or earlier:
             placed[uav] = again

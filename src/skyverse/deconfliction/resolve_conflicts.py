@@ -12,7 +12,7 @@ from skyverse.deconfliction.find_conflicts import find_conflicts
 from skyverse.model.mission import Mission
 from skyverse.model.short_lines import listed, told_point
 from skyverse.model.temporary_zones import is_closed_at_times, told_zone
-from skyverse.model.verdict import Action, Deconfliction
+from skyverse.model.verdict import Action, ActionKind, Deconfliction
 from skyverse.problem import Airspace
 from skyverse.space.timed_shapes import timed_shapes
 from skyverse.stop import Stop
@@ -100,21 +100,10 @@ def _actions(mission: Mission, resolution: Resolution, pool: CandidatePool) -> I
             there, instead = scenario.targets[candidate.target].name, scenario.targets[target].name
             now = f"{own.metres:.4g} m in {own.seconds:.2f} s"
             yield Action(uav, "exchange", f"{name} flies to {there}, not to {instead}: {now} {was}.")
-        for number in sorted(candidate.heeds):
-            zone, now = told_zone(scenario, number), f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
-            if is_closed_at_times(scenario.zones[number]):
-                yield Action(uav, "detour", f"{name} flies around {zone}: {now} {was}.")
-            else:
-                yield Action(uav, "slow down", f"{name} keeps the speed limit of {zone}: {now} {was}.")
-        if candidate.gates:
-            now = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
-            avoided = _avoided(pool, resolution, uav)
-            yield Action(uav, "detour", f"{name} leaves its path to avoid {avoided}: {now} {was}.")
-        if candidate.in_time:
-            now = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s"
-            waits = [f"{hover.seconds:.2f} s at {told_point(hover.place)}" for hover in candidate.hovers]
-            told = "waits " + ", then ".join(waits) if waits else "flies another way"
-            yield Action(uav, "wait", f"{name} {told} to let others pass: {now} {was}.")
+        figures = f"{candidate.metres:.4g} m in {candidate.seconds:.2f} s {was}"
+        for kind, told in _way_taken(pool, resolution, uav):
+            yield Action(uav, kind, f"{name} {told}: {figures}." if figures else f"{name} {told}.")
+            figures = ""  # they are told once
         if flight.time_scale > 1.0:
             seconds = flight.time_scale * candidate.seconds
             now = f"{seconds:.2f} s instead of {candidate.seconds:.2f} s"
@@ -124,13 +113,38 @@ def _actions(mission: Mission, resolution: Resolution, pool: CandidatePool) -> I
             yield Action(uav, "delay", f"{name} departs {delay:.2f} s later.")
 
 
+def _way_taken(pool: CandidatePool, resolution: Resolution, uav: int) -> Iterator[tuple[ActionKind, str]]:
+    """Yield what a UAV does on its way that it does not do on its planned one, and of which kind that is."""
+    scenario, candidate = pool.scenario, resolution.placed[uav].candidate
+    heeded = sorted(candidate.heeds)
+    closed = [told_zone(scenario, number) for number in heeded if is_closed_at_times(scenario.zones[number])]
+    slow = [told_zone(scenario, number) for number in heeded if not is_closed_at_times(scenario.zones[number])]
+    turns = [f"flies around {listed(closed)}"] if closed else []
+    turns += [f"leaves its path to avoid {_avoided(pool, resolution, uav)}"] if candidate.gates else []
+    if candidate.in_time and not candidate.hovers:
+        turns.append("flies another way to let others pass")
+    if turns:
+        yield "detour", " and ".join(turns)
+    if slow:
+        yield "slow down", f"keeps the speed {'limit' if len(slow) == 1 else 'limits'} of {listed(slow)}"
+    waits = [f"{hover.seconds:.2f} s at {told_point(hover.place)}" for hover in candidate.hovers]
+    if waits:
+        yield "wait", f"waits {', then '.join(waits)} to let others pass"
+
+
 def _avoided(pool: CandidatePool, resolution: Resolution, uav: int) -> str:
-    """Name the UAVs, movers and zones that a UAV would meet on its path, flown at once among the final flights."""
+    """Name the UAVs, movers and zones that a UAV would meet on its path, flown at once among the final flights.
+
+    Zones that it heeds are left out.
+    """
     own, scenario = resolution.planned[uav], pool.scenario
     others = [flight for flight in resolution.placed if flight.candidate.uav != uav]
     names = [scenario.uavs[flight.candidate.uav].name for flight in others]
     names += [mover.name for mover in scenario.movers]
     zones = timed_shapes(scenario, own.heeds)[len(scenario.movers) :]
-    names += [told_zone(scenario, shape.zone) for shape in zones]
+    heeded = resolution.placed[uav].candidate.heeds
+    names += ["" if shape.zone in heeded else told_zone(scenario, shape.zone) for shape in zones]
     met = pool.conflicts(own, own.trajectory.start, pool.traffic(own, others))
-    return listed(list(dict.fromkeys(name for name, meets in zip(names, met, strict=True) if meets))) or "others"
+    return (
+        listed(list(dict.fromkeys(name for name, meets in zip(names, met, strict=True) if meets and name))) or "others"
+    )

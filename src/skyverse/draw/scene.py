@@ -16,7 +16,7 @@ from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Verdict, Violation
-from skyverse.space.later_zones import later_zone_cautions
+from skyverse.space.later_cautions import later_cautions
 from skyverse.space.named_columns import NamedColumn, fleet_columns
 
 MAX_PROFILE_POINTS = 10_000
@@ -140,7 +140,7 @@ def scene(mission: Mission) -> MissionScene:
         judged=mission.apart is not None,
         proven=proven,
         columns=tuple(fleet_columns(scenario, mission.assignment)) if proven else (),
-        cautions=tuple(later_zone_cautions(scenario, mission.trajectories)),
+        cautions=tuple(later_cautions(scenario, mission.trajectories)),
     )
 
 

@@ -137,6 +137,9 @@ class Conflict:
     given: Flag = False
 
 
+ActionKind = Literal["delay", "slow down", "exchange", "detour", "wait"]
+
+
 @dataclass(frozen=True)
 class Action:
     """One change to one UAV's flight that resolves conflicts.
@@ -152,7 +155,7 @@ class Action:
     """
 
     uav: Whole
-    kind: Literal["delay", "slow down", "exchange", "detour", "wait"]
+    kind: ActionKind
     sentence: str
 
 

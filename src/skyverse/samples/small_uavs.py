@@ -5,7 +5,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError
 from skyverse.model.scenario import Bounds, Lattice, Objective, Scenario, Target
-from skyverse.model.shapes import Box
+from skyverse.model.shapes import Box, Cylinder
 from skyverse.model.uav import UAV
 
 Place = tuple[float, float, float]
@@ -49,7 +49,7 @@ def scattered_places(rng: np.random.Generator, count: int, low: Floats, high: Fl
 
 
 def scenario_of_swap(
-    *, name: str, description: str, size: Place, walls: tuple[Box, ...], near: list[Place], far: list[Place]
+    *, name: str, description: str, size: Place, walls: tuple[Box | Cylinder, ...], near: list[Place], far: list[Place]
 ) -> Scenario:
     """Return a scenario of small UAVs, of which the i-th at the near places and the i-th at the far ones change places.
 

@@ -18,6 +18,8 @@ from skyverse.space.timed_shapes import TimedShape
 
 BOX, CYLINDER, SPHERE, ELLIPSOID, PRISM = range(5)
 STAYS, REPEATS, RETURNS = range(3)
+SHORTEST_STEP = 0.01
+"""Seconds by which time goes on at least where a mover's first contact with a place is sought."""
 
 
 @by_reference
@@ -271,6 +273,23 @@ def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats)
         reached = _gap(kind, size, place[0] - seen[0], place[1] - seen[1], place[2] - seen[2])
         gap = max(gap, reached - doubt[0] - doubt[3] * after)
     return gap - shapes.keep[m]
+
+
+@kernel
+def first_too_near(shapes: MovingShapes, m: int, place: Floats, since: float, until: float) -> float:
+    """Return the first instant within a span at which mover m is too near to a place (3,); infinite if there is none.
+
+    Time goes on in steps in which the distance that is left cannot be used up, or by `SHORTEST_STEP`.
+    """
+    moved, now, rate = np.empty(3), since, shapes.rate[m]
+    while now <= until:
+        gap = gap_at(shapes, m, now, place, moved)
+        if gap < 0.0:
+            return now
+        if rate <= 0.0:
+            return math.inf
+        now += max(gap / rate, SHORTEST_STEP)
+    return math.inf
 
 
 @kernel

@@ -10,7 +10,7 @@ from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory, joined
 from skyverse.model.uav import UAV
 from skyverse.model.verdict import Verdict
-from skyverse.numerics.tolerances import MIN_WAIT, SEAM_MARGIN
+from skyverse.numerics.tolerances import MIN_SEGMENT, MIN_WAIT, SEAM_MARGIN
 from skyverse.search.path_shortening.shortcut import drop_collinear, shortcut
 from skyverse.space.obstacles import with_margin
 from skyverse.space.world import World
@@ -123,6 +123,8 @@ def _smooth_ways(world: World, uav: UAV, run: Run) -> list[Run]:
     own = drop_collinear(run.path)
     straighter = shortcut(with_margin(world.space, SEAM_MARGIN), own)
     for path in [straighter, own] if len(straighter) < len(own) else [own]:
+        if np.ptp(path, axis=0).max() <= MIN_SEGMENT:  # it leads back to where it begins
+            continue
         flown = blended(world, path, uav, MAX_DEVIATION)
         smooth = Run(path, run.departure, flown)
         if smooth.arrival <= run.arrival and prove(world, uav, flown).verdict is Verdict.PROVEN:

@@ -18,7 +18,7 @@ MAX_RESTARTS = 6
 """How often all UAVs are placed anew, those that found no flight first."""
 
 
-def place_in_time(pool: CandidatePool, planned: Sequence[Candidate]) -> list[PlacedFlight]:
+def place_in_time(pool: CandidatePool, flights: WaitingFlights, planned: Sequence[Candidate]) -> list[PlacedFlight]:
     """Return a flight for every UAV; one for which none is found flies as planned, in conflict.
 
     The UAVs have their turns in the order of their priorities; among equals those that fly in one direction follow each
@@ -29,10 +29,11 @@ def place_in_time(pool: CandidatePool, planned: Sequence[Candidate]) -> list[Pla
     ----------
     pool
         All candidates.
+    flights
+        Searches in space and time.
     planned
         Each UAV's planned path.
     """
-    flights = WaitingFlights(pool, planned)
     uavs = pool.scenario.uavs
     ahead = _directions(planned)
     order = sorted(

@@ -139,6 +139,7 @@ def earliest_arrival(
     begin: float,
     weight: float,
     most: int,
+    latest: float,
 ) -> Itinerary:
     """Return how a UAV arrives first, or, with a weight above 1, no more than so many times as late; see the module.
 
@@ -158,6 +159,8 @@ def earliest_arrival(
         By how much the time that is left counts more than that which has passed; 1 or more.
     most
         How many states are expanded at most.
+    latest
+        Seconds: arrivals that are surely later are not sought.
     """
     source, target = ends
     states = _with_intervals(_no_states(len(graph.points)), graph, others, source)
@@ -168,7 +171,7 @@ def earliest_arrival(
             states.arrival[state], states.done[state] = begin, True
             if source == target and states.interval[state, 1] == np.inf:
                 return _itinerary(states, state, expanded)
-            states, tries = _expanded(states, tries, graph, profiles, others, left, weight, state)
+            states, tries = _expanded(states, tries, graph, profiles, others, left, weight, latest, state)
     while tries.heap.size[0] > 0 and expanded < most:
         _, number = pop(tries.heap)
         before, leg, state = tries.leg[number, 0], tries.leg[number, 1], tries.leg[number, 2]
@@ -182,7 +185,8 @@ def earliest_arrival(
             until = min(states.interval[before, 1], states.interval[state, 1] - seconds)
             place = graph.points[states.vertex[before]]
             departure = earliest_leg(others, place, graph.ways[kind], profiles[kind], since, until)
-            if departure + seconds >= states.arrival[state]:
+            arrives = departure + seconds + left[states.vertex[state]]
+            if departure + seconds >= states.arrival[state] or arrives > latest:
                 continue
             states.arrival[state] = departure + seconds
             states.parent[state], states.departure[state] = before, departure
@@ -197,7 +201,7 @@ def earliest_arrival(
         expanded += 1
         if states.vertex[state] == target and states.interval[state, 1] == np.inf:
             return _itinerary(states, state, expanded)
-        states, tries = _expanded(states, tries, graph, profiles, others, left, weight, state)
+        states, tries = _expanded(states, tries, graph, profiles, others, left, weight, latest, state)
     return _itinerary(states, -1, expanded)
 
 
@@ -252,22 +256,28 @@ def _expanded(
     others: Others,
     left: Floats,
     weight: float,
+    latest: float,
     state: int,
 ) -> tuple[States, Tries]:
-    """Return states and tries with the legs from a state, each to all intervals of its end that it may come to."""
+    """Return states and tries with the legs from a state, each to all intervals of its end that it may come to.
+
+    Those that surely bring the UAV to the target after the latest instant are left out.
+    """
     heap, legs, departures = tries.heap, tries.leg, tries.departure
     v, now = states.vertex[state], states.arrival[state]
     for leg in range(graph.first[v], graph.first[v + 1]):
         w = graph.end[leg]
-        if left[w] == np.inf:
+        seconds = profiles[graph.kind[leg], SECONDS]
+        if left[w] == np.inf or now + seconds + left[w] > latest:
             continue
         if states.first[w] < 0:
             states = _with_intervals(states, graph, others, w)
-        seconds = profiles[graph.kind[leg], SECONDS]
         for j in range(states.first[w], states.last[w]):
             since = max(now, states.interval[j, 0] - seconds)
             until = min(states.interval[state, 1], states.interval[j, 1] - seconds)
             if states.done[j] or since > until or since + seconds >= states.arrival[j]:
+                continue
+            if since + seconds + left[w] > latest:
                 continue
             number = tries.made[0]
             if number == len(departures):

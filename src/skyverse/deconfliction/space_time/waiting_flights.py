@@ -8,6 +8,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.deconfliction.candidate import Candidate, Hover, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
+from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.itinerary_flight import Run, smoothed, split_at_waits, whole_flight
 from skyverse.deconfliction.space_time.leg_profiles import leg_profiles
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
@@ -25,8 +26,8 @@ from skyverse.trajectory.heading import with_heading
 from skyverse.trajectory.limits import Limits, limits_of
 from skyverse.trajectory.proof import prove
 
-WEIGHT = 10.0
-"""How much more the time that is left counts than that which has passed: few states are expanded then."""
+WEIGHTS = (10.0, 2.0)
+"""How much more the time that is left counts than that which has passed: first few states are expanded, then more."""
 MOST_EXPANDED = 6_000
 """States that are expanded in one search at most."""
 
@@ -48,10 +49,23 @@ class WaitingFlights:
         self._profiles: dict[tuple[TrackingError, Limits], Floats] = {}
         self._left: dict[tuple[TrackingError, Limits, int], Floats] = {}
 
-    def flight(self, planned: Candidate, placed: Sequence[PlacedFlight]) -> PlacedFlight | None:
+    def flight(
+        self, planned: Candidate, placed: Sequence[PlacedFlight], latest: float = np.inf, searches: int = 1
+    ) -> PlacedFlight | None:
         """Return how a UAV can fly to its target without coming too near to anybody, if that is found.
 
         Aeroplanes cannot wait, and a path on the lattice must stay there: for both there is none.
+
+        Parameters
+        ----------
+        planned
+            The UAV's planned path.
+        placed
+            The flights that it gives way to.
+        latest
+            Seconds: the flight must arrive before.
+        searches
+            How many searches are made: each seeks an earlier arrival than the one before, and takes longer.
         """
         pool, result = self._pool, planned.result
         uav = pool.scenario.uavs[planned.uav]
@@ -59,7 +73,7 @@ class WaitingFlights:
             return None
         clock = Stopwatch()
         problem = Problem(pool.airspace, planned.uav, planned.target)
-        found, graph, limited = self._itinerary(problem, planned, placed)
+        found, graph, limited = self._itinerary(problem, planned, placed, latest, searches)
         if len(found.vertices) < 2:
             return None
         points = graph.points[found.vertices]
@@ -92,10 +106,11 @@ class WaitingFlights:
         return PlacedFlight(candidate, runs[0].departure)
 
     def _itinerary(
-        self, problem: Problem, planned: Candidate, placed: Sequence[PlacedFlight]
+        self, problem: Problem, planned: Candidate, placed: Sequence[PlacedFlight], latest: float, searches: int
     ) -> tuple[Itinerary, Graph, UAV]:
         """Return the itinerary of a UAV, on which roadmap it is, and the UAV as slow as zones make it."""
-        uav, world = self._pool.scenario.uavs[planned.uav], problem.airspace.world
+        pool = self._pool
+        uav, world = pool.scenario.uavs[planned.uav], problem.airspace.world
         slowest = min([uav.max_speed, *(zone.max_speed for zone in world.speed_zones)])
         limited = uav.model_copy(update={"max_speed": slowest})
         graph = self._roadmap(planned.uav)
@@ -108,10 +123,19 @@ class WaitingFlights:
         if (*key, target) not in self._left:
             self._left[*key, target] = seconds_to(graph, profiles, target)
         left = self._left[*key, target]
-        others = self._pool.others(planned, placed)
+        others = pool.others(planned, placed)
         begin = planned.trajectory.start
-        found = earliest_arrival(graph, profiles, others, left, (source, target), begin, WEIGHT, MOST_EXPANDED)
-        return found, graph, limited
+        best = Itinerary(np.empty(0, np.int64), np.empty(0), np.empty(0), 0)
+        expanded = 0
+        for weight in WEIGHTS[:searches]:
+            found = earliest_arrival(
+                graph, profiles, others, left, (source, target), begin, weight, MOST_EXPANDED, latest
+            )
+            expanded += found.expanded
+            if len(found.vertices) < 2:
+                break
+            best, latest = found, float(found.arrivals[-1]) - TICK
+        return best._replace(expanded=expanded), graph, limited
 
     def _roadmap(self, uav: int) -> Graph:
         """Return the roadmap for UAVs with the tracking error of one of them."""
