@@ -4,8 +4,8 @@ UAVs see movers within ``--range`` metres, ``--rate`` times a second, and fly ex
 table tells for each world and kind of movers: how many flights arrive; how many the referee proves, among the movers as
 they truly move; the flights in which one of them is touched, by whether full knowledge would have shown an escape from
 it when it was first seen; answers without a proven way out; the time of flight over its proven lower bound; and the
-milliseconds of one replan. Worlds are built-in scenarios, ``hall``, ``forest`` and ``block``, a part of a downtown;
-``walls`` as a kind of movers are walls that stand still and are not known.
+milliseconds of one replan. Worlds are built-in scenarios, ``hall``, ``forest``, ``block``, a part of a downtown, and
+``field``, which aeroplanes of 15 m/s cross; ``walls`` as a kind of movers are walls that stand still and are not known.
 """
 
 import argparse
@@ -72,6 +72,34 @@ def block(seed: int, uavs: int) -> sky.Scenario:
     raise ValueError("no block of which all targets can be reached")
 
 
+def aeroplane_field(seed: int, uavs: int) -> sky.Scenario:
+    """Return a field of 600 m x 400 m with four houses, which aeroplanes cross."""
+    wing = sky.FixedWing(speed=15, turn_radius=40, climb=12)
+    y = np.linspace(0, 400, uavs + 2)[1:-1]
+    for number in range(1000 * seed, 1000 * seed + 1000):
+        rng = np.random.default_rng(number)
+        corners, sizes = (
+            rng.uniform((120, 40, 0), (440, 320, 0), (4, 3)),
+            rng.uniform((10, 10, 20), (50, 50, 120), (4, 3)),
+        )
+        scenario = sky.Scenario(
+            name=f"field-{number}",
+            bounds=sky.Bounds(min=(0, 0, 0), max=(600, 400, 120)),
+            obstacles=[sky.Box(min=low, max=low + size) for low, size in zip(corners, sizes, strict=True)],
+            clearance=3,
+            lattice=sky.Lattice(step=(10, 10, 10), connectivity=26),
+            objective=sky.Objective(unit="metres"),
+            uavs=[
+                sky.UAV(start=(40, at, 30), max_speed=16, max_acceleration=7, separation=10, fixed_wing=wing)
+                for at in y
+            ],
+            targets=[sky.Target(position=(540, at, 60)) for at in y[::-1]],
+        )
+        if not planned(scenario).violations:
+            return scenario
+    raise ValueError("no field that aeroplanes can cross")
+
+
 @cache
 def planned(scenario: sky.Scenario) -> sky.Mission:
     return sky.plan_mission(scenario, assignment="identity")
@@ -91,6 +119,8 @@ def world(name: str, seed: int, uavs: int, speed: float | None) -> sky.Scenario:
         scenario = forest(seed, uavs)
     elif name == "block":
         scenario = block(seed, uavs)
+    elif name == "field":
+        scenario = aeroplane_field(seed, uavs)
     else:
         scenario = sky.read(name)
     if speed is None:
@@ -125,7 +155,9 @@ def lower_bound(mission: sky.Mission) -> float:
     seconds = 0.0
     for uav, result in zip(mission.scenario.uavs, mission.results, strict=True):
         if result is not None and result.bound:
-            seconds = max(seconds, rest_to_rest(np.array([(0.0, 0, 0), (result.bound, 0, 0)]), uav).end)
+            straight = rest_to_rest(np.array([(0.0, 0, 0), (result.bound, 0, 0)]), uav)
+            fastest = result.bound / uav.max_speed  # an aeroplane is at full speed from the beginning on
+            seconds = max(seconds, straight.end if uav.fixed_wing is None else fastest)
     return seconds
 
 
@@ -199,7 +231,7 @@ def main() -> None:
     parser.add_argument("--movers", type=int, default=10, help="movers, or walls, in each; 10 by default")
     parser.add_argument("--speed", type=float, default=0.5, help="their mean speed, m/s; 0.5 by default")
     parser.add_argument("--radius", type=float, help="their radius, m; a hundredth of the world's side by default")
-    parser.add_argument("--uavs", type=int, default=1, help="UAVs in the hall, forest or block; 1 by default")
+    parser.add_argument("--uavs", type=int, default=1, help="UAVs in the hall, forest, block or field; 1 by default")
     parser.add_argument("--uav-speed", type=float, help="their top speed, m/s; the scenario's by default")
     parser.add_argument("--seeds", type=int, default=51_000, metavar="FROM", help="the first seed; 51000 by default")
     parser.add_argument("--rate", type=float, default=10.0, help="observations a second; 10 by default")

@@ -364,10 +364,3 @@ def test_a_uav_inside_a_new_obstacle_leaves_it():
     assert answers[-1].proven
     assert flight.arrival(0) is not None
     assert flight.scenario.obstacles == (crate,)
-
-
-def test_aeroplanes_are_refused():
-    wing = sky.FixedWing(speed=8.0, turn_radius=6.0, climb=12)
-    plane = sky.UAV(start=(1, 5, 1), max_speed=12, max_acceleration=15, fixed_wing=wing)
-    with pytest.raises(sky.InputError, match="aeroplane"):
-        sky.Replanner(replace(sky.plan_mission(hall()), scenario=hall(uavs=[plane])))

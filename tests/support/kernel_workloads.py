@@ -247,6 +247,26 @@ def flights_replanned():
     replanner.observe(1.4, movers=[sky.Sighting(name="on top", shape=ball, position=place, top_speed=1.0)])
 
 
+def aeroplanes_replanned():
+    wing = sky.FixedWing(speed=8.0, turn_radius=6.0, climb=12)
+    scenario = sky.Scenario(
+        name="a field with a tower",
+        bounds=sky.Bounds(min=(0, 0, 0), max=(90, 60, 30)),
+        obstacles=(sky.Box(min=(40, 20, 0), max=(50, 40, 30)),),
+        clearance=1.0,
+        lattice=sky.Lattice(step=(5, 5, 5), connectivity=26),
+        uavs=(sky.UAV(start=(10, 30, 10), max_speed=12, max_acceleration=15, fixed_wing=wing),),
+        targets=(sky.Target(position=(80, 30, 20)),),
+    )
+    replanner = sky.Replanner(sky.plan_mission(scenario, sky.Taut()), candidates=12)
+    ball = sky.Sphere(centre=(0, 0, 0), radius=2.0)
+    for t in (0.0, 0.5, 1.0, 4.0):
+        seen = sky.Sighting(name="ball", shape=ball, position=(40 - t, 46, 12), top_speed=3.0, max_acceleration=0.5)
+        replanner.observe(t, movers=[seen])
+    place = replanner.motion(0).at([4.2]).position[0]
+    replanner.observe(4.2, movers=[sky.Sighting(name="on top", shape=ball, position=place, top_speed=1.0)])
+
+
 MEETING = (np.array([[[-4.0, 0, 5], [1, 0, 0]]]), np.array([[[4.0, 0, 5], [-1, 0, 0]]]))
 """Two straight flights, (1, 2, 3) each: the first ends at the origin, where the second arrives after it."""
 
@@ -316,6 +336,7 @@ WORKLOADS = (
     waits_on_the_way,
     flights_among_movers,
     flights_replanned,
+    aeroplanes_replanned,
     aeroplanes,
     questions_about_space,
     maps_and_pages,

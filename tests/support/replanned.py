@@ -27,6 +27,29 @@ def hall(*obstacles, uavs=None, targets=None, clearance=0.2, size=(20, 10, 4)):
     )
 
 
+def plane(start=(40, 200, 30), **more):
+    """An aeroplane that turns on 40 m and climbs by 12 degrees."""
+    wing = sky.FixedWing(speed=15, turn_radius=40, climb=12)
+    return sky.UAV(
+        **{"start": start, "max_speed": 16, "max_acceleration": 7, "separation": 10, "fixed_wing": wing, **more}
+    )
+
+
+def field(*obstacles, uavs=None, targets=None, size=(600, 400, 120), **more):
+    """A field that aeroplanes cross."""
+    return sky.Scenario(
+        name="field",
+        bounds=sky.Bounds(min=(0, 0, 0), max=size),
+        obstacles=obstacles,
+        clearance=3,
+        lattice=sky.Lattice(step=(10, 10, 10), connectivity=26),
+        objective=sky.Objective(unit="metres"),
+        uavs=uavs or [plane()],
+        targets=targets or [sky.Target(position=(560, 200, 60))],
+        **more,
+    )
+
+
 def sightings(truth, t, near, *, reach=np.inf, top_speed, max_acceleration=None, error=0.0, rng=None):
     """What a sensor sees at an instant of movers within its reach of some places (n, 3)."""
     seen = []
@@ -98,5 +121,9 @@ def faults(replanner, uav=0):
     )
     judged = judge_trajectory(RefereeWorlds(scenario).of(0), 0, None, motion)
     found = [one for one in judged.violations if one.fault is not sky.Fault.TRAJECTORY_ENDS]  # it flies already
+    horizon -= 2e-3  # so long it is judged where it ends
+    if motion.end > horizon:  # what is flown later need only be clear of what stands still
+        k = int(np.searchsorted(motion.knots, horizon))
+        motion = sky.Trajectory(np.append(motion.knots[:k], horizon), motion.coefficients[:k])
     stay = max(horizon - motion.end, 1e-3)
     return [*found, *judge_movers(scenario, [curve_of(motion)], set(), stay).violations[0]]

@@ -15,10 +15,11 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.change_of_velocity import braking_motion
+from skyverse.live.choice import Choice, Span
 from skyverse.live.course import STAY, Course
 from skyverse.live.first_contact import first_contact, time_in_contact
 from skyverse.live.guidance import Way
-from skyverse.live.planned_motion import motions_along
+from skyverse.live.planned_motion import Planned, motions_along
 from skyverse.live.slow_zones import seconds_lost
 from skyverse.live.steered_motion import seconds_left, steered_motion
 from skyverse.live.surroundings import Surroundings
@@ -40,37 +41,6 @@ SLOWER_IN_ZONES = 0.999
 """The share of zones' speed limits that is flown in them."""
 SAME_TIME = 0.25
 """Seconds: of motions that meet movers no farther apart in time, the one that is least deep in them is taken."""
-
-
-class Span(NamedTuple):
-    """The instants now, when a new motion can begin, and until when it is proven; seconds into the mission."""
-
-    now: float
-    join: float
-    until: float
-
-
-class Choice(NamedTuple):
-    """What was chosen.
-
-    Attributes
-    ----------
-    course
-        What is flown from now on.
-    kept, proven
-        Whether that is what was flown before, and whether it is proven up to the horizon.
-    mover, contact
-        The mover that it comes too near to first, -1 if none, and when, infinite if never, up to the horizon.
-    tried
-        How many motions were made.
-    """
-
-    course: Course
-    kept: bool
-    proven: bool
-    mover: int
-    contact: float
-    tried: int
 
 
 class _Idea(NamedTuple):
@@ -96,8 +66,11 @@ class _Candidate(NamedTuple):
 class _Search:
     """One search for one UAV."""
 
-    def __init__(self, course: Course, around: Surroundings, span: Span) -> None:
-        self.course, self.around, self.span = course, around, span
+    def __init__(
+        self, course: Course, guidance: Way, planned: Planned | None, around: Surroundings, span: Span
+    ) -> None:
+        self.course, self.guidance, self.planned = course, guidance, planned
+        self.around, self.span = around, span
         self.queue: list[tuple[float, int, _Idea | _Candidate]] = []
         self.numbers = count()
         self.met: list[tuple[float, int, _Candidate]] = []
@@ -158,11 +131,11 @@ class _Search:
 
     def along_plan(self) -> Iterator[_Candidate]:
         """Yield motions that go on along the mission's trajectory, as far as the UAV is on it."""
-        own, join = self.around.planned, self.span.join
+        own, join = self.planned, self.span.join
         if own is None or not join <= self.course.leaves < own.motion.end:
             return
         behind = int(np.sum(own.passed[:-1] <= join))
-        way, ahead = self.around.guidance.after(1 + behind), own.passed[behind:]
+        way, ahead = self.guidance.after(1 + behind), own.passed[behind:]
         for leaves, durations, rows in motions_along(own.motion, join, self.span.until, self.around.limits):
             passed = np.where(ahead <= leaves, ahead, np.inf)
             yield _Candidate(join, durations, rows, way, passed, leaves)
@@ -173,7 +146,7 @@ class _Search:
         The mission is clear of what stands still, though a stop from it may not be at every instant; and other UAVs,
         which fly the mission too, go out of the way in time.
         """
-        if self.around.planned is None or self.course.leaves < self.span.join:
+        if self.planned is None or self.course.leaves < self.span.join:
             return False
         return not any(0 <= who < self.around.uavs for _, who, _ in self.met) and self.proves(hold)
 
@@ -203,8 +176,8 @@ class _Search:
             if mover >= 0:
                 return mover, contact
             knots = found.begin + np.append(0.0, np.cumsum(found.durations))
-            return self.first_contact(knots, found.rows, found.begin, self.span.until)
-        return self.first_contact(motion.knots, motion.coefficients, begin, self.span.until)
+            return self.first_contact(knots, found.rows, found.begin, self.span.apart)
+        return self.first_contact(motion.knots, motion.coefficients, begin, self.span.apart)
 
     def first_contact(self, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[int, float]:
         """Return the mover that a motion first comes too near to between two instants, and when."""
@@ -235,14 +208,14 @@ class _Search:
         UAVs that wait for each other would do so for ever.
         """
         course = self.applied(found)
-        target, end = self.around.guidance.points[-1], course.motion.end
+        target, end = self.guidance.points[-1], course.motion.end
         state = course.state(end)
         if np.linalg.norm(state[0] - target) < 1e-6 and not len(found.durations):
             return end
         place, velocity, _ = course.state(max(self.looked_at, found.begin))
         left = course.remaining(self.looked_at)
         if not len(left.points):
-            left = self.around.guidance.after(len(self.around.guidance.points) - 1)
+            left = self.guidance.after(len(self.guidance.points) - 1)
         waited = max(self.span.now - self.course.motion.end, 0.0)
         seconds = seconds_left(self.around.limits, place, velocity, left.points)
         return self.looked_at + seconds + self.seconds_lost(place, left.points) + waited
@@ -257,13 +230,13 @@ class _Search:
             self.widen(found, mover, contact)
         return False
 
-    def chosen(self, found: _Candidate, tried: int) -> Choice:
+    def chosen(self, found: _Candidate, tried: int) -> tuple[Course, Choice]:
         """Return the choice of a candidate that is proven."""
-        return Choice(self.applied(found), not len(found.durations), True, -1, math.inf, tried)
+        return self.applied(found), Choice(not len(found.durations), True, -1, math.inf, tried)
 
-    def unproven(self, found: _Candidate, mover: int, contact: float, tried: int) -> Choice:
+    def unproven(self, found: _Candidate, mover: int, contact: float, tried: int) -> tuple[Course, Choice]:
         """Return the choice of a candidate that is not proven, and meets a mover, if any, at an instant."""
-        return Choice(self.applied(found), not len(found.durations), False, mover, contact, tried)
+        return self.applied(found), Choice(not len(found.durations), False, mover, contact, tried)
 
     def seconds_to_safety(self, found: _Candidate) -> float:
         """Return the seconds after which a candidate is clear of what stands still for good, infinite if never."""
@@ -282,23 +255,29 @@ class _Search:
             meeting = self.applied(found).state(contact)[0]
             need = float(self.around.moving.needs[mover])
             self.consider(found.begin, gates(found.way, place, meeting, k, need), GATE_SHARES)
-        guidance = self.around.guidance.after(
-            min(self.course.next_mark(found.begin), len(self.around.guidance.points) - 1)
-        )
+        guidance = self.guidance.after(min(self.course.next_mark(found.begin), len(self.guidance.points) - 1))
         reach = 0.25 * limits.acceleration * left * left
         reach = min(reach, 0.5 * limits.speed * left)
         self.consider(self.span.join, escapes(guidance, place, reach), (1.0,))
 
 
 def choose_course(
-    course: Course, around: Surroundings, span: Span, most_tried: int, deadline: float = math.inf
-) -> Choice:
+    course: Course,
+    guidance: Way,
+    planned: Planned | None,
+    around: Surroundings,
+    span: Span,
+    most_tried: int,
+    deadline: float = math.inf,
+) -> tuple[Course, Choice]:
     """Return what a UAV flies from now on.
 
     Parameters
     ----------
     course
         What it flies now.
+    guidance, planned
+        The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
     around, span
         What it keeps clear of, and the instants that matter.
     most_tried
@@ -306,7 +285,7 @@ def choose_course(
     deadline
         The reading of `time.perf_counter` at which the search ends, with the best that is known then.
     """
-    search = _Search(course, around, span)
+    search = _Search(course, guidance, planned, around, span)
     nothing = np.zeros(0)
     hold = _Candidate(span.join, nothing, nothing, course.way, course.passed)
     tried = 0
@@ -329,7 +308,7 @@ def choose_course(
         mark, kept = course.next_mark(begin), course.remaining(begin)
         lead = 1.0 + float(velocity @ velocity) / around.limits.acceleration
         search.consider(begin, [kept] if len(kept.points) else [], shares)
-        search.consider(begin, ways_ahead(around.guidance, mark, place, lead), shares, KEEP_ON)
+        search.consider(begin, ways_ahead(guidance, mark, place, lead), shares, KEEP_ON)
     stop = search.stop(span.join)
     search.push(search.arrival(stop), stop)
     while search.queue and tried < most_tried and time.perf_counter() < deadline:
@@ -353,7 +332,7 @@ def _shares(around: Surroundings) -> tuple[float, ...]:
     return tuple(sorted({*SHARES, *(share for share in limited if share < 1.0)}, reverse=True))
 
 
-def _least_bad(search: _Search, hold: _Candidate, tried: int) -> Choice:
+def _least_bad(search: _Search, hold: _Candidate, tried: int) -> tuple[Course, Choice]:
     """Return the course that meets a mover last; of those that do so at about one time, the one least deep in it.
 
     Where none is clear of what stands still, one that leads soonest to where it is; if none does, the UAV keeps on.
@@ -363,7 +342,7 @@ def _least_bad(search: _Search, hold: _Candidate, tried: int) -> Choice:
     for number, (contact, mover, found) in enumerate(search.met):
         motion = search.applied(found).motion
         depth, _ = time_in_contact(
-            around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.until
+            around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart
         )
         late = min(contact, span.until + SAME_TIME)
         ranked.append((-math.floor((late - span.now) / SAME_TIME), depth, number, mover, contact, found))

@@ -65,13 +65,10 @@ class Course:
 
     def since(self, now: float) -> "Course":
         """Return the same course, of which the pieces that end before now are counted as flown."""
-        motion = self.motion
-        k = int(np.searchsorted(motion.knots, now, side="right")) - 1
-        if not 0 < k < len(motion.coefficients):
+        past, motion = parted(self.motion, now)
+        if past is None:
             return self
-        past = Trajectory(motion.knots[: k + 1], motion.coefficients[:k])
-        rest = Trajectory(motion.knots[k:], motion.coefficients[k:])
-        return replace(self, flown=(*self.flown, past), motion=rest)
+        return replace(self, flown=(*self.flown, past), motion=motion)
 
     def part(self, begin: float, end: float) -> tuple[Floats, Floats]:
         """Return what is flown between two instants: pieces of (m,) seconds, and coefficients (m, k, 3), metres."""
@@ -112,16 +109,28 @@ class Course:
         self, t: float, durations: Floats, rows: Floats, way: Way, passed: Floats, leaves: float = -math.inf
     ) -> "Course":
         """Return the course that leaves this one at an instant, with pieces (m,) seconds and (m, k, 3) metres."""
-        motion = self.motion
-        if t > motion.end:  # it hovers until then
-            motion = hovering(motion, t)
-        k = int(np.searchsorted(motion.knots, t, side="left"))  # pieces before the join
-        knots, kept = np.append(motion.knots[:k], t), motion.coefficients[:k]
-        if k and knots[-1] - knots[-2] <= MIN_PIECE:
-            knots, kept = np.append(knots[:-2], t), kept[:-1]
-        pieces = np.concatenate(of_one_degree(kept, rows))
-        both = Trajectory(np.concatenate([knots, t + np.cumsum(durations)]), pieces)
+        motion = hovering(self.motion, t) if t > self.motion.end else self.motion
+        both = spliced(motion, t, durations, rows)
         return replace(self, motion=both, way=way, passed=passed, ahead=self.next_mark(t), leaves=leaves)
+
+
+def parted(motion: Trajectory, now: float) -> tuple[Trajectory | None, Trajectory]:
+    """Return the pieces of a motion that end before now, ``None`` if there are none, and those that follow."""
+    k = int(np.searchsorted(motion.knots, now, side="right")) - 1
+    if not 0 < k < len(motion.coefficients):
+        return None, motion
+    past = Trajectory(motion.knots[: k + 1], motion.coefficients[:k])
+    return past, Trajectory(motion.knots[k:], motion.coefficients[k:])
+
+
+def spliced(motion: Trajectory, t: float, durations: Floats, rows: Floats) -> Trajectory:
+    """Return the motion that leaves another at an instant, with pieces (m,) seconds and (m, k, 3) metres."""
+    k = int(np.searchsorted(motion.knots, t, side="left"))  # pieces before the instant
+    knots, kept = np.append(motion.knots[:k], t), motion.coefficients[:k]
+    if k and knots[-1] - knots[-2] <= MIN_PIECE:
+        knots, kept = np.append(knots[:-2], t), kept[:-1]
+    pieces = np.concatenate(of_one_degree(kept, rows))
+    return Trajectory(np.concatenate([knots, t + np.cumsum(durations)]), pieces)
 
 
 def hovering(motion: Trajectory, until: float) -> Trajectory:
@@ -136,7 +145,9 @@ def hovering(motion: Trajectory, until: float) -> Trajectory:
 def of_one_degree(*parts: Floats) -> list[Floats]:
     """Return the coefficients of pieces, each (m, k, 3), padded by zeros to the largest degree of any of them."""
     most = max(part.shape[1] for part in parts)
-    return [np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) for part in parts]
+    return [
+        np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0))) if part.shape[1] < most else part for part in parts
+    ]
 
 
 def _later(rows: Floats, seconds: float) -> Floats:

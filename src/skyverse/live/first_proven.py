@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from skyverse.live.change_of_velocity import braking_motion
-from skyverse.live.choose_course import KEEP_ON, LOOKED_AT, Choice, Span
+from skyverse.live.choice import Choice, Span
+from skyverse.live.choose_course import KEEP_ON, LOOKED_AT
 from skyverse.live.course import STAY, Course
 from skyverse.live.first_contact import first_contact
 from skyverse.live.guidance import Way
@@ -23,7 +24,7 @@ AT_END, NEAR_END = 1e-6, 0.1
 
 def first_proven(
     course: Course, around: Surroundings, span: Span, ways: Sequence[Way], shares: Sequence[float], proof: bool = True
-) -> Choice:
+) -> tuple[Course, Choice]:
     """Return what a UAV flies from now on.
 
     Parameters
@@ -41,10 +42,11 @@ def first_proven(
 
     Returns
     -------
-    Choice
-        The present motion is tried too, in its place by when it could arrive along the first way, so that a UAV does
-        not waver between ways that take as long. Where no motion along a way is proven, the present one goes on if it
-        still is, or else the UAV brakes. Of motions of which none is proven, the one that meets a mover last is taken.
+    tuple
+        The course, and what is known of it. The present motion is tried too, in its place by when it could arrive along
+        the first way, so that a UAV does not waver between ways that take as long. Where no motion along a way is
+        proven, the present one goes on if it still is, or else the UAV brakes. Of motions of which none is proven, the
+        one that meets a mover last is taken.
     """
     looked_at = span.now + LOOKED_AT * (span.until - span.now)
     found = _motions(course, around, span, ways, shares)
@@ -54,20 +56,20 @@ def first_proven(
     moved = [one for _, one in sorted(found, key=lambda one: one[0])]
     if not proof and moved:
         mover, contact = _contact(moved[0], around, span)
-        return Choice(moved[0], moved[0] is course, contact == math.inf, mover, contact, tried)
+        return moved[0], Choice(moved[0] is course, contact == math.inf, mover, contact, tried)
     met: list[tuple[float, Course, int, bool]] = []
     for one in (*moved, course, _braked(course, around, span)):
         if not _clear(one, around, span):
             continue
         mover, contact = _contact(one, around, span)
         if contact == math.inf:
-            return Choice(one, one is course, True, -1, math.inf, tried)
+            return one, Choice(one is course, True, -1, math.inf, tried)
         met.append((contact, one, mover, one is course))
     if not met:
         mover, contact = _contact(course, around, span)
-        return Choice(course, True, False, mover, contact, tried)
+        return course, Choice(True, False, mover, contact, tried)
     contact, one, mover, kept = max(met, key=lambda entry: entry[0])
-    return Choice(one, kept, False, mover, contact, tried)
+    return one, Choice(kept, False, mover, contact, tried)
 
 
 def _kept_arrival(course: Course, around: Surroundings, way: Way, looked_at: float) -> float:

@@ -58,6 +58,12 @@ def mission_guidance(airspace: Airspace, mission: Mission, uav: int) -> Way:
 
 def planned_anew(scenario: Scenario, uav: int, target: int | None, place: Floats) -> Way | None:
     """Return another way of a UAV from a place (3,) to its target; ``None`` if there is none."""
+    found = path_from(scenario, uav, target, place)
+    return None if found is None else guidance(*found)
+
+
+def path_from(scenario: Scenario, uav: int, target: int | None, place: Floats) -> tuple[Problem, Result] | None:
+    """Return a path of a UAV from a place (3,) to its target, and its problem; ``None`` if there is none."""
     if target is None:
         return None
     uavs = list(scenario.uavs)
@@ -65,7 +71,7 @@ def planned_anew(scenario: Scenario, uav: int, target: int | None, place: Floats
     problem = Problem(scenario.model_copy(update={"uavs": tuple(uavs)}), uav, target)
     planner = Auto() if soft_terms(scenario) else Taut()  # in flight, the shorter search
     result = planner.plan(problem)
-    return guidance(problem, result) if result.status.reached else None
+    return (problem, result) if result.status.reached else None
 
 
 def sees(world: World, place: Floats, way: Way, mark: int) -> bool:

@@ -9,7 +9,6 @@ from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.live.course import Course
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Shape
 from skyverse.model.uav import TrackingError
@@ -128,8 +127,8 @@ def _is_too_near(scenario: Scenario, obstacle: Shape, uav: int, place: Floats) -
     return not World(scenario.model_copy(update=bare), scenario.uavs[uav].tracking_error).free(place)[0]
 
 
-def strays(course: Course, t: float, state: Floats, error: TrackingError) -> bool:
-    """Tell whether a state is farther from a course at an instant than a tracking error and a centimetre."""
-    off = state[0] - course.state(t)[0]
+def strays(place: Floats, course: Floats, error: TrackingError) -> bool:
+    """Tell whether a place (3,) is farther from the one on a course than a tracking error and a centimetre."""
+    off = place - course
     aside, up = float(np.hypot(off[0], off[1])), abs(float(off[2]))
     return aside > error.horizontal + OFF_COURSE or up > error.vertical + OFF_COURSE

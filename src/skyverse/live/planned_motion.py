@@ -71,14 +71,14 @@ def motions_along(
         by powers of the time since the piece began. Those that follow it longest come first.
     """
     if planned.end <= until:
-        yield planned.end, *_followed(planned, begin, planned.end)
+        yield planned.end, *followed(planned, begin, planned.end)
         return
     last = _last_to_brake(planned, begin, until, limits)
     if last is None:
         return
     for share in FOLLOWED:
         leaves = begin + share * (last - begin)
-        durations, rows = _followed(planned, begin, leaves)
+        durations, rows = followed(planned, begin, leaves)
         brakes, more = braking_motion(_state(planned, leaves), limits)
         yield leaves, np.append(durations, brakes), np.concatenate(of_one_degree(rows, more))
 
@@ -100,7 +100,7 @@ def _last_to_brake(planned: Trajectory, begin: float, until: float, limits: Limi
     return None
 
 
-def _followed(planned: Trajectory, begin: float, end: float) -> tuple[Floats, Floats]:
+def followed(planned: Trajectory, begin: float, end: float) -> tuple[Floats, Floats]:
     """Return the pieces of a trajectory between two instants, and of the stay before it begins."""
     durations, rows = [], []
     if begin < planned.start - MIN_PIECE:
@@ -118,6 +118,8 @@ def _followed(planned: Trajectory, begin: float, end: float) -> tuple[Floats, Fl
 
 def _later(coefficients: Floats, seconds: float) -> Floats:
     """Return the coefficients (degree + 1, 3) of a piece by powers of the time since an instant later in it."""
+    if seconds == 0.0:
+        return coefficients
     n = len(coefficients)
     powers = [[math.comb(j, i) * seconds ** (j - i) if j >= i else 0.0 for j in range(n)] for i in range(n)]
     return np.asarray(np.array(powers) @ coefficients)

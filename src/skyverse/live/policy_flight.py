@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyverse.live.choose_course import Span
+from skyverse.live.choice import Span
 from skyverse.live.course import Course
 from skyverse.live.first_proven import first_proven
 from skyverse.live.guidance import mission_guidance, planned_anew
@@ -102,14 +102,14 @@ class PolicyFlight:
         self._tracks = {name: track for name, track in self._tracks.items() if t - track.last <= self._memory}
         self._take_in(obstacles)
         seen, uavs = self.predicted(), self.scenario.uavs
-        middle = t + 0.5 * self.horizon
+        span = Span(t, t + self.lead, t + self.horizon, t + self.horizon)
         moving = {
-            error: all_moving(self.scenario, seen, self._entered, error, middle)
+            error: all_moving(self.scenario, seen, self._entered, error, span)
             for error in {uav.tracking_error for uav in uavs}
         }
         answers: dict[int, Replan] = {}
         for uav in sorted(range(len(uavs)), key=lambda k: -uavs[k].priority):
-            answers[uav] = self._replan(uav, seen, moving[uavs[uav].tracking_error])
+            answers[uav] = self._replan(uav, span, seen, moving[uavs[uav].tracking_error])
         return tuple(answers[uav] for uav in range(len(uavs)))
 
     def predicted(self) -> tuple[Mover, ...]:
@@ -150,27 +150,23 @@ class PolicyFlight:
                 self._guidance[uav], self._memories[uav] = found, None
                 self._courses[uav] = course.guided_by(found)
 
-    def _replan(self, uav: int, seen: Sequence[Mover], moving: Moving) -> Replan:
+    def _replan(self, uav: int, span: Span, seen: Sequence[Mover], moving: Moving) -> Replan:
         """Ask the policy for a way of one UAV, and choose what it flies."""
         began = time.perf_counter()
-        span = Span(self.now, self.now + self.lead, self.now + self.horizon)
         course = self._courses[uav].since(span.now)
-        others = {k: other for k, other in enumerate(self._courses) if k != uav}
+        others = {k: (other.motion,) for k, other in enumerate(self._courses) if k != uav}
         around = Surroundings(
             limits=self._limits[uav],
             world=self._airspace.of(uav).world,
             moving=with_others(moving, self.scenario, uav, others),
             uavs=len(moving.names),
-            guidance=self._guidance[uav],
-            planned=None,
         )
         found = self._found(uav, course, seen, span)
         ways, stop = [], course.stop(span.join, self._limits[uav])
         if found.way is not None and len(found.way.points):
             ways = [found.way, found.way.through(0, stop, 0.0)]
         shares = [share * found.share for share in SHARES]
-        choice = first_proven(course, around, span, ways, shares, self.policy.needs_proof)
-        self._courses[uav] = choice.course
+        self._courses[uav], choice = first_proven(course, around, span, ways, shares, self.policy.needs_proof)
         met = "" if choice.mover < 0 else f": {around.moving.names[choice.mover]} may come too near"
         name = self.scenario.uavs[uav].name
         told = f"{name} has a way out." if choice.proven else f"{name} has no proven way out{met}."

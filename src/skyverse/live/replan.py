@@ -17,7 +17,7 @@ class Replan:
         Whether the UAV goes on with the motion that it was flying.
     proven
         Whether its motion is proven to have a way out: it keeps clear of everything up to the horizon, wherever movers
-        may be as far as is known, and ends at rest.
+        may be as far as is known, and ends at rest; an aeroplane loiters, or ends its mission at its target.
     clear_until
         The instant up to which the motion is clear, seconds into the mission: the horizon if it is proven.
     sentence

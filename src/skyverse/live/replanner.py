@@ -3,16 +3,17 @@
 import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse.errors import InputError
-from skyverse.live.choose_course import Choice, Span, choose_course
-from skyverse.live.course import Course
-from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
+from skyverse.live.aeroplane import Aeroplane
+from skyverse.live.choice import Choice, Span
+from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, checked_states, strays, with_seen, with_targets
-from skyverse.live.planned_motion import planned_motion
+from skyverse.live.pilot import Pilot
 from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
@@ -22,17 +23,13 @@ from skyverse.model.mover import Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 from skyverse.model.short_lines import told_point
-from skyverse.model.trajectory import Trajectory, joined
-from skyverse.model.uav import UAV
+from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
 from skyverse.trajectory.limits import limits_of
-from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 SPARE = 0.5
-"""Seconds of the default horizon beyond those in which the UAV that takes longest comes to rest from its top speed."""
-LOST = 1.0
-"""Seconds after which another way is planned at the earliest for a UAV that does not see the one before."""
+"""Seconds of the default horizon beyond those that the way out of the UAV takes whose way out takes longest."""
 MAX_INSTANT = 1e9
 """Seconds into the mission: no observation is later."""
 
@@ -44,14 +41,17 @@ class Replanner:
     ends at rest within the horizon. It is flown only if it is proven clear of what stands still, and up to the horizon
     of wherever movers may be: so there is a way out at every instant, whether or not anything is observed again.
 
+    Aeroplanes, which cannot rest, loiter instead: their motions join with continuous position and velocity, and end in
+    a full level circle, or at the target where there is no room for one. All of that is clear of what stands still.
+
     Parameters
     ----------
     mission
-        Of multirotors. They fly its trajectories, from 0 s on, as long as these are proven to have a way out at every
-        instant; a UAV that has left its trajectory flies along its path, as fast as it can.
+        UAVs fly its trajectories, from 0 s on, as long as these are proven to have a way out at every instant. A
+        multirotor that has left its trajectory flies along its path, as fast as it can; an aeroplane gets back to it.
     horizon
-        Seconds from an observation up to which motions are proven; by default, half a second more than a UAV of the
-        fleet takes at most to come to rest.
+        Seconds from an observation up to which motions are proven. By default, for multirotors half a second more than
+        one of them takes at most to come to rest, and for aeroplanes half a second more than the longest full turn.
     lead
         Seconds from an observation at which a new motion begins: so long the answer may take.
     memory
@@ -68,12 +68,12 @@ class Replanner:
     now
         The instant of the last observation, seconds into the mission.
     horizon, lead, memory, candidates
-        As given, or their defaults.
+        As given, or their defaults; the horizon is that of aeroplanes if there are any.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or the mission has aeroplanes, which are not replanned yet.
+        If an argument is out of range.
     """
 
     def __init__(
@@ -86,9 +86,8 @@ class Replanner:
         candidates: int = 128,
     ) -> None:
         scenario = mission.scenario
-        _refuse_what_is_not_replanned(mission)
-        slowest = max(u.max_speed / u.max_acceleration + u.max_acceleration / u.max_jerk for u in scenario.uavs)
-        self.horizon = slowest + lead + SPARE if horizon is None else horizon
+        self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
+        self.horizon = max(self._horizons) if horizon is None else horizon
         for name, value, least in (("lead", lead, 0.0), ("horizon", self.horizon, lead), ("memory", memory, 0.0)):
             if not least < value < MAX_INSTANT:
                 raise InputError(f"expected more than {least:g} seconds, but it is {value!r}", field=name)
@@ -96,15 +95,11 @@ class Replanner:
             raise InputError(f"expected 1 or more, but it is {candidates!r}", field="candidates")
         self.lead, self.memory, self.candidates = lead, memory, candidates
         self.mission, self.scenario, self.now = mission, scenario, 0.0
-        self._limits = [limits_of(uav, -LIMIT_MARGIN) for uav in scenario.uavs]
         self._airspace = Airspace(scenario)
         self._tracks: dict[str, Track] = {}
         self._entered: tuple[Shape, ...] = ()
         self._assignment = tuple(mission.assignment)
-        self._planned = [0.0] * len(scenario.uavs)
-        self._guidance = [mission_guidance(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
-        self._own = [planned_motion(*both) for both in zip(mission.trajectories, self._guidance, strict=True)]
-        self._courses = [_at_start(uav, way) for uav, way in zip(scenario.uavs, self._guidance, strict=True)]
+        self._pilots = [_pilot(self._airspace, mission, number) for number in range(len(scenario.uavs))]
         self._replan_all(0.0)
 
     def observe(
@@ -154,77 +149,69 @@ class Replanner:
         instant = self._checked_instant(t)
         sightings = [checked_sighting(one, k) for k, one in enumerate(movers)]
         placed = checked_states({} if states is None else states, len(self.scenario.uavs))
+        for uav, state in placed.items():
+            self._pilots[uav].checked_state(state)
         if deadline_ms is not None and not deadline_ms >= 0.0:
             raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
-        places = [course.state(max(instant, self.now))[0] for course in self._courses]
+        places = [pilot.state(max(instant, self.now))[0] for pilot in self._pilots]
         known = with_seen(Known(self.scenario, self._entered), obstacles, zones, places)
         scenario, assignment = with_targets(known.scenario, self._assignment, {} if targets is None else targets)
-        ways = self._ways_to(instant, scenario, assignment, () if targets is None else tuple(targets))
+        led = self._led_to(instant, scenario, assignment, () if targets is None else tuple(targets))
         late, before = instant < self.now, self.scenario
         self.now = max(self.now, instant)
         for sighting in sightings:
             self._tracks.setdefault(sighting.name, Track()).add(instant, sighting)
         self._tracks = {name: track for name, track in self._tracks.items() if self.now - track.last <= self.memory}
         for uav, state in placed.items():
-            if not late and strays(self._courses[uav], self.now, state, scenario.uavs[uav].tracking_error):
-                self._courses[uav] = self._courses[uav].restarted(self.now, state, self._limits[uav])
-        for uav, way in ways.items():
-            self._follow(uav, way)
+            pilot = led.get(uav, self._pilots[uav])
+            if not late and strays(state[0], pilot.state(self.now)[0], pilot.uav.tracking_error):
+                led[uav] = pilot.restarted(self.now, state)
+        for uav, pilot in led.items():
+            self._pilots[uav] = pilot
         self._entered, self._assignment = known.entered, assignment
         self._find_ways(scenario, new=known.scenario is not before)
         return self._replan_all(self.lead, math.inf if deadline_ms is None else began + 1e-3 * deadline_ms)
 
-    def _ways_to(
+    def _led_to(
         self, t: float, scenario: Scenario, assignment: Sequence[int | None], uavs: Sequence[int]
-    ) -> dict[int, Way]:
-        """Return the ways of UAVs to their targets, or raise `InputError` where there is none."""
-        found = {}
+    ) -> dict[int, Pilot]:
+        """Return the pilots of UAVs on ways to their targets, or raise `InputError` where there is none."""
+        found: dict[int, Pilot] = {}
+        now = max(t, self.now)
         for uav in uavs:
-            stop = self._courses[uav].stop(max(t, self.now) + self.lead, self._limits[uav])
-            way = planned_anew(scenario, uav, assignment[uav], stop)
-            if way is None:
-                raise InputError(
-                    f"no path leads there from {told_point(stop)}, where {scenario.uavs[uav].name} can stop",
-                    field=f"targets[{uav}]",
-                )
-            found[uav] = way
+            pilot = self._pilots[uav].led_to(scenario, assignment[uav], now, now + self.lead)
+            if pilot is None:
+                place = told_point(self._pilots[uav].turning_place(now + self.lead))
+                does = self._pilots[uav].turns
+                said = f"no path leads there from {place}, where {scenario.uavs[uav].name} {does}"
+                raise InputError(said, field=f"targets[{uav}]")
+            found[uav] = pilot
         return found
-
-    def _follow(self, uav: int, way: Way) -> None:
-        """Let a UAV follow another way than the mission's from now on."""
-        self._planned[uav], self._guidance[uav], self._own[uav] = self.now, way, None
-        self._courses[uav] = self._courses[uav].guided_by(way)
 
     def _replan_all(self, lead: float, deadline: float = math.inf) -> tuple[Replan, ...]:
         """Choose what all UAVs fly from `lead` seconds after now on, those of higher priority first."""
-        span, seen = Span(self.now, self.now + lead, self.now + self.horizon), self.predicted()
-        middle, uavs = 0.5 * (span.now + span.until), self.scenario.uavs
+        spans = [Span(self.now, self.now + lead, self.now + h, self.now + self.horizon) for h in self._horizons]
+        kinds = {(uav.tracking_error, span) for uav, span in zip(self.scenario.uavs, spans, strict=True)}
         moving = {
-            error: all_moving(self.scenario, seen, self._entered, error, middle)
-            for error in {uav.tracking_error for uav in uavs}
+            (error, span): all_moving(self.scenario, self._predicted(span.until), self._entered, error, span)
+            for error, span in kinds
         }
         answers: dict[int, Replan] = {}
-        for uav in sorted(range(len(uavs)), key=lambda k: -uavs[k].priority):
-            answers[uav] = self._replan(uav, span, moving[uavs[uav].tracking_error], deadline)
-        return tuple(answers[uav] for uav in range(len(uavs)))
+        for uav in sorted(range(len(spans)), key=lambda k: -self.scenario.uavs[k].priority):
+            span = spans[uav]
+            answers[uav] = self._replan(uav, span, moving[self.scenario.uavs[uav].tracking_error, span], deadline)
+        return tuple(answers[uav] for uav in range(len(spans)))
 
     def _find_ways(self, scenario: Scenario, new: bool) -> None:
-        """Plan the ways of UAVs anew in which something new stands, or from which UAVs have been led too far away."""
+        """Plan the ways of UAVs anew in which something new stands, or which they cannot follow any more."""
         join = self.now + self.lead
-        stops = [course.stop(join, limits) for course, limits in zip(self._courses, self._limits, strict=True)]
         if new:
             self._airspace = Airspace(scenario)
         self.scenario = scenario
-        for uav, (way, course) in enumerate(zip(self._guidance, self._courses, strict=True)):
-            world, mark = self._airspace.of(uav).world, course.next_mark(join)
-            ahead = way.after(max(min(mark, len(way.points) - 1) - 1, 0)).points
-            barred = new and not world.segments_free(ahead[:-1], ahead[1:]).all()
-            lost = self.now - self._planned[uav] >= LOST and not sees(world, stops[uav], way, mark)
-            if barred or lost:
-                self._planned[uav] = self.now
-                found = planned_anew(scenario, uav, self._assignment[uav], stops[uav])
-                if found is not None:
-                    self._follow(uav, found)
+        for number, pilot in enumerate(self._pilots):
+            if pilot.needs_a_way(self._airspace.of(number).world, new, self.now, join):
+                found = pilot.led_to(scenario, self._assignment[number], self.now, join)
+                self._pilots[number] = replace(pilot, planned=self.now) if found is None else found
 
     def _checked_instant(self, t: float) -> float:
         """Return the instant of an observation, or raise `InputError`."""
@@ -236,69 +223,80 @@ class Replanner:
         return float(t)
 
     def motion(self, uav: int) -> Trajectory:
-        """Return what a UAV flies from now on, to rest; it begins at or shortly before now."""
-        return self._courses[uav].motion
+        """Return what a UAV flies from now on; it begins at or shortly before now, or when the UAV departs.
+
+        That of a multirotor ends at rest. That of an aeroplane ends after a full turn, or where its mission does.
+        """
+        return self._pilots[uav].motion
 
     def flown(self, uav: int) -> Trajectory:
-        """Return what a UAV has flown since the mission began, and will fly if nothing is observed any more."""
-        course = self._courses[uav]
-        return joined([*course.flown, course.motion])
+        """Return what a UAV has flown since the mission began, and will fly if nothing is observed any more.
+
+        That of an aeroplane ends where it passes its target, if its motion does.
+        """
+        return self._pilots[uav].flown
 
     def arrival(self, uav: int) -> float | None:
-        """Return the instant at which a UAV's motion ends at its target, seconds; ``None`` if it ends elsewhere."""
-        motion = self._courses[uav].motion
-        off = np.linalg.norm(motion.at([motion.end]).position[0] - self._guidance[uav].points[-1])
-        return motion.end if off <= 1e-6 else None
+        """Return the instant at which a UAV's motion reaches its target, seconds; ``None`` if it does not.
+
+        A multirotor comes to rest there, an aeroplane passes it.
+        """
+        return self._pilots[uav].arrival
 
     def predicted(self) -> tuple[Mover, ...]:
         """Return the movers that were seen, with all that they may do up to the horizon."""
-        until = self.now + self.horizon
+        return self._predicted(self.now + self.horizon)
+
+    def _predicted(self, until: float) -> tuple[Mover, ...]:
         return tuple(track.predicted(until) for track in self._tracks.values())
 
     def _replan(self, uav: int, span: Span, moving: Moving, deadline: float) -> Replan:
         """Choose what a UAV flies from now on, among what moves."""
         began = time.perf_counter()
-        others = {k: course for k, course in enumerate(self._courses) if k != uav}
+        others = {k: pilot.occupied for k, pilot in enumerate(self._pilots) if k != uav}
         around = Surroundings(
-            limits=self._limits[uav],
+            limits=limits_of(self.scenario.uavs[uav], -LIMIT_MARGIN),
             world=self._airspace.of(uav).world,
             moving=with_others(moving, self.scenario, uav, others),
             uavs=len(moving.names),
-            guidance=self._guidance[uav],
-            planned=self._own[uav],
         )
-        choice = choose_course(self._courses[uav].since(span.now), around, span, self.candidates, deadline)
-        self._courses[uav] = choice.course
+        pilot, choice = self._pilots[uav].choose(around, span, self.candidates, deadline)
+        self._pilots[uav] = pilot
         return Replan(
             time=self.now,
             uav=uav,
             kept=choice.kept,
             proven=choice.proven,
             clear_until=min(choice.contact, span.until),
-            sentence=_sentence(self.scenario.uavs[uav].name, choice, around, span),
+            sentence=_sentence(pilot, choice, around, span),
             tried=choice.tried,
             seconds=time.perf_counter() - began,
         )
 
 
-def _sentence(name: str, choice: Choice, around: Surroundings, span: Span) -> str:
+def _sentence(pilot: Pilot, choice: Choice, around: Surroundings, span: Span) -> str:
     """Return what is proven of a UAV's motion, or which mover it may come too near to, when and where."""
+    name = pilot.uav.name
     if choice.proven:
-        return f"{name} has a way out, clear of everything until t = {span.until:.6g} s."
+        return f"{name} {pilot.way_out}, clear of everything until t = {span.until:.6g} s."
     if choice.mover < 0:
         return f"{name} has no way out that is proven clear of what stands still."
-    at, whom = told_point(choice.course.state(choice.contact)[0]), around.moving.names[choice.mover]
+    at, whom = told_point(pilot.state(choice.contact)[0]), around.moving.names[choice.mover]
     return f"{name} has no way out: {whom} may come too near at t = {choice.contact:.6g} s, at {at}."
 
 
-def _at_start(uav: UAV, way: Way) -> Course:
-    """Return the course of a UAV that hovers at its start, from 0 s on."""
-    motion = rest_to_rest(np.array([uav.start]), uav)
-    return Course((), motion, way.after(1), np.full(len(way.points) - 1, np.inf), 1, leaves=0.0)
+def _pilot(airspace: Airspace, mission: Mission, number: int) -> Pilot:
+    """Return the pilot of a UAV at its start."""
+    kind = Multirotor if mission.scenario.uavs[number].fixed_wing is None else Aeroplane
+    return kind.at_start(airspace, mission, number)
 
 
-def _refuse_what_is_not_replanned(mission: Mission) -> None:
-    """Raise `InputError` where a mission has what is not replanned yet."""
-    for uav in mission.scenario.uavs:
-        if uav.fixed_wing is not None:
-            raise InputError(f"{uav.name} is an aeroplane; only multirotors are replanned in flight", field="mission")
+def _horizons(scenario: Scenario, lead: float) -> tuple[float, ...]:
+    """Return the seconds up to which motions of UAVs are proven, one for all multirotors, and one for all aeroplanes.
+
+    They are half a second more than the UAV that takes longest needs to come to rest, or to fly a full turn.
+    """
+    kinds = [Multirotor if uav.fixed_wing is None else Aeroplane for uav in scenario.uavs]
+    needed = [kind.seconds_of_way_out(uav) for kind, uav in zip(kinds, scenario.uavs, strict=True)]
+    longest = {kind: max(s for other, s in zip(kinds, needed, strict=True) if other is kind) for kind in set(kinds)}
+    return tuple(longest[kind] + lead + SPARE for kind in kinds)

@@ -6,15 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.course import Course
-from skyverse.live.guidance import Way
-from skyverse.live.planned_motion import Planned
+from skyverse.live.choice import Span
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere, Voxels
 from skyverse.model.temporary_zones import told_zone
+from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.space.moving_ellipsoids import MovingEllipsoid, with_ellipsoids
@@ -56,22 +55,18 @@ class Surroundings(NamedTuple):
         What moves, other UAVs after all else.
     uavs
         The index of the first shape that is another UAV.
-    guidance, planned
-        The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
     """
 
     limits: Limits
     world: World
     moving: Moving
     uavs: int
-    guidance: Way
-    planned: Planned | None
 
 
 def all_moving(
-    scenario: Scenario, seen: Sequence[Mover], entered: Sequence[Shape], error: TrackingError, instant: float
+    scenario: Scenario, seen: Sequence[Mover], entered: Sequence[Shape], error: TrackingError, span: Span
 ) -> Moving:
-    """Return what moves, apart from UAVs.
+    """Return what moves up to the horizon, apart from UAVs.
 
     Parameters
     ----------
@@ -83,8 +78,8 @@ def all_moving(
         Obstacles that were seen when a UAV was too near to them already.
     error
         The tracking error of the UAVs that keep clear of all this.
-    instant
-        The middle of the horizon, seconds into the mission.
+    span
+        The instants that matter.
     """
     known = timed_shapes(scenario)
     names = [f"mover {mover.name!r}" for mover in scenario.movers]
@@ -93,18 +88,19 @@ def all_moving(
     names += [f"mover {mover.name!r}" for mover in seen]
     known += [TimedShape(part, STANDING, Doubt(), scenario.clearance) for one in entered for part in _parts(one)]
     names += ["a new obstacle" + (f" ({one.name!r})" if one.name else "") for one in entered for _ in _parts(one)]
-    needs = np.array([_need(one, instant) for one in known])
+    known = [one._replace(active=(one.active[0], min(one.active[1], span.until))) for one in known]
+    needs = np.array([_need(one, 0.5 * (span.now + span.until)) for one in known])
     return Moving(moving_shapes(known, error), tuple(names), needs)
 
 
-def with_others(moving: Moving, scenario: Scenario, uav: int, others: Mapping[int, Course]) -> Moving:
-    """Return what moves, and after it what a UAV must keep clear of about other UAVs, which fly their courses."""
+def with_others(moving: Moving, scenario: Scenario, uav: int, others: Mapping[int, Sequence[Trajectory]]) -> Moving:
+    """Return what moves, and after it what a UAV must keep clear of about the motions of other UAVs."""
     ellipsoids, names = [], []
-    for other, course in others.items():
+    for other, motion in ((other, motion) for other, motions in others.items() for motion in motions):
         across, above = kept_ellipsoid(scenario.uavs[uav], scenario.uavs[other])
         if across > 0.0:
             fastest = scenario.uavs[other].max_speed * (1.0 + LIMIT_EASE)
-            ellipsoids.append(MovingEllipsoid(course.motion, across, above, fastest))
+            ellipsoids.append(MovingEllipsoid(motion, across, above, fastest))
             names.append(scenario.uavs[other].name)
     needs = np.append(moving.needs, [max(one.semi_axis_xy, one.semi_axis_z) for one in ellipsoids])
     return Moving(with_ellipsoids(moving.shapes, ellipsoids), (*moving.names, *names), needs)

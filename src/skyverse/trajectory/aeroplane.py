@@ -12,11 +12,11 @@ import numpy as np
 
 from skyverse._typing import Floats, Ints
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV
+from skyverse.model.uav import UAV, FixedWing
 from skyverse.numerics.tolerances import ARC_MARGIN, MIN_FLOWN, TURN_BACK
 from skyverse.search.path_shortening.shortcut import drop_collinear
 from skyverse.space.world import World
-from skyverse.trajectory.dubins_leg import leg_pieces
+from skyverse.trajectory.dubins_leg import MAX_ARC, leg_pieces
 from skyverse.trajectory.pose_search import Agility, Poses, cheapest_legs, make_leg
 
 TURNING_SHARE = 0.98
@@ -62,12 +62,13 @@ SEARCHES = (
 """Tried in turn until one finds a way: first for a short way, then for any way soon, then for one farther aside."""
 
 
-def fly_aeroplane(world: World, waypoints: Floats, uav: UAV) -> Trajectory | None:
+def fly_aeroplane(world: World, waypoints: Floats, uav: UAV, heading: float | None = None) -> Trajectory | None:
     """Fly an aeroplane along waypoints, or return ``None`` where no way is found.
 
     It keeps its horizontal speed, turns on arcs of its least radius or somewhat wider ones, and is level at its start,
     at its target, and where one leg ends and the next begins. Waypoints may be left out, or passed on the outside. The
-    headings at both ends are free. Where start and target are the same point it flies a full turn.
+    heading at the target is free, and so is that at the start unless one is given. Where start and target are the same
+    point it flies a full turn.
 
     Parameters
     ----------
@@ -77,30 +78,42 @@ def fly_aeroplane(world: World, waypoints: Floats, uav: UAV) -> Trajectory | Non
         (n, 3) metres, from start to target; the straight legs between them are clear.
     uav
         A UAV with `fixed_wing`.
+    heading
+        At the start, radians from the x-axis towards the y-axis.
 
     Returns
     -------
     Trajectory
         Of form ``"dubins"``, from 0 s on; position and velocity are continuous.
     """
-    wing = uav.fixed_wing
-    if wing is None:
-        raise ValueError(f"{uav.name or 'the UAV'} has no fixed_wing")
     points = drop_collinear(waypoints)
     if len(points) == 1:
         points = np.vstack([points, points])
+    level = agility_of(uav)
+    least, slope = float(level.radii[0]), math.tan(math.radians(fixed_wing(uav).climb))
+    for settings in SEARCHES:
+        agility = level._replace(radii=least * np.array(settings.radii))
+        poses = _poses(world, points, settings, least, slope, heading)
+        legs = cheapest_legs(world.space, poses, agility, settings.wide)
+        if len(legs):
+            return _trajectory(poses.at, legs, agility, fixed_wing(uav).speed)
+    return None
+
+
+def fixed_wing(uav: UAV) -> FixedWing:
+    """Return the limits of an aeroplane, or raise `ValueError` if the UAV is none."""
+    if uav.fixed_wing is None:
+        raise ValueError(f"{uav.name or 'the UAV'} has no fixed_wing")
+    return uav.fixed_wing
+
+
+def agility_of(uav: UAV) -> Agility:
+    """Return what an aeroplane can do, with turns of its least radius only."""
+    wing = fixed_wing(uav)
     least = max(wing.turn_radius * (1.0 + ARC_MARGIN), wing.speed**2 / (TURNING_SHARE * uav.max_acceleration))
     vertical = math.sqrt(uav.max_acceleration**2 - (wing.speed**2 / least) ** 2)
     slope = math.tan(math.radians(wing.climb))
-    for settings in SEARCHES:
-        agility = Agility(
-            least * np.array(settings.radii), slope * (1.0 - ARC_MARGIN), vertical / wing.speed**2 * (1.0 - ARC_MARGIN)
-        )
-        poses = _poses(world, points, settings, least, slope)
-        legs = cheapest_legs(world.space, poses, agility, settings.wide)
-        if len(legs):
-            return _trajectory(poses.at, legs, agility, wing.speed)
-    return None
+    return Agility(np.array([least]), slope * (1.0 - ARC_MARGIN), vertical / wing.speed**2 * (1.0 - ARC_MARGIN))
 
 
 def _between(points: Floats, least: float) -> Floats:
@@ -112,8 +125,13 @@ def _between(points: Floats, least: float) -> Floats:
     return np.vstack(rows)
 
 
-def _poses(world: World, points: Floats, settings: SearchSettings, radius: float, slope: float) -> Poses:
-    """Return poses at the waypoints and beside those in between, in as many headings as the settings say."""
+def _poses(
+    world: World, points: Floats, settings: SearchSettings, radius: float, slope: float, first: float | None
+) -> Poses:
+    """Return poses at the waypoints and beside those in between, in as many headings as the settings say.
+
+    If a first heading is given, the start has that one only.
+    """
     if settings.wide:
         points = _between(points, LONG_LEG * radius)
     courses = np.arctan2(*np.diff(points, axis=0).T[1::-1])
@@ -137,7 +155,9 @@ def _poses(world: World, points: Floats, settings: SearchSettings, radius: float
             places = point + np.column_stack([shifts, np.zeros(len(shifts))])
         places = places[world.free(places)]
         headings = heading + np.arange(settings.headings) * (2.0 * math.pi / settings.headings)
-        rows.append(np.column_stack([np.repeat(places, settings.headings, axis=0), np.tile(headings, len(places))]))
+        if i == 0 and first is not None:
+            headings = np.array([first])
+        rows.append(np.column_stack([np.repeat(places, len(headings), axis=0), np.tile(headings, len(places))]))
         counts.append(len(rows[-1]))
     at = np.vstack(rows)
     ahead = np.repeat(_left(points, slope), counts)
@@ -165,7 +185,7 @@ def _trajectory(poses: Floats, legs: Ints, agility: Agility, speed: float) -> Tr
     """Return the trajectory along legs as from `cheapest_legs`."""
     durations, pieces = [], []
     for u, v, option, profile in legs.tolist():
-        duration, coefficients = leg_pieces(make_leg(poses[u], poses[v], agility, option, profile), speed)
+        duration, coefficients = leg_pieces(make_leg(poses[u], poses[v], agility, option, profile), speed, MAX_ARC)
         durations.append(duration)
         pieces.append(coefficients)
     knots = np.r_[0.0, np.cumsum(np.concatenate(durations))]

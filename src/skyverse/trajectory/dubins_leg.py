@@ -86,16 +86,17 @@ def leg_curvature(leg: DubinsLeg, s: float) -> float:
 
 
 @kernel
-def leg_pieces(leg: DubinsLeg, speed: float) -> tuple[Floats, Floats]:
+def leg_pieces(leg: DubinsLeg, speed: float, most: float) -> tuple[Floats, Floats]:
     """Return durations (n,) and power-basis coefficients (n, 8, 3) of a leg flown at a horizontal speed.
 
-    Each arc is replaced by its Taylor polynomial about the middle, which is then shifted to the beginning of the piece.
+    Each arc is replaced by Taylor polynomials about their middles, which turn by `most` radians at most, and are then
+    shifted to the beginning of the piece.
     """
     marks = leg_marks(leg)
     counts = np.empty(len(marks) - 1, np.int64)
     for k in range(len(counts)):
         bend = abs(leg_curvature(leg, 0.5 * (marks[k] + marks[k + 1])))
-        counts[k] = max(1, math.ceil(bend * (marks[k + 1] - marks[k]) / MAX_ARC))
+        counts[k] = max(1, math.ceil(bend * (marks[k + 1] - marks[k]) / most))
     durations = np.empty(counts.sum())
     pieces = np.zeros((len(durations), LEG_DEGREE + 1, 3))
     at = 0

@@ -1,0 +1,231 @@
+"""An aeroplane in flight: its way out is to loiter, or to end its mission at its target."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.live.aeroplane_course import AeroplaneCourse, Flying, Reference, loiter, pose_at, pose_of, timed
+from skyverse.live.aeroplane_legs import LEFT, LEVEL, flown_leg, turn
+from skyverse.live.choice import Choice, Span
+from skyverse.live.choose_loiter import choose_loiter
+from skyverse.live.course import STAY, of_one_degree
+from skyverse.live.first_contact import first_contact
+from skyverse.live.guidance import path_from
+from skyverse.live.pilot import Pilot
+from skyverse.live.planned_motion import followed
+from skyverse.live.references import places_ahead
+from skyverse.live.surroundings import Surroundings
+from skyverse.model.mission import Mission
+from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory, joined
+from skyverse.model.uav import UAV
+from skyverse.model.verdict import Verdict
+from skyverse.numerics.tolerances import MIN_FLOWN
+from skyverse.problem import Airspace
+from skyverse.space.world import World
+from skyverse.trajectory.aeroplane import agility_of, fixed_wing, fly_aeroplane
+from skyverse.trajectory.path_to_trajectory import needed_waypoints
+from skyverse.trajectory.proof import clear_pieces, prove
+
+
+@dataclass(frozen=True)
+class Aeroplane(Pilot):
+    """An aeroplane in flight.
+
+    Attributes
+    ----------
+    course
+        What it flies.
+    plan, done
+        The trajectory that it would fly if nothing moved, ``None`` if it has none, and the instant of it before which
+        it does not get back to it.
+    arrived
+        The instant at which it has passed its target; ``None`` if it has not.
+    """
+
+    course: AeroplaneCourse
+    plan: Trajectory | None
+    done: float
+    arrived: float | None = None
+    turns: ClassVar[str] = "can turn"
+
+    @classmethod
+    def at_start(cls, airspace: Airspace, mission: Mission, number: int) -> Self:
+        """Return the pilot of an aeroplane that departs when its mission says; without a trajectory it stays."""
+        uav, plan = mission.scenario.uavs[number], mission.trajectories[number]
+        if plan is None:
+            return cls(number, uav, 0.0, _standing((), np.array(uav.start), 0.0), None, -math.inf)
+        return cls(number, uav, 0.0, _departing((), plan), plan, plan.start)
+
+    @staticmethod
+    def seconds_of_way_out(uav: UAV) -> float:
+        """Return the seconds of a full turn."""
+        return 2.0 * math.pi * float(agility_of(uav).radii[0]) / fixed_wing(uav).speed
+
+    @property
+    def _able(self) -> Flying:
+        return Flying(agility_of(self.uav), fixed_wing(self.uav).speed)
+
+    @property
+    def way_out(self) -> str:
+        """What it can do if nothing is observed any more, in words that follow its name."""
+        if self.course.stands:
+            return "stays where it is"
+        return "can fly to its target" if self.course.lands else "can loiter"
+
+    @property
+    def motion(self) -> Trajectory:
+        """What it flies from now on, to the end of a full turn, or of its mission."""
+        return self.course.motion
+
+    @property
+    def flown(self) -> Trajectory:
+        """What it has flown since it departed, and will fly if nothing is observed any more, up to its target."""
+        whole, arrival = joined([*self.course.flown, self.course.motion]), self.arrival
+        return whole if arrival is None else timed(whole.start, *followed(whole, whole.start, arrival))
+
+    @property
+    def arrival(self) -> float | None:
+        """The instant at which its motion passes its target, seconds; ``None`` if it does not."""
+        return self.course.arrival if self.arrived is None else self.arrived
+
+    @property
+    def occupied(self) -> tuple[Trajectory, ...]:
+        """Motions that other UAVs keep clear of: once it has arrived it counts as staying at its target, too."""
+        if self.arrival is None or self.course.lands or self.course.stands:
+            return (self.motion,)
+        return self.motion, self.flown
+
+    def state(self, t: float) -> Floats:
+        """Return position, velocity and acceleration at an instant, (3, 3)."""
+        return np.concatenate(self._lasting(t).motion.at([t]))
+
+    def _lasting(self, until: float) -> AeroplaneCourse:
+        return self.course.lasting(until, self._able)
+
+    def _levelled(self, begin: float) -> Trajectory | None:
+        """Return the straight motion from an instant on in which a climb fades out; ``None`` if it does not climb."""
+        pose, able = pose_at(self._lasting(begin).motion, begin), self._able
+        metres = abs(float(pose[4])) / (able.agility.rate * able.speed)
+        if metres <= MIN_FLOWN:
+            return None
+        leg = turn(pose, LEFT, 0.0, metres, LEVEL, able.agility, able.speed)
+        return timed(begin, *flown_leg(leg, float(pose[4]), 0.0, able.agility, able.speed))
+
+    def turning_place(self, t: float) -> Floats:
+        """Return where it is level, (3,) metres, if it flies straight on from an instant on."""
+        level = None if self._departs_after(t) else self._levelled(t)
+        motion, t = (self._lasting(t).motion, t) if level is None else (level, level.end)
+        return motion.at([t]).position[0]
+
+    def _departs_after(self, t: float) -> bool:
+        """Tell whether it stands at an instant, and can depart in any heading."""
+        return self.course.stands or t < self.course.motion.start
+
+    def checked_state(self, state: Floats) -> None:
+        """Raise `InputError` if it would not fly forwards in a state (3, 3)."""
+        if np.hypot(*state[1, :2]) == 0.0 and not self._departs_after(self.course.motion.start):
+            said = "expected the velocity of an aeroplane, which flies forwards, but it has no horizontal part"
+            raise InputError(said, field=f"states[{self.number}]")
+
+    def restarted(self, t: float, state: Floats) -> Self:
+        """Return the pilot of the aeroplane that loiters from a state (3, 3), where it was found at an instant."""
+        if self._departs_after(t):
+            return self
+        able, before = self._able, self._lasting(t).motion
+        steepest = able.agility.slope * able.speed
+        pose = pose_of(state[0], state[1])
+        pose[4] = np.clip(pose[4], -steepest, steepest)
+        past = timed(before.start, *followed(before, before.start, t))
+        flown = (*self.course.flown, past) if t > before.start else self.course.flown
+        circle = timed(t, *loiter(pose, LEFT, 0.0, able))
+        return replace(self, course=AeroplaneCourse(flown, circle, None, -math.inf))
+
+    def led_to(self, scenario: Scenario, target: int | None, now: float, join: float) -> Self | None:
+        """Return the pilot that follows a trajectory to its target from where it is level; ``None`` if there is none.
+
+        It has not left its present course yet: `choose` may lead it to where the trajectory begins.
+        """
+        standing = self._departs_after(join)
+        begin = join if self.course.stands else max(join, self.course.motion.start)
+        level = None if standing else self._levelled(begin)
+        place = self.turning_place(begin)
+        found = path_from(scenario, self.number, target, place)
+        if found is None:
+            return None
+        problem, result = found
+        heading = None if standing else float(pose_at(self._lasting(begin).motion, begin)[3])
+        flown = fly_aeroplane(problem.airspace.world, needed_waypoints(problem, result), self.uav, heading)
+        if flown is None:
+            return None
+        durations, rows = np.diff(flown.knots), flown.coefficients
+        if level is not None:
+            durations = np.append(np.diff(level.knots), durations)
+            rows = np.concatenate(of_one_degree(level.coefficients, rows))
+        plan = timed(begin, durations, rows)
+        if prove(problem.airspace.world, self.uav, plan).verdict is not Verdict.PROVEN:
+            return None
+        course = replace(self.course, reference=None, leaves=-math.inf)
+        if standing:
+            course = _departing(_stayed(self.course, place, begin), plan)
+        return replace(self, planned=now, course=course, plan=plan, done=begin, arrived=None)
+
+    def needs_a_way(self, world: World, new: bool, now: float, join: float) -> bool:
+        """Tell whether something new stands in its way, or it has loitered for a full turn since one was planned."""
+        if self.plan is None or (self.arrival is not None and self.arrival <= now):
+            return False
+        since = max(self.done, self.course.planned_until(join), self.plan.start)
+        if new and not clear_pieces(world.space, *followed(self.plan, since, self.plan.end)).all():
+            return True
+        return self.course.leaves < now and now - self.planned >= self.seconds_of_way_out(self.uav)
+
+    def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
+        """Return the pilot with the course that is chosen."""
+        pilot = self._at(span)
+        if pilot.course.stands:
+            return pilot, _choice_of_staying(pilot.course.motion, around, span)
+        course, plan, able = pilot.course, pilot.plan, pilot._able
+        since = max(pilot.done, course.planned_until(max(span.join, course.motion.start)))
+        ahead = None if plan is None else places_ahead(plan, since, able)
+        course, choice = choose_loiter(course, ahead, able, around, span, most_tried, deadline)
+        return replace(pilot, course=course), choice
+
+    def _at(self, span: Span) -> Self:
+        """Return the same pilot, which counts as flown what it has flown, and knows whether it has arrived."""
+        course = self._lasting(span.join).since(span.now)
+        done = max(self.done, course.planned_until(span.now))
+        if self.arrived is None and course.arrival is not None and course.arrival <= span.now:
+            if course.lands:
+                place = course.motion.at([course.motion.end]).position[0]
+                course = _standing((*course.flown, course.motion), place, course.arrival)
+            return replace(self, course=course, plan=None, done=done, arrived=self.course.arrival)
+        return replace(self, course=course, done=done)
+
+
+def _standing(flown: tuple[Trajectory, ...], place: Floats, since: float) -> AeroplaneCourse:
+    """Return the course of an aeroplane that stands at a place (3,) from an instant on."""
+    return AeroplaneCourse(flown, Trajectory(np.array([since, since + STAY]), place[None, None]), None, math.inf)
+
+
+def _departing(flown: tuple[Trajectory, ...], plan: Trajectory) -> AeroplaneCourse:
+    """Return the course of an aeroplane that departs when a trajectory begins."""
+    return AeroplaneCourse(flown, plan, Reference(plan, plan.start), plan.end)
+
+
+def _stayed(course: AeroplaneCourse, place: Floats, until: float) -> tuple[Trajectory, ...]:
+    """Return what was flown before an aeroplane stood at a place (3,), and its stay there until it departs again."""
+    if not course.flown or not course.stands:
+        return course.flown
+    return (*course.flown, Trajectory(np.array([course.motion.start, until]), place[None, None]))
+
+
+def _choice_of_staying(motion: Trajectory, around: Surroundings, span: Span) -> Choice:
+    """Return what is known of an aeroplane that stands."""
+    knots, rows = motion.knots.copy(), motion.coefficients.copy()
+    mover, contact = first_contact(around.moving.shapes, knots, rows, 0.0, span.now, span.apart)
+    free = bool(around.world.free(rows[0, 0])[0])
+    return Choice(True, free and mover < 0, mover, contact, 0)

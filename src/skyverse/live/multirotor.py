@@ -1,0 +1,117 @@
+"""A multirotor in flight: its way out is to come to rest."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+
+from skyverse._typing import Floats
+from skyverse.live.choice import Choice, Span
+from skyverse.live.choose_course import choose_course
+from skyverse.live.course import Course
+from skyverse.live.guidance import Way, mission_guidance, planned_anew, sees
+from skyverse.live.pilot import LOST, Pilot
+from skyverse.live.planned_motion import Planned, planned_motion
+from skyverse.live.surroundings import Surroundings
+from skyverse.model.mission import Mission
+from skyverse.model.scenario import Scenario
+from skyverse.model.trajectory import Trajectory, joined
+from skyverse.model.uav import UAV
+from skyverse.numerics.tolerances import LIMIT_MARGIN
+from skyverse.problem import Airspace
+from skyverse.space.world import World
+from skyverse.trajectory.limits import Limits, limits_of
+from skyverse.trajectory.rest_to_rest import rest_to_rest
+
+
+@dataclass(frozen=True)
+class Multirotor(Pilot):
+    """A multirotor in flight.
+
+    Attributes
+    ----------
+    course
+        What it flies.
+    guidance, own
+        The way that it would fly if nothing moved, and the mission's trajectory, ``None`` if it flies another way.
+    """
+
+    course: Course
+    guidance: Way
+    own: Planned | None
+    turns: ClassVar[str] = "can stop"
+
+    @classmethod
+    def at_start(cls, airspace: Airspace, mission: Mission, number: int) -> Self:
+        """Return the pilot of a UAV that hovers at its start, from 0 s on."""
+        uav = mission.scenario.uavs[number]
+        guidance = mission_guidance(airspace, mission, number)
+        motion = rest_to_rest(np.array([uav.start]), uav)
+        course = Course((), motion, guidance.after(1), np.full(len(guidance.points) - 1, np.inf), 1, leaves=0.0)
+        return cls(number, uav, 0.0, course, guidance, planned_motion(mission.trajectories[number], guidance))
+
+    @staticmethod
+    def seconds_of_way_out(uav: UAV) -> float:
+        """Return the seconds in which a multirotor comes to rest from its top speed."""
+        return uav.max_speed / uav.max_acceleration + uav.max_acceleration / uav.max_jerk
+
+    @property
+    def way_out(self) -> str:
+        """What it can do if nothing is observed any more, in words that follow its name."""
+        return "has a way out"
+
+    @property
+    def _limits(self) -> Limits:
+        return limits_of(self.uav, -LIMIT_MARGIN)
+
+    @property
+    def motion(self) -> Trajectory:
+        """What it flies from now on, to rest."""
+        return self.course.motion
+
+    @property
+    def flown(self) -> Trajectory:
+        """What it has flown since the mission began, and will fly if nothing is observed any more."""
+        return joined([*self.course.flown, self.course.motion])
+
+    @property
+    def arrival(self) -> float | None:
+        """The instant at which its motion ends at its target, seconds; ``None`` if it ends elsewhere."""
+        motion = self.course.motion
+        off = np.linalg.norm(motion.at([motion.end]).position[0] - self.guidance.points[-1])
+        return motion.end if off <= 1e-6 else None
+
+    def state(self, t: float) -> Floats:
+        """Return position, velocity and acceleration at an instant, (3, 3)."""
+        return self.course.state(t)
+
+    def turning_place(self, t: float) -> Floats:
+        """Return where it comes to rest if it brakes from an instant on, (3,) metres."""
+        return self.course.stop(t, self._limits)
+
+    def checked_state(self, state: Floats) -> None:
+        """Accept any state."""
+
+    def restarted(self, t: float, state: Floats) -> Self:
+        """Return the pilot of the UAV that brakes from a state (3, 3), where it was found at an instant."""
+        return replace(self, course=self.course.restarted(t, state, self._limits))
+
+    def led_to(self, scenario: Scenario, target: int | None, now: float, join: float) -> Self | None:
+        """Return the pilot that follows a new way from where it can come to rest; ``None`` if there is none."""
+        way = planned_anew(scenario, self.number, target, self.turning_place(join))
+        if way is None:
+            return None
+        return replace(self, planned=now, guidance=way, own=None, course=self.course.guided_by(way))
+
+    def needs_a_way(self, world: World, new: bool, now: float, join: float) -> bool:
+        """Tell whether something new stands in its way, or it has been led too far away from it."""
+        way, mark = self.guidance, self.course.next_mark(join)
+        ahead = way.after(max(min(mark, len(way.points) - 1) - 1, 0)).points
+        barred = new and not world.segments_free(ahead[:-1], ahead[1:]).all()
+        return barred or (now - self.planned >= LOST and not sees(world, self.turning_place(join), way, mark))
+
+    def choose(self, around: Surroundings, span: Span, most_tried: int, deadline: float) -> tuple[Self, Choice]:
+        """Return the pilot with the course that is chosen."""
+        now = self.course.since(span.now)
+        course, choice = choose_course(now, self.guidance, self.own, around, span, most_tried, deadline)
+        return replace(self, course=course), choice
