@@ -18,10 +18,22 @@ def among(scenario, **more):
 
 
 def test_movers_are_seen_within_range_only():
-    places = np.array([(10.0, 3.0, 1.0)])
+    places = np.array([(10.0, 3.0 + BALL.radius, 1.0)])
     rng = np.random.default_rng(0)
     assert [one.name for one in seen_movers(sky.Sensor(range=3.01), [CROSSING], 0.0, places, rng)] == ["cart"]
     assert seen_movers(sky.Sensor(range=2.99), [CROSSING], 0.0, places, rng) == []
+
+
+def test_a_mover_is_seen_by_its_surface():
+    train = sky.Mover(
+        shape=sky.Box(min=(0, -1, -1), max=(50, 1, 1)), motion=sky.WaypointMotion(points=[(0, 0, 0)], times=[0])
+    )
+    rng, beside = np.random.default_rng(0), np.array([(45.0, 4.0, 0.0)])
+    assert seen_movers(sky.Sensor(range=3.01), [train], 0.0, beside, rng)
+    assert not seen_movers(sky.Sensor(range=2.99), [train], 0.0, beside, rng)
+    ball = sky.Mover(shape=sky.Sphere(centre=(5, 0, 0), radius=1), motion=train.motion)
+    assert seen_movers(sky.Sensor(range=3.01), [ball], 0.0, np.array([(5.0, 4.0, 0.0)]), rng)
+    assert not seen_movers(sky.Sensor(range=2.99), [ball], 0.0, np.array([(5.0, 4.0, 0.0)]), rng)
 
 
 def test_errors_fill_a_ball_and_never_leave_it():

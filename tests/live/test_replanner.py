@@ -158,6 +158,94 @@ def test_uavs_that_wait_for_each_other_try_another_way_after_a_while():
     assert {one.verdict for one in (*proof.trajectories, proof.apart)} == {sky.Verdict.PROVEN}
 
 
+def test_what_is_proven_stays_true_where_another_uav_flies_what_is_not():
+    apart = (10, 5, 2.0), (11.6, 5, 2.0)
+    scenario = hall(
+        size=(20, 10, 6),
+        uavs=[sky.UAV(start=place, priority=1 - k, separation=1.0) for k, place in enumerate(apart)],
+        targets=[sky.Target(position=place) for place in apart],
+    )
+    mission = sky.plan_mission(scenario, assignment="identity")
+    mixed = 0
+    for near, speed in ((0.9, 1.0), (1.2, 2.0), (1.6, 2.0), (2.0, 4.0), (2.5, 4.0)):
+        flight = sky.Replanner(mission)
+        flight.observe(0.0)
+        shape = sky.Sphere(centre=(0, 0, 0), radius=0.6)
+        ball = seen(11.6 + near, shape=shape, velocity=(-speed, 0, 0), top_speed=speed, max_acceleration=0.2)
+        answers = flight.observe(0.1, movers=[ball.model_copy(update={"position": (11.6 + near, 5, 2)})])
+        mixed += {one.proven for one in answers} == {True, False}
+        t = np.linspace(0.1, 0.1 + flight.horizon, 2000)
+        first, second = (flight.motion(uav).at(t).position for uav in (0, 1))
+        off = first - second
+        assert (np.hypot(off[:, 0], off[:, 1]) ** 2 + (off[:, 2] / 2.0) ** 2).min() >= 1.0 - 1e-6 or not any(
+            one.proven for one in answers
+        )
+    assert mixed
+
+
+def test_a_uav_that_was_found_far_too_fast_is_not_stepped_over():
+    places = (10, 5, 2.0), (2, 5, 2.0)
+    scenario = hall(
+        size=(200, 10, 6),
+        uavs=[sky.UAV(start=place, separation=0.3, max_speed=1.0, max_acceleration=2.0) for place in places],
+        targets=[sky.Target(position=place) for place in places],
+    )
+    mission = sky.plan_mission(scenario, assignment="identity")
+    for speed in (6.0, 12.0, 30.0):
+        flight = sky.Replanner(mission, horizon=5.0)
+        flight.observe(0.1)
+        answers = flight.observe(0.2, states={1: ((6.0, 5, 2), (speed, 0, 0))})
+        t = np.linspace(0.2, 5.2, 20_001)
+        first, second = (flight.motion(uav).at(t).position for uav in (0, 1))
+        assert np.linalg.norm(first - second, axis=1).min() >= 0.3 - 1e-6 or not answers[0].proven
+
+
+def test_a_motion_that_ends_where_the_next_one_begins_but_for_rounding_is_whole():
+    flight = replanner(hall(size=(40, 10, 4), targets=[sky.Target(position=(39, 5, 1))]))
+    flight.observe(0.0)
+    end = flight.motion(0).end
+    flight.observe(end - flight.lead + 5e-12)
+    motion = flight.motion(0)
+    assert len(motion.knots) == len(motion.coefficients) + 1
+    t = np.linspace(motion.start, motion.end, 20_001)
+    assert np.linalg.norm(np.diff(motion.at(t).position, axis=0), axis=1).max() <= 5.0 * (t[1] - t[0]) + 1e-9
+
+
+def test_a_uav_inside_a_new_slow_zone_brakes_to_its_limit():
+    flight = replanner(hall(size=(80, 10, 4), targets=[sky.Target(position=(79, 5, 1))]))
+    slow = sky.Box(min=(0, 0, 0), max=(60, 10, 4), max_speed=1.0)
+    for k in range(80):
+        (answer,) = flight.observe(k / 10, zones=[slow] if k == 40 else [])
+        if k == 40:
+            assert not answer.proven
+            assert "slow enough in zones" in answer.sentence
+    assert answer.proven
+    assert np.linalg.norm(flight.motion(0).at([7.9]).velocity[0]) <= 1.0 + 1e-6
+
+
+def test_what_is_seen_again_is_not_added_again():
+    flight = replanner(hall(*PILLARS))
+    wall = sky.Box(min=(12, 2, 0), max=(12.5, 4, 4))
+    zone = sky.Box(min=(15, 0, 0), max=(16, 10, 4), max_speed=1.0)
+    for k in range(5):
+        flight.observe(k / 10, obstacles=[wall, PILLARS[0]], zones=[zone])
+    assert flight.scenario.obstacles == (*PILLARS, wall)
+    assert flight.scenario.zones == (zone,)
+
+
+def test_a_clock_that_leaps_ahead_once_is_not_believed():
+    flight = replanner(hall())
+    flight.observe(1.0)
+    with pytest.raises(sky.InputError, match="the clock went ahead from 1 s to 1e\\+06 s"):
+        flight.observe(1e6)
+    flight.observe(1.1)
+    assert flight.now == 1.1
+    with pytest.raises(sky.InputError, match="went ahead"):
+        flight.observe(5000.0)
+    flight.observe(5000.1)  # another one that agrees
+    assert flight.now == 5000.1
+
+
 def seen(x, y=5.0, **more):
     return sky.Sighting(**{"name": "ball", "shape": BALL, "position": (x, y, 1), "top_speed": 2.0, **more})
 
@@ -182,6 +270,9 @@ def told_state(flight):
         (6.0, {"states": {0: (0, 0)}}, "states[0]", "finite"),
         (6.0, {"obstacles": [{"min": (0, 0, 0), "max": (1, 1, -1)}]}, "obstacles[0]", "below max"),
         (6.0, {"deadline_ms": -1.0}, "deadline_ms", "0 or more"),
+        (6.0, {"deadline_ms": "soon"}, "deadline_ms", "0 or more"),
+        (6.0, {"movers": [seen(8), seen(9)]}, "movers[1].name", "that of movers[0] too"),
+        (6.0, {"movers": [{**dict(seen(8)), "velocity": [3.0, 0, 0]}]}, "movers[0]", "above top_speed"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_sentence_and_changes_nothing(t, given, field, said):
@@ -258,10 +349,11 @@ def test_the_same_observations_give_the_same_motions():
     assert flights[0].flown(0) == flights[1].flown(0)
 
 
-@pytest.mark.parametrize("field", ["horizon", "lead", "memory"])
-def test_settings_out_of_range_are_refused(field):
+@pytest.mark.parametrize("field", ["horizon", "lead", "memory", "candidates"])
+@pytest.mark.parametrize("value", [float("nan"), True, "a"])
+def test_settings_that_cannot_be_are_refused(field, value):
     with pytest.raises(sky.InputError) as refused:
-        replanner(hall(), **{field: float("nan")})
+        replanner(hall(), **{field: value})
     assert str(refused.value).startswith(f"{field}: ")
 
 

@@ -191,7 +191,7 @@ class ReplannedFleet:
 
     def _answer(self, answer: Replan, before: Floats, first: bool) -> ReplanAnswer:
         """Return the record of an answer to a UAV that should have been at a place (3,)."""
-        motion = self._replanner.flown(answer.uav)
+        motion = self._replanner.motion(answer.uav)
         restarted = bool(np.linalg.norm(motion.at([answer.time]).position[0] - before) > SAME_PLACE)
         new = first or restarted or not answer.kept
         return ReplanAnswer(

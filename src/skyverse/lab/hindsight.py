@@ -28,9 +28,9 @@ def least_lengths(scenario: Scenario, assignment: tuple[int | None, ...]) -> lis
             found.append(0.0)
             continue
         problem = Problem(airspace, uav, target)
-        bound = Taut().plan(problem).bound
+        bound = Taut().plan(problem).bound  # a price, of metres that cost `fuel` each
         apart = math.dist(problem.uav_place, problem.target_place)
-        found.append(max(bound or 0.0, apart))
+        found.append(max((bound or 0.0) / scenario.objective.fuel, apart) if scenario.objective.fuel > 0 else apart)
     return found
 
 

@@ -114,8 +114,8 @@ def pose_of(place: Floats, velocity: Floats) -> Floats:
 
 
 def poses_at(motion: Trajectory, instants: Floats) -> Floats:
-    """Return x, y, z, heading and rate of climb at instants (n,) of a motion, (n, 5)."""
-    place, velocity, _ = motion.at(instants)
+    """Return x, y, z, heading and rate of climb at instants (n,) of a motion, or its nearest end, (n, 5)."""
+    place, velocity, _ = motion.at(np.clip(instants, motion.start, motion.end))
     return np.column_stack([place, np.arctan2(velocity[:, 1], velocity[:, 0]), velocity[:, 2]])
 
 

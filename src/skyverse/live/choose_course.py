@@ -341,7 +341,7 @@ def _least_bad(search: _Search, hold: _Candidate, tried: int) -> tuple[Course, C
     ranked = []
     for number, (contact, mover, found) in enumerate(search.met):
         motion = search.applied(found).motion
-        depth, _ = time_in_contact(
+        depth = time_in_contact(
             around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart
         )
         late = min(contact, span.until + SAME_TIME)

@@ -332,7 +332,7 @@ def _least_bad(search: _Search, tried: int) -> tuple[AeroplaneCourse, Choice]:
     span, ranked = search.span, []
     for number, met in enumerate(search.met):
         motion = search.course.motion if met.flight is None else met.flight.motion
-        depth, _ = time_in_contact(
+        depth = time_in_contact(
             search.around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart
         )
         ranked.append((not met.clear, -math.floor((met.instant - span.now) / SAME_TIME), depth, number, met))

@@ -126,9 +126,9 @@ def parted(motion: Trajectory, now: float) -> tuple[Trajectory | None, Trajector
 def spliced(motion: Trajectory, t: float, durations: Floats, rows: Floats) -> Trajectory:
     """Return the motion that leaves another at an instant, with pieces (m,) seconds and (m, k, 3) metres."""
     k = int(np.searchsorted(motion.knots, t, side="left"))  # pieces before the instant
+    if k and t - motion.knots[k - 1] <= MIN_PIECE:
+        k -= 1
     knots, kept = np.append(motion.knots[:k], t), motion.coefficients[:k]
-    if k and knots[-1] - knots[-2] <= MIN_PIECE:
-        knots, kept = np.append(knots[:-2], t), kept[:-1]
     pieces = np.concatenate(of_one_degree(kept, rows))
     return Trajectory(np.concatenate([knots, t + np.cumsum(durations)]), pieces)
 

@@ -1,7 +1,8 @@
 """When a motion first comes too near to where movers may be, and how much of that there is.
 
 A motion is followed in steps in which the distance that is left from a mover cannot be used up, since both have a top
-speed; so what is passed over is proven clear.
+speed; so what is passed over is proven clear. Where these would be too short, a longer step is taken, and what it
+passes over counts as a contact unless the distances at both of its ends show that it is none.
 """
 
 import math
@@ -13,7 +14,7 @@ from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import MOVER_MARGIN
 from skyverse.space.moving_shapes import MovingShapes, gap_at
 
-SHORTEST_STEP = 1e-4
+SHORTEST_STEP = 1e-5
 """Seconds by which a motion is followed at least."""
 SAMPLE = 0.05
 """Seconds between the instants at which it is looked at how deep in movers a motion is."""
@@ -54,10 +55,11 @@ def first_contact(
     who, first = -1, math.inf
     for m in range(len(shapes.kind)):
         now, k, end = max(begin, shapes.active[m, 0]), 0, min(min(until, first), shapes.active[m, 1])
+        owed = 0.0  # what the gaps at both ends of a step that was too long must add up to
         while now <= end:
             k = _place(knots, rows, k, now, place)
             gap = gap_at(shapes, m, now, place, moved) - MOVER_MARGIN
-            if gap < 0.0:
+            if gap < owed:
                 who, first = m, now
                 break
             if now >= end:
@@ -65,27 +67,25 @@ def first_contact(
             flies = now < knots[len(rows)]
             rate = shapes.rate[m] + (speed if flies else 0.0)
             step = max(gap / rate, SHORTEST_STEP) if rate > 0.0 else until
-            now = min(now + step, max(knots[len(rows)], now + SHORTEST_STEP) if flies else end, end)
+            later = min(now + step, max(knots[len(rows)], now + SHORTEST_STEP) if flies else end, end)
+            owed = max(rate * (later - now) - gap, 0.0)
+            now = later
     return who, first
 
 
 @kernel
-def time_in_contact(
-    shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float
-) -> tuple[float, float]:
-    """Return how deep a motion is in movers, summed up over time, metre seconds, and its least gap, metres.
+def time_in_contact(shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float) -> float:
+    """Return how deep a motion is in movers, summed up over time, metre seconds.
 
-    Both are found by samples, and so are no proof. See `first_contact`.
+    It is found by samples, and so is no proof. See `first_contact`.
     """
     place, moved = np.empty(3), np.empty(3)
-    total, least = 0.0, math.inf
+    total = 0.0
     k = 0
     count = math.ceil((until - begin) / SAMPLE)
     for i in range(count + 1):
         now = begin + i * SAMPLE
         k = _place(knots, rows, k, now, place)
         for m in range(len(shapes.kind)):
-            gap = gap_at(shapes, m, now, place, moved)
-            least = min(least, gap)
-            total += max(-gap, 0.0) * SAMPLE
-    return total, least
+            total += max(-gap_at(shapes, m, now, place, moved), 0.0) * SAMPLE
+    return total

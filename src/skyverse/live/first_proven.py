@@ -56,7 +56,8 @@ def first_proven(
     moved = [one for _, one in sorted(found, key=lambda one: one[0])]
     if not proof and moved:
         mover, contact = _contact(moved[0], around, span)
-        return moved[0], Choice(moved[0] is course, contact == math.inf, mover, contact, tried)
+        proven = contact == math.inf and _clear(moved[0], around, span)
+        return moved[0], Choice(moved[0] is course, proven, mover, contact, tried)
     met: list[tuple[float, Course, int, bool]] = []
     for one in (*moved, course, _braked(course, around, span)):
         if not _clear(one, around, span):

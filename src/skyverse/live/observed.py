@@ -69,13 +69,16 @@ def with_seen(known: Known, obstacles: Sequence[Shape], zones: Sequence[Shape], 
     places
         (3,) metres each: where the UAVs are.
     """
-    if not len(obstacles) and not len(zones) and not known.entered:
-        return known
     before = known.scenario
+    known_already = (*before.obstacles, *known.entered)
+    obstacles = [one for one in obstacles if one not in known_already]
+    zones = [one for one in zones if one not in before.zones]
+    if not obstacles and not zones and not known.entered:
+        return known
     whole = _with_more(before, obstacles, zones)
     added = (*known.entered, *whole.obstacles[len(before.obstacles) :])
     entered = tuple(one for one in added if any(_is_too_near(before, one, *both) for both in enumerate(places)))
-    if len(entered) == len(added) and not len(zones):
+    if len(entered) == len(added) and not zones:
         return Known(before, entered)
     left = (one for one in added if one not in entered)
     return Known(whole.model_copy(update={"obstacles": (*before.obstacles, *left)}), entered)

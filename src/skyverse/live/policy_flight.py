@@ -15,6 +15,7 @@ from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
 from skyverse.live.track import Track
+from skyverse.live.turns import in_turns
 from skyverse.live.ways import SHARES
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
@@ -107,9 +108,8 @@ class PolicyFlight:
             error: all_moving(self.scenario, seen, self._entered, error, span)
             for error in {uav.tracking_error for uav in uavs}
         }
-        answers: dict[int, Replan] = {}
-        for uav in sorted(range(len(uavs)), key=lambda k: -uavs[k].priority):
-            answers[uav] = self._replan(uav, span, seen, moving[uavs[uav].tracking_error])
+        order = sorted(range(len(uavs)), key=lambda k: -uavs[k].priority)
+        answers = in_turns(order, lambda k: self._replan(k, span, seen, moving[uavs[k].tracking_error]))
         return tuple(answers[uav] for uav in range(len(uavs)))
 
     def predicted(self) -> tuple[Mover, ...]:
@@ -176,6 +176,7 @@ class PolicyFlight:
             kept=choice.kept,
             proven=choice.proven,
             clear_until=min(choice.contact, span.until),
+            mover="" if choice.proven or choice.mover < 0 else around.moving.names[choice.mover],
             sentence=told,
             tried=choice.tried,
             seconds=time.perf_counter() - began,

@@ -1,6 +1,6 @@
 """What a replanner answers for one UAV to what was observed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,9 @@ class Replan:
         may be as far as is known, and ends at rest; an aeroplane loiters, or ends its mission at its target.
     clear_until
         The instant up to which the motion is clear, seconds into the mission: the horizon if it is proven.
+    mover
+        What the motion may come too near to then, such as ``"mover 'ball'"``; empty if that is nothing that moves.
+        Where it may be by then, `Replanner.predicted` tells.
     sentence
         One sentence that says what is proven; or which mover the UAV may come too near to, when and where.
     tried
@@ -33,9 +36,15 @@ class Replan:
     kept: bool
     proven: bool
     clear_until: float
+    mover: str
     sentence: str
     tried: int
     seconds: float
+
+    def followed_by(self, later: "Replan") -> "Replan":
+        """Return the answer that takes the place of this one, to the same observation; efforts add up."""
+        tried, seconds = self.tried + later.tried, self.seconds + later.seconds
+        return replace(later, kept=self.kept and later.kept, tried=tried, seconds=seconds)
 
     def __repr__(self) -> str:
         return f"Replan at t = {self.time:.6g} s\n  {self.sentence}"

@@ -18,6 +18,7 @@ from skyverse.live.replan import Replan
 from skyverse.live.sighting import Sighting, checked_sighting
 from skyverse.live.surroundings import Moving, Surroundings, all_moving, with_others
 from skyverse.live.track import Track
+from skyverse.live.turns import in_turns
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
 from skyverse.model.scenario import Scenario
@@ -30,6 +31,8 @@ from skyverse.trajectory.limits import limits_of
 
 SPARE = 0.5
 """Seconds of the default horizon beyond those that the way out of the UAV takes whose way out takes longest."""
+LONGEST_SILENCE = 600.0
+"""Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
 MAX_INSTANT = 1e9
 """Seconds into the mission: no observation is later."""
 
@@ -86,17 +89,18 @@ class Replanner:
         candidates: int = 128,
     ) -> None:
         scenario = mission.scenario
+        for name, value, least in (("lead", lead, 0.0), ("memory", memory, 0.0)):
+            _require_seconds(name, value, least)
         self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
         self.horizon = max(self._horizons) if horizon is None else horizon
-        for name, value, least in (("lead", lead, 0.0), ("horizon", self.horizon, lead), ("memory", memory, 0.0)):
-            if not least < value < MAX_INSTANT:
-                raise InputError(f"expected more than {least:g} seconds, but it is {value!r}", field=name)
-        if candidates < 1:
-            raise InputError(f"expected 1 or more, but it is {candidates!r}", field="candidates")
+        _require_seconds("horizon", self.horizon, lead)
+        if isinstance(candidates, bool) or not isinstance(candidates, int) or candidates < 1:
+            raise InputError(f"expected a whole number from 1 on, but it is {candidates!r}", field="candidates")
         self.lead, self.memory, self.candidates = lead, memory, candidates
         self.mission, self.scenario, self.now = mission, scenario, 0.0
         self._airspace = Airspace(scenario)
         self._tracks: dict[str, Track] = {}
+        self._leapt = -math.inf
         self._entered: tuple[Shape, ...] = ()
         self._assignment = tuple(mission.assignment)
         self._pilots = [_pilot(self._airspace, mission, number) for number in range(len(scenario.uavs))]
@@ -147,11 +151,11 @@ class Replanner:
         """
         began = time.perf_counter()
         instant = self._checked_instant(t)
-        sightings = [checked_sighting(one, k) for k, one in enumerate(movers)]
+        sightings = _checked_sightings(movers)
         placed = checked_states({} if states is None else states, len(self.scenario.uavs))
         for uav, state in placed.items():
             self._pilots[uav].checked_state(state)
-        if deadline_ms is not None and not deadline_ms >= 0.0:
+        if deadline_ms is not None and not (_is_number(deadline_ms) and deadline_ms >= 0.0):
             raise InputError(f"expected 0 or more, but it is {deadline_ms!r}", field="deadline_ms")
         places = [pilot.state(max(instant, self.now))[0] for pilot in self._pilots]
         known = with_seen(Known(self.scenario, self._entered), obstacles, zones, places)
@@ -196,10 +200,11 @@ class Replanner:
             (error, span): all_moving(self.scenario, self._predicted(span.until), self._entered, error, span)
             for error, span in kinds
         }
-        answers: dict[int, Replan] = {}
-        for uav in sorted(range(len(spans)), key=lambda k: -self.scenario.uavs[k].priority):
-            span = spans[uav]
-            answers[uav] = self._replan(uav, span, moving[self.scenario.uavs[uav].tracking_error, span], deadline)
+        order = sorted(range(len(spans)), key=lambda k: -self.scenario.uavs[k].priority)
+        uavs = self.scenario.uavs
+        answers = in_turns(
+            order, lambda k: self._replan(k, spans[k], moving[uavs[k].tracking_error, spans[k]], deadline)
+        )
         return tuple(answers[uav] for uav in range(len(spans)))
 
     def _find_ways(self, scenario: Scenario, new: bool) -> None:
@@ -215,11 +220,15 @@ class Replanner:
 
     def _checked_instant(self, t: float) -> float:
         """Return the instant of an observation, or raise `InputError`."""
-        if isinstance(t, bool) or not isinstance(t, int | float | np.number) or not 0.0 <= t <= MAX_INSTANT:
+        if not _is_number(t) or not 0.0 <= t <= MAX_INSTANT:
             raise InputError(f"expected seconds into the mission, from 0 on, but it is {t!r}", field="t")
         if t < self.now - self.horizon:
             back = f"{self.now:.6g} s to {t:.6g} s"
             raise InputError(f"the clock was set back from {back}, by more than the horizon", field="t")
+        if t > self.now + LONGEST_SILENCE and not 0.0 <= t - self._leapt <= LONGEST_SILENCE:
+            self._leapt = float(t)
+            ahead = f"{self.now:.6g} s to {t:.6g} s, by more than {LONGEST_SILENCE:g} s"
+            raise InputError(f"the clock went ahead from {ahead}; a next observation that agrees is taken", field="t")
         return float(t)
 
     def motion(self, uav: int) -> Trajectory:
@@ -268,10 +277,32 @@ class Replanner:
             kept=choice.kept,
             proven=choice.proven,
             clear_until=min(choice.contact, span.until),
+            mover="" if choice.proven or choice.mover < 0 else around.moving.names[choice.mover],
             sentence=_sentence(pilot, choice, around, span),
             tried=choice.tried,
             seconds=time.perf_counter() - began,
         )
+
+
+def _require_seconds(name: str, value: object, least: float) -> None:
+    """Raise `InputError` if a setting is not a number of seconds above a least one."""
+    if not _is_number(value) or not least < float(value) < MAX_INSTANT:  # type: ignore[arg-type]
+        raise InputError(f"expected more than {least:g} seconds, but it is {value!r}", field=name)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def _checked_sightings(movers: Sequence[Sighting | Mapping[str, object]]) -> list[Sighting]:
+    """Return the sightings of movers, no two of which have one name, or raise `InputError`."""
+    sightings = [checked_sighting(one, k) for k, one in enumerate(movers)]
+    names = [one.name for one in sightings]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            said = f"expected a name for each mover, but {name!r} is that of movers[{names.index(name)}] too"
+            raise InputError(said, field=f"movers[{k}].name")
+    return sightings
 
 
 def _sentence(pilot: Pilot, choice: Choice, around: Surroundings, span: Span) -> str:
@@ -280,9 +311,12 @@ def _sentence(pilot: Pilot, choice: Choice, around: Surroundings, span: Span) ->
     if choice.proven:
         return f"{name} {pilot.way_out}, clear of everything until t = {span.until:.6g} s."
     if choice.mover < 0:
-        return f"{name} has no way out that is proven clear of what stands still."
+        return f"{name} has no way out that is proven clear of what stands still, and slow enough in zones."
     at, whom = told_point(pilot.state(choice.contact)[0]), around.moving.names[choice.mover]
-    return f"{name} has no way out: {whom} may come too near at t = {choice.contact:.6g} s, at {at}."
+    told = f"{whom} may come too near at t = {choice.contact:.6g} s, at {at}"
+    if choice.contact <= span.join:  # whatever it flies then
+        return f"{name} has no way out: {told}, before another motion can begin."
+    return f"{name} has no way out that was found among {max(choice.tried, 1)} motions: {told}."
 
 
 def _pilot(airspace: Airspace, mission: Mission, number: int) -> Pilot:

@@ -6,11 +6,12 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.sighting import Sighting
-from skyverse.model.mover import Mover
+from skyverse.model.mover import Ellipsoid, Mover, MoverShape
 from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
-from skyverse.model.shapes import Shape
+from skyverse.model.shape_extent import extent
+from skyverse.model.shapes import Shape, Sphere
 from skyverse.space.world import World
 
 LEAST_TOP_SPEED = 1e-3
@@ -40,7 +41,7 @@ def seen_movers(
     found = []
     for number, mover in enumerate(movers):
         at = mover.at([t])[0]
-        if np.linalg.norm(at - places, axis=1).min(initial=np.inf) > sensor.reach:
+        if _distances(mover.shape, places - at).min(initial=np.inf) > sensor.reach:
             continue
         if sensor.error > 0.0:
             off = rng.normal(size=3)
@@ -57,6 +58,18 @@ def seen_movers(
             )
         )
     return found
+
+
+def _distances(shape: MoverShape, places: Floats) -> Floats:
+    """Return how far places (n, 3) in a mover's frame are from its shape, or from the box around it, (n,) metres."""
+    if isinstance(shape, Sphere):
+        return np.maximum(np.linalg.norm(places - np.array(shape.centre), axis=1) - shape.radius, 0.0)
+    if isinstance(shape, Ellipsoid):
+        size = np.array((shape.semi_axis_xy, shape.semi_axis_xy, shape.semi_axis_z))
+        low, high = np.array(shape.centre) - size, np.array(shape.centre) + size
+    else:
+        low, high = extent(shape)
+    return np.asarray(np.linalg.norm(places - np.clip(places, low, high), axis=1))
 
 
 class HiddenObstacles:

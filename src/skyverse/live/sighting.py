@@ -1,10 +1,10 @@
 """What was seen of a mover at an instant, and what is known of how it may move on."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from skyverse.errors import InputError
 from skyverse.model.mover import MoverShape
@@ -63,6 +63,13 @@ class Sighting(Model):
     velocity_error: Amount = 0.0
     top_speed: Limit
     max_acceleration: Amount | None = None
+
+    @model_validator(mode="after")
+    def _within_top_speed(self) -> Self:
+        if self.velocity is not None and np.linalg.norm(self.velocity) > self.top_speed + self.velocity_error:
+            seen = f"{np.linalg.norm(self.velocity):g} m/s"
+            raise ValueError(f"velocity must not be above top_speed and velocity_error together, but it is {seen}")
+        return self
 
 
 def checked_sighting(given: Sighting | Mapping[str, object], number: int) -> Sighting:

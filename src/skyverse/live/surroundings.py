@@ -100,10 +100,20 @@ def with_others(moving: Moving, scenario: Scenario, uav: int, others: Mapping[in
         across, above = kept_ellipsoid(scenario.uavs[uav], scenario.uavs[other])
         if across > 0.0:
             fastest = scenario.uavs[other].max_speed * (1.0 + LIMIT_EASE)
+            fastest = max(fastest, _speed_if_too_fast(motion, fastest))
             ellipsoids.append(MovingEllipsoid(motion, across, above, fastest))
             names.append(scenario.uavs[other].name)
     needs = np.append(moving.needs, [max(one.semi_axis_xy, one.semi_axis_z) for one in ellipsoids])
     return Moving(with_ellipsoids(moving.shapes, ellipsoids), (*moving.names, *names), needs)
+
+
+def _speed_if_too_fast(motion: Trajectory, limit: float) -> float:
+    """Return a bound of a motion's speed if a piece begins above a limit, as after a gust; else 0."""
+    rows = motion.coefficients[:, 1:]
+    if not rows.shape[1] or np.linalg.norm(rows[:, 0], axis=1).max() <= limit:
+        return 0.0
+    powers, seconds = np.arange(rows.shape[1]), np.diff(motion.knots)[:, None]
+    return float(np.max((np.linalg.norm(rows, axis=2) * (powers + 1.0) * seconds**powers).sum(axis=1)))
 
 
 def _parts(obstacle: Shape) -> tuple[Shape, ...]:

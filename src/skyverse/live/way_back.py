@@ -6,6 +6,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.trajectory import Trajectory
+from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.space.world import World
 from skyverse.trajectory.proof import clear_pieces
 
@@ -16,7 +17,7 @@ NEARER = 0.01
 
 
 def seconds_to_safety(world: World, durations: Floats, rows: Floats) -> float:
-    """Return the seconds after which a motion is clear of what stands still for good.
+    """Return the seconds after which a motion is for good clear of what stands still, and slow enough in zones.
 
     Parameters
     ----------
@@ -33,10 +34,11 @@ def seconds_to_safety(world: World, durations: Floats, rows: Floats) -> float:
     clear = clear_pieces(world.space, durations, rows)
     if not len(clear) or not clear[-1]:
         return math.inf
-    if clear.all():
-        return 0.0
-    count = len(clear) - int(np.argmin(clear[::-1]))  # pieces up to the last one that is not clear
     knots = np.append(0.0, np.cumsum(durations))
+    slow = _seconds_too_fast(world, Trajectory(knots, rows))
+    if clear.all():
+        return slow
+    count = len(clear) - int(np.argmin(clear[::-1]))  # pieces up to the last one that is not clear
     steps = np.arange(SAMPLES + 1) / SAMPLES
     t = (knots[:count, None] + durations[:count, None] * steps).ravel()
     places = Trajectory(knots, rows).at(t).position
@@ -44,4 +46,17 @@ def seconds_to_safety(world: World, durations: Floats, rows: Floats) -> float:
     for left, need in ((world.distance(places), world.space.clearance), (inside, 0.0)):
         if left.min() < min(left[0], need) - NEARER:
             return math.inf
-    return float(knots[count])
+    return max(float(knots[count]), slow)
+
+
+def _seconds_too_fast(world: World, motion: Trajectory) -> float:
+    """Return the last of the instants that are looked at when a motion, from 0 s on, is too fast for a zone; else 0."""
+    if not world.speed_zones:
+        return 0.0
+    t = np.unique(np.linspace(motion.knots[:-1], motion.knots[1:], SAMPLES + 1))
+    places, velocities, _ = motion.at(t)
+    speeds, last = np.linalg.norm(velocities, axis=1), 0.0
+    for now, place, speed in zip(t.tolist(), places, speeds.tolist(), strict=True):
+        if any(speed > zone.max_speed * (1.0 + LIMIT_EASE) and zone.holds(place) for zone in world.speed_zones):
+            last = now
+    return last
