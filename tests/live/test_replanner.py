@@ -246,6 +246,20 @@ def test_a_clock_that_leaps_ahead_once_is_not_believed():
     assert flight.now == 5000.1
 
 
+def test_a_uav_rests_near_a_target_that_a_mover_keeps_it_from():
+    there = sky.Mover(
+        name="guard",
+        shape=BALL,
+        motion=sky.WaypointMotion(points=[(18.5, 3.2, 1), (18.5, 3.8, 1)], times=[0, 1], then="returns"),
+    )
+    flight = replanner(hall())
+    answers = fly(flight, [there], top_speed=0.6, seconds=30.0)
+    assert all(one.proven for (one,) in answers)
+    velocities = flight.flown(0).at(np.linspace(15.0, 29.0, 1000)).velocity
+    assert np.linalg.norm(velocities, axis=1).mean() < 0.05
+    assert np.linalg.norm(flight.motion(0).at([29.0]).position[0] - (19, 5, 1)) < 3.0
+
+
 def seen(x, y=5.0, **more):
     return sky.Sighting(**{"name": "ball", "shape": BALL, "position": (x, y, 1), "top_speed": 2.0, **more})
 

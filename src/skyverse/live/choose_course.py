@@ -35,6 +35,8 @@ LOOKED_AT = 0.5
 """The share of the horizon after which motions are compared by what they still have to fly."""
 BLOCKED = 10.0
 """Seconds that it may take longer to arrive along a way in which something stands."""
+REST = 0.5
+"""Seconds by which another way must be faster than resting, for a UAV that rests or is near its target."""
 KEEP_ON = 0.05
 """Seconds by which another way must arrive earlier than the present one, so that a UAV does not waver."""
 SLOWER_IN_ZONES = 0.999
@@ -204,8 +206,9 @@ class _Search:
     def arrival(self, found: _Candidate) -> float:
         """Return about when a UAV arrives that stops, or keeps its course.
 
-        A UAV that waits already is held to wait as long again, so that after a while it tries another way. Otherwise
-        UAVs that wait for each other would do so for ever.
+        A UAV that has waited for another one is held to wait as long again, so that after a while it tries another way:
+        otherwise UAVs that wait for each other would do so for ever. One that a mover keeps from going on, and that
+        rests or is near its target, does not leave for what is gained by less than `REST`, so that it does not waver.
         """
         course = self.applied(found)
         target, end = self.guidance.points[-1], course.motion.end
@@ -216,9 +219,21 @@ class _Search:
         left = course.remaining(self.looked_at)
         if not len(left.points):
             left = self.guidance.after(len(self.guidance.points) - 1)
-        waited = max(self.span.now - self.course.motion.end, 0.0)
         seconds = seconds_left(self.around.limits, place, velocity, left.points)
-        return self.looked_at + seconds + self.seconds_lost(place, left.points) + waited
+        later = self.looked_at + seconds + self.seconds_lost(place, left.points)
+        waited = self.span.now - self.course.motion.end
+        if waited > 0.0 and any(who >= self.around.uavs for _, who, _ in self.met):
+            return later + waited
+        kept_back = any(0 <= who < self.around.uavs for _, who, _ in self.met)
+        return later - (REST if kept_back and self.may_rest(left) else 0.0)
+
+    def may_rest(self, onwards: Way) -> bool:
+        """Tell whether a UAV rests already, or can be at the end of a way by the horizon."""
+        if self.course.motion.end < self.span.now:
+            return True
+        place, velocity, _ = self.state(self.span.join)
+        seconds = seconds_left(self.around.limits, place, velocity, onwards.points)
+        return self.span.join + seconds < self.span.until
 
     def proves(self, found: _Candidate) -> bool:
         """Tell whether a candidate is proven; if not, take note of what it meets."""
@@ -297,6 +312,12 @@ def choose_course(
             return search.chosen(found, tried)
     if search.keeps_plan(hold):
         return search.chosen(hold, tried)
+    onwards = course.remaining(span.join)
+    if len(onwards.points) and tried < most_tried and time.perf_counter() < deadline and search.may_rest(onwards):
+        tried += 1  # what is in its way?
+        made = search.made(_Idea(span.join, onwards, 1.0, 0.0))
+        if made is not None and search.proves(made[0]):
+            return search.chosen(made[0], tried)
     search.push(search.arrival(hold), hold)
     joins, shares = [span.join], _shares(around)
     state = search.state(span.join)

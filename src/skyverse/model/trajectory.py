@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 Form = Literal["blended", "smooth", "slowed", "straightened", "stop-and-go", "dubins"]
 
 
+SAME_INSTANT = 1e-9
+"""Seconds beyond its ends at which a trajectory still moves, since instants are rounded."""
+
+
 class Motion(NamedTuple):
     """Position (m), velocity (m/s) and acceleration (m/s^2) at m instants, (m, 3) each."""
 
@@ -125,7 +129,7 @@ class Trajectory(ArrayRecord, Drawn):
             motion.append(value)
             powers = np.arange(rows.shape[1], dtype=np.float64)
             rows = (rows * powers[None, :, None])[:, 1:] if rows.shape[1] > 1 else np.zeros_like(rows)
-        holding = (instants < self.start) | (instants > self.end)
+        holding = (instants < self.start - SAME_INSTANT) | (instants > self.end + SAME_INSTANT)
         motion[1][holding] = 0.0
         motion[2][holding] = 0.0
         return Motion(*motion)
