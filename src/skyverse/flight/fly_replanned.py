@@ -85,6 +85,8 @@ def fly_replanned(
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
             what = "metres" if name == "margin" else "seconds"
             raise InputError(f"expected {what} from 0 on, found {value!r}", field=name)
+    if longest == 0:
+        raise InputError("expected seconds above 0, found 0", field="longest")
     _refuse_what_is_not_flown(replanner, sensor)
     generator, seed = seeded(rng)
     require_simulator()

@@ -75,6 +75,8 @@ class StudyPolicy(BaseModel):
     def make(self) -> Contender:
         """Return the policy."""
         settings = self.model_extra or {}
+        if self.policy in _CONTENDERS and settings:
+            raise TypeError(f"there is no setting {', '.join(map(repr, settings))}; {self.policy!r} has none")
         if self.policy in _CONTENDERS:
             return _CONTENDERS[self.policy](**settings)
         if self.policy not in POLICY_NAMES:

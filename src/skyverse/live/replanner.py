@@ -132,7 +132,8 @@ class Replanner:
             Those that were not known before, with a limit of speed, or times at which they are active.
         states
             Positions and velocities, (3,) metres and (3,) m/s, of UAVs by their indices. One that is farther from where
-            it should be than its tracking error, and a centimetre, goes on from where it is.
+            it should be than its tracking error, and a centimetre, goes on from there with that velocity; those of all
+            others are not used.
         targets
             Other targets, (3,) metres, of UAVs by their indices, to which new paths are planned.
         deadline_ms
