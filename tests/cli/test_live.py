@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from contextlib import ExitStack, contextmanager
 
 import pytest
@@ -24,9 +25,19 @@ def mission(tmp_path_factory):
     return str(path)
 
 
+@contextmanager
 def started(mission, *words):
+    """The program, which is killed after two minutes if it has not ended by itself."""
     pipe = subprocess.PIPE
-    return subprocess.Popen([*PROGRAM, mission, *words], stdin=pipe, stdout=pipe, stderr=pipe)
+    with subprocess.Popen([*PROGRAM, mission, *words], stdin=pipe, stdout=pipe, stderr=pipe) as run:
+        late = threading.Timer(120.0, run.kill)
+        late.start()
+        try:
+            yield run
+            run.wait(120)
+        finally:
+            late.cancel()
+            run.kill()
 
 
 def heard(stream):
