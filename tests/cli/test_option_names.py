@@ -39,8 +39,9 @@ def test_every_parameter_that_a_message_names_has_an_option():
     known = options()
     named = fields() | set(OPTIONS) | set(PLACEHOLDERS)
     assert {"ceiling", "Raster.nodata", "allow_close"} <= named
-    # no verb gives the readers of voxels a size, a track's gap stands in its scenario, and no verb makes a Replanner
-    without = {"size", "gap", "candidates", "deadline_ms", "mission", "states", "t"}
+    # no verb gives the readers of voxels a size, a track's gap stands in its scenario, no verb makes a Replanner, and
+    # none begins a search with a population
+    without = {"size", "gap", "candidates", "deadline_ms", "mission", "states", "t", "legs", "population"}
     assert {field for field in named if option_of(field) not in known} <= without
 
 

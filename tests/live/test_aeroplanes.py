@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import skyverse as sky
@@ -90,7 +90,7 @@ def random_field(seed):
     return scenario, sky.random_movers(scenario, 4, kind=kind, speed=speed, radius=8, seed=seed).movers
 
 
-@settings(max_examples=8)
+@pytest.mark.slow
 @given(st.integers(0, 10_000))
 def test_every_motion_that_is_said_to_be_proven_is_proven_by_the_referee(seed):
     scenario, truth = random_field(seed)

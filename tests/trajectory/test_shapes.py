@@ -173,8 +173,10 @@ def test_an_aeroplane_flies_around_a_pillar_and_over_a_ridge():
     assert flown.at(np.linspace(0, flown.end, 500)).position[:, 2].max() > 40 - 1e-6
 
 
-def test_one_that_hovers_in_an_alley_between_turned_buildings_is_flown_around():
+def test_one_that_hovers_in_an_alley_between_turned_buildings_makes_way_or_is_flown_around():
     alley = (block(50, 8, 14, 0.3, 40), block(50, 52, 12, 0.5, 40))
     ways = [((5, 30, 10), (95, 30, 10)), ((50, 30, 10), (50, 30, 10))]
     mission = planned(fly(*alley, ways=ways))
-    assert {action.kind for action in mission.deconfliction.actions} == {"detour"}
+    kinds = {action.kind for action in mission.deconfliction.actions}
+    assert kinds
+    assert kinds <= {"detour", "wait"}

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from skyverse.cost import soft_terms
 from skyverse.deconfliction.candidate import Candidate, PlacedFlight
 from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.forbidden_departures import TICK
@@ -65,7 +66,7 @@ def choose_flight(
         around = heeding
     if around is not planned:
         in_conflict = pool.conflicts(around, departure, traffic)
-    if best is None or best.arrival > enough:
+    if not soft_terms(pool.scenario) and (best is None or best.arrival > enough):  # it heeds time alone
         until = np.inf if best is None else best.arrival - TICK
         waiting = flights.flight(planned, placed, until, searches=1 if pool.spent else SEARCHES)
         if waiting is not None and waiting.arrival < until:

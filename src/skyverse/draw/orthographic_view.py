@@ -60,7 +60,7 @@ class OrthographicView:
 
     def _dress(self) -> None:
         axes = self.axes
-        axes.set_facecolor("#fbfcfd")
+        axes.set_facecolor(LIGHT["card"])
         for side in axes.spines.values():
             side.set_color(LIGHT["line"])
         axes.grid(color=LIGHT["grid"], linewidth=0.6)

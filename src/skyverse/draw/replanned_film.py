@@ -33,7 +33,7 @@ MAX_PLAN_HEIGHT, MIN_SIDE_HEIGHT = 6.2, 0.7
 """Inches of the views from above at most, and from the side at least, even if heights are then drawn larger."""
 LONGER = 1.2
 """A world that is so much longer along y than along x lies on its side, with x pointing down."""
-TICKS = {"kept": "#a9b4c2", "replaced": LIGHT["accent"], "no way out": FINDINGS["error"]}
+TICKS = {"kept": LIGHT["box"], "replaced": LIGHT["accent"], "no way out": FINDINGS["error"]}
 """The colours of answers on the time line."""
 
 
