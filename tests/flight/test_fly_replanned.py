@@ -64,7 +64,7 @@ def test_only_what_is_within_range_of_where_the_uav_really_is_is_seen(flight):
     for step in flight.steps[:-1]:
         place = flown.positions[round(step.time * 100)]
         off = np.linalg.norm(CROSSING.at([step.time])[0] - place)
-        assert (step.movers == (0,)) == (off <= SENSOR.range)
+        assert (step.movers == (0,)) == (off <= SENSOR.range + CROSSING.shape.radius)
     (seen,) = [step for step in flight.steps if step.obstacles]
     place = flown.positions[round(seen.time * 100)]
     assert 3.5 < np.linalg.norm(np.maximum(np.array(WALL.min) - place, 0)) <= SENSOR.range
