@@ -22,8 +22,8 @@ from escapes import contacts
 from machine import describe, table
 
 import skyverse as sky
+from skyverse.lab.hindsight import least_lengths, least_seconds
 from skyverse.samples.movers import MoverKind
-from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 KINDS = (*get_args(MoverKind), "walls")
 WALL = (0.2, 2.0)
@@ -150,15 +150,10 @@ def with_walls(mission: sky.Mission, count: int, seed: int) -> sky.Scenario:
     return truth if reachable(truth) else with_walls(mission, max(count - 1, 0), seed + 1)
 
 
-def lower_bound(mission: sky.Mission) -> float:
+def lower_bound(scenario: sky.Scenario, assignment: tuple[int | None, ...]) -> float:
     """Return seconds before which not all UAVs can have arrived, whatever moves: by lengths that are proven least."""
-    seconds = 0.0
-    for uav, result in zip(mission.scenario.uavs, mission.results, strict=True):
-        if result is not None and result.bound:
-            straight = rest_to_rest(np.array([(0.0, 0, 0), (result.bound, 0, 0)]), uav)
-            fastest = result.bound / uav.max_speed  # an aeroplane is at full speed from the beginning on
-            seconds = max(seconds, straight.end if uav.fixed_wing is None else fastest)
-    return seconds
+    lengths = least_lengths(scenario, assignment)
+    return max(least_seconds(length, uav) for length, uav in zip(lengths, scenario.uavs, strict=True))
 
 
 @dataclass
@@ -197,7 +192,7 @@ def fly(name: str, kind: str, seed: int, given: argparse.Namespace) -> Flown:
     if given.verbose and (wrong or not arrived):
         said = "; ".join(one.sentence for one in wrong)
         print(f"{name} {kind} seed {seed}: arrived {arrived}, touched {touched}; {said}", flush=True)
-    bound = lower_bound(planned(truth.model_copy(update={"movers": ()})))
+    bound = lower_bound(truth.model_copy(update={"movers": ()}), mission.assignment)
     ends = [replanner.arrival(uav) or np.inf for uav in range(len(scenario.uavs))]
     told = [(1e3 * one.seconds, one.proven, one.sentence) for one in answers]
     return Flown(arrived, not wrong, touched, max(ends) / bound, told)
