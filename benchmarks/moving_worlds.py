@@ -4,6 +4,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import skyverse as sky
+from skyverse.model.mover_bounds import motion_bounds
+from skyverse.model.mover_motions import MoverMotion
 from skyverse.model.result import Provenance
 
 SIDE, HEIGHT, BEYOND = 30.0, 10.0, 30.0  # metres
@@ -53,7 +55,10 @@ def mover(rng: np.random.Generator) -> sky.Mover:
     doubt = {"radius": rng.uniform(0, 1), "growth": rng.uniform(0, 0.1), "since": rng.uniform(-2, 8)}
     if rng.random() < 0.5:
         doubt["top_speed"] = doubt["growth"] + rng.uniform(0.01, 2)
-    return sky.Mover(shape=shape(rng), motion=motion(rng), doubt=doubt if rng.random() < 0.5 else {})
+    own, moves = shape(rng), motion(rng)
+    if "top_speed" in doubt:
+        doubt["top_speed"] = max(doubt["top_speed"], motion_bounds(moves)[0])
+    return sky.Mover(shape=own, motion=moves, doubt=doubt if rng.random() < 0.5 else {})
 
 
 def shape(rng: np.random.Generator) -> dict[str, object]:
@@ -69,7 +74,7 @@ def shape(rng: np.random.Generator) -> dict[str, object]:
     return shapes[rng.integers(4)]
 
 
-def motion(rng: np.random.Generator) -> object:
+def motion(rng: np.random.Generator) -> MoverMotion:
     """Return a motion of any kind."""
     kind = rng.integers(4)
     if kind == 0:

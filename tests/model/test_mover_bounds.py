@@ -56,3 +56,12 @@ def test_polynomials_that_begin_and_end_at_rest_have_an_acceleration():
 def test_polynomials_that_set_off_in_an_instant_have_none():
     jerky = sky.PolynomialMotion(knots=[0, 2], coefficients=[[(0, 0, 0), (1, 0, 0)]])
     assert motion_bounds(jerky) == (1.0, None)
+
+
+def test_a_doubt_whose_top_speed_contradicts_the_motion_is_refused():
+    fast = sky.WaypointMotion(points=[(0, 0, 0), (9, 0, 0)], times=[0, 3])
+    ball = sky.Sphere(centre=(0, 0, 0), radius=1)
+    with pytest.raises(ValueError, match="as fast as 3 m/s"):
+        sky.Mover(shape=ball, motion=fast, doubt=sky.Doubt(radius=0.1, growth=0.05, top_speed=1.0))
+    fits = sky.Mover(shape=ball, motion=fast, doubt=sky.Doubt(radius=0.1, growth=0.05, top_speed=3.0))
+    assert fits.at([1.0])[0, 0] == 3

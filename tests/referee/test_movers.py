@@ -128,11 +128,12 @@ def test_doubt_that_grows_makes_a_flight_unsafe_that_was_safe():
 
 
 def test_a_top_speed_bounds_what_a_mover_may_do_after_its_last_observation():
-    fast = WaypointMotion(points=[(-50, 0, 0), (50, 0, 0)], times=[0, 10])  # 10 m/s through the UAV's place
+    near = WaypointMotion(points=[(-50, 0, 0), (-7, 0, 0)], times=[0, 9])  # up to 7 m from the UAV's place
     flown = flight((0, 0, 0), (0, 0, 1), 9)
-    assert verdict(among(Mover(shape=BALL, motion=fast), flown=flown)).verdict is Verdict.REFUTED
-    slow = Doubt(radius=0.1, top_speed=2.0, growth=2.0)  # seen 50 m away at 0 s: it cannot be here within 11 s
-    assert verdict(among(Mover(shape=BALL, motion=fast, doubt=slow), flown=flown)).verdict is Verdict.PROVEN
+    doubt = Doubt(radius=0.1, growth=2.0)  # so it may be 18 m farther by then
+    assert verdict(among(Mover(shape=BALL, motion=near, doubt=doubt), flown=flown)).verdict is Verdict.REFUTED
+    slow = Doubt(radius=0.1, growth=2.0, top_speed=4.8)  # seen 50 m away at 0 s, it cannot be here within 10 s
+    assert verdict(among(Mover(shape=BALL, motion=near, doubt=slow), flown=flown)).verdict is Verdict.PROVEN
 
 
 def test_the_tracking_error_counts():

@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from skyverse.model.mover import Doubt, Ellipsoid, Mover
+from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 from skyverse.model.shapes import Box, Cylinder, Sphere
 from skyverse.space.timed_shapes import TimedShape
@@ -86,7 +87,14 @@ def depth_at(mover, instants, places, kept):
     return np.where(since > 0, np.minimum(depth, by_speed), depth)
 
 
-movers = st.builds(lambda shape, motion, doubt: Mover(shape=shape, motion=motion, doubt=doubt), shapes, motions, doubts)
+def doubted(shape, motion, doubt):
+    """A mover with a doubt whose top speed is at least its motion's own."""
+    if doubt.top_speed is not None:
+        doubt = doubt.model_copy(update={"top_speed": max(doubt.top_speed, motion_bounds(motion)[0])})
+    return Mover(shape=shape, motion=motion, doubt=doubt)
+
+
+movers = st.builds(doubted, shapes, motions, doubts)
 
 
 def timed(given_movers, kept=0.5):

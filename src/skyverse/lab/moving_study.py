@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from skyverse.atomic import write_text
 from skyverse.documents.yaml import yaml_text
@@ -13,6 +13,7 @@ from skyverse.files import read_scenario
 from skyverse.files.document import explained, parse, read_text
 from skyverse.lab.fly_job import Contender, KnownBeforehand, MovingCase, MovingJob, OwnReplanner
 from skyverse.lab.study_fields import (
+    MadeByName,
     ScenarioStudy,
     Seeds,
     StudyModel,
@@ -55,34 +56,26 @@ class StudyMovers(StudyModel):
         return self if self.label else self.model_copy(update={"label": told})
 
 
-class StudyPolicy(BaseModel):
-    """A policy by name, its settings, and its label, which by default is the name followed by the settings."""
-
-    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
+class StudyPolicy(MadeByName):
+    """A policy by name, its settings, and its label."""
 
     policy: str
-    label: str = ""
 
-    @model_validator(mode="after")
-    def _made(self) -> Self:
-        try:
-            self.make()
-        except TypeError as error:
-            raise ValueError(str(error)) from None
-        settings = " ".join(f"{name}={value}" for name, value in (self.model_extra or {}).items())
-        return self if self.label else self.model_copy(update={"label": f"{self.policy} {settings}".strip()})
+    @property
+    def name(self) -> str:
+        """The policy's name."""
+        return self.policy
 
     def make(self) -> Contender:
         """Return the policy."""
-        settings = self.model_extra or {}
-        if self.policy in _CONTENDERS and settings:
-            raise TypeError(f"there is no setting {', '.join(map(repr, settings))}; {self.policy!r} has none")
+        if self.policy in _CONTENDERS and self.settings:
+            raise TypeError(f"there is no setting {', '.join(map(repr, self.settings))}; {self.policy!r} has none")
         if self.policy in _CONTENDERS:
-            return _CONTENDERS[self.policy](**settings)
+            return _CONTENDERS[self.policy]()
         if self.policy not in POLICY_NAMES:
             names = ", ".join([*_CONTENDERS, *POLICY_NAMES])
             raise ValueError(f"there is no policy {self.policy!r}; there are {names}")
-        return make_policy(self.policy, **settings)
+        return make_policy(self.policy, **self.settings)
 
 
 class MovingStudy(ScenarioStudy):

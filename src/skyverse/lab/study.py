@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, PlainSerializer, ValidationError, model_validator
 
 from skyverse.atomic import write_text
 from skyverse.documents.yaml import yaml_text
@@ -14,6 +14,7 @@ from skyverse.files.document import explained, parse, read_text
 from skyverse.lab.run_job import Case, Job
 from skyverse.lab.study_fields import (
     Count,
+    MadeByName,
     ScenarioStudy,
     Seeds,
     StudyModel,
@@ -39,26 +40,19 @@ _RULES = {
 }
 
 
-class StudyPlanner(BaseModel):
-    """A planner by name, its settings, and its label, which by default is the name followed by the settings."""
-
-    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
+class StudyPlanner(MadeByName):
+    """A planner by name, its settings, and its label."""
 
     planner: str
-    label: str = ""
 
-    @model_validator(mode="after")
-    def _made(self) -> Self:
-        try:
-            self.make()
-        except TypeError as error:
-            raise ValueError(str(error)) from None
-        settings = " ".join(f"{name}={value}" for name, value in (self.model_extra or {}).items())
-        return self if self.label else self.model_copy(update={"label": f"{self.planner} {settings}".strip()})
+    @property
+    def name(self) -> str:
+        """The planner's name."""
+        return self.planner
 
     def make(self) -> Planner:
         """Return the planner."""
-        return make_planner(self.planner, **(self.model_extra or {}))
+        return make_planner(self.planner, **self.settings)
 
 
 class Budget(StudyModel):

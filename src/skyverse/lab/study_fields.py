@@ -1,6 +1,7 @@
 """What the files of all studies have: scenarios with labels, seeds, and lists that may be written short."""
 
 import os
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -26,6 +27,37 @@ class StudyScenario(StudyModel):
     @model_validator(mode="after")
     def _labelled(self) -> Self:
         return self if self.label else self.model_copy(update={"label": label_of(self.file)})
+
+
+class MadeByName(BaseModel, ABC):
+    """What is made by its name and settings, and its label, which by default is the name followed by the settings."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
+
+    label: str = ""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Its name."""
+
+    @abstractmethod
+    def make(self) -> Any:
+        """Return it, or raise `TypeError` or `ValueError` where a setting is wrong."""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its settings."""
+        return self.model_extra or {}
+
+    @model_validator(mode="after")
+    def _made(self) -> Self:
+        try:
+            self.make()
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+        settings = " ".join(f"{name}={value}" for name, value in self.settings.items())
+        return self if self.label else self.model_copy(update={"label": f"{self.name} {settings}".strip()})
 
 
 Count = Annotated[int, Field(ge=1)]

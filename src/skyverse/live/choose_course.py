@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.change_of_velocity import braking_motion
-from skyverse.live.choice import Choice, Span
-from skyverse.live.course import STAY, Course
+from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, SAME_TIME, Choice, Span
+from skyverse.live.course import Course, stop_or_stay
 from skyverse.live.first_contact import first_contact, time_in_contact
 from skyverse.live.guidance import Way
 from skyverse.live.planned_motion import Planned, motions_along
@@ -31,18 +30,10 @@ from skyverse.space.world import path_free
 from skyverse.trajectory.proof import clear_pieces
 from skyverse.trajectory.speed_in_zones import first_too_fast
 
-LOOKED_AT = 0.5
-"""The share of the horizon after which motions are compared by what they still have to fly."""
-BLOCKED = 10.0
-"""Seconds that it may take longer to arrive along a way in which something stands."""
 REST = 0.5
 """Seconds by which another way must be faster than resting, for a UAV that rests or is near its target."""
-KEEP_ON = 0.05
-"""Seconds by which another way must arrive earlier than the present one, so that a UAV does not waver."""
 SLOWER_IN_ZONES = 0.999
 """The share of zones' speed limits that is flown in them."""
-SAME_TIME = 0.25
-"""Seconds: of motions that meet movers no farther apart in time, the one that is least deep in them is taken."""
 
 
 class _Idea(NamedTuple):
@@ -154,11 +145,7 @@ class _Search:
 
     def stop(self, begin: float) -> _Candidate:
         """Return the motion that stops as fast as possible."""
-        state = self.state(begin)
-        durations, rows = braking_motion(state, self.around.limits)
-        if not len(durations):
-            durations, rows = np.array([STAY]), np.zeros((1, 4, 3))
-            rows[0, 0] = state[0]
+        durations, rows = stop_or_stay(self.state(begin), self.around.limits)
         way = self.course.remaining(begin)
         return _Candidate(begin, durations, rows, way, np.full(len(way.points), np.inf))
 

@@ -17,7 +17,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.live.aeroplane_course import AeroplaneCourse, Flying, Reference, loiter, pose_at, poses_at, timed
 from skyverse.live.aeroplane_legs import LEFT, RIGHT
-from skyverse.live.choice import Choice, Span
+from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, SAME_TIME, Choice, Span
 from skyverse.live.course import of_one_degree
 from skyverse.live.first_contact import first_contact, time_in_contact
 from skyverse.live.planned_motion import followed
@@ -30,14 +30,6 @@ from skyverse.trajectory.dubins_leg import DubinsLeg
 from skyverse.trajectory.proof import clear_pieces
 from skyverse.trajectory.speed_in_zones import first_too_fast
 
-LOOKED_AT = 0.5
-"""The share of the horizon after which motions are compared by what they still have to fly."""
-KEEP_ON = 0.05
-"""Seconds by which another reference must arrive earlier than the present one, so that a UAV does not waver."""
-BLOCKED = 10.0
-"""Seconds that it may take longer to arrive by a place out of sight."""
-SAME_TIME = 0.25
-"""Seconds: of motions that meet something no farther apart in time, the one that is least deep in movers is taken."""
 FOLLOWED = (1.0, 0.75, 0.5, 0.25, 0.1, 0.0)
 """Shares of the longest time for which a reference can be followed up to the horizon, that are tried."""
 LATER, APART = 8, 0.25

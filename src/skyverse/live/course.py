@@ -77,23 +77,23 @@ class Course:
         first = min(max(int(np.searchsorted(knots, begin, side="right")) - 1, 0), last)
         rows = motion.coefficients[first:last].copy()
         if len(rows):
-            rows[0] = _later(rows[0], max(begin - knots[first], 0.0))
+            rows[0] = later(rows[0], max(begin - knots[first], 0.0))
         return np.diff(np.clip(knots[first : last + 1], begin, end)), rows
+
+    def stopping(self, t: float, limits: Limits) -> "Course":
+        """Return the course that stops as fast as possible from an instant on."""
+        durations, rows = stop_or_stay(self.state(t), limits)
+        way = self.remaining(t)
+        return self.joined(t, durations, rows, way, np.full(len(way.points), np.inf))
 
     def stop(self, t: float, limits: Limits) -> Floats:
         """Return where the UAV comes to rest if it brakes from an instant on, (3,) metres."""
-        state = self.state(t)
-        durations, rows = braking_motion(state, limits)
-        if not len(durations):
-            return np.asarray(state[0])
+        durations, rows = stop_or_stay(self.state(t), limits)
         return Trajectory(np.append(0.0, np.cumsum(durations)), rows).at([durations.sum()]).position[0]
 
     def restarted(self, t: float, state: Floats, limits: Limits) -> "Course":
         """Return the course of a UAV that brakes from a state (3, 3), where it was found to be at an instant."""
-        durations, rows = braking_motion(state, limits)
-        if not len(durations):
-            durations, rows = np.array([STAY]), np.zeros((1, 4, 3))
-            rows[0, 0] = state[0]
+        durations, rows = stop_or_stay(state, limits)
         past = self.joined(t, np.zeros(0), np.zeros((0, 4, 3)), self.way, self.passed)
         flown = (*self.flown, past.motion) if len(past.motion.coefficients) else self.flown
         knots = t + np.append(0.0, np.cumsum(durations))
@@ -112,6 +112,16 @@ class Course:
         motion = hovering(self.motion, t) if t > self.motion.end else self.motion
         both = spliced(motion, t, durations, rows)
         return replace(self, motion=both, way=way, passed=passed, ahead=self.next_mark(t), leaves=leaves)
+
+
+def stop_or_stay(state: Floats, limits: Limits) -> tuple[Floats, Floats]:
+    """Return the fastest stop from a state (3, 3), or a stay where that is at rest, as `braking_motion` does."""
+    durations, rows = braking_motion(state, limits)
+    if len(durations):
+        return durations, rows
+    durations, rows = np.array([STAY]), np.zeros((1, 4, 3))
+    rows[0, 0] = state[0]
+    return durations, rows
 
 
 def parted(motion: Trajectory, now: float) -> tuple[Trajectory | None, Trajectory]:
@@ -150,7 +160,7 @@ def of_one_degree(*parts: Floats) -> list[Floats]:
     ]
 
 
-def _later(rows: Floats, seconds: float) -> Floats:
+def later(rows: Floats, seconds: float) -> Floats:
     """Return the coefficients (k, 3) of a polynomial whose time begins some seconds later."""
     shifted = rows.copy()
     for i in range(len(rows) - 1):

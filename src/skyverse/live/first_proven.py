@@ -5,10 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyverse.live.change_of_velocity import braking_motion
-from skyverse.live.choice import Choice, Span
-from skyverse.live.choose_course import KEEP_ON, LOOKED_AT
-from skyverse.live.course import STAY, Course
+from skyverse.live.choice import KEEP_ON, LOOKED_AT, Choice, Span
+from skyverse.live.course import Course
 from skyverse.live.first_contact import first_contact
 from skyverse.live.guidance import Way
 from skyverse.live.steered_motion import seconds_left, steered_motion
@@ -59,7 +57,7 @@ def first_proven(
         proven = contact == math.inf and _clear(moved[0], around, span)
         return moved[0], Choice(moved[0] is course, proven, mover, contact, tried)
     met: list[tuple[float, Course, int, bool]] = []
-    for one in (*moved, course, _braked(course, around, span)):
+    for one in (*moved, course, course.stopping(span.join, around.limits)):
         if not _clear(one, around, span):
             continue
         mover, contact = _contact(one, around, span)
@@ -110,17 +108,6 @@ def _motions(
                 if len(durations):
                     found.append((begin + arrival, course.joined(begin, durations, rows, way, begin + passed)))
     return found
-
-
-def _braked(course: Course, around: Surroundings, span: Span) -> Course:
-    """Return the course that stops as fast as possible."""
-    state = course.state(span.join)
-    durations, rows = braking_motion(state, around.limits)
-    if not len(durations):
-        durations, rows = np.array([STAY]), np.zeros((1, 4, 3))
-        rows[0, 0] = state[0]
-    way = course.remaining(span.join)
-    return course.joined(span.join, durations, rows, way, np.full(len(way.points), np.inf))
 
 
 def _contact(course: Course, around: Surroundings, span: Span) -> tuple[int, float]:

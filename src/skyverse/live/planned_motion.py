@@ -1,6 +1,5 @@
 """The mission's own trajectory, followed for as long as the UAV can still come to rest by the horizon."""
 
-import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.live.change_of_velocity import braking_motion
-from skyverse.live.course import of_one_degree
+from skyverse.live.course import later, of_one_degree
 from skyverse.live.guidance import Way
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import MIN_PIECE
@@ -112,14 +111,5 @@ def followed(planned: Trajectory, begin: float, end: float) -> tuple[Floats, Flo
         since, until = max(begin, float(planned.knots[k])), min(end, float(planned.knots[k + 1]))
         if until - since > MIN_PIECE:
             durations.append(until - since)
-            rows.append(_later(coefficients, since - float(planned.knots[k])))
+            rows.append(later(coefficients, since - float(planned.knots[k])))
     return np.array(durations), np.array(rows).reshape(-1, *planned.coefficients.shape[1:])
-
-
-def _later(coefficients: Floats, seconds: float) -> Floats:
-    """Return the coefficients (degree + 1, 3) of a piece by powers of the time since an instant later in it."""
-    if seconds == 0.0:
-        return coefficients
-    n = len(coefficients)
-    powers = [[math.comb(j, i) * seconds ** (j - i) if j >= i else 0.0 for j in range(n)] for i in range(n)]
-    return np.asarray(np.array(powers) @ coefficients)

@@ -2,13 +2,14 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from skyverse.live.choice import Span
 from skyverse.live.course import Course
 from skyverse.live.first_proven import first_proven
-from skyverse.live.guidance import mission_guidance, planned_anew
+from skyverse.live.multirotor import Multirotor
 from skyverse.live.observed import Known, with_seen
 from skyverse.live.policies.policy import Found, Policy, Situation
 from skyverse.live.replan import Replan
@@ -23,12 +24,11 @@ from skyverse.model.mover import Doubt, Ellipsoid, Mover
 from skyverse.model.mover_motions import PolynomialMotion
 from skyverse.model.result import Effort
 from skyverse.model.shapes import Shape
-from skyverse.model.trajectory import Trajectory, joined
+from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LIMIT_MARGIN
 from skyverse.problem import Airspace
 from skyverse.space.timed_shapes import TimedShape
 from skyverse.trajectory.limits import limits_of
-from skyverse.trajectory.rest_to_rest import rest_to_rest
 
 
 class PolicyFlight:
@@ -77,14 +77,9 @@ class PolicyFlight:
         self.horizon, self.lead, self._memory, self._rng = horizon, lead, memory, rng
         self.now, self.effort = 0.0, Effort(0, 0, 0)
         self._airspace = Airspace(scenario)
-        self._limits = [limits_of(uav, -LIMIT_MARGIN) for uav in scenario.uavs]
         self._tracks: dict[str, Track] = {}
         self._entered: tuple[Shape, ...] = ()
-        self._guidance = [mission_guidance(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
-        self._courses = [
-            Course((), rest_to_rest(np.array([uav.start]), uav), way.after(1), np.full(len(way.points) - 1, np.inf), 1)
-            for uav, way in zip(scenario.uavs, self._guidance, strict=True)
-        ]
+        self._pilots = [Multirotor.at_start(self._airspace, mission, uav) for uav in range(len(scenario.uavs))]
         self._memories: list[object] = [None] * len(scenario.uavs)
 
     def observe(self, t: float, *, movers: Sequence[Sighting], obstacles: Sequence[Shape] = ()) -> tuple[Replan, ...]:
@@ -118,55 +113,49 @@ class PolicyFlight:
 
     def motion(self, uav: int) -> Trajectory:
         """Return what a UAV flies from now on, to rest; it begins at or shortly before now."""
-        return self._courses[uav].motion
+        return self._pilots[uav].motion
 
     def flown(self, uav: int) -> Trajectory:
         """Return what a UAV has flown since the mission began, and will fly if nothing is observed any more."""
-        course = self._courses[uav]
-        return joined([*course.flown, course.motion])
+        return self._pilots[uav].flown
 
     def arrival(self, uav: int) -> float | None:
         """Return the instant at which a UAV's motion ends at its target, seconds; ``None`` if it ends elsewhere."""
-        motion = self._courses[uav].motion
-        off = np.linalg.norm(motion.at([motion.end]).position[0] - self._guidance[uav].points[-1])
-        return motion.end if off <= 1e-6 else None
+        return self._pilots[uav].arrival
 
     def _take_in(self, obstacles: Sequence[Shape]) -> None:
         """Take in obstacles, and plan the mission's ways anew where one of them is in the way."""
-        places = [course.state(self.now)[0] for course in self._courses]
+        places = [pilot.state(self.now)[0] for pilot in self._pilots]
         known = with_seen(Known(self.scenario, self._entered), obstacles, (), places)
         self._entered = known.entered
         if known.scenario is self.scenario:
             return
         self.scenario, self._airspace = known.scenario, Airspace(known.scenario)
         join = self.now + self.lead
-        for uav, (way, course) in enumerate(zip(self._guidance, self._courses, strict=True)):
-            ahead = way.after(max(min(course.next_mark(join), len(way.points) - 1) - 1, 0)).points
-            if self._airspace.of(uav).world.segments_free(ahead[:-1], ahead[1:]).all():
-                continue
-            stop = course.stop(join, self._limits[uav])
-            found = planned_anew(self.scenario, uav, self.mission.assignment[uav], stop)
-            if found is not None:
-                self._guidance[uav], self._memories[uav] = found, None
-                self._courses[uav] = course.guided_by(found)
+        for uav, pilot in enumerate(self._pilots):
+            if pilot.needs_a_way(self._airspace.of(uav).world, True, self.now, join):
+                found = pilot.led_to(self.scenario, self.mission.assignment[uav], self.now, join)
+                if found is not None:
+                    self._pilots[uav], self._memories[uav] = found, None
 
     def _replan(self, uav: int, span: Span, seen: Sequence[Mover], moving: Moving) -> Replan:
         """Ask the policy for a way of one UAV, and choose what it flies."""
         began = time.perf_counter()
-        course = self._courses[uav].since(span.now)
-        others = {k: (other.motion,) for k, other in enumerate(self._courses) if k != uav}
+        course, limits = self._pilots[uav].course.since(span.now), limits_of(self.scenario.uavs[uav], -LIMIT_MARGIN)
+        others = {k: pilot.occupied for k, pilot in enumerate(self._pilots) if k != uav}
         around = Surroundings(
-            limits=self._limits[uav],
+            limits=limits,
             world=self._airspace.of(uav).world,
             moving=with_others(moving, self.scenario, uav, others),
             uavs=len(moving.names),
         )
         found = self._found(uav, course, seen, span)
-        ways, stop = [], course.stop(span.join, self._limits[uav])
+        ways, stop = [], course.stop(span.join, limits)
         if found.way is not None and len(found.way.points):
             ways = [found.way, found.way.through(0, stop, 0.0)]
         shares = [share * found.share for share in SHARES]
-        self._courses[uav], choice = first_proven(course, around, span, ways, shares, self.policy.needs_proof)
+        course, choice = first_proven(course, around, span, ways, shares, self.policy.needs_proof)
+        self._pilots[uav] = replace(self._pilots[uav], course=course)
         met = "" if choice.mover < 0 else f": {around.moving.names[choice.mover]} may come too near"
         name = self.scenario.uavs[uav].name
         told = f"{name} has a way out." if choice.proven else f"{name} has no proven way out{met}."
@@ -187,7 +176,8 @@ class PolicyFlight:
         target = self.mission.assignment[uav]
         if target is None:
             return Found(None, Effort(0, 0, 0))
-        ahead = self._guidance[uav].after(min(course.next_mark(span.join), len(self._guidance[uav].points) - 1))
+        guidance = self._pilots[uav].guidance
+        ahead = guidance.after(min(course.next_mark(span.join), len(guidance.points) - 1))
         found = self.policy.find(
             Situation(
                 scenario=self.scenario,
@@ -198,7 +188,7 @@ class PolicyFlight:
                 join=span.join,
                 until=span.until,
                 state=course.state(span.join),
-                stop=course.stop(span.join, self._limits[uav]),
+                stop=self._pilots[uav].turning_place(span.join),
                 movers=self._movers(uav, seen),
                 guidance=ahead,
                 memory=self._memories[uav],
@@ -217,10 +207,10 @@ class PolicyFlight:
     def _movers(self, uav: int, seen: Sequence[Mover]) -> tuple[TimedShape, ...]:
         """Return what a UAV's policy is told of what moves: movers that were seen, and the other UAVs' motions."""
         known = [TimedShape(mover.shape, mover.motion, mover.doubt, self.scenario.clearance) for mover in seen]
-        for other, course in enumerate(self._courses):
+        for other, pilot in enumerate(self._pilots):
             across, above = kept_ellipsoid(self.scenario.uavs[uav], self.scenario.uavs[other])
             if other != uav and across > 0.0:
-                motion = course.motion
+                motion = pilot.motion
                 moves = PolynomialMotion(knots=tuple(motion.knots), coefficients=motion.coefficients.tolist())
                 shape = Ellipsoid(centre=(0, 0, 0), semi_axis_xy=across, semi_axis_z=above)
                 known.append(TimedShape(shape, moves, Doubt(), 0.0))

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Discriminator, Tag, model_validator
 
 from skyverse._typing import Floats
+from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.mover_motions import MoverMotion
 from skyverse.model.quantities import Instant, Limit, Model, NonNegative, Point, Positive, named_type
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
@@ -29,6 +30,10 @@ class Ellipsoid(Shape):
     centre: Point
     semi_axis_xy: Positive
     semi_axis_z: Positive
+
+
+ROUNDING = 1e-3
+"""The share by which a bound of a motion's speed may be above it."""
 
 
 def _plain(shape: Shape) -> Shape:
@@ -116,6 +121,12 @@ class Mover(Model):
             raise ValueError(
                 f"doubt.growth, {self.doubt.growth:g} m/s, must not be above doubt.top_speed, "
                 f"{self.doubt.top_speed:g} m/s"
+            )
+        fastest, _ = motion_bounds(self.motion)
+        if self.doubt.top_speed is not None and fastest > (self.doubt.top_speed + self.doubt.growth) * (1.0 + ROUNDING):
+            raise ValueError(
+                f"doubt.top_speed is how fast the mover is at most, whatever it does, but it is "
+                f"{self.doubt.top_speed:g} m/s, and the motion is as fast as {fastest:.6g} m/s"
             )
         return self
 
