@@ -59,7 +59,7 @@ def test_a_flight_is_told_and_written(skyverse, mission, tmp_path):
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert "The sensors see what is within 5 m 10 times a second, 0.05 s late, with errors of up to 0.02 m." in lines
-    assert any(line.startswith("Safe as flown: every UAV arrived and kept at least 0.1 m") for line in lines)
+    assert any(line.startswith("Safe as flown: every UAV arrived and kept the required 0.1 m") for line in lines)
     assert lines[-2:] == ["flight.json", "page.html"]
     flight = sky.read_flight(tmp_path / "flight.json")
     assert [mover.name for mover in flight.truth.movers] == ["cart", "spinner-1", "spinner-2"]

@@ -210,7 +210,7 @@ class ReplannedFlight(ArrayRecord):
             return self.flight.sentence
         left = f"{self.truth.clearance - self.flight.margin:.3g} m"
         kept = [name for name, there in (("mover", self.truth.movers), ("obstacle", self.truth.obstacles)) if there]
-        clear = f" and kept at least {left} from every {' and '.join(kept)} as it truly was" if kept else ""
+        clear = f" and kept the required {left} from every {' and '.join(kept)} as it truly was" if kept else ""
         apart = ", and no two entered their separation by more than the margin" if len(self.truth.uavs) > 1 else ""
         return (
             f"Safe as flown: every UAV arrived{clear}{apart}.{self._nearest_sentence}{not_judged_as_flown(self.truth)}"
