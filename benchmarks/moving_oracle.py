@@ -65,10 +65,19 @@ def inside(shape: object, p: np.ndarray) -> np.ndarray:
     return np.minimum(level, np.where(odd, away, -away))
 
 
+def far(doubt: sky.Doubt, after: np.ndarray) -> np.ndarray:
+    """Return how far a mover may be from its stated motion some seconds (m,) after it was last seen, (m,) metres."""
+    steadily = doubt.radius + doubt.growth * after
+    if not doubt.acceleration:
+        return steadily
+    late = np.maximum(after - 2 * doubt.top_speed / doubt.acceleration, 0)
+    return steadily + doubt.acceleration / 2 * (after**2 - late**2)
+
+
 def in_mover(mover: sky.Mover, t: np.ndarray, places: np.ndarray, kept: float) -> np.ndarray:
     """Return how deep places (m, 3) are, at instants (m,), in where a mover may be, metres."""
     doubt, after = mover.doubt, np.maximum(t - mover.doubt.since, 0)
-    depth = inside(mover.shape, places - stated(mover.motion, t)) + kept + doubt.radius + doubt.growth * after
+    depth = inside(mover.shape, places - stated(mover.motion, t)) + kept + far(doubt, after)
     if doubt.top_speed is None:
         return depth
     seen = stated(mover.motion, np.array([doubt.since]))[0]

@@ -58,6 +58,8 @@ def mover(rng: np.random.Generator) -> sky.Mover:
     own, moves = shape(rng), motion(rng)
     if "top_speed" in doubt:
         doubt["top_speed"] = max(doubt["top_speed"], motion_bounds(moves)[0])
+        if rng.random() < 0.5:
+            doubt["acceleration"] = rng.uniform(0, 0.1)
     return sky.Mover(shape=own, motion=moves, doubt=doubt if rng.random() < 0.5 else {})
 
 

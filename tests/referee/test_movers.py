@@ -1,6 +1,7 @@
 """UAVs keep clear of movers at every instant: proofs against dense samples, and faults that were planted."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -125,6 +126,36 @@ def test_doubt_that_grows_makes_a_flight_unsafe_that_was_safe():
     assert "where mover 'mover-1' may be" in told.sentence
     later = Doubt(growth=0.31, since=5.0)
     assert verdict(among(Mover(shape=BALL, motion=aside, doubt=later), flown=flown)).verdict is Verdict.PROVEN
+
+
+def test_doubt_that_accelerates_reaches_a_flight_when_its_formula_says_so():
+    aside = WaypointMotion(points=[(5, 4, 0)], times=[0])
+    flown = flight((0, 0, 0), (10, 0, 0), 10)
+    fast = {"since": 1.0, "top_speed": 5.0}
+    near = Doubt(acceleration=0.09, **fast)  # 4.5 m at 11 s, where 4.9 m are left
+    assert verdict(among(Mover(shape=BALL, motion=aside, doubt=near), flown=flown)).verdict is Verdict.PROVEN
+    gaps = {}
+    for acceleration in (0.6, 5.0):
+        doubt = Doubt(acceleration=acceleration, **fast)
+        told = verdict(among(Mover(shape=BALL, motion=aside, doubt=doubt), flown=flown))
+        assert told.verdict is Verdict.REFUTED
+        place, after = np.array(told.position), told.time - 1.0
+        quick = min(after, 10.0 / acceleration)  # up to twice the top speed
+        spread = acceleration * (after * quick - 0.5 * quick * quick)
+        reached = min(spread, 5.0 * after)
+        gaps[acceleration] = np.linalg.norm(place - (5, 4, 0)) - BALL.radius - reached
+        words = re.search(r"comes within (\S+) m|is (\S+) m inside", told.sentence)
+        said = float(words[1]) if words[1] else -float(words[2])
+        assert said == pytest.approx(gaps[acceleration], abs=1e-4)
+
+
+def test_a_doubt_that_accelerates_needs_a_top_speed():
+    with pytest.raises(ValueError, match="only for a doubt with a top_speed"):
+        Doubt(acceleration=1.0)
+    doubt = Doubt(radius=0.1, growth=0.2, acceleration=2.0, since=1.0, top_speed=3.0)
+    assert doubt.at([0.0, 1.0, 2.0, 5.0]) == pytest.approx([0.1, 0.1, 1.3, 0.1 + 0.8 + 2 * 4.5 + 6])
+    assert doubt.grows
+    assert not Doubt(radius=1.0).grows
 
 
 def test_a_top_speed_bounds_what_a_mover_may_do_after_its_last_observation():

@@ -71,8 +71,12 @@ knots_of_three = st.builds(
 )  # fmt: skip
 motions = st.one_of(waypoints(), circles, knots_of_three, polynomials())
 doubts = st.builds(
-    lambda r, g, s, more: Doubt(radius=r, growth=g, since=s, top_speed=None if more is None else g + more),
-    st.floats(0, 0.5), st.floats(0, 0.3), st.floats(-2, 8), st.none() | st.floats(0.01, 2),
+    lambda r, g, s, a, more: Doubt(
+        radius=r, growth=g, since=s,
+        acceleration=0.0 if more is None else a, top_speed=None if more is None else g + more,
+    ),
+    st.floats(0, 0.5), st.floats(0, 0.3), st.floats(-2, 8), st.just(0.0) | st.floats(0.001, 2),
+    st.none() | st.floats(0.01, 2),
 )  # fmt: skip
 
 

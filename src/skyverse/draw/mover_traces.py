@@ -70,7 +70,7 @@ def ways_and_edges(scene: Scene) -> str:
     """Return a sentence that says how movers are drawn; empty where there are none."""
     if not scene.scenario.movers:
         return ""
-    doubtful = any(mover.doubt.radius + mover.doubt.growth > 0 for mover in scene.scenario.movers)
+    doubtful = any(mover.doubt.radius > 0 or mover.doubt.grows for mover in scene.scenario.movers)
     return f"Movers: their edges{', with their doubt' if doubtful else ''}, and dotted lines for their ways."
 
 

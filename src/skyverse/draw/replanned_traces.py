@@ -43,7 +43,7 @@ def replans_data(drawn: ReplannedScene) -> dict[str, Any]:
     """Return what the page moves: observations, predictions, committed ways, answers and unknown obstacles.
 
     A prediction is a row: the mover's number, the instant of its last sighting, its place (3) and velocity (3) then,
-    and its doubt's radius and growth.
+    and its doubt's radius, growth and acceleration, and for how many seconds it accelerates.
     """
     steps = drawn.flight.steps
     return {
@@ -79,7 +79,9 @@ def _unknown(wall: DrawnShape, when: float | None) -> list[Trace]:
 def _row(one: Prediction) -> list[float | None]:
     points, times = np.array(one.motion.points), one.motion.times
     velocity = (points[-1] - points[0]) / (times[-1] - times[0]) if len(times) > 1 else np.zeros(3)
-    return [one.mover, *flat([times[0], *points[0], *velocity, one.doubt.radius, one.doubt.growth])]
+    doubt = one.doubt
+    grows = (doubt.radius, doubt.growth, doubt.acceleration, doubt.accelerates if doubt.acceleration else 0.0)
+    return [one.mover, *flat([times[0], *points[0], *velocity, *grows])]
 
 
 def _way(way: CommittedWay) -> dict[str, Any]:

@@ -14,9 +14,9 @@ const replans = ({ data, colour, layers, shown, at, after, jump }) => {
 
   // ---- what is held and committed to at an instant ----
   const last = (t) => after(arrivals, t + 1e-9) - 1;
-  const predicted = (t, ahead) => (predictions[last(t)] ?? []).map(([mover, since, x, y, z, vx, vy, vz, radius, growth]) => {
-    const passed = Math.max(t + ahead - since, 0);
-    return { mover: data.movers[mover], centre: [x + passed * vx, y + passed * vy, z + passed * vz], doubt: radius + growth * passed };
+  const predicted = (t, ahead) => (predictions[last(t)] ?? []).map(([mover, since, x, y, z, vx, vy, vz, radius, growth, acceleration, accelerates]) => {
+    const passed = Math.max(t + ahead - since, 0), quick = Math.min(passed, accelerates);
+    return { mover: data.movers[mover], centre: [x + passed * vx, y + passed * vy, z + passed * vz], doubt: radius + growth * passed + acceleration * quick * (passed - quick / 2) };
   });
   const begins = ways.map((own) => own.map(({ since }) => since));
   const way = (uav, t) => {  // the points up to where the UAV brakes, and those from there on

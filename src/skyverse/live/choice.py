@@ -8,8 +8,6 @@ KEEP_ON = 0.05
 """Seconds by which another way must arrive earlier than the present one, so that a UAV does not waver."""
 BLOCKED = 10.0
 """Seconds that it may take longer to arrive along a way in which something stands."""
-SAME_TIME = 0.25
-"""Seconds: of motions that meet something no farther apart in time, the one that is least deep in movers is taken."""
 
 
 class Span(NamedTuple):

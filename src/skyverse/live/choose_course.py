@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, SAME_TIME, Choice, Span
+from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
 from skyverse.live.course import Course, stop_or_stay
-from skyverse.live.first_contact import first_contact, time_in_contact
+from skyverse.live.first_contact import first_contact, share_avoided
 from skyverse.live.guidance import Way
 from skyverse.live.planned_motion import Planned, motions_along
 from skyverse.live.slow_zones import seconds_lost
@@ -341,27 +341,23 @@ def _shares(around: Surroundings) -> tuple[float, ...]:
 
 
 def _least_bad(search: _Search, hold: _Candidate, tried: int) -> tuple[Course, Choice]:
-    """Return the course that meets a mover last; of those that do so at about one time, the one least deep in it.
+    """Return the course that is clear of most of what movers may do.
 
     Where none is clear of what stands still, one that leads soonest to where it is; if none does, the UAV keeps on.
     """
-    span, around = search.span, search.around
+    span, shapes = search.span, search.around.moving.shapes
     ranked = []
     for number, (contact, mover, found) in enumerate(search.met):
         motion = search.applied(found).motion
-        depth = time_in_contact(
-            around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart
-        )
-        late = min(contact, span.until + SAME_TIME)
-        ranked.append((-math.floor((late - span.now) / SAME_TIME), depth, number, mover, contact, found))
-    ranked.sort(key=lambda one: one[:3])
-    for _, _, _, mover, contact, found in ranked:
+        share = share_avoided(shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart)
+        ranked.append((-share, number, mover, contact, found))
+    ranked.sort(key=lambda one: one[:2])
+    for _, _, mover, contact, found in ranked:
         if search.clear(found):
             return search.unproven(found, mover, contact, tried)
-    back = [(one[0], search.seconds_to_safety(one[-1]), one[1], one[2], *one[3:]) for one in ranked]
-    soonest = min(back, key=lambda one: one[:4], default=None)
-    if soonest is not None and soonest[1] < math.inf:
-        _, _, _, _, mover, contact, found = soonest
-        return search.unproven(found, mover, contact, tried)
+    back = [(search.seconds_to_safety(one[-1]), *one) for one in ranked]
+    soonest = min(back, key=lambda one: one[:3], default=None)
+    if soonest is not None and soonest[0] < math.inf:
+        return search.unproven(soonest[-1], soonest[-3], soonest[-2], tried)
     mover, contact = search.contact(hold)
     return search.unproven(hold, mover, contact, tried)

@@ -17,9 +17,9 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.live.aeroplane_course import AeroplaneCourse, Flying, Reference, loiter, pose_at, poses_at, timed
 from skyverse.live.aeroplane_legs import LEFT, RIGHT
-from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, SAME_TIME, Choice, Span
+from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
 from skyverse.live.course import of_one_degree
-from skyverse.live.first_contact import first_contact, time_in_contact
+from skyverse.live.first_contact import first_contact, share_avoided
 from skyverse.live.planned_motion import followed
 from skyverse.live.references import Ahead, away_along, back_to, end_of, turns_away
 from skyverse.live.surroundings import Surroundings
@@ -317,16 +317,14 @@ def choose_loiter(
 
 
 def _least_bad(search: _Search, tried: int) -> tuple[AeroplaneCourse, Choice]:
-    """Return the course that meets a mover last; of those at about one time, the one least deep in movers.
+    """Return the course that is clear of most of what movers may do.
 
     One that is not clear of what stands still is flown only if there is no other.
     """
-    span, ranked = search.span, []
+    span, shapes, ranked = search.span, search.around.moving.shapes, []
     for number, met in enumerate(search.met):
         motion = search.course.motion if met.flight is None else met.flight.motion
-        depth = time_in_contact(
-            search.around.moving.shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart
-        )
-        ranked.append((not met.clear, -math.floor((met.instant - span.now) / SAME_TIME), depth, number, met))
-    best = min(ranked, key=lambda one: one[:4])[-1]
+        share = share_avoided(shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart)
+        ranked.append((not met.clear, -share, number, met))
+    best = min(ranked, key=lambda one: one[:3])[-1]
     return search.flown(best.flight), Choice(best.flight is None, False, best.mover, best.instant, tried)

@@ -1,4 +1,4 @@
-"""When a motion first comes too near to where movers may be, and how much of that there is.
+"""When a motion first comes too near to where movers may be, and how much of what they may do it is clear of.
 
 A motion is followed in steps in which the distance that is left from a mover cannot be used up, since both have a top
 speed; so what is passed over is proven clear. Where these would be too short, a longer step is taken, and what it
@@ -12,12 +12,12 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.numerics.kernel import inner, kernel
 from skyverse.numerics.tolerances import MOVER_MARGIN
-from skyverse.space.moving_shapes import MovingShapes, gap_at
+from skyverse.space.moving_shapes import MovingShapes, gap_at, gap_in_doubts
 
 SHORTEST_STEP = 1e-5
 """Seconds by which a motion is followed at least."""
 SAMPLE = 0.05
-"""Seconds between the instants at which it is looked at how deep in movers a motion is."""
+"""Seconds between the instants at which it is looked at how near to movers a motion is."""
 
 
 @inner
@@ -74,18 +74,16 @@ def first_contact(
 
 
 @kernel
-def time_in_contact(shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float) -> float:
-    """Return how deep a motion is in movers, summed up over time, metre seconds.
+def share_avoided(shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float) -> float:
+    """Return the share of movers' doubts that a motion is clear of, 1 if of all, below 0 if of nothing at some instant.
 
     It is found by samples, and so is no proof. See `first_contact`.
     """
     place, moved = np.empty(3), np.empty(3)
-    total = 0.0
-    k = 0
-    count = math.ceil((until - begin) / SAMPLE)
-    for i in range(count + 1):
+    least, k = 1.0, 0
+    for i in range(math.ceil((until - begin) / SAMPLE) + 1):
         now = begin + i * SAMPLE
         k = _place(knots, rows, k, now, place)
         for m in range(len(shapes.kind)):
-            total += max(-gap_at(shapes, m, now, place, moved), 0.0) * SAMPLE
-    return total
+            least = min(least, gap_in_doubts(shapes, m, now, place, moved))
+    return least

@@ -2,7 +2,7 @@
 
 A mover whose acceleration is at most a is seen at p0 and, d seconds later, at p1, each within an error e of where it
 is. So its velocity at the second sighting is within 2 e / d + a d / 2 of (p1 - p0) / d, and t seconds later it is
-within e + (v + a h / 2) t of p1 + t (p1 - p0) / d, for every t up to h, where v is that first bound.
+within e + v t + a t^2 / 2 of p1 + t (p1 - p0) / d, where v is that first bound.
 """
 
 from bisect import insort
@@ -51,13 +51,18 @@ class Track:
         time, seen = self._seen[-1]
         position, ahead = np.array(seen.position), max(until - time, 1e-3)
         velocity, off = self._velocity()
-        growth = np.inf if seen.max_acceleration is None else off + 0.5 * seen.max_acceleration * ahead
-        if growth >= seen.top_speed:  # then nothing is gained by what is known of the velocity
+        if seen.max_acceleration is None or off >= seen.top_speed:  # what is known of the velocity tells nothing
             motion = WaypointMotion(points=(seen.position,), times=(time,))
             doubt = Doubt(radius=seen.error, growth=seen.top_speed, since=time)
         else:
             motion = WaypointMotion(points=(position, position + ahead * velocity), times=(time, time + ahead))
-            doubt = Doubt(radius=seen.error, growth=float(growth), since=time, top_speed=seen.top_speed)
+            doubt = Doubt(
+                radius=seen.error,
+                growth=off,
+                acceleration=seen.max_acceleration,
+                since=time,
+                top_speed=seen.top_speed,
+            )
         return Mover(name=seen.name, shape=seen.shape, motion=motion, doubt=doubt)
 
     def _velocity(self) -> tuple[Floats, float]:

@@ -1,5 +1,6 @@
 """Moving obstacles: a shape about a point that moves in a stated way, and how far it may be from there."""
 
+import math
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -62,9 +63,10 @@ MoverShape = Annotated[
 class Doubt(Model):
     """How far a mover may be from its stated motion.
 
-    At an instant t the point of the mover lies within `radius` + `growth` (t - `since`) of where its motion has it;
-    before `since`, within `radius`. If a top speed is given, then from `since` on it lies also within `radius` +
-    `top_speed` (t - `since`) of where its motion had it at that instant, whatever it does after that.
+    At an instant t the point of the mover lies within `radius` + `growth` (t - `since`) + `acceleration`
+    (t - `since`)^2 / 2 of where its motion has it; before `since`, within `radius`. If a top speed is given, then from
+    `since` on it lies also within `radius` + `top_speed` (t - `since`) of where its motion had it at that instant,
+    whatever it does after that. What an acceleration adds to the growth ends at twice the top speed.
 
     Attributes
     ----------
@@ -72,6 +74,8 @@ class Doubt(Model):
         Metres.
     growth
         Metres a second.
+    acceleration
+        Metres a second squared, as of a mover whose velocity was seen; only together with a top speed.
     since
         The instant of the last observation, seconds into the mission.
     top_speed
@@ -80,13 +84,31 @@ class Doubt(Model):
 
     radius: NonNegative = 0.0
     growth: NonNegative = 0.0
+    acceleration: NonNegative = 0.0
     since: Instant = 0.0
     top_speed: Limit | None = None
 
+    @model_validator(mode="after")
+    def _with_top_speed(self) -> Self:
+        if self.acceleration > 0.0 and self.top_speed is None:
+            raise ValueError("acceleration is only for a doubt with a top_speed, above which the mover does not get")
+        return self
+
+    @property
+    def grows(self) -> bool:
+        """Whether it grows with time."""
+        return self.growth + self.acceleration > 0.0
+
+    @property
+    def accelerates(self) -> float:
+        """For how many seconds its growth grows, since the instant of the last observation."""
+        return 2.0 * self.top_speed / self.acceleration if self.top_speed and self.acceleration else math.inf
+
     def at(self, instants: ArrayLike) -> Floats:
         """Return how far the mover may be from its stated motion at instants (m,) seconds, (m,) metres."""
-        t = np.atleast_1d(np.asarray(instants, dtype=np.float64))
-        doubt: Floats = self.radius + self.growth * np.maximum(t - self.since, 0.0)
+        after = np.maximum(np.atleast_1d(np.asarray(instants, dtype=np.float64)) - self.since, 0.0)
+        quick = np.minimum(after, self.accelerates)
+        doubt: Floats = self.radius + self.growth * after + self.acceleration * quick * (after - 0.5 * quick)
         return doubt
 
 

@@ -38,7 +38,7 @@ _FIELDS_BY_UNIT = {
     ),
     "seconds": "active knots period since times",
     "m/s": "growth max_climb max_descent max_speed speed top_speed",
-    "m/s^2": "max_acceleration",
+    "m/s^2": "acceleration max_acceleration",
     "m/s^3": "max_jerk",
     "degrees": "angle bearing climb latitude longitude max_tilt",
     "degrees/s": "max_yaw_rate",

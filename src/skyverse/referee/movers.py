@@ -125,7 +125,7 @@ def judge_movers(
 
 def _with_movers(own: FleetMotion, movers: list[tuple[Mover, EnclosedMotion]]) -> MovingFleet:
     """Return the motion of UAVs and movers as one."""
-    degree = max([own.pieces.shape[1], *(known.pieces.shape[1] for _, known in movers)])
+    degree = max([3, own.pieces.shape[1], *(known.pieces.shape[1] for _, known in movers)])  # that doubts need
     first, count = list(own.first), len(own.pieces)
     for _, known in movers:
         first.append(count)
@@ -202,9 +202,9 @@ def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indic
         wanted[near[(near[:, 0] == k) & (near[:, 1] == j), 2]] = True
         if not wanted.any():
             continue
-        since = fleet.movers[number].doubt.since
-        cuts = np.concatenate([motion.knots[k], motion.knots[j], edges, [min(max(since, 0.0), motion.end)]])
-        cuts = np.unique(cuts)
+        doubt = fleet.movers[number].doubt
+        turns = np.clip([doubt.since, doubt.since + doubt.accelerates], 0.0, motion.end)
+        cuts = np.unique(np.concatenate([motion.knots[k], motion.knots[j], edges, turns]))
         inside = wanted[np.searchsorted(edges, cuts[:-1], side="right") - 1]
         columns.append((np.full(int(inside.sum()), place), cuts[:-1][inside], cuts[1:][inside]))
     if not columns:
@@ -220,7 +220,9 @@ def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indic
     b[:, :, :3] = np.stack([part.b for part in relative], axis=2)
     share = np.linspace(0.0, 1.0, b.shape[1])
     doubts = [fleet.movers[int(which[place])].doubt for place in mover]
-    b[:, :, 3] = _linear([doubt.at([u, v]) for doubt, u, v in zip(doubts, begins, ends, strict=True)], share)
+    b[:, :, 3] = _quadratic(
+        [doubt.at([u, 0.5 * (u + v), v]) for doubt, u, v in zip(doubts, begins, ends, strict=True)], share
+    )
     b[:, :, 4:] = b[:, :, :4]
     seen = np.flatnonzero([d.top_speed is not None and u >= d.since for d, u in zip(doubts, begins, strict=True)])
     if len(seen):
@@ -235,6 +237,15 @@ def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indic
         instants = np.column_stack([begins, ends])[seen]
         b[seen, :, 7] = _linear(radius[:, None] + fastest[:, None] * (instants - since[:, None]), share)
     return Rows(mover, begins, ends, b, error)
+
+
+def _quadratic(values: ArrayLike, share: Floats) -> Floats:
+    """Return the Bernstein coefficients (m, n) of quadratic functions by their values (m, 3) at ends and middle."""
+    first, middle, last = np.asarray(values, dtype=np.float64).T[:, :, None]
+    degree = len(share) - 1
+    at_both = share * (1.0 - share) * degree / (degree - 1.0)
+    between = 2.0 * middle - 0.5 * (first + last)
+    return first * (1.0 - share - at_both) + 2.0 * between * at_both + last * (share - at_both)
 
 
 def _linear(ends: ArrayLike, share: Floats) -> Floats:

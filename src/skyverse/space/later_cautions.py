@@ -96,7 +96,7 @@ def _of_movers(scenario: Scenario, stays: Sequence[Stay], arrival: float) -> Ite
 
 def _cycle(mover: Mover, since: float) -> float:
     """Return for how long a mover must be followed from an instant on until all is known; perhaps for ever."""
-    if mover.doubt.growth > 0.0:
+    if mover.doubt.grows:
         return np.inf
     match mover.motion:
         case CircularMotion(period=period) | PeriodicMotion(period=period):

@@ -56,7 +56,7 @@ def with_ellipsoids(shapes: MovingShapes, given: Sequence[MovingEllipsoid]) -> M
         size=np.concatenate([shapes.size, size]),
         rings=np.concatenate([shapes.rings, np.full((n, 2), len(shapes.edges))]),
         keep=np.concatenate([shapes.keep, np.zeros(n)]),
-        doubt=np.concatenate([shapes.doubt, np.tile((0.0, 0.0, 0.0, math.inf), (n, 1))]),
+        doubt=np.concatenate([shapes.doubt, np.tile((0.0, 0.0, 0.0, math.inf, 0.0, math.inf), (n, 1))]),
         seen=np.concatenate([shapes.seen, np.zeros((n, 3))]),
         rate=np.concatenate([shapes.rate, [one.speed for one in given]]),
     )

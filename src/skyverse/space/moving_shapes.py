@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
-from skyverse.model.mover import Ellipsoid
+from skyverse.model.mover import Doubt, Ellipsoid
 from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
@@ -20,6 +20,8 @@ BOX, CYLINDER, SPHERE, ELLIPSOID, PRISM = range(5)
 STAYS, REPEATS, RETURNS = range(3)
 SHORTEST_STEP = 0.01
 """Seconds by which time goes on at least where a mover's first contact with a place is sought."""
+LEAST_DOUBT = 0.05
+"""Metres that are added to doubts where distances are measured in them."""
 
 
 @by_reference
@@ -53,7 +55,8 @@ class MovingShapes(NamedTuple):
     keep
         (n,) metres that UAVs must keep from each.
     doubt
-        (n, 4): its radius, metres; how fast it grows, m/s; since when, seconds; and the top speed, m/s, or infinity.
+        (n, 6): its radius, metres; how fast it grows, m/s; since when, seconds; the top speed, m/s, or infinity; and
+        by how much that growth grows, m/s^2, and for how many seconds.
     seen
         (n, 3) metres: where each one was when it was last seen.
     rate
@@ -90,8 +93,6 @@ def moving_shapes(given: Sequence[TimedShape], error: TrackingError) -> MovingSh
     kept = [_kept(one.shape, one.keep, error) for one in given]
     edges = [_edges(one.shape) for one in given]
     last = np.cumsum([len(own) for own in edges], dtype=np.int64)
-    top = [math.inf if one.doubt.top_speed is None else one.doubt.top_speed for one in given]
-    doubt = [(m.doubt.radius, m.doubt.growth, m.doubt.since, fast) for m, fast in zip(given, top, strict=True)]
     return MovingShapes(
         active=np.array([one.active for one in given]).reshape(n, 2),
         first=np.cumsum([0, *(len(begin) for begin, _ in pieces)]).astype(np.int64),
@@ -108,7 +109,7 @@ def moving_shapes(given: Sequence[TimedShape], error: TrackingError) -> MovingSh
         rings=np.column_stack([last - [len(own) for own in edges], last]).astype(np.int64).reshape(n, 2),
         edges=np.concatenate([np.zeros((0, 4)), *edges]),
         keep=np.array([keep for _, _, keep in kept]),
-        doubt=np.array(doubt).reshape(n, 4),
+        doubt=np.array([_doubt(one.doubt) for one in given]).reshape(n, 6),
         seen=np.array([one.motion.at(one.doubt.since)[0] for one in given]).reshape(n, 3),
         rate=np.array([_rate(one) for one in given]),
     )
@@ -185,10 +186,18 @@ def _then(motion: MoverMotion) -> int:
     return {"stays": STAYS, "repeats": REPEATS, "returns": RETURNS}[followed]
 
 
+def _doubt(given: Doubt) -> tuple[float, ...]:
+    top = math.inf if given.top_speed is None else given.top_speed
+    return given.radius, given.growth, given.since, top, given.acceleration, given.accelerates
+
+
 def _rate(given: TimedShape) -> float:
     """Return how fast at most a point comes nearer to where a mover may be, m/s."""
     fastest, _ = motion_bounds(given.motion)
-    return max(fastest + given.doubt.growth, given.doubt.top_speed or 0.0)
+    doubt, growth = given.doubt, given.doubt.growth
+    if doubt.acceleration > 0.0:
+        growth += doubt.acceleration * min(max(given.active[1] - doubt.since, 0.0), doubt.accelerates)
+    return max(fastest + growth, doubt.top_speed or 0.0)
 
 
 @inner
@@ -254,6 +263,13 @@ def _prism_gap(shapes: MovingShapes, m: int, x: float, y: float, z: float) -> fl
 
 
 @inner
+def _spread(doubt: Floats, after: float) -> float:
+    """Return how far a mover may be from its motion some seconds after it was last seen, metres."""
+    quick = min(after, doubt[5])
+    return doubt[0] + doubt[1] * after + doubt[4] * quick * (after - 0.5 * quick)
+
+
+@inner
 def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
     """Return how much farther than it must a place is from where mover m may be at an instant, metres.
 
@@ -267,12 +283,35 @@ def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats)
     mover_position(shapes, m, t, moved)
     after = max(t - doubt[2], 0.0)
     gap = _gap(kind, size, place[0] - moved[0], place[1] - moved[1], place[2] - moved[2])
-    gap -= doubt[0] + doubt[1] * after
+    gap -= _spread(doubt, after)
     if after > 0.0 and doubt[3] < math.inf:
         seen = shapes.seen[m]
         reached = _gap(kind, size, place[0] - seen[0], place[1] - seen[1], place[2] - seen[2])
         gap = max(gap, reached - doubt[0] - doubt[3] * after)
     return gap - shapes.keep[m]
+
+
+@inner
+def gap_in_doubts(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
+    """Return about how far too near to mover m a place is, or how far from that, as a share of the mover's doubt then.
+
+    From 1 on, it is clear of wherever the mover may be; at 0, the mover touches what must be kept from it if it moves
+    as it is expected to. `moved` is (3,) metres of room to work in.
+    """
+    if t < shapes.active[m, 0] or t > shapes.active[m, 1]:
+        return math.inf
+    doubt = shapes.doubt[m]
+    if shapes.kind[m] == PRISM:
+        return gap_at(shapes, m, t, place, moved) / LEAST_DOUBT
+    mover_position(shapes, m, t, moved)
+    after = max(t - doubt[2], 0.0)
+    kind, size, seen = shapes.kind[m], shapes.size[m], shapes.seen[m]
+    gap = _gap(kind, size, place[0] - moved[0], place[1] - moved[1], place[2] - moved[2]) - shapes.keep[m]
+    shares = gap / (LEAST_DOUBT + _spread(doubt, after))
+    if after > 0.0 and doubt[3] < math.inf:
+        gap = _gap(kind, size, place[0] - seen[0], place[1] - seen[1], place[2] - seen[2]) - shapes.keep[m]
+        shares = max(shares, gap / (LEAST_DOUBT + doubt[0] + doubt[3] * after))
+    return shares
 
 
 @kernel

@@ -1,0 +1,51 @@
+"""What a motion is clear of, of all that movers may do: the least share of their doubts at any instant."""
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+from replanned import BALL
+from skyverse.live.first_contact import first_contact, share_avoided
+from skyverse.model.mover_motions import WaypointMotion
+from skyverse.model.uav import TrackingError
+from skyverse.space.moving_shapes import LEAST_DOUBT, moving_shapes
+from skyverse.space.timed_shapes import TimedShape
+
+KEPT, APART = 0.5, 3.0
+KNOTS = np.array([0.0, 4.0])
+
+
+def beside(doubt, apart=APART):
+    """A ball that flies beside a UAV, which flies 4 m along x in 4 s; and the coefficients of the UAV's motion."""
+    motion = WaypointMotion(points=[(0, apart, 0), (4, apart, 0)], times=[0, 4])
+    shapes = moving_shapes([TimedShape(BALL, motion, doubt, KEPT)], TrackingError())
+    return shapes, KNOTS, np.array([[(0, 0, 0), (1, 0, 0)]], dtype=float)
+
+
+@pytest.mark.parametrize(
+    ("doubt", "spread"),
+    [
+        (sky.Doubt(radius=4.0), 4.0),
+        (sky.Doubt(radius=1.0, growth=1.0), 5.0),
+        (sky.Doubt(radius=1.0, acceleration=0.5, top_speed=3.0), 5.0),
+        (sky.Doubt(radius=1.0, acceleration=9.0, top_speed=1.0), 9.0 * (4.0 * 2 / 9 - 0.5 * (2 / 9) ** 2) + 1.0),
+    ],
+)
+def test_a_motion_beside_a_mover_is_clear_of_a_share_of_its_doubt(doubt, spread):
+    free = APART - BALL.radius - KEPT
+    shares = [free / (LEAST_DOUBT + spread)]
+    if doubt.top_speed:  # how far the mover can have come from where it was at 0 s, 4 m behind
+        far = np.hypot(4.0, APART) - BALL.radius - KEPT
+        shares.append(far / (LEAST_DOUBT + doubt.radius + 4.0 * doubt.top_speed))
+    found = share_avoided(*beside(doubt), 0.0, 4.0)
+    assert found <= max(shares) + 1e-9
+    assert found < 1.0
+    if not doubt.top_speed:
+        assert found == pytest.approx(shares[0])
+
+
+def test_a_motion_that_meets_no_doubt_is_clear_of_all_of_it_and_one_through_a_mover_of_none():
+    shapes = beside(sky.Doubt(radius=1.0))
+    assert share_avoided(*shapes, 0.0, 4.0) == 1.0
+    assert first_contact(*shapes, 1.0, 0.0, 4.0)[0] == -1
+    assert share_avoided(*beside(sky.Doubt(radius=1.0), apart=0.4), 0.0, 4.0) < 0.0
