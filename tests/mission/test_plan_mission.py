@@ -238,9 +238,32 @@ def test_an_exact_fleet_can_be_interrupted_between_two_uavs():
             event.set()
 
     stop = sky.Cancelled(event)
-    mission = sky.plan_mission(fleet(SIDE, OTHER), sky.AStar(), stop=stop, on_progress=watch)
+    mission = sky.plan_mission(fleet(SIDE, OTHER), sky.AStar(), stop=stop, workers=1, on_progress=watch)
     assert mission.interrupted
     assert [r.status.reached for r in mission.results] == [True, True, False, False]
+
+
+def test_a_fleet_that_threads_plan_is_interrupted_before_its_second_uav():
+    event = threading.Event()
+    event.set()
+    mission = sky.plan_mission(fleet(SIDE, OTHER), sky.AStar(), stop=sky.Cancelled(event), workers=3)
+    assert mission.interrupted
+    assert [r.status.reached for r in mission.results] == [True, False, False, False]
+    assert [r.status for r in mission.results[1:]] == [Status.NOT_PLANNED] * 3
+
+
+@pytest.mark.parametrize("planner", [sky.AStar(), sky.Taut(), sky.Cheapest(legs=10_000)])
+def test_a_mission_does_not_depend_on_the_number_of_threads(planner):
+    scenario, calls = fleet(SIDE, OTHER), []
+    alone, many = (
+        sky.plan_mission(scenario, planner, workers=workers, on_progress=lambda uav, _: calls.append(uav))
+        for workers in (1, 3)
+    )
+    assert calls == [0, 1, 2, 3] * 2
+    assert alone.assignment == many.assignment
+    assert timeless(alone).results == timeless(many).results
+    for one, other in zip(alone.trajectories, many.trajectories, strict=True):
+        np.testing.assert_array_equal(one.coefficients, other.coefficients)
 
 
 @pytest.mark.parametrize(
@@ -250,6 +273,7 @@ def test_an_exact_fleet_can_be_interrupted_between_two_uavs():
         ({"criterion": "min-mean"}, "'min-sum' or 'min-max', not 'min-mean'"),
         ({"stop": sky.MaxSeconds(1)}, "counted budget"),
         ({"rng": -3}, "not -3"),
+        ({"workers": 0}, "workers is a whole number from 1 on, not 0"),
     ],
 )
 def test_what_cannot_be_asked_of_a_mission_is_refused(changes, says):

@@ -41,6 +41,8 @@ DIRECTION_SHARE = 0.02
 """The share of a flight's time before and after a point of it by which its direction there is measured."""
 DETOUR_LEGS = 20_000
 """The legs that `Cheapest` may price for one detour, of which many are tried."""
+DETOUR_PROOF = 20
+"""The `proof` of `Taut` for one detour, whose bound tells nothing: other ways round are sought, but not for long."""
 STEEP = 1e-3
 """The sine of the angle to the vertical below which a path counts as vertical."""
 
@@ -189,7 +191,7 @@ def _path_of_any_angle(problem: Problem, walled: Problem) -> Result | None:
 
     It is a shortest one where length alone is priced, and otherwise one that is cheap under the whole objective.
     """
-    planner = Taut() if prices_length_alone(problem.scenario) else Cheapest(legs=DETOUR_LEGS, proof=0)
+    planner = Taut(proof=DETOUR_PROOF) if prices_length_alone(problem.scenario) else Cheapest(legs=DETOUR_LEGS, proof=0)
     planned = planner.plan(walled)
     same = np.array_equal(walled.start, problem.start) and np.array_equal(walled.end, problem.end)
     if not planned.status.reached or not same:  # a wall may leave no place for the top of a column

@@ -158,7 +158,7 @@ def fly_job(job: MovingJob) -> MovingRow:
 
 def _known_beforehand(truth: Scenario) -> _Flown:
     began = time.perf_counter()
-    mission = plan_mission(truth)
+    mission = plan_mission(truth, workers=1)
     took = 1e3 * (time.perf_counter() - began)
     wanted = [k for k, target in enumerate(mission.assignment) if target is not None]
     flown = mission.trajectories
@@ -199,7 +199,7 @@ def _planned(digest: str, known: Scenario) -> Mission:
     if digest not in _missions:
         while len(_missions) >= 8:
             del _missions[next(iter(_missions))]
-        _missions[digest] = plan_mission(known)
+        _missions[digest] = plan_mission(known, workers=1)
     return _missions[digest]
 
 

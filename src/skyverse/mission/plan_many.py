@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from skyverse.errors import InputError
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
-from skyverse.numerics.cores import cores
+from skyverse.numerics.side_by_side import threads
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import Planner, Seed, seeded
 from skyverse.problem import Airspace, Problem
@@ -58,8 +58,7 @@ def plan_many(
     ValueError
         If the scenario has no such UAV or target.
     """
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise InputError(f"workers is a whole number from 1 on, not {workers!r}")
+    side_by_side = threads(workers)
     if planner is None:
         planner = Auto()
     if not isinstance(planner, Planner):
@@ -82,7 +81,7 @@ def plan_many(
 
     if problems:
         note(0, plan(0))  # planned alone, since it compiles the kernels that all share
-    with ThreadPoolExecutor(workers or cores()) as pool:
+    with ThreadPoolExecutor(side_by_side) as pool:
         waiting = {pool.submit(plan, i): i for i in range(1, len(problems))}
         try:
             for done in as_completed(waiting):

@@ -20,6 +20,7 @@ from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Deconfliction
+from skyverse.numerics.side_by_side import side_by_side, threads
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import DirectPlanner, Planner, Seed, provenance, seeded
 from skyverse.planners.results import refused_result
@@ -50,6 +51,7 @@ def plan_mission(
     shape: Shape = "minimum-time",
     keep_apart: bool = True,
     apart_in_space: bool = False,
+    workers: int | None = None,
     on_progress: OnProgress | None = None,
 ) -> Mission:
     """Assign UAVs to targets, plan paths, make trajectories, resolve conflicts between them, and check the mission.
@@ -59,7 +61,7 @@ def plan_mission(
     scenario
         The UAVs, targets, obstacles and the objective.
     planner
-        Plans each UAV's path, one after another; `Auto` by default, which chooses the best for the scenario.
+        Plans each UAV's path; `Auto` by default, which chooses the best for the scenario.
     stop
         When the planning of each UAV's path ends. A `Cancelled` rule ends the whole mission with the results so far.
     rng
@@ -80,6 +82,9 @@ def plan_mission(
         Whether UAVs are first led around the paths of others, so that they keep their separation whatever the timing,
         as far as that can be; needs `keep_apart`. Conflicts that are left are resolved, and paths that are then near
         each other are led around once more.
+    workers
+        The number of threads by which pairs are priced and, where the planner ends by itself, paths are planned side by
+        side; by default the number of cores. The mission does not depend on it.
     on_progress
         Called after every iteration, and when a UAV is done.
 
@@ -91,11 +96,12 @@ def plan_mission(
     Raises
     ------
     InputError
-        If assignment, criterion, shape or seed is invalid, the stop rule does not fit the planner, or paths are to be
-        apart in space while conflicts are left.
+        If assignment, criterion, shape, workers or seed is invalid, the stop rule does not fit the planner, or paths
+        are to be apart in space while conflicts are left.
     """
     if apart_in_space and not keep_apart:
         raise InputError("conflicts are to be left, so that paths cannot be led apart in space", field="apart_in_space")
+    most_threads = threads(workers)
     airspace = Airspace(scenario)
     if planner is None:
         planner = Auto()
@@ -103,29 +109,30 @@ def plan_mission(
         planner = planner.choose(scenario)
     generator, seed = seeded(rng)
     streams = generator.spawn(len(scenario.uavs))
-    assigned = assign_targets(airspace, assignment, criterion)
+    assigned = assign_targets(airspace, assignment, criterion, most_threads)
     asked = f"{planner!r}, assignment={assignment!r}, criterion={criterion!r}, shape={shape!r}"
-    origin = provenance(asked, *((None, None) if isinstance(planner, DirectPlanner) else (stop, seed)))
+    direct = isinstance(planner, DirectPlanner)
+    origin = provenance(asked, *((None, None) if direct else (stop, seed)))
+
+    def flight(uav: int) -> tuple[Result | None, Trajectory | None]:
+        target = assigned[uav]
+        if target is None:
+            return None, None
+        problem = Problem(airspace, uav, target)
+        if uav and stop is not None and stop.cancelled:
+            return refused_result(problem, Status.NOT_PLANNED, origin), None
+        report = None if on_progress is None else partial(on_progress, uav)
+        result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)
+        return result, fly_along(problem, result, shape)
+
     results: list[Result | None] = []
     trajectories: list[Trajectory | None] = []
-    interrupted = False
-    for uav, target in enumerate(assigned):
-        result = trajectory = None
-        if target is not None:
-            problem = Problem(airspace, uav, target)
-            if uav and stop is not None and stop.cancelled:  # a planner that ends by itself does not ask
-                interrupted = True
-            if interrupted:
-                result = refused_result(problem, Status.NOT_PLANNED, origin)
-            else:
-                report = None if on_progress is None else partial(on_progress, uav)
-                result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)
-                interrupted = result.cancelled
-                trajectory = fly_along(problem, result, shape)
+    for uav, (result, trajectory) in enumerate(side_by_side(flight, len(assigned), most_threads if direct else 1)):
         results.append(result)
         trajectories.append(trajectory)
         if on_progress is not None:
             on_progress(uav, None)
+    interrupted = any(one is not None and (one.cancelled or one.status is Status.NOT_PLANNED) for one in results)
     mission = Mission(scenario, assigned, tuple(results), tuple(trajectories), (), origin, interrupted)
     if keep_apart and not interrupted:
         make_trajectory = partial(fly_along, shape=shape)
@@ -182,8 +189,8 @@ def _since(asked: Mission, mission: Mission, actions: Sequence[Action]) -> Missi
     return replace(mission, deconfliction=record)
 
 
-def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
-    """Return the cost (m, n) for each of m UAVs to reach each of n targets; infinite where it cannot."""
+def cost_matrix(airspace: Airspace, assignment: Assignment, workers: int = 1) -> Floats:
+    """Return by some threads what each of m UAVs pays to reach each of n targets, (m, n); infinite where it cannot."""
     scenario = airspace.scenario
     uavs, targets = len(scenario.uavs), len(scenario.targets)
     if assignment == "euclidean":
@@ -193,28 +200,33 @@ def cost_matrix(airspace: Airspace, assignment: Assignment) -> Floats:
         np.fill_diagonal(matrix, 1.0)
         return matrix
     open_goals: dict[Airspace, tuple[list[int], Ints]] = {}  # those of UAVs with one tracking error are the same
-    for i, uav in enumerate(scenario.uavs):
-        own = airspace.of(i)
-        if own not in open_goals:
-            ends = [snap_endpoint(own, own.column_top(t.position), start=False) for t in scenario.targets]
-            free = [j for j, (_, refusal) in enumerate(ends) if refusal is None]
-            open_goals[own] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
+    for own in {airspace.of(i) for i in range(uavs)}:
+        ends = [snap_endpoint(own, own.column_top(t.position), start=False) for t in scenario.targets]
+        free = [j for j, (_, refusal) in enumerate(ends) if refusal is None]
+        open_goals[own] = free, np.array([ends[j][0] for j in free], dtype=np.int64)
+
+    def row(i: int) -> Floats:
+        own, prices = airspace.of(i), np.full(targets, np.inf)
         free, nodes = open_goals[own]
-        source, refusal = snap_endpoint(own, own.column_top(uav.start), start=True)
+        source, refusal = snap_endpoint(own, own.column_top(scenario.uavs[i].start), start=True)
         if refusal is None and free:
-            matrix[i, free] = prices_to(own.grid, own.pricing, source, nodes)
+            prices[free] = prices_to(own.grid, own.pricing, source, nodes)
+        return prices
+
+    for i, prices in enumerate(side_by_side(row, uavs, workers)):
+        matrix[i] = prices
     return matrix
 
 
 def assign_targets(
-    airspace: Airspace, assignment: Assignment = "path-cost", criterion: Criterion = "min-sum"
+    airspace: Airspace, assignment: Assignment = "path-cost", criterion: Criterion = "min-sum", workers: int = 1
 ) -> tuple[int | None, ...]:
     """Return for each UAV the index of its target, or ``None``; see `plan_mission`."""
     if assignment not in ("euclidean", "path-cost", "identity"):
         raise InputError(f"assignment is 'euclidean', 'path-cost' or 'identity', not {assignment!r}")
     if assignment == "path-cost" and len(airspace.scenario.uavs) == len(airspace.scenario.targets) == 1:
         assignment = "identity"  # there is nothing to choose, so that no pair has to be priced
-    chosen = assign(cost_matrix(airspace, assignment), criterion)
+    chosen = assign(cost_matrix(airspace, assignment, workers), criterion)
     if assignment != "path-cost":
         return chosen
     # UAVs that can reach no target still get one that is left, so that their results say why
