@@ -406,6 +406,12 @@ def test_a_uav_without_a_target_gets_one():
     assert flight.motion(idle).at([15.0]).position[0] == pytest.approx((19, 2, 2))
 
 
+@pytest.mark.parametrize("given", ["mission.json", None, sky.read("map1")])
+def test_what_is_no_mission_is_refused(given):
+    with pytest.raises(TypeError, match=r"expected a Mission, found a \w+; plan_mission"):
+        sky.Replanner(given)
+
+
 @pytest.mark.parametrize(
     ("targets", "field", "said"),
     [
