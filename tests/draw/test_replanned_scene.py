@@ -87,7 +87,7 @@ def test_the_page_has_what_its_scripts_move_and_escapes_names(drawn):
     assert (number, since, radius) == (0, pytest.approx(steps[k].time), pytest.approx(0.02))
     assert growth == pytest.approx(predicted.doubt.growth, abs=1e-4)
     assert acceleration == pytest.approx(predicted.doubt.acceleration, abs=1e-4)
-    assert lasts == pytest.approx(predicted.doubt.accelerates if acceleration else 0.0, abs=1e-3)
+    assert lasts == pytest.approx(predicted.doubt.accelerating_for if acceleration else 0.0, abs=1e-3)
     place = np.array(numbers[:3]) + 0.4 * np.array(numbers[3:])
     assert place == pytest.approx(predicted.motion.at([since + 0.4])[0], abs=1e-3)
     roles = [trace["meta"]["role"] for trace in data["space"]]

@@ -32,20 +32,23 @@ def beside(doubt, apart=APART):
     ],
 )
 def test_a_motion_beside_a_mover_is_clear_of_a_share_of_its_doubt(doubt, spread):
-    free = APART - BALL.radius - KEPT
-    shares = [free / (LEAST_DOUBT + spread)]
-    if doubt.top_speed:  # how far the mover can have come from where it was at 0 s, 4 m behind
-        far = np.hypot(4.0, APART) - BALL.radius - KEPT
-        shares.append(far / (LEAST_DOUBT + doubt.radius + 4.0 * doubt.top_speed))
-    found = share_avoided(*beside(doubt), 0.0, 4.0)
-    assert found <= max(shares) + 1e-9
-    assert found < 1.0
-    if not doubt.top_speed:
-        assert found == pytest.approx(shares[0])
+    share, missing = share_avoided(*beside(doubt), 0.0, 4.0)
+    assert share == pytest.approx((APART - BALL.radius - KEPT) / (LEAST_DOUBT + spread))
+    instants = np.linspace(0.0, 4.0, 4001)
+    shares = (APART - BALL.radius - KEPT) / (LEAST_DOUBT + doubt.at(instants))
+    assert missing == pytest.approx(np.trapezoid(np.maximum(1.0 - shares, 0.0), instants), rel=0.03)
 
 
 def test_a_motion_that_meets_no_doubt_is_clear_of_all_of_it_and_one_through_a_mover_of_none():
     shapes = beside(sky.Doubt(radius=1.0))
-    assert share_avoided(*shapes, 0.0, 4.0) == 1.0
+    assert share_avoided(*shapes, 0.0, 4.0) == (1.0, 0.0)
     assert first_contact(*shapes, 1.0, 0.0, 4.0)[0] == -1
-    assert share_avoided(*beside(sky.Doubt(radius=1.0), apart=0.4), 0.0, 4.0) < 0.0
+    assert share_avoided(*beside(sky.Doubt(radius=1.0), apart=0.4), 0.0, 4.0)[0] < 0.0
+
+
+def test_a_mover_that_comes_head_on_is_not_avoided_however_slow_it_may_be():
+    comes = WaypointMotion(points=[(-4, 0, 0), (4, 0, 0)], times=[0, 4])
+    stands = np.array([[(0, 0, 0)]], dtype=float)
+    for doubt in (sky.Doubt(growth=0.05), sky.Doubt(growth=0.05, top_speed=2.5)):
+        shapes = moving_shapes([TimedShape(BALL, comes, doubt, KEPT)], TrackingError())
+        assert share_avoided(shapes, KNOTS, stands, 0.0, 4.0)[0] < 0.0

@@ -406,6 +406,50 @@ def test_a_uav_without_a_target_gets_one():
     assert flight.motion(idle).at([15.0]).position[0] == pytest.approx((19, 2, 2))
 
 
+@pytest.mark.parametrize("bearing", np.linspace(-0.4, 0.4, 5))
+def test_a_uav_at_rest_is_not_flown_into_a_ball_that_appears_too_near_before_it(bearing):
+    flight = replanner(
+        hall(uavs=[sky.UAV(start=(1, 5, 2), max_speed=2.0)], targets=[sky.Target(position=(1.001, 5, 2))])
+    )
+    flight.observe(5.0)
+    flight.observe(5.1, targets={0: (18, 5, 2)})
+    place = flight.motion(0).at([5.1]).position[0]
+    at = place + 0.41 * np.array([np.cos(bearing), np.sin(bearing), 0.0])
+    ball = sky.Sphere(centre=(0, 0, 0), radius=0.3)
+    still = {"velocity": (0.0, 0.0, 0.0), "top_speed": 0.1, "max_acceleration": 0.1}
+    for k in range(20):
+        t = 5.1 + 0.1 * k
+        flight.observe(t, movers=[sky.Sighting(name="b", shape=ball, position=tuple(at), **still)])
+        flown = flight.motion(0).at(np.linspace(t, t + 0.1, 21)).position
+        assert np.linalg.norm(flown - at, axis=1).min() > 0.38
+
+
+@pytest.mark.parametrize("uav", [1, -1, 0.0, None, "0"])
+def test_a_uav_that_is_not_there_is_refused(uav):
+    flight = replanner(hall())
+    for asked in (flight.motion, flight.flown, flight.arrival):
+        with pytest.raises(sky.InputError, match="expected the index of one of 1 UAVs"):
+            asked(uav)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"states": 5}, "states: expected a mapping from indices of UAVs, but it is 5"),
+        ({"states": {0.0: ((1, 1, 1), (0, 0, 0))}}, "states: expected indices of UAVs"),
+        ({"targets": [(1, 1, 1)]}, "targets: expected a mapping from indices of UAVs"),
+    ],
+)
+def test_states_and_targets_are_mappings_from_indices(given, says):
+    with pytest.raises(sky.InputError, match=says):
+        replanner(hall()).observe(0.0, **given)
+
+
+def test_a_horizon_beyond_ten_minutes_is_refused():
+    with pytest.raises(sky.InputError, match=r"more than 0\.1 seconds, and at most 600, but it is 601\.0"):
+        replanner(hall(), horizon=601.0)
+
+
 @pytest.mark.parametrize("given", ["mission.json", None, sky.read("map1")])
 def test_what_is_no_mission_is_refused(given):
     with pytest.raises(TypeError, match=r"expected a Mission, found a \w+; plan_mission"):

@@ -65,3 +65,9 @@ def test_a_doubt_whose_top_speed_contradicts_the_motion_is_refused():
         sky.Mover(shape=ball, motion=fast, doubt=sky.Doubt(radius=0.1, growth=0.05, top_speed=1.0))
     fits = sky.Mover(shape=ball, motion=fast, doubt=sky.Doubt(radius=0.1, growth=0.05, top_speed=3.0))
     assert fits.at([1.0])[0, 0] == 3
+
+
+@pytest.mark.parametrize("field", ["radius", "growth", "acceleration"])
+def test_a_doubt_that_no_map_could_hold_is_refused(field):
+    with pytest.raises(ValueError, match="less than or equal to 1000000"):
+        sky.Doubt(**{field: 1e7, "top_speed": 1e6})

@@ -150,7 +150,7 @@ def test_doubt_that_accelerates_reaches_a_flight_when_its_formula_says_so():
 
 
 def test_a_doubt_that_accelerates_needs_a_top_speed():
-    with pytest.raises(ValueError, match="only for a doubt with a top_speed"):
+    with pytest.raises(ValueError, match="acceleration needs a top_speed"):
         Doubt(acceleration=1.0)
     doubt = Doubt(radius=0.1, growth=0.2, acceleration=2.0, since=1.0, top_speed=3.0)
     assert doubt.at([0.0, 1.0, 2.0, 5.0]) == pytest.approx([0.1, 0.1, 1.3, 0.1 + 0.8 + 2 * 4.5 + 6])

@@ -80,7 +80,7 @@ def _row(one: Prediction) -> list[float | None]:
     points, times = np.array(one.motion.points), one.motion.times
     velocity = (points[-1] - points[0]) / (times[-1] - times[0]) if len(times) > 1 else np.zeros(3)
     doubt = one.doubt
-    grows = (doubt.radius, doubt.growth, doubt.acceleration, doubt.accelerates if doubt.acceleration else 0.0)
+    grows = (doubt.radius, doubt.growth, doubt.acceleration, doubt.accelerating_for if doubt.acceleration else 0.0)
     return [one.mover, *flat([times[0], *points[0], *velocity, *grows])]
 
 

@@ -341,7 +341,7 @@ def _shares(around: Surroundings) -> tuple[float, ...]:
 
 
 def _least_bad(search: _Search, hold: _Candidate, tried: int) -> tuple[Course, Choice]:
-    """Return the course that is clear of most of what movers may do.
+    """Return the course that is clear of most of what movers may do from when it can begin, and for longest.
 
     Where none is clear of what stands still, one that leads soonest to where it is; if none does, the UAV keeps on.
     """
@@ -349,14 +349,14 @@ def _least_bad(search: _Search, hold: _Candidate, tried: int) -> tuple[Course, C
     ranked = []
     for number, (contact, mover, found) in enumerate(search.met):
         motion = search.applied(found).motion
-        share = share_avoided(shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart)
-        ranked.append((-share, number, mover, contact, found))
-    ranked.sort(key=lambda one: one[:2])
-    for _, _, mover, contact, found in ranked:
+        share, missing = share_avoided(shapes, motion.knots.copy(), motion.coefficients.copy(), span.join, span.apart)
+        ranked.append((-share, missing, number, mover, contact, found))
+    ranked.sort(key=lambda one: one[:3])
+    for *_, mover, contact, found in ranked:
         if search.clear(found):
             return search.unproven(found, mover, contact, tried)
     back = [(search.seconds_to_safety(one[-1]), *one) for one in ranked]
-    soonest = min(back, key=lambda one: one[:3], default=None)
+    soonest = min(back, key=lambda one: one[:4], default=None)
     if soonest is not None and soonest[0] < math.inf:
         return search.unproven(soonest[-1], soonest[-3], soonest[-2], tried)
     mover, contact = search.contact(hold)

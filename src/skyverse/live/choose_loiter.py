@@ -317,14 +317,14 @@ def choose_loiter(
 
 
 def _least_bad(search: _Search, tried: int) -> tuple[AeroplaneCourse, Choice]:
-    """Return the course that is clear of most of what movers may do.
+    """Return the course that is clear of most of what movers may do from when it can begin, and for longest.
 
     One that is not clear of what stands still is flown only if there is no other.
     """
     span, shapes, ranked = search.span, search.around.moving.shapes, []
     for number, met in enumerate(search.met):
         motion = search.course.motion if met.flight is None else met.flight.motion
-        share = share_avoided(shapes, motion.knots.copy(), motion.coefficients.copy(), span.now, span.apart)
-        ranked.append((not met.clear, -share, number, met))
-    best = min(ranked, key=lambda one: one[:3])[-1]
+        share, missing = share_avoided(shapes, motion.knots.copy(), motion.coefficients.copy(), span.join, span.apart)
+        ranked.append((not met.clear, -share, missing, number, met))
+    best = min(ranked, key=lambda one: one[:4])[-1]
     return search.flown(best.flight), Choice(best.flight is None, False, best.mover, best.instant, tried)

@@ -12,6 +12,7 @@ from skyverse.live.replan import Replan
 from skyverse.live.sensor import HiddenObstacles, seen_movers
 from skyverse.live.sighting import Sighting
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import MAX_INSTANT
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
 from skyverse.model.shapes import Shape
@@ -86,8 +87,13 @@ def fly_closed_loop(
     Raises
     ------
     InputError
-        If observations arrive after the motions that answer them would begin.
+        If observations arrive after the motions that answer them would begin, or `longest` is out of range.
     """
+    if not isinstance(truth, Scenario) or not isinstance(sensor, Sensor):
+        found = type(sensor if isinstance(truth, Scenario) else truth).__name__
+        raise TypeError(f"expected a Scenario as the truth, and a Sensor, found a {found}")
+    if not isinstance(longest, int | float) or not 0.0 < longest < MAX_INSTANT:
+        raise InputError(f"expected seconds above 0, found {longest!r}", field="longest")
     if not sensor.delay < replanner.lead:
         expected = f"expected less than the replanner's lead, {replanner.lead:g} s"
         raise InputError(f"{expected}, but it is {sensor.delay:g} s", field="delay")

@@ -18,6 +18,8 @@ SHORTEST_STEP = 1e-5
 """Seconds by which a motion is followed at least."""
 SAMPLE = 0.05
 """Seconds between the instants at which it is looked at how near to movers a motion is."""
+MOST_SAMPLES = 400
+"""How many such instants there are at most."""
 
 
 @inner
@@ -74,16 +76,21 @@ def first_contact(
 
 
 @kernel
-def share_avoided(shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float) -> float:
-    """Return the share of movers' doubts that a motion is clear of, 1 if of all, below 0 if of nothing at some instant.
+def share_avoided(shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[float, float]:
+    """Return the share of movers' doubts that a motion is clear of between two instants, and how much is missing.
 
-    It is found by samples, and so is no proof. See `first_contact`.
+    The first is 1 if it is clear of all of them, and below 0 if it is too near to a mover that moves as it is expected
+    to. The second is what is missing from 1, summed up over time, seconds. Both are found by samples, and so are no
+    proof. See `first_contact`.
     """
     place, moved = np.empty(3), np.empty(3)
-    least, k = 1.0, 0
-    for i in range(math.ceil((until - begin) / SAMPLE) + 1):
-        now = begin + i * SAMPLE
+    least, missing, k = 1.0, 0.0, 0
+    count = min(math.ceil((until - begin) / SAMPLE), MOST_SAMPLES)
+    for i in range(count + 1):
+        now = begin + (until - begin) * i / max(count, 1)
         k = _place(knots, rows, k, now, place)
         for m in range(len(shapes.kind)):
-            least = min(least, gap_in_doubts(shapes, m, now, place, moved))
-    return least
+            share = gap_in_doubts(shapes, m, now, place, moved)
+            least = min(least, share)
+            missing += max(1.0 - share, 0.0)
+    return least, missing * (until - begin) / (count + 1)

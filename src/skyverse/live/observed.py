@@ -26,6 +26,7 @@ OFF_COURSE = 0.01
 def checked_states(given: Mapping[int, tuple[ArrayLike, ArrayLike]], count: int) -> dict[int, Floats]:
     """Return the states (3, 3) of UAVs, without acceleration, or raise `InputError`."""
     states = {}
+    _require_mapping(given, "states")
     for uav, known in given.items():
         if uav not in range(count):
             raise InputError(f"expected the index of one of {count} UAVs, but it is {uav!r}", field="states")
@@ -55,6 +56,14 @@ class Known(NamedTuple):
 
     scenario: Scenario
     entered: tuple[Shape, ...]
+
+
+def _require_mapping(given: object, field: str) -> None:
+    """Raise `InputError` if what is given for UAVs is not a mapping from their indices."""
+    if not isinstance(given, Mapping):
+        raise InputError(f"expected a mapping from indices of UAVs, but it is {given!r:.60}", field=field)
+    if not all(isinstance(uav, int | np.integer) for uav in given):
+        raise InputError(f"expected indices of UAVs, but they are {[*given]!r:.60}", field=field)
 
 
 def with_seen(known: Known, obstacles: Sequence[Shape], zones: Sequence[Shape], places: Sequence[Floats]) -> Known:
@@ -105,6 +114,7 @@ def with_targets(
     Each of these targets, (3,) metres, is in the place of the one that the UAV had.
     """
     targets, assigned = list(scenario.targets), list(assignment)
+    _require_mapping(given, "targets")
     for uav, place in given.items():
         if uav not in range(len(assigned)):
             raise InputError(f"expected the index of one of {len(assigned)} UAVs, but it is {uav!r}", field="targets")

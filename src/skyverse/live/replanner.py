@@ -33,6 +33,8 @@ SPARE = 0.5
 """Seconds of the default horizon beyond those that the way out of the UAV takes whose way out takes longest."""
 LONGEST_SILENCE = 600.0
 """Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
+LONGEST_HORIZON = 600.0
+"""Seconds up to which motions are proven at most."""
 MAX_INSTANT = 1e9
 """Seconds into the mission: no observation is later."""
 
@@ -96,7 +98,7 @@ class Replanner:
             _require_seconds(name, value, least)
         self._horizons = _horizons(scenario, lead) if horizon is None else (horizon,) * len(scenario.uavs)
         self.horizon = max(self._horizons) if horizon is None else horizon
-        _require_seconds("horizon", self.horizon, lead)
+        _require_seconds("horizon", self.horizon, lead, LONGEST_HORIZON)
         if isinstance(candidates, bool) or not isinstance(candidates, int) or candidates < 1:
             raise InputError(f"expected a whole number from 1 on, but it is {candidates!r}", field="candidates")
         self.lead, self.memory, self.candidates = lead, memory, candidates
@@ -240,21 +242,26 @@ class Replanner:
 
         That of a multirotor ends at rest. That of an aeroplane ends after a full turn, or where its mission does.
         """
-        return self._pilots[uav].motion
+        return self._pilot(uav).motion
 
     def flown(self, uav: int) -> Trajectory:
         """Return what a UAV has flown since the mission began, and will fly if nothing is observed any more.
 
         That of an aeroplane ends where it passes its target, if its motion does.
         """
-        return self._pilots[uav].flown
+        return self._pilot(uav).flown
 
     def arrival(self, uav: int) -> float | None:
         """Return the instant at which a UAV's motion reaches its target, seconds; ``None`` if it does not.
 
         A multirotor comes to rest there, an aeroplane passes it.
         """
-        return self._pilots[uav].arrival
+        return self._pilot(uav).arrival
+
+    def _pilot(self, uav: int) -> Pilot:
+        if not isinstance(uav, int | np.integer) or uav not in range(len(self._pilots)):
+            raise InputError(f"expected the index of one of {len(self._pilots)} UAVs, but it is {uav!r}", field="uav")
+        return self._pilots[uav]
 
     def predicted(self) -> tuple[Mover, ...]:
         """Return the movers that were seen, with all that they may do up to the horizon."""
@@ -288,10 +295,11 @@ class Replanner:
         )
 
 
-def _require_seconds(name: str, value: object, least: float) -> None:
-    """Raise `InputError` if a setting is not a number of seconds above a least one."""
-    if not _is_number(value) or not least < float(value) < MAX_INSTANT:  # type: ignore[arg-type]
-        raise InputError(f"expected more than {least:g} seconds, but it is {value!r}", field=name)
+def _require_seconds(name: str, value: object, least: float, most: float = MAX_INSTANT) -> None:
+    """Raise `InputError` if a setting is not a number of seconds above a least one, and at most some."""
+    if not _is_number(value) or not least < float(value) <= most:  # type: ignore[arg-type]
+        at_most = f", and at most {most:g}" if _is_number(value) and float(value) > most else ""  # type: ignore[arg-type]
+        raise InputError(f"expected more than {least:g} seconds{at_most}, but it is {value!r}", field=name)
 
 
 def _is_number(value: object) -> bool:

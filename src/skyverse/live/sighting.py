@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, mo
 
 from skyverse.errors import InputError
 from skyverse.model.mover import MoverShape
-from skyverse.model.quantities import Limit, Model, NonNegative, Number, listed
+from skyverse.model.quantities import Amount, Limit, Model, Number, listed
 from skyverse.model.wrong_values import complaint
 
 MAX_SEEN = 1e6
@@ -27,7 +27,6 @@ def _of_real_size(shape: MoverShape) -> MoverShape:
     return shape
 
 
-Amount = Annotated[NonNegative, Field(le=MAX_SEEN)]
 Component = Annotated[Number, Field(ge=-MAX_SEEN, le=MAX_SEEN)]
 Vector = Annotated[tuple[Component, Component, Component], BeforeValidator(listed)]
 

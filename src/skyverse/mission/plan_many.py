@@ -58,7 +58,7 @@ def plan_many(
     ValueError
         If the scenario has no such UAV or target.
     """
-    side_by_side = threads(workers)
+    most_threads = threads(workers)
     if planner is None:
         planner = Auto()
     if not isinstance(planner, Planner):
@@ -81,7 +81,7 @@ def plan_many(
 
     if problems:
         note(0, plan(0))  # planned alone, since it compiles the kernels that all share
-    with ThreadPoolExecutor(side_by_side) as pool:
+    with ThreadPoolExecutor(most_threads) as pool:
         waiting = {pool.submit(plan, i): i for i in range(1, len(problems))}
         try:
             for done in as_completed(waiting):

@@ -190,7 +190,7 @@ def _since(asked: Mission, mission: Mission, actions: Sequence[Action]) -> Missi
 
 
 def cost_matrix(airspace: Airspace, assignment: Assignment, workers: int = 1) -> Floats:
-    """Return by some threads what each of m UAVs pays to reach each of n targets, (m, n); infinite where it cannot."""
+    """Return the cost (m, n) for each of m UAVs to reach each of n targets, infinite where it cannot."""
     scenario = airspace.scenario
     uavs, targets = len(scenario.uavs), len(scenario.targets)
     if assignment == "euclidean":

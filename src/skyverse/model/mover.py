@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Discriminator, Tag, model_validator
 from skyverse._typing import Floats
 from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.mover_motions import MoverMotion
-from skyverse.model.quantities import Instant, Limit, Model, NonNegative, Point, Positive, named_type
+from skyverse.model.quantities import Amount, Instant, Limit, Model, Point, Positive, named_type
 from skyverse.model.shapes import Box, Cylinder, Shape, Sphere
 
 
@@ -82,16 +82,16 @@ class Doubt(Model):
         Metres a second; ``None`` where nothing is known of it.
     """
 
-    radius: NonNegative = 0.0
-    growth: NonNegative = 0.0
-    acceleration: NonNegative = 0.0
+    radius: Amount = 0.0
+    growth: Amount = 0.0
+    acceleration: Amount = 0.0
     since: Instant = 0.0
     top_speed: Limit | None = None
 
     @model_validator(mode="after")
     def _with_top_speed(self) -> Self:
         if self.acceleration > 0.0 and self.top_speed is None:
-            raise ValueError("acceleration is only for a doubt with a top_speed, above which the mover does not get")
+            raise ValueError("acceleration needs a top_speed, which the mover never exceeds")
         return self
 
     @property
@@ -100,14 +100,14 @@ class Doubt(Model):
         return self.growth + self.acceleration > 0.0
 
     @property
-    def accelerates(self) -> float:
+    def accelerating_for(self) -> float:
         """For how many seconds its growth grows, since the instant of the last observation."""
         return 2.0 * self.top_speed / self.acceleration if self.top_speed and self.acceleration else math.inf
 
     def at(self, instants: ArrayLike) -> Floats:
         """Return how far the mover may be from its stated motion at instants (m,) seconds, (m,) metres."""
         after = np.maximum(np.atleast_1d(np.asarray(instants, dtype=np.float64)) - self.since, 0.0)
-        quick = np.minimum(after, self.accelerates)
+        quick = np.minimum(after, self.accelerating_for)
         doubt: Floats = self.radius + self.growth * after + self.acceleration * quick * (after - 0.5 * quick)
         return doubt
 

@@ -11,6 +11,8 @@ Positive = Annotated[Number, Field(gt=0)]
 NonNegative = Annotated[Number, Field(ge=0)]
 Limit = Annotated[Number, Field(ge=1e-3, le=1e6)]
 """A limit of a vehicle; the range holds every real one, and keeps durations and their powers finite."""
+Amount = Annotated[NonNegative, Field(le=1e6)]
+"""An amount of anything that is seen, with the same largest value."""
 
 
 NOT_FINITE = ("Infinity", "-Infinity", "NaN")

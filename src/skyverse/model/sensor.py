@@ -1,8 +1,14 @@
 """The sensor that each UAV of a fleet carries when its mission is replanned in flight."""
 
 import math
+from typing import Annotated
+
+from pydantic import Field
 
 from skyverse.model.quantities import Model, NonNegative, Positive
+
+MAX_RATE = 1e3
+"""Observations a second: no sensor makes more."""
 
 
 class Sensor(Model):
@@ -21,7 +27,7 @@ class Sensor(Model):
     """
 
     range: Positive | None = None
-    rate: Positive = 10.0
+    rate: Annotated[Positive, Field(le=MAX_RATE)] = 10.0
     delay: NonNegative = 0.0
     error: NonNegative = 0.0
 

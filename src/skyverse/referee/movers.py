@@ -203,7 +203,7 @@ def _rows(fleet: MovingFleet, k: int, near: Indices, edges: Floats, which: Indic
         if not wanted.any():
             continue
         doubt = fleet.movers[number].doubt
-        turns = np.clip([doubt.since, doubt.since + doubt.accelerates], 0.0, motion.end)
+        turns = np.clip([doubt.since, doubt.since + doubt.accelerating_for], 0.0, motion.end)
         cuts = np.unique(np.concatenate([motion.knots[k], motion.knots[j], edges, turns]))
         inside = wanted[np.searchsorted(edges, cuts[:-1], side="right") - 1]
         columns.append((np.full(int(inside.sum()), place), cuts[:-1][inside], cuts[1:][inside]))

@@ -188,7 +188,7 @@ def _then(motion: MoverMotion) -> int:
 
 def _doubt(given: Doubt) -> tuple[float, ...]:
     top = math.inf if given.top_speed is None else given.top_speed
-    return given.radius, given.growth, given.since, top, given.acceleration, given.accelerates
+    return given.radius, given.growth, given.since, top, given.acceleration, given.accelerating_for
 
 
 def _rate(given: TimedShape) -> float:
@@ -196,7 +196,7 @@ def _rate(given: TimedShape) -> float:
     fastest, _ = motion_bounds(given.motion)
     doubt, growth = given.doubt, given.doubt.growth
     if doubt.acceleration > 0.0:
-        growth += doubt.acceleration * min(max(given.active[1] - doubt.since, 0.0), doubt.accelerates)
+        growth += doubt.acceleration * min(max(given.active[1] - doubt.since, 0.0), doubt.accelerating_for)
     return max(fastest + growth, doubt.top_speed or 0.0)
 
 
@@ -293,25 +293,19 @@ def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats)
 
 @inner
 def gap_in_doubts(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
-    """Return about how far too near to mover m a place is, or how far from that, as a share of the mover's doubt then.
+    """Return how much farther than it must a place is from mover m's motion at an instant, in units of its doubt then.
 
-    From 1 on, it is clear of wherever the mover may be; at 0, the mover touches what must be kept from it if it moves
-    as it is expected to. `moved` is (3,) metres of room to work in.
+    From 1 on, it is clear of wherever the mover may be; below 0 it is too near to it if it moves as it is expected to.
+    Top speeds are not heeded. `moved` is (3,) metres of room to work in.
     """
     if t < shapes.active[m, 0] or t > shapes.active[m, 1]:
         return math.inf
-    doubt = shapes.doubt[m]
     if shapes.kind[m] == PRISM:
         return gap_at(shapes, m, t, place, moved) / LEAST_DOUBT
     mover_position(shapes, m, t, moved)
-    after = max(t - doubt[2], 0.0)
-    kind, size, seen = shapes.kind[m], shapes.size[m], shapes.seen[m]
-    gap = _gap(kind, size, place[0] - moved[0], place[1] - moved[1], place[2] - moved[2]) - shapes.keep[m]
-    shares = gap / (LEAST_DOUBT + _spread(doubt, after))
-    if after > 0.0 and doubt[3] < math.inf:
-        gap = _gap(kind, size, place[0] - seen[0], place[1] - seen[1], place[2] - seen[2]) - shapes.keep[m]
-        shares = max(shares, gap / (LEAST_DOUBT + doubt[0] + doubt[3] * after))
-    return shares
+    gap = _gap(shapes.kind[m], shapes.size[m], place[0] - moved[0], place[1] - moved[1], place[2] - moved[2])
+    doubt = shapes.doubt[m]
+    return (gap - shapes.keep[m]) / (LEAST_DOUBT + _spread(doubt, max(t - doubt[2], 0.0)))
 
 
 @kernel
