@@ -79,9 +79,8 @@ def first_contact(
 def share_avoided(shapes: MovingShapes, knots: Floats, rows: Floats, begin: float, until: float) -> tuple[float, float]:
     """Return the share of movers' doubts that a motion is clear of between two instants, and how much is missing.
 
-    The first is 1 if it is clear of all of them, and below 0 if it is too near to a mover that moves as it is expected
-    to. The second is what is missing from 1, summed up over time, seconds. Both are found by samples, and so are no
-    proof. See `first_contact`.
+    The first is 1 if it is clear of all of them; see `gap_in_doubts`. The second is what is missing from 1, summed up
+    over time, seconds. Both are found by samples, and so are no proof. See `first_contact`.
     """
     place, moved = np.empty(3), np.empty(3)
     least, missing, k = 1.0, 0.0, 0

@@ -293,10 +293,11 @@ def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats)
 
 @inner
 def gap_in_doubts(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
-    """Return how much farther than it must a place is from mover m's motion at an instant, in units of its doubt then.
+    """Return of which share of what mover m may do until an instant a place is clear, above 1 if of more than all.
 
-    From 1 on, it is clear of wherever the mover may be; below 0 it is too near to it if it moves as it is expected to.
-    Top speeds are not heeded. `moved` is (3,) metres of room to work in.
+    A mover that did a share of it would be within that share of its doubt, and of what its top speed allows from
+    where it was seen. Where a place is clear of one of these, it is clear of the mover. `moved` is (3,) metres of room
+    to work in.
     """
     if t < shapes.active[m, 0] or t > shapes.active[m, 1]:
         return math.inf
@@ -304,8 +305,13 @@ def gap_in_doubts(shapes: MovingShapes, m: int, t: float, place: Floats, moved: 
         return gap_at(shapes, m, t, place, moved) / LEAST_DOUBT
     mover_position(shapes, m, t, moved)
     gap = _gap(shapes.kind[m], shapes.size[m], place[0] - moved[0], place[1] - moved[1], place[2] - moved[2])
-    doubt = shapes.doubt[m]
-    return (gap - shapes.keep[m]) / (LEAST_DOUBT + _spread(doubt, max(t - doubt[2], 0.0)))
+    doubt, seen = shapes.doubt[m], shapes.seen[m]
+    after = max(t - doubt[2], 0.0)
+    share = (gap - shapes.keep[m]) / (LEAST_DOUBT + _spread(doubt, after))
+    if after > 0.0 and doubt[3] < math.inf:
+        gap = _gap(shapes.kind[m], shapes.size[m], place[0] - seen[0], place[1] - seen[1], place[2] - seen[2])
+        share = max(share, (gap - shapes.keep[m]) / (LEAST_DOUBT + doubt[0] + doubt[3] * after))
+    return share
 
 
 @kernel
