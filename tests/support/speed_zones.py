@@ -51,8 +51,12 @@ def world_of(*zones, obstacles=(), uavs=(), targets=(), error=None, **more):
     )
 
 
-def too_fast(zones, trajectory, step=0.01):
-    """The largest speed inside a zone beyond its limit, m/s, at instants `step` seconds apart."""
+def too_fast(zones, trajectory, step=0.01, depth=0.0):
+    """The largest speed inside a zone, by some depth, beyond its limit, m/s, at instants `step` seconds apart."""
     motion = trajectory.at(np.arange(trajectory.start, trajectory.end, step))
     speed = np.linalg.norm(motion.velocity, axis=1)
-    return max(float((speed - zone.max_speed)[holds(zone, motion.position)].max(initial=-np.inf)) for zone in zones)
+    around = [motion.position + way for way in depth * np.vstack([np.eye(3), -np.eye(3)])]
+    inside = [np.all([holds(zone, places) for places in around], axis=0) for zone in zones]
+    return max(
+        float((speed - zone.max_speed)[held].max(initial=-np.inf)) for zone, held in zip(zones, inside, strict=True)
+    )
