@@ -21,6 +21,7 @@ from skyverse.live.track import Track
 from skyverse.live.turns import in_turns
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Mover
+from skyverse.model.quantities import MAX_INSTANT
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 from skyverse.model.short_lines import told_point
@@ -35,8 +36,6 @@ LONGEST_SILENCE = 600.0
 """Seconds after the last observation; a later one counts only if another one agrees, since a clock may be wrong."""
 LONGEST_HORIZON = 600.0
 """Seconds up to which motions are proven at most."""
-MAX_INSTANT = 1e9
-"""Seconds into the mission: no observation is later."""
 
 
 class Replanner:
