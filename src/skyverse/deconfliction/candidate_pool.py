@@ -56,6 +56,9 @@ class CandidatePool:
     tries, most_tries
         Detours, and searches in space and time, that brought no earlier arrival so far; and after how many of them
         nothing more is tried only to arrive earlier.
+    effort, most_effort
+        States that were expanded in space and time so far, each times the flights to stay clear of; and after how many
+        nothing more is tried only to arrive earlier.
     """
 
     def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory, stop: Stop | None = None) -> None:
@@ -72,6 +75,7 @@ class CandidatePool:
         self._parked: dict[int, Candidate] = {}
         self.end = 0.0
         self.tries, self.most_tries = 0, 0
+        self.effort, self.most_effort = 0, 0
 
     @property
     def cancelled(self) -> bool:
@@ -81,7 +85,7 @@ class CandidatePool:
     @property
     def spent(self) -> bool:
         """Whether nothing more is to be tried only to arrive earlier."""
-        return self.tries >= self.most_tries
+        return self.tries >= self.most_tries or self.effort >= self.most_effort
 
     def add_planned(
         self, uav: int, target: int | None, result: Result | None, trajectory: Trajectory | None

@@ -22,6 +22,8 @@ MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT = 3, 4
 """Orders that follow from the first ones: at least, and for up to eight UAVs; of more UAVs fewer in proportion."""
 MIN_TRIES, TRIES_FOR_EACH = 40, 5
 """Vain detours and searches after which nothing more is tried to arrive earlier: at least, and for each UAV."""
+MOST_EFFORT = 3_000_000
+"""States expanded in space and time, times the flights to stay clear of, after which nothing more is tried for that."""
 MOST_FAILED = 1
 """UAVs that the first order may leave in conflict; with more, all are placed in space and time at once."""
 DECIMALS = 6
@@ -49,15 +51,18 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
     """
     n, flights = len(planned), WaitingFlights(pool, planned)
     pool.most_tries = pool.tries + max(MIN_TRIES, TRIES_FOR_EACH * n)
+    pool.most_effort = pool.effort + MOST_EFFORT
     at_once = cost_of([PlacedFlight(own, own.trajectory.start) for own in planned])
     best: list[PlacedFlight] | None = None
     placed: list[PlacedFlight] = []
     order: list[int] = []
+    first: list[PlacedFlight] | None = None
     keys = first_keys(planned)[: None if n <= SMALL_FLEET else 1]
     if in_conflict:
         order = priority_order(pool.scenario.uavs, planned, in_conflict, keys[0])
         first = _in_turn(pool, flights, planned, order, MOST_FAILED)
         if cost_of(first)[0] > MOST_FAILED and not pool.cancelled:
+            first = None  # not all of them had their turns
             best = place_in_time(pool, flights, planned)
             if n > SMALL_FLEET:
                 return best
@@ -67,7 +72,9 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
             break
         key = keys[tried] if tried < len(keys) else next_key(planned, order, placed)
         order = priority_order(pool.scenario.uavs, planned, in_conflict, key)
-        placed, order = _in_best_order(pool, flights, planned, order)
+        if tried > 0 or first is None:
+            first = _in_turn(pool, flights, planned, order)
+        placed, order = _in_best_order(pool, flights, planned, order, first)
         if best is None or cost_of(placed) < cost_of(best):
             best = placed
         if pool.cancelled:
@@ -86,10 +93,13 @@ def cost_of(placed: Sequence[PlacedFlight]) -> tuple[int, float, float]:
 
 
 def _in_best_order(
-    pool: CandidatePool, flights: WaitingFlights, planned: Sequence[Candidate], order: list[int]
+    pool: CandidatePool,
+    flights: WaitingFlights,
+    planned: Sequence[Candidate],
+    order: list[int],
+    placed: list[PlacedFlight],
 ) -> tuple[list[PlacedFlight], list[int]]:
-    """Return flights by an order, or by one in which those left in conflict go first, and the last order tried."""
-    placed = _in_turn(pool, flights, planned, order)
+    """Return flights placed by an order, or by one in which those left in conflict go first, and the last order."""
     for _ in range(MAX_PROMOTIONS):
         failed = [uav for uav in order if placed[uav].in_conflict]
         if not failed or pool.cancelled:
@@ -126,8 +136,8 @@ def _improved(
         flight = placed[uav]
         if pool.cancelled:
             break
-        on_time = flight.arrival <= planned[uav].trajectory.end and not flight.in_conflict
-        if flight.candidate.target is None or on_time:
+        enough = pool.spent or flight.arrival <= planned[uav].trajectory.end
+        if flight.candidate.target is None or (enough and not flight.in_conflict):
             continue
         again = choose_flight(pool, flights, planned[uav], [other for other in placed if other is not flight])
         earlier = again.in_conflict == flight.in_conflict and again.arrival < flight.arrival - TICK

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import inner_query, kernel
 from skyverse.numerics.tolerances import MOVER_MARGIN
 from skyverse.space.moving_shapes import MovingShapes, gap_at, gap_in_doubts
 
@@ -22,7 +22,7 @@ MOST_SAMPLES = 400
 """How many such instants there are at most."""
 
 
-@inner
+@inner_query
 def _place(knots: Floats, rows: Floats, k: int, t: float, out: Floats) -> int:
     """Write the position at an instant, from piece k on, (3,) metres; return the piece."""
     while k < len(rows) - 1 and knots[k + 1] <= t:

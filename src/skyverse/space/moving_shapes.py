@@ -12,7 +12,7 @@ from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.mover_motions import CircularMotion, MoverMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
 from skyverse.model.shapes import Box, Cylinder, Prism, Shape, Sphere
 from skyverse.model.uav import TrackingError
-from skyverse.numerics.kernel import by_reference, inner, kernel
+from skyverse.numerics.kernel import by_reference, inner_query, kernel
 from skyverse.space import polygon
 from skyverse.space.timed_shapes import TimedShape
 
@@ -200,7 +200,7 @@ def _rate(given: TimedShape) -> float:
     return max(fastest + growth, doubt.top_speed or 0.0)
 
 
-@inner
+@inner_query
 def mover_position(shapes: MovingShapes, m: int, t: float, out: Floats) -> None:
     """Write where the point of mover m is at an instant by its stated motion, (3,) metres."""
     begins, ends = shapes.span[m, 0], shapes.span[m, 1]
@@ -235,7 +235,7 @@ def mover_position(shapes: MovingShapes, m: int, t: float, out: Floats) -> None:
             out[axis] += c * shapes.cosine[k, axis] + s * shapes.sine[k, axis]
 
 
-@inner
+@inner_query
 def _gap(kind: int, size: Floats, x: float, y: float, z: float) -> float:
     """Return how far a point is from a shape, metres, below 0 inside; to boxes along the axis where it is farthest."""
     if kind == BOX:
@@ -252,7 +252,7 @@ def _gap(kind: int, size: Floats, x: float, y: float, z: float) -> float:
     return math.sqrt((x * x + y * y) * across * across + z * z * up * up) - shorter
 
 
-@inner
+@inner_query
 def _prism_gap(shapes: MovingShapes, m: int, x: float, y: float, z: float) -> float:
     """Return how far a point is from a prism, metres, below 0 inside; to the side, or up or down where that is more."""
     first, stop = shapes.rings[m, 0], shapes.rings[m, 1]
@@ -262,14 +262,14 @@ def _prism_gap(shapes: MovingShapes, m: int, x: float, y: float, z: float) -> fl
     return max(level, max(shapes.size[m, 0] - z, z - shapes.size[m, 1]))
 
 
-@inner
+@inner_query
 def _spread(doubt: Floats, after: float) -> float:
     """Return how far a mover may be from its motion some seconds after it was last seen, metres."""
     quick = min(after, doubt[5])
     return doubt[0] + doubt[1] * after + doubt[4] * quick * (after - 0.5 * quick)
 
 
-@inner
+@inner_query
 def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
     """Return how much farther than it must a place is from where mover m may be at an instant, metres.
 
@@ -291,7 +291,7 @@ def gap_at(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats)
     return gap - shapes.keep[m]
 
 
-@inner
+@inner_query
 def gap_in_doubts(shapes: MovingShapes, m: int, t: float, place: Floats, moved: Floats) -> float:
     """Return of which share of what mover m may do until an instant a place is clear, above 1 if of more than all.
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.numerics.kernel import inner, kernel
+from skyverse.numerics.kernel import inner_query, kernel
 from skyverse.trajectory.limits import Limits
 from skyverse.trajectory.ramp import largest_acceleration, largest_speed, peak_speed, ramp_parts, ramp_seconds
 
@@ -30,7 +30,7 @@ def leg_profiles(ways: Floats, limits: Limits) -> Floats:
     return profiles
 
 
-@inner
+@inner_query
 def share_flown(profile: Floats, since: float) -> float:
     """Return the share of a leg that is flown some seconds after its departure, from 0 to 1."""
     seconds, length, peak = profile[SECONDS], profile[LENGTH], profile[PEAK]
@@ -49,7 +49,7 @@ def share_flown(profile: Floats, since: float) -> float:
     return min(max(flown / length, 0.0), 1.0)
 
 
-@inner
+@inner_query
 def _ramp_way(since: float, peak: float, rise: float, hold: float) -> float:
     """Return the metres that are covered some seconds after the beginning of a ramp from rest to a speed."""
     most = peak / (rise + hold)

@@ -4,7 +4,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.deconfliction.space_time.leg_profiles import PEAK, SECONDS, share_flown
-from skyverse.numerics.kernel import inner
+from skyverse.numerics.kernel import inner_query
 from skyverse.numerics.tolerances import MOVER_MARGIN
 from skyverse.space.moving_shapes import MovingShapes, gap_at
 
@@ -14,7 +14,7 @@ LEG_STEP = 0.002
 """Seconds by which time goes on at least while it flies a leg."""
 
 
-@inner
+@inner_query
 def near_until(
     shapes: MovingShapes, m: int, place: Floats, now: float, more: float, moved: Floats
 ) -> tuple[bool, float]:
@@ -33,15 +33,15 @@ def near_until(
     return gap < rate * HOVER_STEP, min(now + step, np.nextafter(shapes.active[m, 1], np.inf))
 
 
-@inner
+@inner_query
 def leg_kept_off(
-    shapes: MovingShapes, place: Floats, way: Floats, profile: Floats, departure: float, horizon: float
+    shapes: MovingShapes, place: Floats, way: Floats, profile: Floats, departure: float, horizon: float, places: Floats
 ) -> float:
     """Return by how many seconds a leg must depart later because of a mover that it meets; 0 if it meets none.
 
-    Where it meets one, the mover must have gone from the place at which the UAV would be then.
+    Where it meets one, the mover must have gone from the place at which the UAV would be then. Two rows of `places` are written to.
     """
-    here, moved = np.empty(3), np.empty(3)
+    here, moved = places[2], places[3]
     arrival = departure + profile[SECONDS]
     for m in range(len(shapes.kind)):
         speed = shapes.rate[m] + profile[PEAK]

@@ -14,7 +14,7 @@ from skyverse.deconfliction.curves import Curves, Schedule, curve_duration
 from skyverse.deconfliction.space_time.leg_profiles import SECONDS, share_flown
 from skyverse.deconfliction.space_time.near_movers import leg_kept_off
 from skyverse.deconfliction.swept_volume_tree import SweptVolumeTrees
-from skyverse.numerics.kernel import by_reference, inner, kernel
+from skyverse.numerics.kernel import by_reference, inner, inner_query, kernel
 from skyverse.space.moving_shapes import MovingShapes
 
 SLICE = 0.25
@@ -105,13 +105,13 @@ def _enclose(slices: Floats, s: int, p: int, boxes: Floats, row: int) -> None:
         slices[s, p, 3 + axis] = max(slices[s, p, 3 + axis], boxes[row, 3 + axis])
 
 
-@inner
+@inner_query
 def slice_of(others: Others, t: float) -> int:
     """Return the number of the slice that holds an instant."""
     return min(max(int(t / others.slice_seconds), 0), len(others.slices) - 1)
 
 
-@inner
+@inner_query
 def too_near(others: Others, p: int, box: Floats, low: Floats, high: Floats) -> bool:
     """Tell whether a box, (6,), in which flight p is, comes too near to the box with corners (3,), metres."""
     xy, z = others.semi_axes[p, 0], others.semi_axes[p, 1]
@@ -123,7 +123,7 @@ def too_near(others: Others, p: int, box: Floats, low: Floats, high: Floats) -> 
     return x * x + y * y + up * up < 1.0
 
 
-@inner
+@inner_query
 def leaf_at(others: Others, p: int, t: float) -> tuple[int, float]:
     """Return the row of the box that flight p is in just after an instant, and until when."""
     base, leaves = others.base[p], others.leaves[p]
@@ -139,12 +139,20 @@ def leaf_at(others: Others, p: int, t: float) -> tuple[int, float]:
     return base + (leaves + leaf if leaf < leaves else 2 * leaves), until
 
 
-@inner
+@inner_query
 def first_too_near(
-    others: Others, p: int, place: Floats, way: Floats, profile: Floats, departure: float, since: float, until: float
+    others: Others,
+    p: int,
+    place: Floats,
+    way: Floats,
+    profile: Floats,
+    departure: float,
+    since: float,
+    until: float,
+    places: Floats,
 ) -> float:
     """Return the first instant within a span at which a leg comes too near to flight p; infinite if there is none."""
-    low, high = np.empty(3), np.empty(3)
+    low, high = places[4], places[5]
     now, longest = since, until - since
     while now < until:
         row, after = leaf_at(others, p, now)
@@ -159,7 +167,7 @@ def first_too_near(
     return np.inf
 
 
-@inner
+@inner_query
 def leg_box(
     place: Floats, way: Floats, profile: Floats, departure: float, since: float, until: float, low: Floats, high: Floats
 ) -> None:
@@ -170,7 +178,7 @@ def leg_box(
         low[axis], high[axis] = min(one, other), max(one, other)
 
 
-@inner
+@inner_query
 def gone_from(others: Others, p: int, place: Floats, since: float) -> float:
     """Return from when on flight p, which is too near to a place at an instant, is not any more; perhaps never."""
     now = since
@@ -182,15 +190,17 @@ def gone_from(others: Others, p: int, place: Floats, since: float) -> float:
     return np.inf
 
 
-@inner
-def earliest_leg(others: Others, place: Floats, way: Floats, profile: Floats, since: float, until: float) -> float:
+@inner_query
+def earliest_leg(
+    others: Others, place: Floats, way: Floats, profile: Floats, since: float, until: float, places: Floats
+) -> float:
     """Return the earliest departure within a span of a leg that comes too near to nobody; infinite if there is none.
 
     Where a leg comes too near to a flight, the UAV would be at a place at that instant from which the flight must have
-    gone. All departures are left out with which the UAV is at that place before.
+    gone. All departures are left out with which the UAV is at that place before. (6, 3) `places` are written to.
     """
     n = len(others.base)
-    low, high, met = np.empty(3), np.empty(3), np.empty(3)
+    low, high, met = places[0], places[1], places[2]
     departure = since
     while departure <= until and departure < np.inf:
         arrival = departure + profile[SECONDS]
@@ -203,7 +213,7 @@ def earliest_leg(others: Others, place: Floats, way: Floats, profile: Floats, si
             for p in range(n):
                 if not too_near(others, p, others.slices[s, p], low, high):
                     continue
-                instant = first_too_near(others, p, place, way, profile, departure, begin, end)
+                instant = first_too_near(others, p, place, way, profile, departure, begin, end, places)
                 if instant == np.inf:
                     continue
                 row, after = leaf_at(others, p, instant)
@@ -217,7 +227,7 @@ def earliest_leg(others: Others, place: Floats, way: Floats, profile: Floats, si
             if later > departure:
                 break
         if later == departure:
-            later += leg_kept_off(others.movers, place, way, profile, departure, others.horizon)
+            later += leg_kept_off(others.movers, place, way, profile, departure, others.horizon, places)
         if later == departure:
             return departure
         departure = later

@@ -6,7 +6,7 @@ from skyverse._typing import Floats
 from skyverse.deconfliction.space_time.near_movers import near_until
 from skyverse.deconfliction.space_time.others import Others, leaf_at, too_near
 from skyverse.numerics.arrays import order_of
-from skyverse.numerics.kernel import inner
+from skyverse.numerics.kernel import inner, inner_query
 
 MOST_SPANS = 512
 """Spans in which flights come too near to one place that are told apart; with more, the place is never safe."""
@@ -19,6 +19,27 @@ def safe_intervals(others: Others, place: Floats, shortest: float) -> Floats:
     Intervals that are shorter than `shortest` are left out.
     """
     spans = np.empty((MOST_SPANS, 2))
+    count = _near_spans(others, place, spans, np.empty(3))
+    if count < 0:
+        return np.empty((0, 2))
+    order = order_of(spans[:count, 0].copy())
+    found = np.empty((count + 1, 2))
+    kept, now = 0, 0.0
+    for k in range(count):
+        since, until = spans[order[k], 0], spans[order[k], 1]
+        if since - now > shortest:
+            found[kept, 0], found[kept, 1] = now, since
+            kept += 1
+        now = max(now, until)
+    if now < np.inf:
+        found[kept, 0], found[kept, 1] = now, np.inf
+        kept += 1
+    return found[:kept]
+
+
+@inner_query
+def _near_spans(others: Others, place: Floats, spans: Floats, moved: Floats) -> int:
+    """Write the spans in which anybody comes too near to a place, and return how many there are; -1 if too many."""
     count = 0
     final = len(others.slices) - 1
     for p in range(len(others.base)):
@@ -35,13 +56,12 @@ def safe_intervals(others: Others, place: Floats, shortest: float) -> Floats:
                     if opened and spans[count - 1, 1] >= now:
                         spans[count - 1, 1] = after
                     elif count == MOST_SPANS:
-                        return np.empty((0, 2))
+                        return -1
                     else:
                         spans[count, 0], spans[count, 1] = now, after
                         count += 1
                         opened = True
                 now = after
-    moved = np.empty(3)
     for m in range(len(others.movers.kind)):
         now = 0.0
         while now < others.horizon:
@@ -50,20 +70,8 @@ def safe_intervals(others: Others, place: Floats, shortest: float) -> Floats:
                 spans[count - 1, 1] = after
             elif near:
                 if count == MOST_SPANS:
-                    return np.empty((0, 2))
+                    return -1
                 spans[count, 0], spans[count, 1] = now, after
                 count += 1
             now = after
-    order = order_of(spans[:count, 0].copy())
-    found = np.empty((count + 1, 2))
-    kept, now = 0, 0.0
-    for k in range(count):
-        since, until = spans[order[k], 0], spans[order[k], 1]
-        if since - now > shortest:
-            found[kept, 0], found[kept, 1] = now, since
-            kept += 1
-        now = max(now, until)
-    if now < np.inf:
-        found[kept, 0], found[kept, 1] = now, np.inf
-        kept += 1
-    return found[:kept]
+    return count

@@ -132,6 +132,7 @@ class WaitingFlights:
                 graph, profiles, others, left, (source, target), begin, weight, MOST_EXPANDED, latest
             )
             expanded += found.expanded
+            pool.effort += found.expanded * len(placed)
             if len(found.vertices) < 2:
                 break
             best, latest = found, float(found.arrivals[-1]) - TICK
