@@ -7,8 +7,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 import skyverse as sky
+from skyverse.deconfliction import prioritized_planning
 from skyverse.deconfliction.curve_store import CurveStore
 from skyverse.deconfliction.curves import Schedule
+from skyverse.deconfliction.space_time import waiting_flights
 from skyverse.deconfliction.space_time.leg_profiles import SECONDS, leg_profiles
 from skyverse.deconfliction.space_time.others import make_others
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
@@ -263,3 +265,34 @@ def test_a_detour_and_a_wait_together_are_found_where_they_arrive_first():
     assert mission.makespan < 40.0 + around
     whole = " ".join(action.sentence for action in mission.deconfliction.actions)
     assert whole.count("instead of") == 1  # the figures are told once
+
+
+def counted_searches(monkeypatch):
+    """What each search in space and time is asked, as a list that grows: ends, flights, weight, and latest arrival."""
+    asked, search = [], waiting_flights.earliest_arrival
+
+    def counted(graph, profiles, others, left, ends, begin, weight, most, latest):
+        among = others.base.tobytes(), others.departure.tobytes(), others.seconds.tobytes(), others.horizon
+        asked.append((*ends, *among, weight, latest))
+        return search(graph, profiles, others, left, ends, begin, weight, most, latest)
+
+    monkeypatch.setattr(waiting_flights, "earliest_arrival", counted)
+    return asked
+
+
+def test_no_search_is_made_twice(monkeypatch):
+    asked = counted_searches(monkeypatch)
+    mission = sky.plan_mission(sky.tunnel_swap(uavs=6, seed=1), assignment="identity")
+    assert not mission.violations
+    assert len(asked) > 6
+    assert len(set(asked)) == len(asked)
+
+
+def test_without_effort_left_a_fleet_is_kept_apart_by_fewer_searches(monkeypatch):
+    asked = counted_searches(monkeypatch)
+    made = sky.tunnel_swap(uavs=10, seed=3)
+    sky.plan_mission(made, assignment="identity")
+    before = len(asked)
+    monkeypatch.setattr(prioritized_planning, "MOST_EFFORT", 0)
+    assert not sky.plan_mission(made, assignment="identity").violations
+    assert 0 < len(asked) - before < before / 2

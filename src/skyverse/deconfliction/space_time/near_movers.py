@@ -39,7 +39,8 @@ def leg_kept_off(
 ) -> float:
     """Return by how many seconds a leg must depart later because of a mover that it meets; 0 if it meets none.
 
-    Where it meets one, the mover must have gone from the place at which the UAV would be then. Two rows of `places` are written to.
+    Where it meets one, the mover must have gone from the place at which the UAV would be then. Two of (6, 3) `places`
+    are written to.
     """
     here, moved = places[2], places[3]
     arrival = departure + profile[SECONDS]

@@ -13,7 +13,7 @@ from skyverse.deconfliction.space_time.itinerary_flight import Run, smoothed, sp
 from skyverse.deconfliction.space_time.leg_profiles import leg_profiles
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
 from skyverse.deconfliction.space_time.search import Graph, Itinerary, earliest_arrival, seconds_to
-from skyverse.model.result import Effort
+from skyverse.model.result import Effort, Result
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.kernel import Stopwatch
@@ -48,6 +48,7 @@ class WaitingFlights:
         self._roadmaps: dict[TrackingError, Graph] = {}
         self._profiles: dict[tuple[TrackingError, Limits], Floats] = {}
         self._left: dict[tuple[TrackingError, Limits, int], Floats] = {}
+        self._found: dict[tuple[object, ...], PlacedFlight | None] = {}
 
     def flight(
         self, planned: Candidate, placed: Sequence[PlacedFlight], latest: float = np.inf, searches: int = 1
@@ -71,6 +72,18 @@ class WaitingFlights:
         uav = pool.scenario.uavs[planned.uav]
         if uav.fixed_wing is not None or planned.target is None or result is None or not result.any_angle:
             return None
+        among = tuple((flight.candidate.curve, flight.departure, flight.time_scale) for flight in placed)
+        asked = planned.curve, among, latest, searches, pool.end
+        if asked not in self._found:
+            self._found[asked] = self._sought(planned, result, placed, latest, searches)
+        return self._found[asked]
+
+    def _sought(
+        self, planned: Candidate, result: Result, placed: Sequence[PlacedFlight], latest: float, searches: int
+    ) -> PlacedFlight | None:
+        """Return what `flight` does, by a search."""
+        pool = self._pool
+        assert planned.target is not None
         clock = Stopwatch()
         problem = Problem(pool.airspace, planned.uav, planned.target)
         found, graph, limited = self._itinerary(problem, planned, placed, latest, searches)
@@ -95,7 +108,7 @@ class WaitingFlights:
         origin = provenance("SIPP", None, None)
         effort = Effort(generated_paths=1, generated_nodes=found.expanded, evaluations=1)
         record = SearchRecord(origin, effort, clock.seconds)
-        flown = with_heading(whole_flight(runs), uav).retimed(start)
+        flown = with_heading(whole_flight(runs), pool.scenario.uavs[planned.uav]).retimed(start)
         hovers = [Hover(run.departure - before.arrival, before.path[-1]) for before, run in pairwise(runs)]
         candidate = pool.add_waiting(
             planned,
