@@ -272,27 +272,45 @@ def counted_searches(monkeypatch):
     asked, search = [], waiting_flights.earliest_arrival
 
     def counted(graph, profiles, others, left, ends, begin, weight, most, latest):
-        among = others.base.tobytes(), others.departure.tobytes(), others.seconds.tobytes(), others.horizon
-        asked.append((*ends, *among, weight, latest))
+        among = frozenset(zip(others.base, others.departure, others.seconds, strict=True))
+        asked.append((*ends, among, others.horizon, weight, latest))
         return search(graph, profiles, others, left, ends, begin, weight, most, latest)
 
     monkeypatch.setattr(waiting_flights, "earliest_arrival", counted)
     return asked
 
 
-def test_no_search_is_made_twice(monkeypatch):
+def forest_with_spinners():
+    return sky.random_movers(sky.forest_swap(uavs=2, seed=3), 4, kind="spinners", speed=3.0, seed=3)
+
+
+@pytest.mark.parametrize("make", [lambda: sky.tunnel_swap(uavs=4, seed=1), forest_with_spinners])
+def test_no_search_is_made_twice(monkeypatch, make):
     asked = counted_searches(monkeypatch)
-    mission = sky.plan_mission(sky.tunnel_swap(uavs=6, seed=1), assignment="identity")
-    assert not mission.violations
-    assert len(asked) > 6
+    assert not sky.plan_mission(make(), assignment="identity").violations
+    assert len(asked) > 2
     assert len(set(asked)) == len(asked)
 
 
-def test_without_effort_left_a_fleet_is_kept_apart_by_fewer_searches(monkeypatch):
-    asked = counted_searches(monkeypatch)
+def test_the_first_order_is_not_tried_twice(monkeypatch):
+    orders, in_turn = [], prioritized_planning._in_turn
+
+    def noted(pool, flights, planned, order, *most_failed):
+        orders.append(tuple(order))
+        return in_turn(pool, flights, planned, order, *most_failed)
+
+    monkeypatch.setattr(prioritized_planning, "_in_turn", noted)
+    sky.plan_mission(sky.tunnel_swap(uavs=6, seed=1), assignment="identity")
+    assert len(orders) > 1
+    assert orders[0] != orders[1]
+
+
+def test_the_less_effort_the_fewer_searches_and_a_fleet_is_kept_apart_all_the_same(monkeypatch):
+    asked, counts = counted_searches(monkeypatch), []
     made = sky.tunnel_swap(uavs=10, seed=3)
-    sky.plan_mission(made, assignment="identity")
-    before = len(asked)
-    monkeypatch.setattr(prioritized_planning, "MOST_EFFORT", 0)
-    assert not sky.plan_mission(made, assignment="identity").violations
-    assert 0 < len(asked) - before < before / 2
+    for most in (0, 2_000, prioritized_planning.MOST_EFFORT):
+        monkeypatch.setattr(prioritized_planning, "MOST_EFFORT", most)
+        asked.clear()
+        assert not sky.plan_mission(made, assignment="identity").violations
+        counts.append(len(asked))
+    assert 0 < counts[0] < counts[1] < counts[2]

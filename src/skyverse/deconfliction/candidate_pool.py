@@ -55,10 +55,10 @@ class CandidatePool:
         Seconds into the mission until which UAVs must be clear of movers where they have arrived.
     tries, most_tries
         Detours, and searches in space and time, that brought no earlier arrival so far; and after how many of them
-        nothing more is tried only to arrive earlier.
+        little more is tried only to arrive earlier.
     effort, most_effort
-        States that were expanded in space and time so far, each times the flights to stay clear of; and after how many
-        nothing more is tried only to arrive earlier.
+        States that were expanded in space and time so far, each counted as often as there were flights and movers to
+        stay clear of; and after how many little more is tried only to arrive earlier.
     """
 
     def __init__(self, airspace: Airspace, make_trajectory: MakeTrajectory, stop: Stop | None = None) -> None:
@@ -84,7 +84,7 @@ class CandidatePool:
 
     @property
     def spent(self) -> bool:
-        """Whether nothing more is to be tried only to arrive earlier."""
+        """Whether little more is to be tried only to arrive earlier."""
         return self.tries >= self.most_tries or self.effort >= self.most_effort
 
     def add_planned(

@@ -21,9 +21,10 @@ SMALL_FLEET = 32
 MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT = 3, 4
 """Orders that follow from the first ones: at least, and for up to eight UAVs; of more UAVs fewer in proportion."""
 MIN_TRIES, TRIES_FOR_EACH = 40, 4
-"""Vain detours and searches after which nothing more is tried to arrive earlier: at least, and for each UAV."""
+"""Vain detours and searches after which little more is tried to arrive earlier: at least, and for each UAV."""
 MOST_EFFORT = 3_000_000
-"""States expanded in space and time, times the flights to stay clear of, after which nothing more is tried for that."""
+"""States expanded in space and time after which little more is tried to arrive earlier; each counts as often as there
+are flights and movers to stay clear of."""
 MOST_FAILED = 1
 """UAVs that the first order may leave in conflict; with more, all are placed in space and time at once."""
 DECIMALS = 6
@@ -62,7 +63,7 @@ def place_flights(pool: CandidatePool, planned: Sequence[Candidate], in_conflict
         order = priority_order(pool.scenario.uavs, planned, in_conflict, keys[0])
         first = _in_turn(pool, flights, planned, order, MOST_FAILED)
         if cost_of(first)[0] > MOST_FAILED and not pool.cancelled:
-            first = None  # not all of them had their turns
+            first = None  # it was broken off
             best = place_in_time(pool, flights, planned)
             if n > SMALL_FLEET:
                 return best
@@ -123,7 +124,8 @@ def _in_turn(
     placed: dict[int, PlacedFlight] = {}
     for uav in order:
         if sum(flight.in_conflict for flight in placed.values()) > most_failed:
-            return [placed.get(u, PlacedFlight(planned[u], 0.0, in_conflict=True)) for u in range(len(planned))]
+            at_once = [PlacedFlight(own, own.trajectory.start, in_conflict=True) for own in planned]
+            return [placed.get(u, at_once[u]) for u in range(len(planned))]
         placed[uav] = choose_flight(pool, flights, planned[uav], list(placed.values()))
     return [placed[uav] for uav in range(len(planned))]
 
@@ -131,13 +133,16 @@ def _in_turn(
 def _improved(
     pool: CandidatePool, flights: WaitingFlights, planned: Sequence[Candidate], placed: list[PlacedFlight]
 ) -> list[PlacedFlight]:
-    """Let each UAV that comes late, the last to arrive first, choose again among all the others."""
+    """Let each UAV that comes late, the last to arrive first, choose again among all the others.
+
+    Once the effort is spent, only those that are left in conflict do.
+    """
     for uav in sorted(range(len(planned)), key=lambda u: -placed[u].arrival):
         flight = placed[uav]
         if pool.cancelled:
             break
-        enough = pool.spent or flight.arrival <= planned[uav].trajectory.end
-        if flight.candidate.target is None or (enough and not flight.in_conflict):
+        early_enough = pool.spent or flight.arrival <= planned[uav].trajectory.end
+        if flight.candidate.target is None or (early_enough and not flight.in_conflict):
             continue
         again = choose_flight(pool, flights, planned[uav], [other for other in placed if other is not flight])
         earlier = again.in_conflict == flight.in_conflict and again.arrival < flight.arrival - TICK

@@ -35,14 +35,14 @@ def near_until(
 
 @inner_query
 def leg_kept_off(
-    shapes: MovingShapes, place: Floats, way: Floats, profile: Floats, departure: float, horizon: float, places: Floats
+    shapes: MovingShapes, place: Floats, way: Floats, profile: Floats, departure: float, horizon: float, room: Floats
 ) -> float:
     """Return by how many seconds a leg must depart later because of a mover that it meets; 0 if it meets none.
 
-    Where it meets one, the mover must have gone from the place at which the UAV would be then. Two of (6, 3) `places`
-    are written to.
+    Where it meets one, the mover must have gone from the place at which the UAV would be then. `room` is
+    (7, 3) metres to work in.
     """
-    here, moved = places[2], places[3]
+    here, moved = room[5], room[6]
     arrival = departure + profile[SECONDS]
     for m in range(len(shapes.kind)):
         speed = shapes.rate[m] + profile[PEAK]

@@ -149,10 +149,10 @@ def first_too_near(
     departure: float,
     since: float,
     until: float,
-    places: Floats,
+    room: Floats,
 ) -> float:
     """Return the first instant within a span at which a leg comes too near to flight p; infinite if there is none."""
-    low, high = places[4], places[5]
+    low, high = room[3], room[4]
     now, longest = since, until - since
     while now < until:
         row, after = leaf_at(others, p, now)
@@ -192,15 +192,15 @@ def gone_from(others: Others, p: int, place: Floats, since: float) -> float:
 
 @inner_query
 def earliest_leg(
-    others: Others, place: Floats, way: Floats, profile: Floats, since: float, until: float, places: Floats
+    others: Others, place: Floats, way: Floats, profile: Floats, since: float, until: float, room: Floats
 ) -> float:
     """Return the earliest departure within a span of a leg that comes too near to nobody; infinite if there is none.
 
     Where a leg comes too near to a flight, the UAV would be at a place at that instant from which the flight must have
-    gone. All departures are left out with which the UAV is at that place before. (6, 3) `places` are written to.
+    gone. All departures are left out with which the UAV is at that place before. `room` is (7, 3) metres to work in.
     """
     n = len(others.base)
-    low, high, met = places[0], places[1], places[2]
+    low, high, met = room[0], room[1], room[2]
     departure = since
     while departure <= until and departure < np.inf:
         arrival = departure + profile[SECONDS]
@@ -213,7 +213,7 @@ def earliest_leg(
             for p in range(n):
                 if not too_near(others, p, others.slices[s, p], low, high):
                     continue
-                instant = first_too_near(others, p, place, way, profile, departure, begin, end, places)
+                instant = first_too_near(others, p, place, way, profile, departure, begin, end, room)
                 if instant == np.inf:
                     continue
                 row, after = leaf_at(others, p, instant)
@@ -227,7 +227,7 @@ def earliest_leg(
             if later > departure:
                 break
         if later == departure:
-            later += leg_kept_off(others.movers, place, way, profile, departure, others.horizon, places)
+            later += leg_kept_off(others.movers, place, way, profile, departure, others.horizon, room)
         if later == departure:
             return departure
         departure = later

@@ -165,7 +165,7 @@ def earliest_arrival(
     source, target = ends
     states = _with_intervals(_no_states(len(graph.points)), graph, others, source)
     tries = Tries(make_heap(1024), np.empty((1024, 3), np.int64), np.empty(1024), np.zeros(1, np.int64))
-    expanded, places = 0, np.empty((6, 3))
+    expanded, room = 0, np.empty((7, 3))
     for state in range(states.first[source], states.last[source]):
         if states.interval[state, 0] <= begin <= states.interval[state, 1]:
             states.arrival[state], states.done[state] = begin, True
@@ -184,7 +184,7 @@ def earliest_arrival(
             since = max(states.arrival[before], states.interval[state, 0] - seconds)
             until = min(states.interval[before, 1], states.interval[state, 1] - seconds)
             place = graph.points[states.vertex[before]]
-            departure = earliest_leg(others, place, graph.ways[kind], profiles[kind], since, until, places)
+            departure = earliest_leg(others, place, graph.ways[kind], profiles[kind], since, until, room)
             arrives = departure + seconds + left[states.vertex[state]]
             if departure + seconds >= states.arrival[state] or arrives > latest:
                 continue

@@ -13,7 +13,7 @@ from skyverse.deconfliction.space_time.itinerary_flight import Run, smoothed, sp
 from skyverse.deconfliction.space_time.leg_profiles import leg_profiles
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
 from skyverse.deconfliction.space_time.search import Graph, Itinerary, earliest_arrival, seconds_to
-from skyverse.model.result import Effort, Result
+from skyverse.model.result import Effort
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.model.verdict import Verdict
 from skyverse.numerics.kernel import Stopwatch
@@ -33,7 +33,7 @@ MOST_EXPANDED = 6_000
 
 
 class WaitingFlights:
-    """Searches in space and time for the UAVs of a fleet, on roadmaps that they share.
+    """Searches in space and time for the UAVs of a fleet, on roadmaps that they share; what they find is kept.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class WaitingFlights:
         self._roadmaps: dict[TrackingError, Graph] = {}
         self._profiles: dict[tuple[TrackingError, Limits], Floats] = {}
         self._left: dict[tuple[TrackingError, Limits, int], Floats] = {}
-        self._found: dict[tuple[object, ...], PlacedFlight | None] = {}
+        self._answers: dict[tuple[object, ...], PlacedFlight | None] = {}
 
     def flight(
         self, planned: Candidate, placed: Sequence[PlacedFlight], latest: float = np.inf, searches: int = 1
@@ -72,16 +72,16 @@ class WaitingFlights:
         uav = pool.scenario.uavs[planned.uav]
         if uav.fixed_wing is not None or planned.target is None or result is None or not result.any_angle:
             return None
-        among = tuple((flight.candidate.curve, flight.departure, flight.time_scale) for flight in placed)
-        asked = planned.curve, among, latest, searches, pool.end
-        if asked not in self._found:
-            self._found[asked] = self._sought(planned, result, placed, latest, searches)
-        return self._found[asked]
+        among = frozenset((flight.candidate.curve, flight.departure, flight.time_scale) for flight in placed)
+        asked = planned.curve, among, latest, searches
+        if asked not in self._answers:
+            self._answers[asked] = self._search(planned, placed, latest, searches)
+        return self._answers[asked]
 
-    def _sought(
-        self, planned: Candidate, result: Result, placed: Sequence[PlacedFlight], latest: float, searches: int
+    def _search(
+        self, planned: Candidate, placed: Sequence[PlacedFlight], latest: float, searches: int
     ) -> PlacedFlight | None:
-        """Return what `flight` does, by a search."""
+        """Return what `flight` does, without looking among the answers that are kept."""
         pool = self._pool
         assert planned.target is not None
         clock = Stopwatch()
@@ -145,7 +145,7 @@ class WaitingFlights:
                 graph, profiles, others, left, (source, target), begin, weight, MOST_EXPANDED, latest
             )
             expanded += found.expanded
-            pool.effort += found.expanded * len(placed)
+            pool.effort += found.expanded * (len(placed) + len(others.movers.kind))
             if len(found.vertices) < 2:
                 break
             best, latest = found, float(found.arrivals[-1]) - TICK
