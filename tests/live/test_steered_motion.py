@@ -63,3 +63,17 @@ def test_a_motion_joins_what_is_flown_and_comes_to_rest_in_time(uav, before, way
     assert np.abs(end.velocity).max() < 1e-7
     assert np.abs(end.acceleration).max() < 1e-6
     assert faults(uav, motion) == []
+
+
+def test_a_speed_that_rounding_leaves_above_the_largest_one_makes_no_jump():
+    state = np.array(
+        [
+            (2.6644596128810454, 6.734945108394341, 3.1346854722474595),
+            (-0.33926677755941437, 4.967959134609287, 0.4402017229260437),
+            (0.28614755840452233, 0.27995009617477695, 0.03127427728126761),
+        ]
+    )
+    way, most = np.array([(2.0, 16.5, 4.0), (2.0, 17.0, 3.0)]), np.array([0.14861387112643157, 0.0])
+    durations, rows, _, _ = steered_motion(state, way, most, limits_of(UAVS[0], -1e-9), 1.0, 1.998571428571429, 0.95)
+    assert len(durations) > 1
+    assert faults(UAVS[0], trajectory(durations, rows)) == []

@@ -79,7 +79,8 @@ def peak_speed(length: float, ends: tuple[float, float], most: float, rates: tup
     rates
         The largest acceleration forwards and backwards, m/s^2, and the largest jerk, m/s^3.
     """
-    low, high = max(ends[0], ends[1]), most
+    low = max(ends[0], ends[1])
+    high = max(low, most)  # by rounding, a speed at an end may be the larger one
     if both_ramps(ends, high, rates) <= length:
         return high
     for _ in range(BISECTIONS):
