@@ -84,7 +84,7 @@ def keep(made: sky.ReplannedFlight) -> None:
         first.save(HERE / "traffic.gif", save_all=True, append_images=others, duration=100, loop=0, optimize=True)
         picture = Image.open(Path(folder) / "flown-middle.png").convert("RGB")
         picture.thumbnail((1400, 1400), Image.Resampling.LANCZOS)
-        picture.quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(
+        picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
             HERE / "traffic.png", optimize=True
         )
 
