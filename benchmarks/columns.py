@@ -27,8 +27,6 @@ LIFT = 1e-3
 """Metres above the end of a column where a flight is cut, clear of all rounding."""
 CRUISE = 40.0
 """z at which it flies from the one column to the other, metres."""
-AIR = ("no-fly zone", "danger area")
-"""Kinds of obstacles that nothing stands on."""
 
 
 class Kept(NamedTuple):
@@ -70,7 +68,7 @@ def without_below(scenario: sky.Scenario, roof: float) -> sky.Scenario:
     """Return a scenario without the ground, the floor of its bounds, and what one may stand on below a z, metres."""
     kept = []
     for shape in scenario.obstacles:
-        if shape.kind in AIR or shape.closed_above:
+        if not shape.solid or shape.closed_above:
             kept.append(shape)
         elif isinstance(shape, Voxels):
             tops = shape.origin[2] + shape.step[2] * (np.arange(shape.occupied.shape[2]) + 1)
@@ -176,7 +174,7 @@ def about(rng: np.random.Generator, foot: np.ndarray, clearance: float, error: s
     x, y = foot[:2] + away * np.array([np.cos(turn), np.sin(turn)])
     high = foot[2] - clearance + rng.choice([0.0, -1e-6, 1e-3, -0.5, -2.0, 0.3, 5.0, 15.0])
     low = high - rng.uniform(0.1, 4)
-    named = {"kind": rng.choice(np.array([None, None, "building", *AIR], dtype=object))}
+    named = {"solid": bool(rng.random() < 0.6)}
     match rng.integers(5):
         case 0:
             return sky.Box(min=(x - size, y - size, low), max=(x + size, y + size, high), **named)

@@ -8,7 +8,7 @@ import skyverse as sky
 
 def over_a_zone(**more):
     """A flight at 30 m over a no-fly zone of 10 m, on flat ground."""
-    zone = sky.Box(min=(8, 0, 0), max=(12, 20, 10), kind="no-fly zone", name="school")
+    zone = sky.Box(min=(8, 0, 0), max=(12, 20, 10), kind="no-fly zone", name="school", solid=False)
     given = {
         "name": "over",
         "bounds": sky.Bounds(min=(0, 0, 0), max=(20, 20, 40)),

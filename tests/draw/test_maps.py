@@ -225,6 +225,14 @@ def test_what_city_models_hold_has_colours_of_its_own():
     assert len(set(colours.values())) == len(colours) == 4
 
 
+@pytest.mark.parametrize("kind", ["no-fly zone", "office space", "building"])
+def test_airspace_is_seen_through_and_what_is_solid_is_not(kind):
+    found = kinds_module.shapes_by_kind(
+        [Box(min=(0, 0, 0), max=(1, 1, 1), kind=kind, solid=solid) for solid in (True, False)], (), ()
+    )
+    assert sorted((one.solid, one.count) for one in found) == [(False, 1), (True, 1)]
+
+
 def test_the_legend_of_a_page_and_of_a_figure_names_the_speed_limits_of_zones():
     slow = Box(min=(10, 0, 0), max=(20, 30, 30), max_speed=3)
     school = Box(min=(30, 0, 0), max=(40, 30, 30), max_speed=2.5, kind="school", risk=0.1)

@@ -19,7 +19,7 @@ SHUT_IN = (
     (
         Box(min=(30, -300, -50), max=(31, 240, 150)),
         Box(min=(90, 15, -50), max=(91, 300, 150)),
-        Box(min=(32, -300, -50), max=(300, 245, 8), kind="no-fly zone"),
+        Box(min=(32, -300, -50), max=(300, 245, 8), kind="no-fly zone", solid=False),
     ),
 )
 """A flight around two walls up to the top, over a zone on which nobody lands: from its end no line leads back."""

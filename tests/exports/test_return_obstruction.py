@@ -77,16 +77,16 @@ def test_the_place_in_the_way_is_that_of_the_obstacle(tmp_path):
 
 def test_notes_say_whether_a_rule_or_a_solid_thing_is_in_the_way(tmp_path):
     told = {}
-    for kind in ("building", "no-fly zone"):
+    for kind, solid in (("building", True), ("no-fly zone", False)):
         notes = []
-        sky.export(around_a_wall(kind=kind), tmp_path / "m.wpml.kmz", on_note=notes.append)
+        sky.export(around_a_wall(kind=kind, solid=solid), tmp_path / "m.wpml.kmz", on_note=notes.append)
         (told[kind],) = (note for note in notes if "but NOT from t = " in note)
     assert "comes too near to obstacle 0 (building), which is solid, at " in told["building"]
     assert "breaks a rule and meets nothing solid: it enters obstacle 0 (no-fly zone) at " in told["no-fly zone"]
 
 
 def test_behind_a_zone_a_solid_thing_is_told_rather_than_the_rule(tmp_path):
-    mission = around_a_wall(kind="no-fly zone")
+    mission = around_a_wall(kind="no-fly zone", solid=False)
     behind = Box(min=(10, -300, -50), max=(11, 200, 150), kind="building")
     mission = changed(mission, obstacles=(*mission.scenario.obstacles, behind))
     assert "obstacle 1 (building), which is solid" in refused(mission, tmp_path)

@@ -23,6 +23,7 @@ ADDED = {
     "hover_power": None,
     "vehicle": "",
     "closed_above": False,
+    "solid": True,
     "active": None,
     "max_height": None,
     "max_speed": None,

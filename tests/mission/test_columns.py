@@ -85,11 +85,12 @@ ON_ROOF = (10, 10, 5.5)
         (sky.Box(min=(11, 6, 0), max=(12, 14, 4), closed_above=True), False),
         (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool)), True),
         (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 6), bool)), False),
-        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), kind="no-fly zone"), False),  # nothing stands on airspace
-        (sky.Cylinder(centre=(10, 10), radius=0.4, low=0, high=4, kind="Restricted"), False),
-        (sky.Prism(vertices=[(9, 9), (12, 9), (12, 11)], low=0, high=1.4, kind="danger area"), True),  # far below
-        (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool), kind="geofence"), False),
-        (sky.Sphere(centre=(10, 10, 4), radius=1, kind="no-fly zone"), False),
+        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), solid=False), False),  # nothing stands on airspace
+        (sky.Cylinder(centre=(10, 10), radius=0.4, low=0, high=4, solid=False), False),
+        (sky.Prism(vertices=[(9, 9), (12, 9), (12, 11)], low=0, high=1.4, solid=False), True),  # far below
+        (sky.Voxels(origin=(11, 9, 0), step=(1, 1, 1), occupied=np.ones((1, 1, 5), bool), solid=False), False),
+        (sky.Sphere(centre=(10, 10, 4), radius=1, solid=False), False),
+        (sky.Box(min=(11, 6, 0), max=(12, 14, 5), kind="no-fly zone office space"), True),  # words mean nothing
     ],
 )
 @pytest.mark.parametrize("end", ["start", "target"])
@@ -169,7 +170,7 @@ def wild(seed):
                 shapes.append(sky.Box(min=low, max=(place[0] + dx + wide, 10 + dy + long, top)))
         places.append((*place[:2], place[2] + 0.5 + rng.choice([0.0, 0.1, 1.0])))
     bounds = {"min": (0, 0, 0), "max": (40, 20, 80)}
-    shapes = [one.model_copy(update={"kind": "no-fly zone" if rng.random() < 0.1 else None}) for one in shapes]
+    shapes = [one.model_copy(update={"solid": rng.random() >= 0.1}) for one in shapes]
     return scenario(*shapes, start=places[0], target=places[1], error=error, terrain=terrain, bounds=bounds)
 
 

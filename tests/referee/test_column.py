@@ -1,6 +1,6 @@
 """Columns as the referee sees them: where they end, and what must be kept in them."""
 
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -154,11 +154,11 @@ def test_without_a_horizontal_error_no_ground_is_beside_a_column():
 @pytest.mark.parametrize("kind", KINDS)
 def test_in_a_column_airspace_that_ends_below_keeps_the_error(kind):
     below = beside(kind, -0.5, 4.0)
-    for name, exempt in (("building", True), (None, True), ("no-fly zone", False), ("Restricted airspace", False)):
-        judged_in = world(below.model_copy(update={"kind": name}))
+    for solid, kind_named in product((True, False), (None, "no-fly zone", "office space")):
+        judged_in = world(below.model_copy(update={"solid": solid, "kind": kind_named}))
         foot = FOOT - [0, 0, 1]
         column = column_over(judged_in, 0, foot)
-        assert kept(column.beside, foot, foot[2] + 1) == exempt if column is not None else not exempt
+        assert kept(column.beside, foot, foot[2] + 1) == solid if column is not None else not solid
 
 
 def test_in_a_column_the_floor_of_the_bounds_is_exempt_but_not_their_sides():

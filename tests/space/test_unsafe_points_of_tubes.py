@@ -64,7 +64,7 @@ def test_a_start_beside_steep_ground_is_told_so_and_how_high_it_would_have_to_cl
 
 
 def test_a_start_over_airspace_is_told_that_only_ground_and_roofs_are_exempt():
-    zone = sky.Box(min=(0, 0, 0), max=(5, 5, 1), kind="no-fly zone")
+    zone = sky.Box(min=(0, 0, 0), max=(5, 5, 1), kind="no-fly zone", solid=False)
     (bad,) = unsafe_points(scenario((3, 3, 1.5), obstacles=(zone,)))
     assert bad.reason.startswith("is 1.5 m too near obstacles[0] (no-fly zone) for the clearance of 0.5 m and")
     assert bad.reason.endswith("from which only ground and roofs below it are exempt")

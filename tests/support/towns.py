@@ -55,7 +55,7 @@ def town(count=50, terrain=True, origin=True):
     occupied[1:3, 1:3] = occupied[0, 0, 0] = True
     obstacles = (
         *buildings(count),
-        Cylinder(centre=(800, 200), radius=60, low=0, high=150, kind="no-fly zone"),
+        Cylinder(centre=(800, 200), radius=60, low=0, high=150, kind="no-fly zone", solid=False),
         Sphere(centre=(200, 800, 140), radius=30, kind="balloon"),
         Voxels(origin=(500, 100, 40), step=(10, 10, 10), occupied=occupied, kind="rubble"),
         Box(min=(880, 880, 0), max=(920, 920, 100)),

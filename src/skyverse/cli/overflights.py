@@ -33,9 +33,7 @@ def _overflown(scenario: "Scenario", trajectory: "Trajectory") -> Iterator[tuple
     from skyverse.draw.shape_geometry import span
     from skyverse.model.shapes import NO_FLY_ZONE
 
-    zones = [
-        (k, shape) for k, shape in enumerate(scenario.obstacles) if shape.kind == NO_FLY_ZONE and not shape.closed_above
-    ]
+    zones = [(k, shape) for k, shape in enumerate(scenario.obstacles) if not shape.solid and not shape.closed_above]
     if not zones:
         return
     import numpy as np
@@ -48,4 +46,4 @@ def _overflown(scenario: "Scenario", trajectory: "Trajectory") -> Iterator[tuple
         above = places[:, 2] - span(shape, places[:, :2])[:, 1]
         if (above > 0).any():
             name = f"obstacles[{number}]" + (f" ({shape.name})" if shape.name else "")
-            yield f"the {NO_FLY_ZONE} {name}", float(above[above > 0].min())
+            yield f"the {shape.kind or NO_FLY_ZONE} {name}", float(above[above > 0].min())

@@ -11,7 +11,6 @@ from skyverse._typing import Floats
 from skyverse.draw.palette import KINDS, OTHER_KINDS
 from skyverse.draw.shape_geometry import CIRCLE_SIDES, DrawnShape, coarser, skin
 from skyverse.model.active_times import told_spans
-from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
@@ -41,8 +40,8 @@ class ShapeKind:
     colour
         The colour; ``None`` for the page's colour of obstacles or of zones.
     solid
-        Whether the shapes are opaque: those of a kind, if it is no airspace, and those without a kind where there are
-        too many for nearer ones to be told from farther ones.
+        Whether the shapes are opaque: solid obstacles of a kind, and those without a kind where there are too many for
+        nearer ones to be told from farther ones.
     sides
         The number of sides of the polygon that stands for a circle.
     """
@@ -85,10 +84,10 @@ def shapes_by_kind(
     drawn = _chosen(everything, lines, sides)
     low, high = np.array([extent(shape) for shape in everything]).reshape(-1, 2, 3).swapaxes(0, 1)
     largest = np.argsort(-np.linalg.norm(high - low, axis=1), kind="stable").tolist()
-    grouped: dict[tuple[bool, str], list[int]] = {}
+    grouped: dict[tuple[bool, str, bool], list[int]] = {}
     for k in largest:
         shape, hard = everything[k], k < len(obstacles)
-        grouped.setdefault((not hard, _kind_name(shape, hard)), []).append(k)
+        grouped.setdefault((not hard, _kind_name(shape, hard), shape.solid), []).append(k)
     sorted_ = sorted(grouped.items(), key=lambda item: (item[0][0], -len(item[1]), item[0][1]))
     others = iter(OTHER_KINDS * (1 + len(sorted_) // len(OTHER_KINDS)))
     return tuple(
@@ -98,10 +97,10 @@ def shapes_by_kind(
             count=len(numbers),
             shapes=tuple(everything[k] for k in numbers if drawn[k]),
             colour=_colour(name, others),
-            solid=not soft and (name != "obstacle" or len(numbers) > MAX_EDGED_SHAPES) and not is_airspace(name),
+            solid=solid and not soft and (name != "obstacle" or len(numbers) > MAX_EDGED_SHAPES),
             sides=sides,
         )
-        for (soft, name), numbers in sorted_
+        for (soft, name, solid), numbers in sorted_
     )
 
 

@@ -11,7 +11,6 @@ from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
-from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.ground_height import ground_height
 from skyverse.model.polygon import are_inside
 from skyverse.model.scenario import Scenario
@@ -66,7 +65,7 @@ def solids_over(scenario: Scenario, low: Floats, high: Floats) -> list[AnyShape]
     """Return the obstacles, but for airspace, whose bounding boxes reach over a rectangle between corners (2,)."""
     lows, highs = _outlines(_SameObstacles(scenario.obstacles))
     around = np.flatnonzero(((lows <= high) & (low <= highs)).all(axis=1)).tolist()
-    return [scenario.obstacles[k] for k in around if not is_airspace(scenario.obstacles[k].kind)]
+    return [scenario.obstacles[k] for k in around if scenario.obstacles[k].solid]
 
 
 def ground_below(scenario: Scenario, places: Floats, floor: float | None = None) -> Floats:

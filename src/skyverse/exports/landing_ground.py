@@ -15,7 +15,6 @@ from skyverse.exports.global_positions import origin_of
 from skyverse.exports.landing import ground_below, ground_level
 from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnSpace
-from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
@@ -118,7 +117,7 @@ def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[st
     if steep:
         places = "; ".join(steep)
         yield f"{Caution.WARNING}: homes that are not level: {places}. Choose other starts, or level the places."
-    if scenario.terrain is not None and all(is_airspace(shape.kind) for shape in scenario.obstacles):
+    if scenario.terrain is not None and not any(shape.solid for shape in scenario.obstacles):
         yield (
             "The scenario knows the ground and no obstacles: trees, roofs and water are unknown; look at where UAVs "
             "fly low and land."

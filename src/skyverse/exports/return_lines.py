@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
-from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
@@ -137,7 +136,7 @@ class ReturnSpace:
         self.only_solids = only_solids
         self.numbers = list(range(len(scenario.obstacles)))
         if only_solids:
-            self.numbers = [k for k in self.numbers if not is_airspace(scenario.obstacles[k].kind)]
+            self.numbers = [k for k in self.numbers if scenario.obstacles[k].solid]
             solid = [
                 shape.model_copy(update={"closed_above": False}) if shape.closed_above else shape
                 for shape in (scenario.obstacles[k] for k in self.numbers)

@@ -18,7 +18,9 @@ MIN_SEEN = 1e-6
 
 
 def _of_real_size(shape: MoverShape) -> MoverShape:
-    for name, value in shape.model_dump(exclude_none=True, exclude={"shape", "name", "kind", "closed_above"}).items():
+    for name, value in shape.model_dump(
+        exclude_none=True, exclude={"shape", "name", "kind", "solid", "closed_above"}
+    ).items():
         sizes = np.abs(np.atleast_1d(value))
         if sizes.max() > MAX_SEEN:
             raise ValueError(f"{name} must be at most {MAX_SEEN:g} m")

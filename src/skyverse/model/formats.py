@@ -28,8 +28,8 @@ NEW_IN_SCENARIO_2 = {
         "max_yaw_acceleration",
         "look_at",
     ),
-    "obstacles": ("closed_above", "max_speed", "active"),
-    "zones": ("closed_above", "max_speed", "active"),
+    "obstacles": ("solid", "closed_above", "max_speed", "active"),
+    "zones": ("solid", "closed_above", "max_speed", "active"),
     "terrain": ("lowest",),
 }
 """The fields that version 2 brought, by the part that has them, or whose entries do; the scenario itself is ``""``."""

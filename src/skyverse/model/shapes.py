@@ -41,7 +41,7 @@ from skyverse.model.quantities import (
 )
 
 NO_FLY_ZONE = "no-fly zone"
-"""The kind of zones that must not be flown through, where a map says nothing more of them."""
+"""What zones that must not be flown through are called where a map says nothing more of them."""
 
 
 class Shape(Model):
@@ -52,7 +52,10 @@ class Shape(Model):
     name
         What it is called, if it has a name.
     kind
-        What it stands for, such as ``"building"`` or ``"no-fly zone"``; pictures show each kind in its own way.
+        What it stands for, such as ``"building"`` or ``"no-fly zone"``: a name and, in pictures, a colour, no more.
+    solid
+        Whether an obstacle is a thing, on which UAVs may stand and which they can hit, rather than airspace that they
+        must not enter, such as a no-fly zone. Zones of a scenario are airspace, whatever they say.
     risk
         What a metre flown inside a zone adds to the path's risk. Obstacles have none.
     max_speed
@@ -67,6 +70,7 @@ class Shape(Model):
 
     name: str | None = None
     kind: str | None = None
+    solid: Flag = True
     risk: Positive | None = None
     max_speed: Limit | None = None
     closed_above: Flag = False

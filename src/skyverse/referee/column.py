@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Indices
-from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes
 from skyverse.referee.ground import Ceiling, GrownGround
@@ -99,7 +98,7 @@ def _met(world: RefereeWorld, kind: GrownSolids, place: Floats, roof: float) -> 
 def _airspace(world: RefereeWorld, kind: GrownSolids, which: Indices) -> NDArray[np.bool_]:
     """Tell which shapes, (n,), are airspace, which nothing stands on."""
     obstacles = world.scenario.obstacles
-    return np.array([is_airspace(obstacles[number].kind) for number in kind.obstacle[which]], dtype=np.bool_)
+    return np.array([not obstacles[number].solid for number in kind.obstacle[which]], dtype=np.bool_)
 
 
 def _tops(kind: GrownSolids, which: Indices, error: TrackingError) -> Floats:

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
-from skyverse.model.airspace_kinds import is_airspace
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
 from skyverse.model.uav import TrackingError
@@ -246,7 +245,7 @@ class World:
 
     def _is_airspace(self, number: int) -> bool:
         """Tell whether an obstacle is a part of the air, on which nothing can stand."""
-        return is_airspace(self._scenario.obstacles[number].kind)
+        return not self._scenario.obstacles[number].solid
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell for each of (m, 3) points in metres whether it is safe; (m,) booleans."""

@@ -306,7 +306,7 @@ def test_buildings_that_touch_become_one_unless_they_are_to_stay_as_they_are(val
 def test_what_is_thinner_than_a_grain_becomes_a_thin_prism(width):
     sliver = shapely.box(0, 0, 10, width)
     court = shapely.Polygon(shapely.box(20, 0, 40, 20).exterior, [shapely.box(25, 5, 25 + width, 15).exterior])
-    features = [Feature(np.zeros((3, 2)), (), None, None, "zone", None, "z") for _ in range(2)]
+    features = [Feature(np.zeros((3, 2)), (), None, None, "zone", False, None, "z") for _ in range(2)]
     made, _ = prisms(LocalFeatures([sliver, court], features, np.zeros(2), np.ones(2)))
     for prism, outline in zip(made, (sliver, court), strict=True):
         polygon = shapely.Polygon(prism.vertices, prism.holes)

@@ -49,6 +49,14 @@ def test_a_field_of_risk_opens_no_zone_unless_the_user_does(read):
     assert len(told) == 1
 
 
+@pytest.mark.parametrize("name", ["office space", "flyover", "Geofence Ltd", "tower", None])
+def test_buildings_are_solid_and_zones_are_not_whatever_they_are_called(read, name):
+    said = {} if name is None else {"category": name, "name": name}
+    assert [one.solid for one in read(collection(feature(**said, height=10)), kind="building")] == [True]
+    assert [one.solid for one in read(collection(feature(**said, **ZONE)))] == [False]
+    assert [one.solid for one in read(collection(feature(building="office", height=10)))] == [True]
+
+
 def test_buildings_stand_on_the_ground_and_need_a_height(read):
     plain = collection(feature(use="house"))
     refused(read, plain, "feature 1", "Reading.building_height", kind="building")

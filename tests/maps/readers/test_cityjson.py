@@ -209,7 +209,7 @@ def test_what_else_stands_in_the_way_is_read_with_its_kind(read):
     told = []
     found = read(city({**objects, "lawn": flat, "point": point}), kind="building", tell=told.append)
     assert {one.name: one.kind for one in found} == kinds
-    assert all(one.low == AboveSea(1.0) for one in found)
+    assert all(one.low == AboveSea(1.0) and one.solid for one in found)
     assert [sentence.split(": ")[1][:6] for sentence in told] == ["1 of t", "1 of k"]
 
 

@@ -148,7 +148,12 @@ def _ends(
         return low, high
     lowest, highest = ground_range(terrain, outlines)
     stands = np.array(
-        [f.low is None or (f.kind in KINDS_FROM_THE_GROUND and isinstance(f.low, AboveSea)) for f in features], bool
+        [
+            feature.low is None
+            or (feature.solid and feature.kind in KINDS_FROM_THE_GROUND and isinstance(feature.low, AboveSea))
+            for feature in features
+        ],
+        dtype=bool,
     )
     low[stands] = np.where(np.isfinite(low), np.minimum(low, lowest), lowest)[stands]
     low[floored] = lowest[floored] + _metres(features, floored, "low")
@@ -251,7 +256,7 @@ def prisms(these: LocalFeatures) -> tuple[list[Prism], Counter[str]]:
     counts = Counter(these.counts)
     made = []
     for outline, feature, low, high in zip(these.outlines, these.features, these.low, these.high, strict=True):
-        given = {name: getattr(feature, name) for name in ("name", "kind", "risk")}
+        given = {name: getattr(feature, name) for name in ("name", "kind", "solid", "risk")}
         given |= {"low": float(low), "high": float(high)}
         try:
             made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))

@@ -20,6 +20,8 @@ class Feature:
         The altitudes at which it begins and ends. ``None`` for `low` means from the ground on, for `high` without end.
     kind
         ``"building"``, or what the file calls the zone.
+    solid
+        Whether it is a building or another thing, rather than a zone.
     name
         Its name, if it has one.
     where
@@ -33,6 +35,7 @@ class Feature:
     low: Altitude | None
     high: Altitude | None
     kind: str
+    solid: bool
     name: str | None
     where: str
     risk: float | None = None

@@ -115,7 +115,7 @@ def _features(body: _Body, place: BaseGeometry, span: tuple[float, float], choic
     for part in polygons(place, body.where, choices.tell, buffer=choices.buffer, lenient=True):
         holes = tuple(np.array(ring.coords)[:-1] for ring in part.interiors)
         outline = np.array(part.exterior.coords)[:-1]
-        yield Feature(outline, holes, low, high, body.kind, body.name, body.where, choices.risk)
+        yield Feature(outline, holes, low, high, body.kind, True, body.name, body.where, choices.risk)
 
 
 def _vertices(document: dict[str, Any], path: Path) -> Floats:

@@ -80,7 +80,7 @@ def read_octomap(path: Path, size: float | None = None, unknown: Unknown | None 
     if unknown == "free":
         first, occupied = trimmed(first, occupied)
     made = voxels_of_grid(first - (1 << (_TREE_DEPTH - 1 - coarser)), resolution * 2**coarser, occupied)
-    return made.model_copy(update={"kind": KIND_OF_UNKNOWN[unknown]})
+    return made.model_copy(update={"kind": KIND_OF_UNKNOWN[unknown], "solid": unknown == "free"})
 
 
 def _coarser(path: Path, low: NDArray[np.int64], high: NDArray[np.int64], resolution: float, size: float | None) -> int:

@@ -99,7 +99,7 @@ def _features(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) 
     for part in shapely.segmentize(parts, MAX_EDGE_DEGREES):
         outline = np.array(part.exterior.coords)[:-1, :2]
         holes = tuple(np.array(ring.coords)[:-1, :2] for ring in part.interiors)
-        yield Feature(outline, holes, low, high, kind, name, where, risk)
+        yield Feature(outline, holes, low, high, kind, kind == "building", name, where, risk)
 
 
 def _kind(fields: Fields) -> str:
