@@ -19,6 +19,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import NoReturn
 
@@ -27,6 +28,8 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 LOCKS = ROOT / "requirements"
+TESTED = ("optimisers", "test", "maps", "bench", "ompl", "dask", "parquet", "flight")
+"""The extras that tests need; the others are for lint and documentation."""
 
 
 def main() -> int:
@@ -62,15 +65,12 @@ def main() -> int:
             run(*plan, "mvo", "-o", "out/table-4.8-mvo.json"),
             run(*plan, "auto", "-o", "out/table-4.8.json"),
         )
-    set_up("dev")
     if options.command == "test":
-        # a file's tests stay together, so that few kernels are compiled twice
-        asked = rest[1:] if rest[:1] == ["--"] else rest or ["-n", "auto", "--dist", "loadfile"]
-        if not rest and not os.environ.get("NUMBA_DISABLE_JIT"):
-            run("skyverse", "cache", "--compile")
-        return run("python", "-m", "pytest", *asked)
+        return test(rest[1:] if rest[:1] == ["--"] else rest)
     if options.command == "explore":
+        set_up("test")
         return explore_for(60 * options.minutes)
+    set_up("dev")
     if options.command == "docs":
         return run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "docs/_build/html")
     return max(
@@ -79,6 +79,20 @@ def main() -> int:
         run("mypy"),
         run("lint-imports", "--no-cache"),
     )
+
+
+def test(asked: list[str]) -> int:
+    """Run the tests that are asked for, else all of them on all cores; all kernels are compiled before.
+
+    They are compiled while the packages that only tests need are installed: that waits for the network, this does not.
+    """
+    if asked:
+        set_up("test")
+        return run("python", "-m", "pytest", *asked)
+    set_up("run")
+    with nullcontext() if os.environ.get("NUMBA_DISABLE_JIT") else start("skyverse", "cache", "--compile"):
+        set_up("test")
+    return run("python", "-m", "pytest", "-n", "auto", "--dist", "loadfile")
 
 
 def set_up(kind: str) -> None:
@@ -90,24 +104,21 @@ def set_up(kind: str) -> None:
         fail(f"skyverse needs Python 3.11 or newer, and {sys.executable} is {sys.version.split()[0]}")
     if importlib.util.find_spec("venv") is None or importlib.util.find_spec("ensurepip") is None:
         fail("this Python cannot make virtual environments; on Debian and Ubuntu: apt install python3-venv")
-    place = f"{sys.version} {ROOT}"
-    digest = hashlib.sha256()
-    for file in (LOCKS / f"{kind}.txt", ROOT / "pyproject.toml"):
-        digest.update(file.read_bytes())
-    wanted = digest.hexdigest()
-    stamp, origin = VENV / f"installed-{kind}", VENV / "made-by"
-    if PYTHON.exists() and read(stamp) == wanted and read(origin) == place:
-        return
+    place, origin = f"{sys.version} {ROOT}", VENV / "made-by"
     if not PYTHON.exists() or read(origin) != place:
         print(f"Making the virtual environment {VENV} ...", flush=True)
         call(sys.executable, "-m", "venv", "--clear", str(VENV))
         origin.write_text(place, encoding="utf-8")
-    print(f"Installing requirements/{kind}.txt (a minute or two at first) ...", flush=True)
-    pip = (str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
+    lock = LOCKS / f"{kind}.txt"
     # without --no-compile, all modules would become bytecode now, which takes longer than everything else together
-    call(*pip, "--no-compile", "--require-hashes", "--only-binary", ":all:", "-r", str(LOCKS / f"{kind}.txt"))
-    call(*pip, "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
-    stamp.write_text(wanted, encoding="utf-8")
+    pinned = ("--no-compile", "--require-hashes", "--only-binary", ":all:", "-r", str(lock))
+    itself = ("--no-deps", "--no-build-isolation", "--editable", str(ROOT))
+    for what, given, options in ((kind, lock, pinned), ("package", ROOT / "pyproject.toml", itself)):
+        stamp, wanted = VENV / f"installed-{what}", hashlib.sha256(given.read_bytes()).hexdigest()
+        if read(stamp) != wanted:
+            print(f"Installing what {given.relative_to(ROOT)} names (a minute or two at first) ...", flush=True)
+            call(str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *options)
+            stamp.write_text(wanted, encoding="utf-8")
 
 
 def explore_for(seconds: float) -> int:
@@ -160,10 +171,15 @@ def wheel() -> int:
 
 
 def lock() -> int:
-    """Pin everything anew: run.txt for users, dev.txt for developers, with the same versions of what both hold."""
+    """Pin everything anew: run.txt for users, which test.txt holds, too, which dev.txt holds, too."""
     if shutil.which("uv") is None:
         fail("uv is not on the PATH; it can be installed into any virtual environment: pip install uv")
-    for kind, more in (("run", ""), ("dev", "--all-extras --constraint requirements/run.txt")):
+    tested = " ".join(f"--extra {extra}" for extra in TESTED)
+    for kind, more in (
+        ("run", ""),
+        ("dev", "--all-extras --constraint requirements/run.txt"),
+        ("test", f"{tested} --constraint requirements/dev.txt"),
+    ):
         command = f"""uv pip compile pyproject.toml requirements/build.in {more} --output-file requirements/{kind}.txt
             --universal --python-version 3.11 --generate-hashes --upgrade --quiet
             --no-emit-index-url --no-emit-find-links"""
@@ -173,10 +189,16 @@ def lock() -> int:
 
 def run(program: str, *arguments: str) -> int:
     """Run a program of the virtual environment and return its exit code."""
+    with start(program, *arguments) as process:
+        return process.wait()
+
+
+def start(program: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a program of the virtual environment."""
     print(f"$ {' '.join((program, *arguments))}", flush=True)
     paths = f"{BIN}{os.pathsep}{os.environ.get('PATH', '')}"
     found = shutil.which(program, path=str(BIN)) or program
-    return subprocess.run([found, *arguments], env={**os.environ, "PATH": paths}, check=False).returncode
+    return subprocess.Popen([found, *arguments], env={**os.environ, "PATH": paths})
 
 
 def call(*command: str) -> None:

@@ -2,7 +2,9 @@
 
 import os
 import random
+import signal
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -25,8 +27,13 @@ settings.register_profile("explore", settings.get_profile("fixed"), derandomize=
 
 
 def pytest_configure(config):
-    """Draw the same examples each time, unless a seed asks for others (`python3 run.py explore`)."""
+    """Draw the same examples each time, unless a seed asks for others (`python3 run.py explore`).
+
+    Ctrl-C counts as in a terminal, also where the shell has made it of no effect, as it does for what runs beside it.
+    """
     settings.load_profile("fixed" if config.getoption("--hypothesis-seed") is None else "explore")
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(config, items):
@@ -42,10 +49,15 @@ def pytest_collection_modifyitems(config, items):
         items.sort(key=lambda item: files.index(item.path))
 
 
+def reason_of(report):
+    """Return the reason for which a test or module was skipped."""
+    return report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+
+
 def fail_if_skipped_without_cause(report):
     """Let a skipped test or module fail if the reason is not on the list in `skips`."""
     if report.skipped and not hasattr(report, "wasxfail"):
-        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+        reason = reason_of(report)
         if cause_of(reason) is None:
             report.outcome = "failed"
             report.longrepr = f"skipped for a reason that is not on the list in tests/support/skips.py: {reason}"
@@ -60,3 +72,11 @@ def pytest_runtest_makereport(item):
 @pytest.hookimpl(wrapper=True)
 def pytest_make_collect_report(collector):
     return fail_if_skipped_without_cause((yield))
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say in one line how many tests and modules were skipped, and why; the next line says how long all took."""
+    causes = Counter(cause_of(reason_of(report)) for report in terminalreporter.stats.get("skipped", ()))
+    if causes:
+        told = "; ".join(f"{count} as {cause}" for cause, count in causes.most_common())
+        terminalreporter.write_line(f"\nSkipped: {told}.")

@@ -1,5 +1,7 @@
 """Every test runs each time, with the same examples; what may be skipped stands on a list."""
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +21,17 @@ def test_a_skip_without_a_cause():
     pytest.skip("not today")
 """
 
+CTRL_C = """
+import os, signal, subprocess, sys
+import pytest
+
+def test_ctrl_c_reaches_this_process_and_those_that_it_starts():
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+    code = "import os, signal; os.kill(os.getpid(), signal.SIGINT)"
+    assert b"KeyboardInterrupt" in subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE).stderr
+"""
+
 PROPERTY = """
 from hypothesis import given, strategies as st
 
@@ -32,13 +45,13 @@ def test_examples(number):
 def run(tmp_path):
     """Run pytest over a test file with this conftest; return its exit code and what it wrote."""
 
-    def run(text, *options):
+    def run(text, *options, **how):
         (tmp_path / "support").mkdir(exist_ok=True)
         for source in (CONFTEST, CONFTEST.parent / "support" / "skips.py"):
             (tmp_path / source.relative_to(CONFTEST.parent)).write_bytes(source.read_bytes())
         (tmp_path / "test_it.py").write_text(text)
         command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *options, str(tmp_path)]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False, **how)
         return done.returncode, done.stdout + done.stderr
 
     return run
@@ -49,12 +62,20 @@ def test_a_skip_whose_reason_is_not_on_the_list_fails_the_run(run):
     assert code == 1
     assert "1 failed, 1 skipped" in text
     assert "not on the list in tests/support/skips.py: Skipped: not today" in text
+    assert "Skipped: 1 as there is no browser." in text.splitlines()
 
 
 def test_a_module_that_is_skipped_for_no_cause_on_the_list_fails_the_run(run):
     code, text = run("import pytest\npytest.skip('not this file', allow_module_level=True)")
     assert code != 0
     assert "not on the list" in text
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is a POSIX signal here")
+@pytest.mark.parametrize("options", [(), ("-n", "1")])
+def test_ctrl_c_counts_also_where_the_shell_ignores_it(run, options):
+    code, text = run(CTRL_C, *options, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    assert code == 0, text
 
 
 def test_examples_are_the_same_each_time_unless_a_seed_asks_for_others(run):
