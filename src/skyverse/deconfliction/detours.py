@@ -1,5 +1,6 @@
 """Detours of a UAV around others: paths through a gate beside, above or below the place of a conflict."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -79,16 +80,16 @@ def gates_beside(airspace: Airspace, candidate: Candidate, share: float) -> Rank
     ahead = after - before
     right, up = np.array([ahead[1], -ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
     semi_axis_xy, semi_axis_z = kept_ellipsoid(uav, uav)
-    if np.linalg.norm(right) <= STEEP * np.linalg.norm(ahead):
+    if math.hypot(*right) <= STEEP * math.hypot(*ahead):
         right, up, semi_axis_z = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0]), semi_axis_xy
-    right /= np.linalg.norm(right)
+    right /= math.hypot(*right)
     spacing = np.array([semi_axis_xy, semi_axis_z])
     steps = np.array([(r, u) for u in STEPS_UP for r in STEPS_RIGHT][1:], dtype=np.float64) * GATE_SPACING * spacing
     offsets = steps[:, :1] * right + steps[:, 1:] * up
     axis = int(np.argmax(np.abs(ahead)))
     if candidate.result is not None and not candidate.result.any_angle:
         offsets = _on_lattice(airspace.grid, passed + offsets, axis) - passed
-        steps = offsets @ np.column_stack([right, up])
+        steps = np.column_stack([np.sum(offsets * right, axis=1), np.sum(offsets * up, axis=1)])
         far = np.linalg.norm(steps / spacing, axis=1) >= 1.0
         offsets = offsets[far]
     centres = passed + offsets

@@ -1,5 +1,6 @@
 """Find which UAVs of a fleet come too close to each other, and when: every pair, at every instant."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -82,7 +83,7 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
             given = is_given(span, begins, ends, end)
             here, there = position_at(curves, a, when - departure[a]), position_at(curves, b, when - departure[b])
             x, y, height = ((here + there) / 2).tolist()
-            near = float(np.linalg.norm((here - there) / untrimmed))
+            near = math.hypot(*((here - there) / untrimmed))
             pair = (int(a), int(b))
             found.append(Conflict(pair, since, min(until, end), min(when, end), near, (x, y, height), bool(given)))
     return tuple(sorted(found, key=lambda conflict: (conflict.begin, conflict.uavs)))

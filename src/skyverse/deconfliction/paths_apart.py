@@ -160,7 +160,8 @@ def _chord_ends(curve: Floats, first: int, last: int, climb: float) -> list[int]
 def _off_chord(points: Floats) -> Floats:
     """Return how far points, (n, 3), are from the segment between the first and the last of them, (n,) metres."""
     along = points[-1] - points[0]
-    shares = np.clip((points - points[0]) @ along / max(float(along @ along), MIN_NORM), 0.0, 1.0)
+    passed = np.sum((points - points[0]) * along, axis=1)
+    shares = np.clip(passed / max(float(np.sum(along**2)), MIN_NORM), 0.0, 1.0)
     return np.linalg.norm(points - points[0] - shares[:, None] * along, axis=1)
 
 

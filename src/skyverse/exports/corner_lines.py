@@ -25,7 +25,7 @@ LATE_SHARE = 1 / 8
 
 def is_straight(cut: Floats, on: Floats) -> bool:
     """Tell whether there is no corner between the ways that may be cut, (2, 3), and the way on, (3,) metres each."""
-    long = float(np.linalg.norm(on))
+    long = math.hypot(*on)
     return long == 0 or float(np.linalg.norm(np.cross(cut, on), axis=1).max()) / long < MIN_GROWTH / 10
 
 
@@ -60,8 +60,8 @@ def search_corner(
     if upright and np.abs(cut[:, 2]).max() <= min(PX4_ALTITUDE_RADII[1], radius - SAME_PLACE):
         widths.append(CLIMB_HALF_WIDTH)
     for width in widths:
-        deep = _middles(max(float(np.linalg.norm(p)), float(np.linalg.norm(q))), width)
-        wide = _middles(float(np.linalg.norm(p - q)), width)
+        deep = _middles(max(math.hypot(*p), math.hypot(*q)), width)
+        wide = _middles(math.dist(p, q), width)
         sides = ((1 - wide)[:, None] * p + wide[:, None] * q)[None] * deep[:, None, None]
         starts = at + sides.reshape(-1, 3)
         # every possible way is at most this far from one of the lines to `after`, and nearer towards the end

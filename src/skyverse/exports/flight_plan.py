@@ -5,6 +5,7 @@ the commanded speed or as fast as it climbs and descends, corners cut within the
 acceleration wherever it starts or stops.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -116,7 +117,7 @@ class FlightPlan:
         rates, top = self.rates, self.waypoints[0]
         made = _Motion(self.home, self.delay + rates.startup)
         rise = top - self.home
-        height = float(np.linalg.norm(rise))
+        height = math.hypot(*rise)
         low = min(rates.takeoff_height / height, 1.0) if height else 1.0
         stop = 0.0 if self.takeoff_cut else 1.0  # an autopilot that turns earlier has hardly braked by then
         made.fly(self.home + low * rise, rates.takeoff, rates.takeoff_acceleration, 1.0, stop if low == 1.0 else 0.0)
@@ -153,7 +154,7 @@ class _Motion:
     def fly(self, to: Floats, pace: float, acceleration: float, *stops: float) -> None:
         """Fly straight to a place at a pace, m/s; `stops` tells whether it is at rest at the start and at the end."""
         way = to - self.at
-        length = float(np.linalg.norm(way))
+        length = math.hypot(*way)
         if length < SAME_PLACE:
             return
         start, stop = (*stops, 0.0)[:2]
@@ -230,7 +231,7 @@ def turning_points(route: Route, stops: Floats) -> Floats:
 
 def attainable_speed(a: Floats, b: Floats, speed: float, rates: Rates) -> float:
     """Return the speed along a leg, m/s: what is commanded, or less where that climbs or descends too fast."""
-    length, up = float(np.linalg.norm(b - a)), float(b[2] - a[2])
+    length, up = math.dist(b, a), float(b[2] - a[2])
     limit = rates.climb if up > 0 else rates.descent
     return min(speed, limit * length / abs(up)) if up else speed
 

@@ -1,5 +1,6 @@
 """The places of a flight from which a UAV may return, in parts that are halved until something is known of each."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -195,7 +196,7 @@ def _cut_corners(plan: FlightPlan) -> tuple[Floats, Floats]:
             entered = before + towards(points[k - 2] - before, radius)
         p, q = towards(before - at, radius), towards(entered - at, radius)
         cut[k] = (p + q) / 2
-        width[k] = float(np.linalg.norm(p - q)) / 2
+        width[k] = math.dist(p, q) / 2
     return cut, width
 
 

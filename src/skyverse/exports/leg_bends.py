@@ -1,5 +1,7 @@
 """How far legs that are straight on the globe are off straight lines in local metres, because Earth is round."""
 
+import math
+
 import numpy as np
 
 from skyverse._typing import Floats
@@ -17,11 +19,11 @@ def bend(origin: Origin, ends: Floats) -> float:
 
     It holds for great circles, which PX4 follows, and for straight lines in latitude and longitude.
     """
-    level = float(np.linalg.norm((ends[1] - ends[0])[:2]))
+    level = math.hypot(*(ends[1] - ends[0])[:2])
     globe = to_wgs84(origin, ends)
     globe[:, 1] = np.unwrap(globe[:, 1], period=360)  # the shorter way, also across the antimeridian
     middle = to_local(origin, globe.mean(axis=0, keepdims=True))[0]
-    return BEND_MARGIN * max(float(np.linalg.norm(middle - ends.mean(axis=0))), level**2 / (8 * MIN_EARTH_RADIUS))
+    return BEND_MARGIN * max(math.dist(middle, ends.mean(axis=0)), level**2 / (8 * MIN_EARTH_RADIUS))
 
 
 def tilt(points: Floats) -> float:

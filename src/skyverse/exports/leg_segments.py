@@ -1,8 +1,7 @@
 """What the search for clear legs passes on to the referee: segments, and what is wrong with a leg."""
 
+import math
 from typing import NamedTuple
-
-import numpy as np
 
 from skyverse._typing import Floats
 
@@ -59,7 +58,7 @@ class Checked(NamedTuple):
 
 def towards(way: Floats, radius: float) -> Floats:
     """Return a vector, (3,), cut to the length `radius`."""
-    length = float(np.linalg.norm(way))
+    length = math.hypot(*way)
     return way * min(radius / length, 1.0) if length else way
 
 

@@ -1,5 +1,6 @@
 """Where a returning UAV may land: at home or at rally points, and which of them its autopilot may choose."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -82,7 +83,7 @@ def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place:
     levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
     points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
     none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
-    off = leans(none + float(np.linalg.norm(place[:2])), none + scenario.bounds.max[2] - float(place[2]))
+    off = leans(none + math.hypot(*place[:2]), none + scenario.bounds.max[2] - float(place[2]))
     lax = np.tile([acceptance.radius, 0.0], (len(levels), 1))
     lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, none - np.inf, lax)
     free = space.free(lines, error)

@@ -48,7 +48,7 @@ def with_waypoints_at_zones(scenario: Scenario, route: Route, trajectory: Trajec
     near = MIN_PART * max(route.radius, 0.5)
     added = []
     for k, (a, b) in enumerate(pairwise(points)):
-        length = float(np.linalg.norm(b - a))
+        length = math.dist(b, a)
         for zone in zones:
             inside = zone.stretch(a, b, _reach(route, k)) if length else None
             if inside is not None:
@@ -59,7 +59,7 @@ def with_waypoints_at_zones(scenario: Scenario, route: Route, trajectory: Trajec
                 added += [k + along / length for along in ends if near < along < length - near]
     kept: list[float] = []
     for place in sorted(added):
-        leg = np.linalg.norm(points[int(place) + 1] - points[int(place)])
+        leg = math.dist(points[int(place) + 1], points[int(place)])
         if not kept or int(kept[-1]) != int(place) or (place - kept[-1]) * leg > near:
             kept.append(place)
     return _with_waypoints(route, trajectory, kept) if kept else route
@@ -143,7 +143,7 @@ def _require_slow_aeroplane(plan: FlightPlan, zones: Sequence[SpeedZone], name: 
 
 def _braking(rates: Rates, way: Floats) -> float:
     """Return with what acceleration, m/s^2, an autopilot is counted to brake for a zone on a leg."""
-    length, up = float(np.linalg.norm(way)), abs(float(way[2]))
+    length, up = math.hypot(*way), abs(float(way[2]))
     vertical = rates.vertical_acceleration * length / up if up else math.inf
     return BRAKING_SHARE * min(rates.acceleration, vertical)
 
@@ -176,7 +176,7 @@ def _require_commandable(plan: FlightPlan, a: Floats, b: Floats, zone: SpeedZone
 def _speed_over_ground(plan: FlightPlan, a: Floats, b: Floats, limit: float) -> float:
     """Return the speed over ground at which a leg is flown no faster than a limit, m/s, by whatever tolerance."""
     way = b - a
-    length, level, up = float(np.linalg.norm(way)), float(np.hypot(way[0], way[1])), abs(float(way[2]))
+    length, level, up = math.hypot(*way), float(np.hypot(way[0], way[1])), abs(float(way[2]))
     if not length or (up and (1 + SPEED_TOLERANCE) * _vertical_rate(plan, way) * length / up <= limit):
         return math.inf
     return limit * level / length / (1 + SPEED_TOLERANCE)

@@ -1,5 +1,6 @@
 """When a UAV may be where, if its autopilot climbs and flies faster or slower than the flight plan expects."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -67,7 +68,7 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
     made = _Pieces()
     early, late = plan.delay, plan.delay + takeoff_lag(plan.rates, tolerance)
     made.add(plan.home, plan.home, 0.0, 0.0, 0.0, late)
-    height = float(np.linalg.norm(waypoints[0] - plan.home))
+    height = math.dist(waypoints[0], plan.home)
     swift, slow = height / tolerance.fastest_climb, height / tolerance.slowest_climb
     made.add(plan.home, waypoints[0], early, early + swift, late, late + slow)
     turned = min(plan.takeoff_cut, height)
@@ -78,7 +79,7 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
         a, b = waypoints[k - 1], waypoints[k]
         reach = 0.0 if plan.full_stops[k] else route.radius if plan.corners_proven else np.inf
         swift, slow = leg_seconds(a, b, float(speed), plan.rates, tolerance)
-        length = float(np.linalg.norm(b - a))
+        length = math.dist(b, a)
         least = swift * max(length - turned, 0.0) / length if length else 0.0
         braking = min(braking_seconds(a, b, float(speed), plan.rates, tolerance), slow)
         bend = float(route.bends[k - 1])
@@ -140,7 +141,7 @@ def leg_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance: Tim
     fast as it flies.
     """
     way = b - a
-    level, up, length = float(np.hypot(*way[:2])), abs(float(way[2])), float(np.linalg.norm(way))
+    level, up, length = float(np.hypot(*way[:2])), abs(float(way[2])), math.hypot(*way)
     swift, slow = level / (speed * (1 + tolerance.speed)), length / (speed * (1 - tolerance.speed))
     if np.isfinite(rates.climb):
         swift, slow = max(swift, up / tolerance.fastest_climb), max(slow, up / tolerance.slowest_climb)
@@ -153,7 +154,7 @@ def braking_seconds(a: Floats, b: Floats, speed: float, rates: Rates, tolerance:
     At a higher speed it loses more, but less than it wins by that speed.
     """
     way = np.abs(b - a)
-    level, up, length = float(np.hypot(*way[:2])), float(way[2]), float(np.linalg.norm(way))
+    level, up, length = float(np.hypot(*way[:2])), float(way[2]), math.hypot(*way)
     lost = _lost_seconds(speed * (1 + tolerance.speed), rates.acceleration, rates.jerk)
     if not up or not np.isfinite(rates.vertical_acceleration):
         return lost

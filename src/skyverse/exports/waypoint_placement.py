@@ -1,5 +1,6 @@
 """Places waypoints on a trajectory so that straight legs between them are clear."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -150,8 +151,8 @@ class WaypointPlacement:
         if index in self.fixed or done >= MAX_PUSH * self.reach:
             return False
         ahead, behind = self._neighbour(k + 1) - self.curve[index], self.curve[index] - self._neighbour(k - 1)
-        bend = ahead / np.linalg.norm(ahead) - behind / np.linalg.norm(behind)
-        size = float(np.linalg.norm(bend))
+        bend = ahead / math.hypot(*ahead) - behind / math.hypot(*behind)
+        size = math.hypot(*bend)
         if size < STRAIGHT_ON:
             return False
         self.pushed[index] = min(done + max(done, LEG_ALLOWANCE), MAX_PUSH * self.reach)
@@ -198,6 +199,6 @@ def _named(points: Floats, where: int) -> str:
 def distances_to_segment(points: Floats, a: Floats, b: Floats) -> Floats:
     """Return the distances of (n, 3) points from the segment between two, (n,) metres."""
     along = b - a
-    length = float(along @ along)
-    shares = np.clip((points - a) @ along / length, 0.0, 1.0) if length else np.zeros(len(points))
+    square = float(np.sum(along**2))
+    shares = np.clip(np.sum((points - a) * along, axis=1) / square, 0.0, 1.0) if square else np.zeros(len(points))
     return np.linalg.norm(points - a - shares[:, None] * along, axis=1)

@@ -72,7 +72,7 @@ class _Search:
         self.states: dict[float, Floats] = {}
         self.before: dict[float, tuple[int, float]] = {}
         self.clear_before: dict[float, bool] = {}
-        self.fastest = float(np.linalg.norm(self.state(span.now)[1]))  # of a UAV that was found too fast, and brakes
+        self.fastest = math.hypot(*self.state(span.now)[1])  # of a UAV that was found too fast, and brakes
 
     def state(self, t: float) -> Floats:
         """Return position, velocity and acceleration on the present course, (3, 3)."""
@@ -200,7 +200,7 @@ class _Search:
         course = self.applied(found)
         target, end = self.guidance.points[-1], course.motion.end
         state = course.state(end)
-        if np.linalg.norm(state[0] - target) < 1e-6 and not len(found.durations):
+        if math.dist(state[0], target) < 1e-6 and not len(found.durations):
             return end
         place, velocity, _ = course.state(max(self.looked_at, found.begin))
         left = course.remaining(self.looked_at)
@@ -308,13 +308,13 @@ def choose_course(
     search.push(search.arrival(hold), hold)
     joins, shares = [span.join], _shares(around)
     state = search.state(span.join)
-    if np.linalg.norm(state[2]) > ACCELERATION_LEFT:
+    if math.hypot(*state[2]) > ACCELERATION_LEFT:
         end = course.ramp_end(span.join, span.until)
         joins += [] if end is None else [end]
     for begin in joins:
         place, velocity, _ = search.state(begin)
         mark, kept = course.next_mark(begin), course.remaining(begin)
-        lead = 1.0 + float(velocity @ velocity) / around.limits.acceleration
+        lead = 1.0 + float(np.sum(velocity**2)) / around.limits.acceleration
         search.consider(begin, [kept] if len(kept.points) else [], shares)
         search.consider(begin, ways_ahead(guidance, mark, place, lead), shares, KEEP_ON)
     stop = search.stop(span.join)

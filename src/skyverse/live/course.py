@@ -59,7 +59,7 @@ class Course:
         """Return the first instant after `t`, up to `until`, at which a UAV accelerates no more; ``None`` if none."""
         knots, rows = self.motion.knots, self.motion.coefficients
         for k in range(1, len(rows)):
-            if t < knots[k] <= until and np.linalg.norm(rows[k, 2]) <= ACCELERATION_LEFT:
+            if t < knots[k] <= until and math.hypot(*rows[k, 2]) <= ACCELERATION_LEFT:
                 return float(knots[k])
         return None
 

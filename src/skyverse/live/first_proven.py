@@ -76,7 +76,7 @@ def _kept_arrival(course: Course, around: Surroundings, way: Way, looked_at: flo
 
     Never, if it would come to rest so near to the end of the way that no motion leads there any more.
     """
-    off = float(np.linalg.norm(course.state(course.motion.end)[0] - way.points[-1]))
+    off = math.dist(course.state(course.motion.end)[0], way.points[-1])
     if off <= AT_END:
         return course.motion.end
     if off <= NEAR_END:
@@ -94,7 +94,7 @@ def _motions(
 ) -> list[tuple[float, Course]]:
     """Return courses along ways, each with about when it arrives."""
     begins, looked_at = [span.join], span.now + LOOKED_AT * (span.until - span.now)
-    if np.linalg.norm(course.state(span.join)[2]) > ACCELERATION_LEFT:
+    if math.hypot(*course.state(span.join)[2]) > ACCELERATION_LEFT:
         end = course.ramp_end(span.join, span.until)
         begins += [] if end is None else [end]
     found = []

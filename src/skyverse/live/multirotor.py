@@ -1,5 +1,6 @@
 """A multirotor in flight: its way out is to come to rest."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
@@ -78,7 +79,7 @@ class Multirotor(Pilot):
     def arrival(self) -> float | None:
         """The instant at which its motion ends at its target, seconds; ``None`` if it ends elsewhere."""
         motion = self.course.motion
-        off = np.linalg.norm(motion.at([motion.end]).position[0] - self.guidance.points[-1])
+        off = math.dist(motion.at([motion.end]).position[0], self.guidance.points[-1])
         return motion.end if off <= 1e-6 else None
 
     def state(self, t: float) -> Floats:

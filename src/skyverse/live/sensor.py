@@ -1,5 +1,6 @@
 """What a UAV's sensor sees of movers and of obstacles that nobody knew of."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -45,7 +46,7 @@ def seen_movers(
             continue
         if sensor.error > 0.0:
             off = rng.normal(size=3)
-            at = at + sensor.error * np.cbrt(rng.uniform()) / np.linalg.norm(off) * off
+            at = at + sensor.error * np.cbrt(rng.uniform()) / math.hypot(*off) * off
         fastest, hardest = motion_bounds(mover.motion)
         found.append(
             Sighting(

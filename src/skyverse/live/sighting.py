@@ -1,5 +1,6 @@
 """What was seen of a mover at an instant, and what is known of how it may move on."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Self
 
@@ -67,8 +68,8 @@ class Sighting(Model):
 
     @model_validator(mode="after")
     def _within_top_speed(self) -> Self:
-        if self.velocity is not None and np.linalg.norm(self.velocity) > self.top_speed + self.velocity_error:
-            seen = f"{np.linalg.norm(self.velocity):g} m/s"
+        if self.velocity is not None and math.hypot(*self.velocity) > self.top_speed + self.velocity_error:
+            seen = f"{math.hypot(*self.velocity):g} m/s"
             raise ValueError(f"velocity must not be above top_speed and velocity_error together, but it is {seen}")
         return self
 

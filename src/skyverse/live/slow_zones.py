@@ -1,9 +1,8 @@
 """What zones with a speed limit cost on a way: the seconds by which they make it longer."""
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
-
-import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.space.speed_zones import SpeedZone
@@ -28,6 +27,6 @@ def seconds_lost(zones: Sequence[SpeedZone], speed: float, place: Floats, points
         for a, b in pairwise([place, *points]):
             within = zone.stretch(a, b, 0.0)
             if within is not None:
-                inside = (within[1] - within[0]) * float(np.linalg.norm(b - a))
+                inside = (within[1] - within[0]) * math.dist(b, a)
                 lost += inside * (1.0 / zone.max_speed - 1.0 / speed)
     return lost

@@ -5,6 +5,7 @@ is. So its velocity at the second sighting is within 2 e / d + a d / 2 of (p1 - 
 within e + v t + a t^2 / 2 of p1 + t (p1 - p0) / d, where v is that first bound.
 """
 
+import math
 from bisect import insort
 from typing import NamedTuple
 
@@ -78,7 +79,7 @@ class Track:
             if 0.5 * seen.max_acceleration * lapse >= least:
                 break  # what was seen still earlier tells less
             moved = np.array(seen.position) - before.position
-            if np.linalg.norm(moved) > seen.top_speed * lapse + seen.error + before.error:
+            if math.hypot(*moved) > seen.top_speed * lapse + seen.error + before.error:
                 break  # it has jumped: what was seen before was something else
             off = (seen.error + before.error) / lapse + 0.5 * seen.max_acceleration * lapse
             if off < least:

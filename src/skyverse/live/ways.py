@@ -1,5 +1,6 @@
 """The ways that are tried from where a UAV is: on along its way, past a mover, and away from it."""
 
+import math
 from collections.abc import Iterator
 from itertools import product
 
@@ -41,9 +42,9 @@ def ways_ahead(guidance: Way, mark: int, place: Floats, lead: float) -> Iterator
     for k in range(mark, min(mark + SKIPPED, last) + 1):
         yield guidance.after(k)
     leg = guidance.points[mark] - guidance.points[mark - 1]
-    size = float(np.linalg.norm(leg))
+    size = math.hypot(*leg)
     if mark and size > 0.0:
-        along = float((place - guidance.points[mark - 1]) @ leg) / size + lead
+        along = float(np.sum((place - guidance.points[mark - 1]) * leg)) / size + lead
         if 0.0 < along < size:
             yield guidance.after(mark).through(0, guidance.points[mark - 1] + along / size * leg, 0.25 * lead)
 
@@ -61,10 +62,10 @@ def gates(way: Way, place: Floats, meeting: Floats, k: int, need: float) -> Iter
         Metres that must be kept from the mover there.
     """
     course = meeting - (way.points[k - 1] if k else place)
-    size = float(np.linalg.norm(course))
+    size = math.hypot(*course)
     course = course / size if size > 0.0 else np.array([1.0, 0.0, 0.0])
     aside = np.cross(course, [0.0, 0.0, 1.0] if abs(course[2]) < 0.9 else [1.0, 0.0, 0.0])
-    aside /= np.linalg.norm(aside)
+    aside /= math.hypot(*aside)
     upwards = np.cross(aside, course)
     for size in GATE_SIZES:
         for turn in np.arange(8) * (np.pi / 4.0):

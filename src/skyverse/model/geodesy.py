@@ -21,13 +21,13 @@ def to_local(origin: Origin, places: ArrayLike) -> Floats:
     """Return (n, 3) local east, north, up of (n, 3) latitude, longitude (degrees), altitude above mean sea level."""
     rows = _rows(places)
     geoid = origin.geoid or 0.0
-    return (_geocentric(rows, geoid) - _geocentric(_place(origin), geoid)) @ _axes(origin).T
+    return np.einsum("ij,kj->ik", _geocentric(rows, geoid) - _geocentric(_place(origin), geoid), _axes(origin))
 
 
 def to_wgs84(origin: Origin, points: ArrayLike) -> Floats:
     """Return (n, 3) latitude, longitude (degrees), altitude above mean sea level of (n, 3) local metres."""
     geoid = origin.geoid or 0.0
-    return _geodetic(_geocentric(_place(origin), geoid) + _rows(points) @ _axes(origin), geoid)
+    return _geodetic(_geocentric(_place(origin), geoid) + np.einsum("ij,jk->ik", _rows(points), _axes(origin)), geoid)
 
 
 def _rows(values: ArrayLike) -> Floats:

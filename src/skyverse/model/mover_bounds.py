@@ -39,18 +39,20 @@ def motion_bounds(motion: MoverMotion) -> tuple[float, float | None]:
 
 def _of_closed_curve(motion: PeriodicMotion) -> tuple[float, float]:
     """Return the bounds of a closed curve: the largest values at samples, and what they can change by in between."""
-    terms = np.stack([np.array(motion.cosine), np.array(motion.sine)], axis=2)
-    sizes = np.linalg.norm(terms, ord=2, axis=(1, 2))  # of each ellipse the larger semi-axis
+    cosine, sine = np.array(motion.cosine), np.array(motion.sine)
+    squares, mixed = (np.sum(cosine**2, axis=1), np.sum(sine**2, axis=1)), np.sum(cosine * sine, axis=1)
+    # of each ellipse the larger semi-axis: the norm of the two vectors that span it, as a matrix
+    sizes = np.sqrt((squares[0] + squares[1]) / 2 + np.hypot((squares[0] - squares[1]) / 2, mixed))
     rates = 2.0 * math.pi * np.arange(1, len(sizes) + 1) / motion.period
     if len(sizes) == 1:
-        return float(sizes @ rates), float(sizes @ rates**2)
+        return float(np.sum(sizes * rates)), float(np.sum(sizes * rates**2))
     angles = np.linspace(0.0, 2.0 * math.pi, SAMPLES)[:, None] * np.arange(1, len(sizes) + 1)
     half = 0.5 * motion.period / (SAMPLES - 1)
     c, s = np.cos(angles), np.sin(angles)
-    velocity = (c * rates) @ terms[:, :, 1] - (s * rates) @ terms[:, :, 0]
-    acceleration = -(c * rates**2) @ terms[:, :, 0] - (s * rates**2) @ terms[:, :, 1]
-    fastest = np.linalg.norm(velocity, axis=1).max() + half * float(sizes @ rates**2)
-    hardest = np.linalg.norm(acceleration, axis=1).max() + half * float(sizes @ rates**3)
+    velocity = np.einsum("ij,jk->ik", c * rates, sine) - np.einsum("ij,jk->ik", s * rates, cosine)
+    acceleration = -np.einsum("ij,jk->ik", c * rates**2, cosine) - np.einsum("ij,jk->ik", s * rates**2, sine)
+    fastest = np.linalg.norm(velocity, axis=1).max() + half * float(np.sum(sizes * rates**2))
+    hardest = np.linalg.norm(acceleration, axis=1).max() + half * float(np.sum(sizes * rates**3))
     return float(fastest), float(hardest)
 
 
@@ -72,8 +74,8 @@ def _of_polynomials(motion: PolynomialMotion) -> tuple[float, float | None]:
 
 def _largest(rows: Floats, lasts: float) -> float:
     """Return a bound of the norm of a polynomial (k, 3) between 0 and `lasts` seconds."""
-    return float(np.linalg.norm(rows, axis=1) @ lasts ** np.arange(len(rows)))
+    return float(np.sum(np.linalg.norm(rows, axis=1) * lasts ** np.arange(len(rows))))
 
 
 def _value(row: Floats, t: float) -> float:
-    return float(row @ t ** np.arange(len(row)))
+    return float(np.sum(row * t ** np.arange(len(row))))

@@ -137,8 +137,8 @@ class PeriodicMotion(Model):
         t = np.atleast_1d(np.asarray(instants, dtype=np.float64))
         turns = (t / self.period) % 1.0
         angle = 2.0 * np.pi * turns[:, None] * np.arange(1, len(self.cosine) + 1)
-        moved: Floats = np.cos(angle) @ np.array(self.cosine) + np.sin(angle) @ np.array(self.sine)
-        return moved + self.centre
+        waves, terms = np.hstack([np.cos(angle), np.sin(angle)]), np.vstack([self.cosine, self.sine])
+        return np.einsum("ij,jk->ik", waves, terms) + self.centre
 
 
 class PolynomialMotion(Model):

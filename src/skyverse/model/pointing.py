@@ -67,7 +67,7 @@ class Pointing(ArrayRecord):
         if self.look_at is not None:
             way = np.array(self.look_at) - position
             pitch = np.arctan2(way[:, 2], np.hypot(way[:, 0], way[:, 1]))
-        return Heading(self.yaw + shares @ self.turns, rates @ self.turns, pitch)
+        return Heading(self.yaw + np.sum(shares * self.turns, axis=1), np.sum(rates * self.turns, axis=1), pitch)
 
 
 def spread_turns(

@@ -9,6 +9,7 @@ from numpy.random import Generator
 
 from skyverse._typing import Floats
 from skyverse.model.result import Provenance, Result
+from skyverse.numerics.arrays import order_of
 from skyverse.numerics.kernel import by_reference, inner, kernel
 from skyverse.planners.metaheuristic import Metaheuristic
 from skyverse.planners.moves import Workspace, exhausted
@@ -156,8 +157,11 @@ def _random_path(task: StraightTask, rng: Generator, path: Floats) -> int:
         if rates.altitude > 0.0 and rng.random() < 0.7:
             path[j, 2] = altitude_in_band(rates, rng.random(), path[j])
         clamp_to_bounds(task, path[j])
-    order = np.argsort((path[1 : n - 1] - task.start) @ (task.goal - task.start))
-    path[1 : n - 1] = path[1 : n - 1][order]
+    along = np.zeros(n - 2)
+    for j in range(n - 2):
+        for axis in range(3):
+            along[j] += (path[j + 1, axis] - task.start[axis]) * (task.goal[axis] - task.start[axis])
+    path[1 : n - 1] = path[1 : n - 1][order_of(along)]
     return n
 
 

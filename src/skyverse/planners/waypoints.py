@@ -172,7 +172,7 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
 
 def _in_order(X: Floats, line: Floats) -> Floats:
     """Return candidates (m, k, 3) with the waypoints of each sorted along a line of direction (3,)."""
-    along = X @ line
+    along = np.sum(X * line, axis=2)
     return np.take_along_axis(X, np.argsort(along, axis=1)[:, :, None], axis=1)
 
 

@@ -1,5 +1,6 @@
 """Grown upright ellipsoids: spheres, once space is compressed along the longer axes."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,7 @@ class GrownEllipsoids(GrownSolids):
 
     def gap(self, position: Floats, which: int) -> float:
         """Return the distance of a position to an ellipsoid where space is compressed, metres."""
-        return float(np.linalg.norm((position - self.centre[which]) * self.scale[which]) - self.radius[which])
+        return float(math.hypot(*((position - self.centre[which]) * self.scale[which])) - self.radius[which])
 
 
 def grown_ellipsoids(ellipsoids: list[Ellipsoid], clearance: float, error: TrackingError) -> GrownEllipsoids:

@@ -64,7 +64,7 @@ class RefereeLattice:
     def offsets(self) -> list[int]:
         """The difference in number that each move makes."""
         strides = np.array([self.shape[1] * self.shape[2], self.shape[2], 1])
-        return [int(offset) for offset in self.moves @ strides]
+        return [int(offset) for offset in np.sum(self.moves * strides, axis=1)]
 
     def position(self, node: int) -> Floats:
         """Return the position (3,) of a node, metres."""

@@ -1,5 +1,6 @@
 """The limits of a UAV as polynomials of its trajectory, which keeps a limit where the polynomial is not above zero."""
 
+import math
 from collections.abc import Callable, Iterator
 from math import atan2, cos, hypot, inf, pi, radians, sin
 from typing import NamedTuple
@@ -71,7 +72,7 @@ def _norm(order: int, top: float, deed: str) -> Callable[[Floats], tuple[float, 
     """Return the measure of the norm of the derivative of some order."""
 
     def measure(motion: Floats) -> tuple[float, str]:
-        norm = float(np.linalg.norm(motion[order]))
+        norm = math.hypot(*motion[order])
         return norm / top, f"{deed.format(norm)} (of {top:.7g})"
 
     return measure
@@ -111,7 +112,7 @@ def _hovering(vehicle: UAV, acceleration: list[Polynomials]) -> Iterator[FlightL
     top = vehicle.thrust_to_weight * GRAVITY
 
     def thrust(motion: Floats) -> tuple[float, str]:
-        size = float(np.linalg.norm(motion[2] + [0, 0, GRAVITY]))
+        size = math.hypot(*(motion[2] + [0, 0, GRAVITY]))
         deed = f"needs a thrust of {size / GRAVITY:.7g} times its weight (of {vehicle.thrust_to_weight:.7g})"
         return size / top, deed
 

@@ -86,7 +86,8 @@ def _closed(motion: PeriodicMotion, end: float) -> EnclosedMotion | None:
     for power in range(DEGREE + 1):
         turned = angle + power * np.pi / 2  # each derivative of a sine or cosine turns it by a quarter
         weight = rates**power / math.factorial(power)
-        pieces[:, power] = (np.cos(turned) * weight) @ cosine + (np.sin(turned) * weight) @ sine
+        pieces[:, power] = np.einsum("ij,jk->ik", np.cos(turned) * weight, cosine)
+        pieces[:, power] += np.einsum("ij,jk->ik", np.sin(turned) * weight, sine)
     pieces[:, 0] += motion.centre
     size = np.hypot(np.linalg.norm(cosine, axis=1), np.linalg.norm(sine, axis=1))
     remainder = float(np.sum(size * (rates * seconds) ** (DEGREE + 1))) / math.factorial(DEGREE + 1)

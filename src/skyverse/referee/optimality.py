@@ -1,5 +1,6 @@
 """Judges claims that only another search can: that no path is cheaper, and that there is none."""
 
+import math
 from itertools import product
 
 import numpy as np
@@ -127,7 +128,7 @@ class _Judge:
     def _judge_any_angle(self, claim: str, uav: int, target: int, result: Result, bound: float) -> Certificate:
         """Compare the bound of a path of any angle with the straight line."""
         way = np.subtract(self.scenario.targets[target].position, self.scenario.uavs[uav].start)
-        line = self.scenario.objective.fuel * float(np.linalg.norm(way))
+        line = self.scenario.objective.fuel * math.hypot(*way)
         if bound <= line or costs_agree(bound, line):
             return self._proven(claim, f"{claim}: the straight line alone costs {line:.9g} m.", uav, target, result)
         return self._undecided(f"{claim}, {AS_CLAIMED}: its result carries no witness of its bound, {bound:.9g} m.")
@@ -189,7 +190,7 @@ class _Judge:
 def _soft_price(world: RefereeWorld, leg: Floats, by_nodes: bool, strict: bool) -> float:
     """Return what a leg (2, 3) costs with its soft terms; of risks along a surface the least, or if strict the most."""
     objective = world.scenario.objective
-    total = objective.fuel * (1.0 if by_nodes else float(np.linalg.norm(leg[1] - leg[0])))
+    total = objective.fuel * (1.0 if by_nodes else math.dist(leg[1], leg[0]))
     if objective.altitude is not None:
         total += objective.altitude.weight * altitude_term(objective.altitude, leg, world.ground)
     if objective.climb is not None:

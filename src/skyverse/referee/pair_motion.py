@@ -4,6 +4,7 @@ With semi-axes h and v, the larger ones of both UAVs, the nearness is sqrt((dx^2
 the ellipsoid of separation and 0 where both are at one place.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -109,7 +110,7 @@ class FleetSeparation(NamedTuple):
     def nearness(self, pair: Indices, meeting: Meeting, share: float = 1.0, let_pass: float = 0.0) -> float:
         """Return how near two UAVs are, relative to a share of their separation less what is let pass, metres."""
         across, above = share * self.across[*pair] - let_pass, share * self.above[*pair] - let_pass
-        return float(np.linalg.norm((meeting.first - meeting.second) / [across, across, above]))
+        return math.hypot(*((meeting.first - meeting.second) / [across, across, above]))
 
 
 def fleet_separation(scenario: Scenario, targets: Sequence[int | None], motion: FleetMotion) -> FleetSeparation:

@@ -1,5 +1,6 @@
 """Grown spheres and cylinders: how deep a part of a curve may be inside, by its chord."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,7 @@ class GrownSpheres(GrownSolids):
 
     def gap(self, position: Floats, which: int) -> float:
         """Return the distance of a position to a sphere, metres."""
-        return float(np.linalg.norm(position - self.centre[which]) - self.radius[which])
+        return float(math.dist(position, self.centre[which]) - self.radius[which])
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ shape or too near to the bounds. If the cubes that are not closed do not join th
 that where it goes, no second curve can accompany it that is nowhere farther from it than `SEAM_SEARCH` / 2.
 """
 
+import math
 from itertools import product
 from typing import NamedTuple
 
@@ -76,7 +77,7 @@ def _leading_away(b: Floats, piece: int, share: float) -> list[Floats]:
         while float(np.ptp(part, axis=0).max()) > REACH:
             part, width = halve(part[None])[0][0], width / 2
         parts.append(part)
-        if float(np.linalg.norm(part[-1] - place)) > 3 * REACH:
+        if math.dist(part[-1], place) > 3 * REACH:
             break
         share += width
         if share >= 1:

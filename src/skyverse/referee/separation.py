@@ -1,5 +1,6 @@
 """Judges whether all UAVs keep their separation: of each two, one stays out of an ellipsoid about the other."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -179,7 +180,7 @@ def _too_close(fleet: FleetSeparation, pair: Indices, meeting: Meeting, fault: F
     """Return the violation of a pair at a meeting; `why` is added to the message."""
     i, j = (int(k) for k in pair)
     time, first, second = meeting
-    middle, metres = (first + second) / 2, float(np.linalg.norm(first - second))
+    middle, metres = (first + second) / 2, math.dist(first, second)
     deed = f"come within {metres:.6g} m of each other"
     if time == 0:
         deed = f"are {metres:.6g} m apart already at the start,"

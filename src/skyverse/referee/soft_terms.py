@@ -4,6 +4,7 @@ A leg is cut wherever it meets the surface of a zone, and a piece is inside if i
 """
 
 import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,7 +27,7 @@ def altitude_term(band: AltitudeBand, path: Floats, ground: GrownGround | None =
     total = 0.0
     for a, b in itertools.pairwise(path):
         if band.above == "ground" and ground is not None:
-            total += float(np.linalg.norm(b - a)) * _mean_outside(band, *ground.heights_along(a, b))
+            total += math.dist(b, a) * _mean_outside(band, *ground.heights_along(a, b))
             continue
         # linear between the places where the leg crosses the band's edges, so that the mean of both ends is exact
         cuts = _shares_between(
@@ -34,7 +35,7 @@ def altitude_term(band: AltitudeBand, path: Floats, ground: GrownGround | None =
         )
         z = a[2] + cuts * (b[2] - a[2])
         outside = np.maximum(0.0, np.maximum(band.low - z, z - band.high))
-        total += float(np.linalg.norm(b - a) * np.sum(np.diff(cuts) * (outside[:-1] + outside[1:]) / 2))
+        total += float(math.dist(b, a) * np.sum(np.diff(cuts) * (outside[:-1] + outside[1:]) / 2))
     return total
 
 
@@ -117,7 +118,7 @@ def metres_inside(zone: AnyShape, a: Floats, b: Floats) -> float:
     """Return how many metres of the leg from a to b, (3,) metres, are inside a zone."""
     ends = _shares_between(_cuts(zone, a, b))
     middles = a + ((ends[:-1] + ends[1:]) / 2)[:, None] * (b - a)
-    return float(np.linalg.norm(b - a) * np.sum(np.diff(ends)[_holds(zone, middles)]))
+    return float(math.dist(b, a) * np.sum(np.diff(ends)[_holds(zone, middles)]))
 
 
 def _shares_between(cuts: Sequence[float]) -> Floats:
@@ -151,7 +152,9 @@ def _crossings(a: Floats, b: Floats, axis: int, levels: Floats) -> list[float]:
 
 def _at_radius(to: Floats, way: Floats, radius: float) -> list[float]:
     """Return the shares at which the line `to` + share `way` is at a radius from zero, or else nearest to zero."""
-    return [float(t.real) for t in np.roots([way @ way, 2 * to @ way, to @ to - radius**2])]
+    square, on = float(np.sum(way**2)), float(np.sum(to * way))
+    apart = math.sqrt(max(on**2 - square * (float(np.sum(to**2)) - radius**2), 0.0))
+    return [(-on - apart) / square, (-on + apart) / square] if square > 0.0 else []
 
 
 def _outline_cuts(ring: Floats, a: Floats, b: Floats) -> list[float]:

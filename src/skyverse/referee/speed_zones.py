@@ -5,6 +5,7 @@ depth inside the zone and the excess of the speed be above zero. The lesser of t
 trajectory.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -114,7 +115,7 @@ def judge_zone_speed(scenario: Scenario, uav: int, curve: PolynomialCurve) -> Ju
         share = float(parts.begin[pair] + share * (parts.end[pair] - parts.begin[pair]))
         local = share * float(curve.durations[k])
         motion, time = curve.motion(k, local), float(curve.knots[k] + local)
-        flown, at = float(np.linalg.norm(motion[1])), f"at t = {time:.6g} s, position {position_text(motion[0])}"
+        flown, at = math.hypot(*motion[1]), f"at t = {time:.6g} s, position {position_text(motion[0])}"
         inside = kind.depth(motion[None, :1], shape[pair : pair + 1])[0] > 0
         if inside and flown > zones.limits[zone] * (1 + LIMIT_LET_PASS):
             deed = f"flies {flown:.7g} m/s in {zones.names[zone]} (of {zones.limits[zone]:.7g})"

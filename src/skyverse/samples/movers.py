@@ -144,7 +144,7 @@ def _traffic(rng: np.random.Generator, low: Floats, high: Floats, speed: float) 
 
 def _to_and_fro(rng: np.random.Generator, one: Floats, other: Floats, speed: float) -> WaypointMotion:
     """Return a motion between two places that is somewhere on its first way or its way back at 0 s."""
-    seconds = float(np.linalg.norm(other - one)) / speed
+    seconds = math.dist(other, one) / speed
     begin = -float(rng.uniform(0.0, 2.0 * seconds))
     return WaypointMotion(
         points=(_rounded(one), _rounded(other)),
@@ -165,7 +165,9 @@ def _knot(rng: np.random.Generator, low: Floats, high: Floats, speed: float) -> 
         sine[k - 1, axis] += size[axis] * (of_sine * c - of_cosine * s)
     angle = np.linspace(0.0, 2.0 * math.pi, SAMPLES)
     terms = np.arange(1, 4)
-    slopes = (-np.sin(angle[:, None] * terms) * terms) @ cosine + (np.cos(angle[:, None] * terms) * terms) @ sine
+    angles = angle[:, None] * terms
+    slopes = np.einsum("ij,jk->ik", np.cos(angles) * terms, sine)
+    slopes -= np.einsum("ij,jk->ik", np.sin(angles) * terms, cosine)
     length = float(np.linalg.norm(slopes, axis=1).mean()) * 2.0 * math.pi
     return PeriodicMotion(
         centre=_rounded(rng.uniform(low, high)),

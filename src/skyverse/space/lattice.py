@@ -70,7 +70,7 @@ def make_grid(world: World, lattice: Lattice) -> Grid:
     if world.error != NO_ERROR:
         _mark_outside(space, origin, step, touched)
     moves = lattice_moves(lattice.connectivity)
-    offsets = moves @ np.array([shape[1] * shape[2], shape[2], 1])
+    offsets = np.sum(moves * np.array([shape[1] * shape[2], shape[2], 1]), axis=1)
     exits = _safe_moves(touched, moves)
     return Grid(origin, step, shape, exits, moves, offsets, _toward(moves))
 

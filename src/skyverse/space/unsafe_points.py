@@ -71,7 +71,7 @@ class UnsafePoint(NamedTuple):
         """The reason, and where a free place is."""
         if self.nearest is None:
             return f"{self.reason}; no place within the bounds is free"
-        away = float(np.linalg.norm(np.subtract(self.nearest, self.position)))
+        away = math.dist(self.nearest, self.position)
         also = ""
         if self.on_earth is not None:
             latitude, longitude, sea = self.on_earth
@@ -164,7 +164,7 @@ def _nearest_safe(
     places = [nearest_free(worlds[error], point, allowed) for error in {uav.tracking_error for uav in uavs}]
     found = min((place for place in places if place), key=lambda place: math.dist(place, point), default=None)
     nominal = worlds[NO_ERROR]
-    longest = float(np.linalg.norm(nominal.high - nominal.low)) if found is None else math.dist(found, point)
+    longest = math.dist(nominal.high, nominal.low) if found is None else math.dist(found, point)
     for other in _on_circles((*point[:2], place[2]), longest):
         asked = np.array([other])
         free = nominal.free(asked)[0] and (allowed is None or allowed(asked)[0])
@@ -223,7 +223,7 @@ def nearest_free(world: World, point: Place, allowed: AreFree | None = None) -> 
     middle = np.clip(point, low, high)
     if free(middle[None])[0]:
         return _rounded(free, point, middle)
-    radius, longest = FIRST_RADIUS, float(np.linalg.norm(high - low))
+    radius, longest = FIRST_RADIUS, math.dist(high, low)
     ways = _directions()
     while radius <= longest * RADIUS_RATIO:
         found = np.clip(middle + radius * ways, low, high)

@@ -120,7 +120,7 @@ def _between(points: Floats, least: float) -> Floats:
     """Return the waypoints and three more on each leg that is longer than `least` metres."""
     rows = [points[:1]]
     for a, b in itertools.pairwise(points):
-        shares = np.array([0.25, 0.5, 0.75, 1.0]) if np.linalg.norm(b - a) > least else np.array([1.0])
+        shares = np.array([0.25, 0.5, 0.75, 1.0]) if math.dist(b, a) > least else np.array([1.0])
         rows.append(a + shares[:, None] * (b - a))
     return np.vstack(rows)
 
@@ -142,12 +142,12 @@ def _poses(
         known = np.r_[before, after] if len(before) + len(after) else np.zeros(1)
         ways = np.column_stack([np.cos(known), np.sin(known)])
         along = ways.sum(axis=0)
-        if np.linalg.norm(along) < TURN_BACK:  # the path turns straight back
+        if math.hypot(*along) < TURN_BACK:  # the path turns straight back
             along = np.array([-ways[0, 1], ways[0, 0]])
         heading = math.atan2(along[1], along[0])
         along = np.array([math.cos(heading), math.sin(heading)])
         outward = np.array([-along[1], along[0]])
-        if len(ways) == 2 and outward @ (ways[0] - ways[1]) < 0.0:
+        if len(ways) == 2 and np.sum(outward * (ways[0] - ways[1])) < 0.0:
             outward = -outward
         places = np.array([point])
         if 0 < i < len(points) - 1:

@@ -93,7 +93,8 @@ def _farthest(a: Floats, b: Floats, path: Floats) -> float:
     changes.
     """
     way, starts, ways = b - a, path[:-1], path[1:] - path[:-1]
-    shares = np.sort(np.r_[0.0, np.clip((path - a) @ way / max(float(way @ way), np.finfo(float).tiny), 0.0, 1.0), 1.0])
+    passed = np.sum((path - a) * way, axis=1) / max(float(np.sum(way**2)), np.finfo(float).tiny)
+    shares = np.sort(np.r_[0.0, np.clip(passed, 0.0, 1.0), 1.0])
     places = (a + shares[:, None] * way)[:, None] - starts
     along = np.clip(np.sum(places * ways, axis=2) / np.sum(ways * ways, axis=1), 0.0, 1.0)
     off = places - along[:, :, None] * ways
@@ -109,12 +110,13 @@ def _meeting(path: Floats, first: int, last: int, most: float) -> Floats | None:
     """
     before, after = path[first] - path[first - 1], path[last] - path[last + 1]
     gap = path[last] - path[first]
-    mixed, squares = before @ after, (before @ before, after @ after)
+    mixed, squares = np.sum(before * after), (np.sum(before**2), np.sum(after**2))
+    gained, lost = np.sum(before * gap), np.sum(after * gap)
     determinant = squares[0] * squares[1] - mixed * mixed
     if determinant <= MIN_CROSS_PRODUCT * squares[0] * squares[1]:
         return None
-    on = (squares[1] * (before @ gap) - mixed * (after @ gap)) / determinant
-    back = (mixed * (before @ gap) - squares[0] * (after @ gap)) / determinant
+    on = (squares[1] * gained - mixed * lost) / determinant
+    back = (mixed * gained - squares[0] * lost) / determinant
     if on < 0.0 or back < 0.0:
         return None
     ahead, behind = path[first] + on * before, path[last] + back * after
@@ -123,8 +125,8 @@ def _meeting(path: Floats, first: int, last: int, most: float) -> Floats | None:
     shares = np.clip(np.sum((meeting - starts) * ways, axis=1) / np.sum(ways * ways, axis=1), 0.0, 1.0)
     outward = meeting - starts - shares[:, None] * ways
     outward = outward[np.argmin(np.sum(outward * outward, axis=1))]
-    away, apart = float(np.linalg.norm(outward)), float(np.linalg.norm(ahead - behind))
+    away, apart = math.hypot(*outward), math.dist(ahead, behind)
     turns = np.diff(ways / np.linalg.norm(ways, axis=1)[:, None], axis=0)
-    if away == 0.0 or away + apart > most or (turns @ outward > 0.0).any():
+    if away == 0.0 or away + apart > most or (np.sum(turns * outward, axis=1) > 0.0).any():
         return None
     return np.asarray(meeting + apart / away * outward)

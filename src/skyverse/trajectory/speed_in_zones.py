@@ -4,6 +4,7 @@ A piece is proven where its speed, which is nowhere above the norms of its Berns
 or where the box around the coefficients of its position is outside the zone. Otherwise it is halved.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -41,7 +42,7 @@ def _first_share(zone: SpeedZone, place: Floats, velocity: Floats) -> float | No
         b, v, begin, depth = waiting.pop()
         if np.linalg.norm(v, axis=1).max() <= most or not zone.reaches(b.min(axis=0), b.max(axis=0)):
             continue
-        if depth == MAX_DEPTH or (np.linalg.norm(v[0]) > most and zone.holds(b[0])):
+        if depth == MAX_DEPTH or (math.hypot(*v[0]) > most and zone.holds(b[0])):
             return begin
         (b, beyond), (v, later) = _halves(b), _halves(v)
         waiting += [(beyond, later, begin + 0.5 ** (depth + 1), depth + 1), (b, v, begin, depth + 1)]

@@ -11,6 +11,7 @@ from skyverse.deconfliction.candidate_pool import CandidatePool
 from skyverse.deconfliction.choose_flight import later_or_slower
 from skyverse.deconfliction.forbidden_departures import TICK
 from skyverse.deconfliction.space_time.waiting_flights import WaitingFlights
+from skyverse.numerics.tolerances import MIN_NORM
 
 HEAD_STARTS = (0.0, 1.0, 2.0, 4.0, 8.0)
 """Seconds by which all that are placed depart later where a UAV finds no flight else: they stay clear of each other."""
@@ -104,10 +105,11 @@ def _first_to_arrive(
 
 
 def _directions(planned: Sequence[Candidate]) -> Floats:
-    """Return 0 for UAVs that fly one way along the line that most of them fly along, and 1 for those that fly back."""
+    """Return 0 for UAVs that fly one way along the line that most of them fly along, and 1 for those that fly back.
+
+    The line is that of the UAV along whose way all together fly farthest.
+    """
     ways = np.array([own.end - own.start for own in planned])
-    if not ways.any():
-        return np.zeros(len(ways))
-    line = np.linalg.svd(ways)[2][0]
-    along = ways @ line
+    alongs = np.sum(ways[:, None] * ways, axis=2) / np.maximum(np.linalg.norm(ways, axis=1), MIN_NORM)
+    along = alongs[:, np.argmax(np.sum(alongs**2, axis=0))]
     return (along * np.sign(along[np.argmax(np.abs(along))]) < 0.0).astype(np.float64)

@@ -79,7 +79,7 @@ class VelocityObstacles(Policy):
         if last and best == 0:
             return Found(_way(goal), effort, guidance)
         chosen = velocities[best]
-        speed = float(np.linalg.norm(chosen))
+        speed = math.hypot(*chosen)
         if speed < 1e-6:
             return Found(None, effort, guidance)
         return Found(_way(place + self.horizon * chosen), effort, guidance, min(speed / uav.max_speed, 1.0))
@@ -102,8 +102,8 @@ class VelocityObstacles(Policy):
             away, moves = here - situation.state[0], (later - here) / 0.01
             reach = _radius(mover.shape) + mover.keep + mover.doubt.radius
             relative = moves - velocities
-            a, b = (relative**2).sum(axis=1), relative @ away
-            c = float(away @ away) - reach**2
+            a, b = (relative**2).sum(axis=1), (relative * away).sum(axis=1)
+            c = float(np.sum(away**2)) - reach**2
             if c <= 0.0:  # it is too near already: only velocities that lead away from it are free
                 first[b < 0.0] = 0.0
                 continue
@@ -134,7 +134,7 @@ def _seen_goal(situation: Situation, place: Floats, guidance: Way) -> tuple[Floa
 
 def _preferred(ahead: Floats, top: float, acceleration: float, stops: bool) -> Floats:
     """Return the velocity straight to a goal, which is slower where the UAV is to stop there."""
-    far = float(np.linalg.norm(ahead))
+    far = math.hypot(*ahead)
     if far < 1e-9:
         return np.zeros(3)
     speed = min(top, math.sqrt(2.0 * acceleration * far)) if stops else top
@@ -144,11 +144,11 @@ def _preferred(ahead: Floats, top: float, acceleration: float, stops: bool) -> F
 def _radius(shape: Shape) -> float:
     """Return the radius of a ball about the moving point that holds a shape, metres."""
     if isinstance(shape, Ellipsoid):
-        return float(np.linalg.norm(shape.centre)) + max(shape.semi_axis_xy, shape.semi_axis_z)
+        return math.hypot(*shape.centre) + max(shape.semi_axis_xy, shape.semi_axis_z)
     if hasattr(shape, "radius") and hasattr(shape, "centre") and len(shape.centre) == 3:
-        return float(np.linalg.norm(shape.centre)) + float(shape.radius)
+        return math.hypot(*shape.centre) + float(shape.radius)
     low, high = extent(shape)  # type: ignore[arg-type]
-    return float(np.linalg.norm(np.maximum(np.abs(low), np.abs(high))))
+    return math.hypot(*np.maximum(np.abs(low), np.abs(high)))
 
 
 def _way(point: Floats) -> Way:

@@ -62,7 +62,7 @@ def refuse_far(origin: Origin, middle: Origin) -> None:
 
     def away(latitude: float, longitude: float) -> float:
         other = origin.model_copy(update={"latitude": latitude, "longitude": longitude})
-        return float(np.linalg.norm(to_local(other, [middle.latitude, middle.longitude, other.altitude])))
+        return math.hypot(*to_local(other, [middle.latitude, middle.longitude, other.altitude])[0])
 
     found = away(origin.latitude, origin.longitude)
     if found <= MAX_WIDTH:

@@ -254,7 +254,7 @@ def _placed(
         raise InputError(f"{what}: expected 16 numbers, 0, 0, 0, 1 last, found {shown(matrix)}")
     geometry, places = templates[number]
     turned = np.array(matrix, dtype=np.float64).reshape(4, 4)[:3]
-    return geometry, places @ turned[:, :3].T + turned[:, 3] + vertices[at[0]]
+    return geometry, np.einsum("ij,kj->ik", places, turned[:, :3]) + turned[:, 3] + vertices[at[0]]
 
 
 def _type(holder: dict[str, Any]) -> str:

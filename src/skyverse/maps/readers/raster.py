@@ -171,7 +171,7 @@ class OpenRaster:
         i, j = min(int(x), self.data.width - 2), min(int(y), self.data.height - 2)
         u, v = x - i, y - j
         near = self.heights(i, j, 2, 2)
-        return float(np.array([1 - v, v]) @ near @ np.array([1 - u, u]))
+        return float(np.sum(np.array([[1 - v], [v]]) * near * [1 - u, u]))
 
     def heights(self, column: int, row: int, columns: int, rows: int) -> Floats:
         """Return the heights (rows, columns) of a window, metres, ``nan`` where the raster has no data.
