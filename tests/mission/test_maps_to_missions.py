@@ -118,6 +118,7 @@ def test_five_uavs_through_delft_keep_away_from_every_corner_of_its_buildings(tm
     assert len(shapes) > 160
     names = [f"u{k}" for k in range(5)]
     words = ["--buildings", DATA / "delft.city.json", "--ground", "-1 m amsl", "--ceiling", "11 m amsl"]
+    words += ["--clearance", 2, "--ground-clearance", 2]
     for k, name in enumerate(names):
         words += ["--uav", f"{name}=52.0103,{4.364 + 0.001 * k:.4f},6 m amsl"]
         words += ["--target", f"52.0141,{4.3644 + 0.001 * k:.4f},6 m amsl"]

@@ -30,6 +30,7 @@ from skyverse.errors import InputError
 from skyverse.maps.assembly.options import MapDetail, MapFiles, MapRegion, documentation
 from skyverse.maps.georeference.choices import Raster, Reading
 from skyverse.model.fleet_limits import FleetLimits
+from skyverse.model.short_lines import TIMES
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note
@@ -273,9 +274,17 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
         f"{origin.latitude:g}, {origin.longitude:g}, zero at {origin.altitude:g} m amsl; "
         f"{_counted(scenario.obstacles, 'obstacle')}, {_counted(scenario.zones, 'zone')}, "
         f"{_counted(scenario.uavs, 'UAV')}, {_counted(scenario.targets, 'target')}; "
-        f"lattice of {nodes:,} nodes, {scenario.lattice.step[0]:g} m apart"
+        f"{_kept(scenario)}; lattice of {nodes:,} nodes, {TIMES.join(f'{step:g}' for step in scenario.lattice.step)} m "
+        "apart"
     )
     print(output)
+
+
+def _kept(scenario: "Scenario") -> str:
+    """Return what UAVs keep from obstacles and ground, in words."""
+    ground = "" if scenario.terrain is None else f" and {scenario.ground_clearance:g} m above ground"
+    most = "" if scenario.max_height is None else f", at most {scenario.max_height:g} m above it"
+    return f"UAVs keep {scenario.clearance:g} m from obstacles{ground}{most}"
 
 
 def _counted(things: Sequence[object], noun: str) -> str:

@@ -36,7 +36,8 @@ def halls(tmp_path):
 
 
 def built(halls, uavs, targets=(), **more):
-    given = {"buildings": [halls], "ground": AboveSea(500), "ceiling": AboveGround(100), "clearance": 2.0} | more
+    given = {"buildings": [halls], "ground": AboveSea(500), "ceiling": AboveSea(600)} | more
+    given = {"clearance": 2.0, "ground_clearance": 2.0} | given
     return build_scenario("town", uavs=uavs, targets=targets, tolerance=0, area=(9.84, 46.79, 9.87, 46.81), **given)
 
 
@@ -57,14 +58,14 @@ def test_all_bad_points_are_named_with_roof_and_free_place(halls):
     assert heading == "4 starts and targets cannot be where they are:"
     assert [line.split(":")[0].strip() for line in lines] == ["d", "e", "a", "c"]
     assert "expected a point at least 2 m above the ground, found it 1.00 m above the ground" in lines[0]
-    assert "expected a point below the ceiling, found it 30.0 m above" in lines[1]
+    assert "expected a point below the ceiling, found it 30.2 m above" in lines[1]
     assert "the building 'big hall' of halls.geojson, whose roof is at 520.0 m amsl (20.0 m agl)" in lines[2]
     assert "the building 'small hall' of halls.geojson, whose roof is at 512.0 m amsl (12.0 m agl)" in lines[3]
     free = {}
     for name, line in zip("deac", lines, strict=True):
         said = re.search(r"a free place is ([-\d.]+),([-\d.]+),([\d.]+ m agl), ([\d.]+) m away", line)
         free[name] = (float(said[1]), float(said[2]), parse_altitude(said[3]))
-        assert float(said[4]) < {"d": 1.2, "e": 33.2, "a": 12.5, "c": 3.4}[name]
+        assert float(said[4]) < {"d": 1.2, "e": 33.4, "a": 12.5, "c": 3.4}[name]
     assert len(built(halls, uavs | free).uavs) == 5  # as told, they are all free
 
 

@@ -81,6 +81,7 @@ def test_uavs_and_targets_are_where_they_were_said_to_be_in_each_frame(valley):
         terrain=[valley],
         uavs={"sea": place(-300, 0, AboveSea(1600)), "ground": START, "home": place(100, -80, AboveHome(30))},
         targets=[GOAL],
+        ground_clearance=20,
     )
     origin = scenario.frame.origin
     proj = pyproj.Transformer.from_pipeline(
@@ -232,7 +233,7 @@ def test_a_start_or_target_in_a_zone_or_near_it_is_refused_by_both_names(valley,
     court = outline((-30, 0), (-10, 0), (-10, 20), (-30, 20))["coordinates"]
     shape = {"type": "Polygon", "coordinates": SQUARE["coordinates"] + court}
     zone = geojson(tmp_path / "z.geojson", (shape, {"upper": "1590 m amsl", "name": "Castle"}))
-    options = {"terrain": [valley], "zones": [zone], "tolerance": 0, "tracking_error": (0.0, 0.0)}
+    options = {"terrain": [valley], "zones": [zone], "tolerance": 0, "tracking_error": (0.0, 0.0), "clearance": 2.0}
     at = place(east, north, altitude)
     for ends in ({"uavs": {"alpha": at}}, {"uavs": [START], "targets": {"alpha": at}}):
         if safe:
@@ -330,9 +331,9 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
     [
         (
             {"uavs": {"low": place(0, 0, AboveGround(1))}},
-            r"low: .*at least 2 m above the ground, found it 1\.00 m above",
+            r"low: .*at least 30 m above the ground, found it 1\.00 m above",
         ),
-        ({"uavs": [place(0, 0, AboveSea(1400))]}, r"uav-1: expected a point at least 2 m above the ground.* below"),
+        ({"uavs": [place(0, 0, AboveSea(1400))]}, r"uav-1: expected a point at least 30 m above the ground.* below"),
         (
             {"uavs": {"far": (46.9, 9.85, AboveGround(60))}},
             r"far: expected a place on .*valley\.tif, .* is outside",
@@ -346,7 +347,11 @@ def test_outlines_of_thousands_of_corners_lose_some_even_if_all_are_to_stay_as_t
         ({"uavs": {"bare": (46.8, 9.85, 60)}}, r"bare: expected latitude, longitude and an altitude such as"),
         ({"uavs": [START, START], "targets": [place(0, 0, AboveHome(60))]}, r"target-1: .*above home, but .* 2 UAVs"),
         ({"uavs": [START], "ceiling": AboveSea(1000)}, r"ceiling: expected an altitude above the lowest ground"),
-        ({"uavs": [START], "ceiling": AboveGround(1)}, r"uav-1: expected a point below the ceiling|ceiling: "),
+        ({"uavs": [START], "ceiling": AboveGround(1)}, r"max_height, 1 m, must be above the clearance from the ground"),
+        (
+            {"uavs": [START], "ceiling": AboveGround(90), "max_height": AboveGround(80)},
+            r"ceiling: expected it above the sea beside a greatest height above ground, found 90 m above ground",
+        ),
         ({"uavs": [START], "ceiling": AboveHome(100)}, r"ceiling: expected agl .* found home"),
         ({"uavs": [START], "margin": 5000}, r"valley\.tif: expected terrain over all of the area"),
         ({"uavs": [START], "margin": 100, "area": (9.84, 46.79, 9.86, 46.81)}, r"margin: .* found both"),
@@ -608,7 +613,8 @@ def test_uavs_have_the_limits_of_outdoor_flight_unless_others_are_given_and_that
 
 def test_a_ceiling_above_ground_bounds_the_scenario_and_its_ends(valley):
     ends = {"terrain": [valley], "uavs": [START], "targets": [GOAL]}
-    scenario = build_scenario("v", **ends, max_height=AboveGround(120))
+    scenario = build_scenario("v", **ends, ceiling=AboveGround(120))
+    assert scenario == build_scenario("v", **ends, max_height=AboveGround(120))
     assert scenario.max_height == 120
     assert scenario.bounds.max[2] == pytest.approx(scenario.terrain.heights.max() + 120)
     with pytest.raises(InputError, match=r"expected a point at most 50 m above the ground, found it \d+\.\d\d m above"):

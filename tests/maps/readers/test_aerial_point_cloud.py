@@ -205,7 +205,7 @@ def test_the_command_takes_clouds(tmp_path, capsys):
 def test_a_start_or_target_in_or_near_a_cloud_is_refused(tmp_path):
     tower = (*TO_UTM.transform(LON, LAT), 430.0)
     path = las(tmp_path / "a.las", np.array([tower]))
-    options = {"voxels": [path], "ground": AboveSea(395), "origin": ORIGIN, "clearance": 3.0}
+    options = {"voxels": [path], "ground": AboveSea(395), "origin": ORIGIN, "clearance": 3.0, "ground_clearance": 3.0}
     free = (LAT + 0.001, LON, AboveGround(20))  # UAVs may stray by 1.6 m
     for east, up, safe in ((0, 20, 0), (4, 20, 0), (7, 20, 1), (0, 37, 0), (0, 41, 1), (-5, 20, 1)):
         at = (LAT, LON + east / 75_300, AboveGround(up))  # the voxel is 2 m wide, from the origin on

@@ -101,14 +101,14 @@ def build_scenario(options: BuildOptions) -> Scenario:
     solids = {cloud.path: voxels_of(cloud, zero, region, reach, relief, options) for cloud in clouds}
     starting, ending = (local_points(some, starts, zero, relief, survey.homes) for some in (starts, goals))
     home_z = {name: _z_below(zero, starting[name], altitude) for name, altitude in survey.homes.items()}
-    above = clearance if ground_clearance is None else ground_clearance
-    bad = [*low_points(starting, relief, above, home_z), *low_points(ending, relief, above)]
+    bad = [*low_points(starting, relief, ground_clearance, home_z), *low_points(ending, relief, ground_clearance)]
     ends = [*starting.items(), *ending.items()]
     points = [point for _, point in ends]
     floor, highest = extent.heights(relief, local, [one for some in solids.values() for one in some], points)
     most = options.max_height
     top = extent.ceiling(options.ceiling or most, options.band, zero, region, relief, floor, highest)
-    bad += extent.high_points(ends, top)
+    if most is None or options.ceiling is not None:
+        bad += extent.high_points(ends, top)
     if most is not None:
         bad += points_above_ceiling(dict(ends), relief, most.metres)
     obstacles: list[Prism | Voxels] = []
@@ -294,10 +294,11 @@ def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region
         )
         options.on_note(Note("", counted))
         assert relief.lowest is not None
-        kept = options.clearance if clearance is None else clearance
-        closed = float((relief.lowest + most < relief.heights + kept).mean())
+        closed = float((relief.lowest + most < relief.heights + clearance).mean())
         if closed:
-            text = f"over {closed:.2%} of the ground no height is below the ceiling and {kept:g} m above the ground"
+            text = (
+                f"over {closed:.2%} of the ground no height is below the ceiling and {clearance:g} m above the ground"
+            )
             options.on_note(Note("", text))
     if changes.filled:
         options.on_note(Note("", f"{changes.filled:.2%} of the ground had no data, and was filled"))

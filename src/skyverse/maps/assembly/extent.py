@@ -80,10 +80,10 @@ def ceiling(
             highest = max(highest, ground + band[1])
         return float(math.ceil(highest + DEFAULT_HEADROOM))
     if isinstance(asked, AboveHome):
-        raise InputError("expected agl (above the highest ground) or amsl, found home", field="ceiling")
+        raise InputError("expected agl (above the ground below) or amsl, found home", field="ceiling")
     if isinstance(asked, AboveGround):
         if ground is None:
-            raise InputError("agl needs the ground", field="ceiling", give=GIVE_GROUND)
+            raise InputError("metres above ground need the ground", field="max_height", give=GIVE_GROUND)
         top = ground + asked.metres
     else:  # a level surface is lowest in z where it is farthest from the origin
         x, y = (np.array([max(region[k], region[k + 2], key=abs)]) for k in (0, 1))

@@ -102,11 +102,12 @@ class MapRegion:
     ground
         Without a terrain, the altitude of level ground.
     ceiling
-        How high the bounds reach, above the sea or above the highest ground; when left out, 30 m above the highest of
-        ground, buildings, UAVs, targets and the beginnings of zones up to 152.4 m above them.
+        How high UAVs may fly: above the ground below them, the same as `max_height`, or above the sea, where the bounds
+        end. When left out, the bounds end 30 m above the highest of ground, buildings, UAVs, targets and the beginnings
+        of zones up to 152.4 m above them.
     max_height
-        How high above the ground below UAVs may fly: a ceiling that follows the terrain. Without `ceiling`, the bounds
-        reach as high above the highest ground.
+        How high above the ground below UAVs may fly: a ceiling that follows the terrain. Without a `ceiling` above the
+        sea, the bounds reach as high above the highest ground.
     """
 
     area: tuple[float, float, float, float] | None = None
@@ -125,9 +126,9 @@ class MapDetail:
     Attributes
     ----------
     clearance
-        How far UAVs stay away from obstacles, metres.
+        How far UAVs stay away from obstacles, metres; 5 when left out.
     ground_clearance
-        How far UAVs stay above ground, metres; as `clearance` when left out.
+        How far UAVs stay above ground, metres; 30 when left out, as maps of the ground know no trees, masts and wires.
     band
         The lowest and the highest height above ground, metres, between which paths keep where it pays.
     band_weight
@@ -147,8 +148,8 @@ class MapDetail:
         holes are refused when left out.
     """
 
-    clearance: float = 2.0
-    ground_clearance: float | None = None
+    clearance: float = 5.0
+    ground_clearance: float = 30.0
     band: tuple[float, float] | None = None
     band_weight: float = 0.1
     lattice_step: float | None = None
@@ -185,6 +186,15 @@ class BuildOptions(FleetLimits, MapDetail, MapRegion, MapFiles):
     def __post_init__(self) -> None:
         super().__post_init__()
         _require(0.0, margin=self.margin)
+        if isinstance(self.ceiling, AboveGround):  # one idea: a ceiling above ground follows it
+            if self.max_height is not None and self.max_height != self.ceiling:
+                raise InputError(
+                    f"expected it above the sea beside a greatest height above ground, found {self.ceiling.metres:g} m "
+                    f"above ground and {self.max_height.metres:g} m",
+                    field="ceiling",
+                )
+            object.__setattr__(self, "max_height", self.ceiling)
+            object.__setattr__(self, "ceiling", None)
 
 
 def _require(least: float, **numbers: float | None) -> None:

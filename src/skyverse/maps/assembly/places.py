@@ -200,9 +200,10 @@ def low_points(
             below = f"{z - ground:.2f} m above" if z >= ground else f"{ground - z:.2f} m below"
             text = (
                 f"expected a point at least {clearance:g} m above the ground, found it {below} the ground, "
-                f"which is raised to what the terrain's cells reach; give it {clearance - (z - ground):.2f} m more"
+                f"which is raised to what the terrain's cells reach; it needs {clearance - (z - ground):.2f} m more"
             )
-            found.append(BadPoint(name, (x, y, z), text))
+            give = (Remedy("ground_clearance", None, "to fly lower"),)
+            found.append(BadPoint(name, (x, y, z), text, give=give))
     return found
 
 
