@@ -8,7 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
-from skyverse.live.aeroplane_course import AeroplaneCourse, Flying, Reference, loiter, pose_at, pose_of, timed
+from skyverse.live.aeroplane_course import AeroplaneCourse, Flying, Reference, loiter, part_of, pose_at, pose_of, timed
 from skyverse.live.aeroplane_legs import LEFT, LEVEL, flown_leg, turn
 from skyverse.live.choice import Choice, Span
 from skyverse.live.choose_loiter import choose_loiter
@@ -86,7 +86,7 @@ class Aeroplane(Pilot):
     def flown(self) -> Trajectory:
         """What it has flown since it departed, and will fly if nothing is observed any more, up to its target."""
         whole, arrival = joined([*self.course.flown, self.course.motion]), self.arrival
-        return whole if arrival is None else timed(whole.start, *followed(whole, whole.start, arrival))
+        return whole if arrival is None else part_of(whole, whole.start, arrival)
 
     @property
     def arrival(self) -> float | None:
@@ -140,7 +140,7 @@ class Aeroplane(Pilot):
         steepest = able.agility.slope * able.speed
         pose = pose_of(state[0], state[1])
         pose[4] = np.clip(pose[4], -steepest, steepest)
-        past = timed(before.start, *followed(before, before.start, t))
+        past = part_of(before, before.start, t)
         flown = (*self.course.flown, past) if t > before.start else self.course.flown
         circle = timed(t, *loiter(pose, LEFT, 0.0, able))
         return replace(self, course=AeroplaneCourse(flown, circle, None, -math.inf))

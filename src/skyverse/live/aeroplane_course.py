@@ -9,6 +9,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.live.aeroplane_legs import LEFT, LEVEL, RIGHT, flown_leg, turn
 from skyverse.live.course import parted, spliced
+from skyverse.live.planned_motion import followed
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import MIN_PIECE
 from skyverse.trajectory.pose_search import Agility
@@ -127,6 +128,11 @@ def pose_at(motion: Trajectory, t: float) -> Floats:
 def timed(begin: float, durations: Floats, rows: Floats) -> Trajectory:
     """Return the motion that begins at an instant, of pieces (m,) seconds and (m, k, 3) metres."""
     return Trajectory(begin + np.append(0.0, np.cumsum(durations)), rows, form="dubins")
+
+
+def part_of(motion: Trajectory, begin: float, end: float) -> Trajectory:
+    """Return what is flown of a motion between two instants, with the stay before it begins."""
+    return timed(begin, *followed(motion, begin, end))
 
 
 def loiter(pose: Floats, side: int, seconds: float, able: Flying) -> tuple[Floats, Floats]:

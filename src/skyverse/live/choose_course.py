@@ -21,14 +21,12 @@ from skyverse.live.guidance import Way
 from skyverse.live.planned_motion import Planned, motions_along
 from skyverse.live.slow_zones import seconds_lost
 from skyverse.live.steered_motion import seconds_left, steered_motion
-from skyverse.live.surroundings import Surroundings
+from skyverse.live.surroundings import Surroundings, barred
 from skyverse.live.way_back import seconds_to_safety
 from skyverse.live.ways import GATE_SHARES, SHARES, escapes, gates, ways_ahead
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
 from skyverse.space.world import path_free
-from skyverse.trajectory.proof import clear_pieces
-from skyverse.trajectory.speed_in_zones import first_too_fast
 
 REST = 0.5
 """Seconds by which another way must be faster than resting, for a UAV that rests or is near its target."""
@@ -176,19 +174,16 @@ class _Search:
     def clear(self, found: _Candidate) -> bool:
         """Tell whether all that a candidate flies from now on is clear of what stands still, and slow enough there."""
         if not len(found.durations):
-            end = max(self.course.motion.end, self.span.until)
-            return self.clear_pieces(*self.course.part(self.span.now, end))
-        if found.begin not in self.clear_before:
-            self.clear_before[found.begin] = self.clear_pieces(*self.course.part(self.span.now, found.begin))
-        return self.clear_before[found.begin] and self.clear_pieces(found.durations, found.rows)
+            return self.barred(found) == math.inf
+        world, begin = self.around.world, found.begin
+        if begin not in self.clear_before:
+            self.clear_before[begin] = barred(world, begin, *self.course.part(self.span.now, begin)) == math.inf
+        return self.clear_before[begin] and barred(world, begin, found.durations, found.rows) == math.inf
 
-    def clear_pieces(self, durations: Floats, rows: Floats) -> bool:
-        """Tell whether pieces, of (m,) seconds and (m, k, 3) metres, are clear of what stands still; see `clear`."""
-        if not clear_pieces(self.around.world.space, durations, rows).all():
-            return False
-        zones = self.around.world.speed_zones
-        knots = np.append(0.0, np.cumsum(durations))
-        return not (zones and len(durations)) or first_too_fast(zones, Trajectory(knots, rows)) is None
+    def barred(self, found: _Candidate) -> float:
+        """Return from when on a candidate is not proven to be clear of what stands still, infinite if it is."""
+        course, now = self.applied(found), self.span.now
+        return barred(self.around.world, now, *course.part(now, max(course.motion.end, self.span.until)))
 
     def arrival(self, found: _Candidate) -> float:
         """Return about when a UAV arrives that stops, or keeps its course.
@@ -238,6 +233,8 @@ class _Search:
 
     def unproven(self, found: _Candidate, mover: int, contact: float, tried: int) -> tuple[Course, Choice]:
         """Return the choice of a candidate that is not proven, and meets a mover, if any, at an instant."""
+        instant = self.barred(found)
+        mover, contact = (mover, contact) if contact <= instant else (-1, instant)
         return self.applied(found), Choice(not len(found.durations), False, mover, contact, tried)
 
     def seconds_to_safety(self, found: _Candidate) -> float:

@@ -15,20 +15,27 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats
-from skyverse.live.aeroplane_course import AeroplaneCourse, Flying, Reference, loiter, pose_at, poses_at, timed
+from skyverse.live.aeroplane_course import (
+    AeroplaneCourse,
+    Flying,
+    Reference,
+    loiter,
+    part_of,
+    pose_at,
+    poses_at,
+    timed,
+)
 from skyverse.live.aeroplane_legs import LEFT, RIGHT
 from skyverse.live.choice import BLOCKED, KEEP_ON, LOOKED_AT, Choice, Span
 from skyverse.live.course import of_one_degree
 from skyverse.live.first_contact import first_contact, share_avoided
 from skyverse.live.planned_motion import followed
 from skyverse.live.references import Ahead, away_along, back_to, end_of, turns_away
-from skyverse.live.surroundings import Surroundings
+from skyverse.live.surroundings import Surroundings, barred
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import LIMIT_EASE
 from skyverse.trajectory.dubins import pose
 from skyverse.trajectory.dubins_leg import DubinsLeg
-from skyverse.trajectory.proof import clear_pieces
-from skyverse.trajectory.speed_in_zones import first_too_fast
 
 FOLLOWED = (1.0, 0.75, 0.5, 0.25, 0.1, 0.0)
 """Shares of the longest time for which a reference can be followed up to the horizon, that are tried."""
@@ -91,6 +98,7 @@ class _Search:
         self.looked_at = max(span.now + LOOKED_AT * (span.until - span.now), self.begin)
         self.pose = pose_at(course.motion, self.begin)
         self.before = self.contact(course.motion, span.now, self.begin)
+        self.barred_before = self.barred(part_of(course.motion, span.now, self.begin))
 
     def push(self, arrival: float, entry: _Idea | _Candidate | None) -> None:
         heapq.heappush(self.queue, (arrival, next(self.numbers), entry))
@@ -106,11 +114,7 @@ class _Search:
 
     def barred(self, motion: Trajectory) -> float:
         """Return from when on it is not proven that a motion is clear of what stands still, infinite if it is."""
-        durations = np.diff(motion.knots)
-        clear = clear_pieces(self.around.world.space, durations, motion.coefficients.copy())
-        barred = math.inf if clear.all() else float(motion.knots[np.argmin(clear)])
-        too_fast = first_too_fast(self.around.world.speed_zones, motion)
-        return barred if too_fast is None else min(barred, too_fast)
+        return barred(self.around.world, motion.start, np.diff(motion.knots), motion.coefficients.copy())
 
     def seconds_left(self, poses: Floats) -> Floats:
         """Return about how many seconds it takes at least to the target from poses (m, 5), by each place ahead, (m, n).
@@ -192,7 +196,7 @@ class _Search:
         reference = self.made(idea)
         if reference is None:
             return
-        curve = timed(idea.begin, *followed(reference.motion, idea.begin, reference.motion.end))
+        curve = part_of(reference.motion, idea.begin, reference.motion.end)
         contact, mover = self.contact(curve, self.begin, min(curve.end, self.span.apart))
         barred = self.barred(curve)
         clear = min(contact, barred, curve.end)
@@ -244,8 +248,9 @@ class _Search:
     def judges(self, flight: _Flight | None, contact: tuple[float, int], barred: float = math.inf) -> _Flight | None:
         """Return a flight that meets nothing; otherwise take note of what it meets, also before it begins."""
         instant, mover = min(self.before, contact)
-        if min(instant, barred) < math.inf:
-            self.met.append(_Met(min(instant, barred), mover if instant <= barred else -1, barred == math.inf, flight))
+        meets = min(instant, barred, self.barred_before)
+        if meets < math.inf:
+            self.met.append(_Met(meets, mover if instant == meets else -1, barred == math.inf, flight))
             return None
         return flight
 
@@ -253,7 +258,7 @@ class _Search:
         """Tell whether the present course, with more full turns where needed, is proven."""
         course, known = self.flown(None), len(self.met)
         contact = self.contact(course.motion, self.span.now, self.span.apart)
-        self.judges(None, contact, self.barred(course.motion))
+        self.judges(None, contact, self.barred(part_of(course.motion, self.begin, course.motion.end)))
         return len(self.met) == known
 
     def flown(self, flight: _Flight | None) -> AeroplaneCourse:

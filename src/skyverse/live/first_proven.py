@@ -10,9 +10,8 @@ from skyverse.live.course import Course
 from skyverse.live.first_contact import first_contact
 from skyverse.live.guidance import Way
 from skyverse.live.steered_motion import seconds_left, steered_motion
-from skyverse.live.surroundings import Surroundings
+from skyverse.live.surroundings import Surroundings, barred
 from skyverse.numerics.tolerances import ACCELERATION_LEFT, LIMIT_EASE
-from skyverse.trajectory.proof import clear_pieces
 
 SAME_PLACE = 0.02
 """Metres between points of two ways that count as one."""
@@ -118,8 +117,6 @@ def _contact(course: Course, around: Surroundings, span: Span) -> tuple[int, flo
 
 
 def _clear(course: Course, around: Surroundings, span: Span) -> bool:
-    """Tell whether what is left of a course is clear of what stands still."""
-    motion = course.motion
-    late = motion.knots[1:] > span.now
-    durations, rows = np.diff(motion.knots)[late], motion.coefficients[late]
-    return bool(clear_pieces(around.world.space, durations, rows).all())
+    """Tell whether what is left of a course is clear of what stands still, and slow enough in zones."""
+    end = max(course.motion.end, span.until)
+    return barred(around.world, span.now, *course.part(span.now, end)) == math.inf

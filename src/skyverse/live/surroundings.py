@@ -1,5 +1,6 @@
 """What a UAV in flight keeps clear of: what stands still, what was seen to move, and the motions of other UAVs."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -22,6 +23,8 @@ from skyverse.space.timed_shapes import STANDING, TimedShape, timed_shapes
 from skyverse.space.voxels import boxes_of
 from skyverse.space.world import World
 from skyverse.trajectory.limits import Limits
+from skyverse.trajectory.proof import clear_pieces
+from skyverse.trajectory.speed_in_zones import first_too_fast
 
 
 class Moving(NamedTuple):
@@ -105,6 +108,30 @@ def with_others(moving: Moving, scenario: Scenario, uav: int, others: Mapping[in
             names.append(scenario.uavs[other].name)
     needs = np.append(moving.needs, [max(one.semi_axis_xy, one.semi_axis_z) for one in ellipsoids])
     return Moving(with_ellipsoids(moving.shapes, ellipsoids), (*moving.names, *names), needs)
+
+
+def barred(world: World, begin: float, durations: Floats, rows: Floats) -> float:
+    """Return from when on it is not proven that a motion is clear of what stands still, and slow enough in zones.
+
+    Parameters
+    ----------
+    world
+        What stands still.
+    begin
+        The instant at which the motion begins, seconds.
+    durations, rows
+        Its pieces, of (m,) seconds, and their coefficients (m, k, 3), metres.
+
+    Returns
+    -------
+    float
+        The beginning of a piece, or an instant at which it is too fast; infinite if all of it is proven.
+    """
+    clear = clear_pieces(world.space, durations, rows)
+    knots = begin + np.append(0.0, np.cumsum(durations))
+    instant = math.inf if clear.all() else float(knots[np.argmin(clear)])
+    too_fast = first_too_fast(world.speed_zones, Trajectory(knots, rows)) if world.speed_zones and len(rows) else None
+    return instant if too_fast is None else min(instant, too_fast)
 
 
 def _speed_if_too_fast(motion: Trajectory, limit: float) -> float:
