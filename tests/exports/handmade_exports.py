@@ -10,7 +10,7 @@ from skyverse.model.result import Provenance
 from skyverse.model.scenario import Bounds, Frame, Lattice, Origin, Scenario, Target
 from skyverse.model.shapes import Box, Terrain
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.uav import UAV, FixedWing
+from skyverse.model.uav import UAV, FixedWing, TrackingError
 
 LOW, HIGH = (-300.0, -300.0, -50.0), (300.0, 300.0, 150.0)
 NAMES = ("uav-1", "Häuser & <Söhne>", "a/b\\c:d", "UAV-1 ", "***")
@@ -47,6 +47,7 @@ def mission(
     low=LOW,
     high=HIGH,
     from_home=False,
+    error=None,
 ):
     """A mission of these trajectories, proven or not, whose UAVs state their starts as homes where they begin there."""
     starts = [t.at(t.start).position[0].tolist() for t in trajectories]
@@ -67,6 +68,7 @@ def mission(
                 max_acceleration=30,
                 fixed_wing=wing,
                 home=start[2] if from_home else None,
+                tracking_error=error or TrackingError(),
             )
             for name, start in zip(names, starts, strict=True)
         ),

@@ -58,9 +58,10 @@ def test_the_descent_at_home_keeps_half_the_clearance_from_a_wall_that_is_lower_
 
 
 @pytest.mark.parametrize(
-    ("away", "high", "clear"), [(1.6, 9.0, False), (1.6, 0.4, False), (1.6, -0.1, True), (2.1, 9.0, True)]
+    ("away", "high", "clear"), [(1.6, 9.0, False), (1.6, 0.4, False), (1.6, -0.1, True), (4.0, 9.0, True)]
 )
 def test_it_keeps_the_tracking_error_from_that_wall_as_well(tmp_path, away, high, clear):
+    """Twice above home, where it is called back off its path and strays again."""
     back = way_home(flight(0, away, high, error=ERROR), tmp_path)
     assert (len(back.lost) == 0) == clear
 

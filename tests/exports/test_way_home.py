@@ -15,12 +15,15 @@ from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.way_home import TRIED_PLACES, WayHome
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain
+from skyverse.model.uav import TrackingError
 
 pytestmark = pytest.mark.usefixtures("unjudged")
 
 pytest.importorskip("pyproj", reason="an independent geodesy")
 
 ORIGIN = Origin(latitude=47.0, longitude=8.5, altitude=400.0, geoid=48.0)
+NO_ERROR = TrackingError()
+RIM = [(np.cos(angle), np.sin(angle)) for angle in np.linspace(0, 2 * np.pi, 8, endpoint=False)]
 PATH = [(0, 10), (0, 70), (1000, 70), (1000, 15)]  # how far from home, how high above it, metres
 
 
@@ -64,13 +67,25 @@ def way_home(at, home, altitude, rally, suffix, grounds=()):
     return np.concatenate([a + shares * (b - a) for a, b in ((at, top), (top, over), (over, low))])
 
 
-def least_gap(mission, points):
-    """The least distance of points from any box, outside negative inside, metres."""
+def least_gap(mission, points, error=NO_ERROR):
+    """The least distance of points, or of cylinders about them, from any box, outside; metres."""
     least = np.inf
     for box in mission.scenario.obstacles:
-        off = np.maximum(np.array(box.min) - points, points - np.array(box.max)).max(axis=1)
-        least = min(least, float(off.min()))
+        off = np.maximum(np.array(box.min) - points, points - np.array(box.max))
+        level = np.hypot(*np.maximum(off[:, :2], 0).T) - error.horizontal
+        upright = off[:, 2] - error.vertical
+        outside = np.hypot(np.maximum(level, 0), np.maximum(upright, 0))
+        inside = np.maximum(np.maximum(off[:, 0], off[:, 1]), off[:, 2])
+        least = min(least, float(np.where(outside > 0, outside, np.minimum(inside, 0)).min()))
     return least
+
+
+def called_back(place, error):
+    """Where a UAV may be, off its path by its tracking error, when it is called back at a place of its path, (n, 3)."""
+    if error == NO_ERROR:
+        return [place]
+    h, v = error.horizontal, error.vertical
+    return [place + np.array([h * x, h * y, z]) for x, y in RIM for z in (-v, v)]
 
 
 def instants(mission, plan_of, count=60):
@@ -90,20 +105,32 @@ def check(mission, folder, suffix):
     scenario, home = mission.scenario, back.plan.home
     above = [handmade.local(ORIGIN, [lat], [lon], [alt + ORIGIN.altitude + home[2]])[0] for lat, lon, alt in rally]
     np.testing.assert_allclose(np.array(above).reshape(-1, 3), back.rally_points, atol=0.05)
-    safe = 0
+    safe, error = 0, scenario.uavs[0].tracking_error
     for time, place in zip(*instants(mission, back.plan), strict=True):
         if any(begin - 0.5 <= time <= end + 0.5 for begin, end in back.lost):
             continue
-        points = way_home(place, home, altitude, above, suffix, back.rally)
-        assert least_gap(mission, points) >= 0.5 * scenario.clearance - 0.02, (time, place)
-        assert points[:, 2].max() <= scenario.bounds.max[2] + 0.02
-        if scenario.terrain is not None:
-            free = points[:800]  # without the descent
-            height = free[:, 2] - handmade.under(scenario, free)
-            near = np.hypot(*(free - home)[:, :2].T) < 0.01
-            assert height[~near].min(initial=np.inf) >= scenario.ground_clearance - 0.5 * scenario.clearance - 0.05
+        for at in called_back(place, error):
+            points = way_home(at, home, altitude, above, suffix, back.rally)
+            climb = least_gap(mission, points[:400], error.model_copy(update={"vertical": 0.0}))  # it does not sink
+            gap = min(climb, least_gap(mission, points[400:], error))
+            assert gap >= 0.5 * scenario.clearance - 0.02, (time, place, at)
+            assert points[:, 2].max() + error.vertical <= scenario.bounds.max[2] + 0.02
+            if scenario.terrain is not None:
+                assert_above_ground(scenario, place, points, error, home)
         safe += 1
     return safe
+
+
+def assert_above_ground(scenario, place, points, error, home):
+    """Returning from somewhere by its path, wherever it strays, a UAV keeps above ground, but over home."""
+    climb, level = points[:400], points[400:800]
+    kept = scenario.ground_clearance - 0.5 * min(scenario.clearance, scenario.ground_clearance)
+    near = 0.5 * min(scenario.clearance, scenario.ground_clearance)
+    for flown, least, sinks in ((climb, near, 0.0), (level, kept, error.vertical)):
+        if flown is climb and min(np.hypot(*(place - one)[:2]) for one in (home, points[-1])) < 0.01:
+            continue  # in the column over home
+        for around in (flown, *(flown + error.horizontal * np.array([x, y, 0]) for x, y in RIM)):
+            assert (around[:, 2] - sinks - handmade.under(scenario, around)).min() >= least - 0.05, place
 
 
 def over_a_wall(top, low=-50.0):
@@ -169,7 +196,8 @@ def test_without_rally_points_the_export_says_from_when_to_when_there_is_no_way_
 
 @pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
 @pytest.mark.parametrize("seed", range(4))
-def test_returns_among_random_towers_are_clear_where_the_export_says_so(tmp_path, suffix, seed):
+@pytest.mark.parametrize("error", [NO_ERROR, TrackingError(horizontal=2.0, vertical=1.0)], ids=["exact", "straying"])
+def test_returns_among_random_towers_are_clear_where_the_export_says_so(tmp_path, suffix, seed, error):
     rng = np.random.default_rng(seed)
     boxes = []
     for _ in range(15):
@@ -182,17 +210,35 @@ def test_returns_among_random_towers_are_clear_where_the_export_says_so(tmp_path
         inside = [((legs > np.array(a) - clearance) & (legs < np.array(b) + clearance)).all(axis=1) for a, b in boxes]
         if not np.any(inside):
             corners.append(place)
-    mission = handmade.mission([handmade.along(corners, 20)], boxes=boxes, clearance=clearance, origin=ORIGIN)
+    mission = handmade.mission(
+        [handmade.along(corners, 20)], boxes=boxes, clearance=clearance, origin=ORIGIN, error=error
+    )
     check(mission, tmp_path, suffix)
 
 
+def beside_a_wall(away, error):
+    """A flight along a wall that is higher than it, so far from its clearance and the tracking error."""
+    boxes = [((0, 10, -50), (100, 12, 60))]
+    y = 10 - 0.5 - error.horizontal - away
+    return handmade.mission([handmade.along([(-10, y, 20), (110, y, 20)], 30)], boxes=boxes, origin=ORIGIN, error=error)
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+def test_a_uav_that_is_called_back_where_it_strays_strays_again(tmp_path, suffix):
+    """It returns from where it is, up to one tracking error off its path, and from that line it may be another off."""
+    error = TrackingError(horizontal=2.0, vertical=0.5)
+    assert check(beside_a_wall(2.2, error), tmp_path, suffix) == 60
+    assert check(beside_a_wall(0.05, error), tmp_path, suffix) < 50
+
+
+@pytest.mark.parametrize("error", [NO_ERROR, TrackingError(horizontal=2.0, vertical=1.0)], ids=["exact", "straying"])
 @pytest.mark.parametrize("suffix", ["plan", "waypoints"])
-def test_returns_over_hills_keep_above_ground(tmp_path, suffix):
+def test_returns_over_hills_keep_above_ground(tmp_path, suffix, error):
     x, y = np.meshgrid(np.linspace(-320, 320, 33), np.linspace(-320, 320, 33), indexing="ij")
     heights = 60 * np.exp(-((x - 0) ** 2 + (y - 20) ** 2) / 60**2)
     ground = Terrain(origin=(-320.0, -320.0), step=(20.0, 20.0), heights=heights, clearance=5.0)
     corners = [(-200, 0, 20), (-200, 220, 20), (200, 220, 20), (200, 0, 20)]
-    mission = handmade.mission([handmade.along(corners, 30)], terrain=ground, clearance=1.0, origin=ORIGIN)
+    mission = handmade.mission([handmade.along(corners, 30)], terrain=ground, clearance=1.0, origin=ORIGIN, error=error)
     certificate, _ = exported(mission, tmp_path, suffix)
     (back,) = certificate.returns
     assert len(back.lost) == 0

@@ -14,7 +14,7 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import origin_of
 from skyverse.exports.landing import ground_below, ground_level
 from skyverse.exports.level_roofs import SurfacesNear
-from skyverse.exports.return_lines import CLEARANCE_SHARE, ReturnSpace
+from skyverse.exports.return_lines import CLEARANCE_SHARE, Ground, ReturnSpace
 from skyverse.model.caution import Caution
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
@@ -61,7 +61,7 @@ def why_not_clear(space: ReturnSpace, uav: int, place: Floats, beside: float) ->
     """
     scenario, error = space.scenario, space.scenario.uavs[uav].tracking_error
     margin = (1 - CLEARANCE_SHARE) * scenario.clearance + beside
-    world = space.world(False, error).beside(place, float(place[2]) + KERB, margin + BESIDE)
+    world = space.world(Ground.NONE, error).beside(place, float(place[2]) + KERB, margin + BESIDE)
     top = place + np.array([0.0, 0.0, scenario.clearance])
     if world.segments_free(place[None], top[None], margin=margin)[0]:
         return None

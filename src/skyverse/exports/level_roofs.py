@@ -16,7 +16,7 @@ from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Voxels
 from skyverse.numerics.tolerances import LEG_ALLOWANCE
 from skyverse.space.tube import steepest_within
 
-LOWEST_ASKED, LEVEL_ASKED = 3.0, 10.0
+LOWEST_ASKED, LEVEL_ASKED = 4.0, 10.0
 """Metres: places of discs with larger radii are not asked for the lowest surface, and whether a roof is level.
 
 The first is asked often. Wider discs are taken not to be level unless one roof is under all of them.

@@ -12,8 +12,9 @@ from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import leans
 from skyverse.exports.global_positions import global_positions
 from skyverse.exports.leg_bends import MIN_EARTH_RADIUS
-from skyverse.exports.return_lines import ReturnLines, ReturnSpace
+from skyverse.exports.return_lines import Ground, ReturnLines, ReturnSpace
 from skyverse.model.scenario import Scenario
+from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MAVLINK_ROUNDING, SAME_PLACE
 from skyverse.space.tube import NO_ERROR, is_wall_within
 
@@ -50,8 +51,9 @@ class Destination(NamedTuple):
         z down to which the descent keeps above ground, metres.
     bottom
         z down to which it keeps clear of obstacles, metres: what is below cannot keep the clearance.
-    column
-        z of the top of the column over it, metres, in which the tracking error does not count for what lies below.
+    column, climb
+        z of the top of the column over it, metres, in which the tracking error does not count for what lies below: of a
+        descent, and of a UAV that is called back there, which begins its climb from wherever it is within the error.
     roof, foot_roof
         z of the highest roof that lies below `bottom`, and below `foot`, metres.
     """
@@ -61,12 +63,13 @@ class Destination(NamedTuple):
     low: float
     bottom: float
     column: float
+    climb: float
     roof: float
     foot_roof: float
 
 
 def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place: Floats, foot: float) -> Destination:
-    """Return a place (3,) to land at, with its column, which ends as low as a UAV may stray or be beside its descent.
+    """Return a place (3,) to land at, with its columns, which end as low as a UAV may stray or be beside its descent.
 
     There is no column where the ground is steeper than 45 degrees within the tracking error: that is a wall beside it.
     `foot` is z at which the flight is above it, metres, or the place itself where nobody lands.
@@ -76,19 +79,25 @@ def destination(scenario: Scenario, space: ReturnSpace, plan: FlightPlan, place:
     low = min(float(place[2]) + max(clearance, scenario.ground_clearance), foot)
     bottom = min(float(place[2]) + clearance, low)
     roofs = bottom - clearance, foot - clearance
-    walled = is_wall_within(scenario.terrain, place[:2], error.horizontal)
-    if walled or (error == NO_ERROR and not acceptance.radius):
-        return Destination(place, foot, low, bottom, low, *roofs)
-    highest = clearance + error.horizontal + error.vertical + acceptance.radius
-    levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
-    points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
-    none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
-    off = leans(none + math.hypot(*place[:2]), none + scenario.bounds.max[2] - float(place[2]))
-    lax = np.tile([acceptance.radius, 0.0], (len(levels), 1))
-    lines = ReturnLines(points, points, off, off, off, points, points, all_, all_, none - np.inf, lax)
-    free = space.free(lines, error)
-    column = float(levels[np.argmax(free)]) if free.any() else low
-    return Destination(place, foot, low, bottom, column, *roofs)
+
+    def top(error: TrackingError, beside: float) -> float:
+        if is_wall_within(scenario.terrain, place[:2], error.horizontal) or (error == NO_ERROR and not beside):
+            return low
+        highest = clearance + error.horizontal + error.vertical + beside
+        levels = low + np.append(np.arange(0.0, highest, COLUMN_STEP), highest)
+        points = np.column_stack([np.tile(place[:2], (len(levels), 1)), levels])
+        none, all_ = np.zeros(len(levels)), np.ones(len(levels), dtype=np.bool_)
+        off = leans(none + math.hypot(*place[:2]), none + scenario.bounds.max[2] - float(place[2]))
+        lax = np.tile([beside, 0.0], (len(levels), 1))
+        lines = ReturnLines(
+            points, points, off, off, off, points, points, all_ * Ground.RULES, all_, none - np.inf, lax
+        )
+        free = space.free(lines, error)
+        return float(levels[np.argmax(free)]) if free.any() else low
+
+    off_path = TrackingError(horizontal=2 * error.horizontal, vertical=error.vertical)
+    columns = top(error, acceptance.radius), top(off_path, 0.0)
+    return Destination(place, foot, low, bottom, *columns, *roofs)
 
 
 def rally_points(scenario: Scenario, plan: FlightPlan, places: Floats, altitude: float) -> Floats:

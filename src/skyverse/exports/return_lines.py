@@ -7,6 +7,7 @@ flight that it stands for, bent and rounded lines, and the tracking error.
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from enum import IntEnum
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
@@ -35,6 +36,17 @@ BEYOND_BOUNDS = 1000.0
 """Metres by which bounds are widened where only obstacles are asked for."""
 
 
+class Ground(IntEnum):
+    """What is asked of a line beside obstacles and bounds."""
+
+    NONE = 0
+    """Nothing: other lines answer for it."""
+    RULES = 1
+    """It keeps above ground, and below the ceiling."""
+    NEAR = 2
+    """It keeps as far from the ground as from an obstacle: a climb begins where the flight itself keeps above it."""
+
+
 class ReturnLines(NamedTuple):
     """Straight lines that a returning UAV flies.
 
@@ -49,7 +61,7 @@ class ReturnLines(NamedTuple):
     low, high
         (m, 3) metres: corners of the box around all that the line stands for.
     ground
-        (m,) whether ground and ceiling matter; above a place of the flight they cannot be nearer than there.
+        (m,) what is asked of ground and ceiling, `Ground`.
     strays
         (m,) whether the tracking error counts. Lines in a column where the UAV takes off or lands are asked for twice:
         without the error, and with it among all but what lies below.
@@ -57,7 +69,8 @@ class ReturnLines(NamedTuple):
         (m,) metres: in the latter case, z of the highest roof that is exempt from the error, as is the ground; minus
         infinity elsewhere.
     lax
-        (m, 2) metres by which the UAV may be beside the line, and above or below it, as its autopilot accepts that.
+        (m, 2) metres by which the UAV may be beside the line, and above or below it, besides its tracking error: its
+        autopilot accepts that, or it was off its path by the error when it was called back.
     """
 
     starts: Floats
@@ -67,7 +80,7 @@ class ReturnLines(NamedTuple):
     above: Floats
     low: Floats
     high: Floats
-    ground: NDArray[np.bool_]
+    ground: NDArray[np.intp]
     strays: NDArray[np.bool_]
     roof: Floats
     lax: Floats
@@ -105,7 +118,7 @@ class LineGroup(NamedTuple):
     some
         (m,) which of the lines.
     ground
-        Whether they are asked for above ground and below the ceiling, or else among the obstacles.
+        How they are asked for above ground; `Ground.NONE` where they are asked for among the obstacles.
     deviation
         How far the UAV may be off them.
     growth
@@ -115,7 +128,7 @@ class LineGroup(NamedTuple):
     """
 
     some: NDArray[np.bool_]
-    ground: bool
+    ground: Ground
     deviation: TrackingError
     growth: float
     column: VerticalColumn | None = None
@@ -149,15 +162,15 @@ class ReturnSpace:
         kept = CLEARANCE_SHARE * scenario.clearance
         self.scenario = scenario.model_copy(update={"bounds": wide}) if only_solids else scenario
         self.bare = scenario.model_copy(update={"clearance": kept, "terrain": None, "max_height": None, "bounds": wide})
-        self.ground = None
+        self._asked = {Ground.NONE: self.bare}
         if terrain is not None:
-            above = scenario.ground_clearance - (1 - CLEARANCE_SHARE) * min(
-                scenario.clearance, scenario.ground_clearance
-            )
-            lowered = terrain.model_copy(update={"clearance": above})
-            changes = {"terrain": lowered, "max_height": scenario.max_height, "obstacles": ()}
-            self.ground = self.bare.model_copy(update=changes)
-        self._worlds: dict[tuple[bool, TrackingError], World] = {}
+            near = CLEARANCE_SHARE * min(scenario.clearance, scenario.ground_clearance)
+            above = scenario.ground_clearance - (1 - CLEARANCE_SHARE) / CLEARANCE_SHARE * near
+            for kind, least, most in ((Ground.RULES, above, scenario.max_height), (Ground.NEAR, near, None)):
+                lowered = terrain.model_copy(update={"clearance": least})
+                changes = {"terrain": lowered, "max_height": most, "obstacles": ()}
+                self._asked[kind] = self.bare.model_copy(update=changes)
+        self._worlds: dict[tuple[Ground, TrackingError], World] = {}
         self._beside: dict[tuple[VerticalColumn, TrackingError, float], World] = {}
 
     @cached_property
@@ -172,10 +185,10 @@ class ReturnSpace:
         found = self._world(group).blocker(((line.starts + line.ends) / 2)[0], margin=margin)
         return None if found is None else self.numbers[found]
 
-    def world(self, ground: bool, error: TrackingError) -> World:
+    def world(self, ground: Ground, error: TrackingError) -> World:
         """Return the ground and ceiling, or else the obstacles, for UAVs that stray by an error."""
         if (ground, error) not in self._worlds:
-            self._worlds[ground, error] = World(self._asked(ground), error)
+            self._worlds[ground, error] = World(self._asked[ground], error)
         return self._worlds[ground, error]
 
     def _world(self, group: LineGroup) -> World:
@@ -187,11 +200,6 @@ class ReturnSpace:
             lift = group.column.roof + SURFACE_DEPTH
             self._beside[key] = world.beside(group.column, lift, group.growth + BESIDE)
         return self._beside[key]
-
-    def _asked(self, ground: bool) -> Scenario:
-        given = self.ground if ground else self.bare
-        assert given is not None
-        return given
 
     def free(self, lines: ReturnLines, error: TrackingError) -> NDArray[np.bool_]:
         """Tell for each line whether it is safe for a UAV with a tracking error, (m,)."""
@@ -207,12 +215,12 @@ class ReturnSpace:
         Where a UAV may be beside a line, it has not left the way by which it came, which is a line of its own.
         """
         bounds = self.scenario.bounds
-        upright = lines.lax[:, 1:] * [0.0, 0.0, 1.0]
         reach = lines.strays[:, None] * np.array([error.horizontal, error.horizontal, error.vertical])
+        reach[:, 2] += lines.lax[:, 1]
         below = reach.copy()
         below[lines.roof > -np.inf, 2] = 0.0
-        within = (lines.low - below - upright >= np.array(bounds.min) - SURFACE_DEPTH) & (
-            lines.high + reach + upright <= np.array(bounds.max) + SURFACE_DEPTH
+        within = (lines.low - below >= np.array(bounds.min) - SURFACE_DEPTH) & (
+            lines.high + reach <= np.array(bounds.max) + SURFACE_DEPTH
         )
         return np.asarray(within.all(axis=1))
 
@@ -225,27 +233,27 @@ class ReturnSpace:
             for key in _distinct(columns[asked & held]):
                 x, y, roof, more, *lax = key
                 column = VerticalColumn(x, y, roof)
-                yield LineGroup(asked & (columns == key).all(axis=1), False, _strayed(error, *lax), more, column)
+                yield LineGroup(asked & (columns == key).all(axis=1), Ground.NONE, _strayed(error, *lax), more, column)
         kinds = np.column_stack([lines.lax, lines.strays])
         for kind in _distinct(kinds[asked & ~held]):
             *lax, strays = kind
             own = _strayed(error if strays else NO_ERROR, *lax)
             of = asked & (kinds == kind).all(axis=1) & ~held
             for more in np.unique(growth[of]).tolist():
-                yield LineGroup(of & (growth == more), False, own, more)
-            of = of & lines.ground
-            for wide, tall in product(np.unique(aside[of]).tolist(), np.unique(above[of]).tolist()):
-                some = of & (aside == wide) & (above == tall)
-                if self.ground is not None and some.any():
-                    deviation = TrackingError(horizontal=own.horizontal + wide, vertical=own.vertical + tall)
-                    yield LineGroup(some, True, deviation, 0.0)
+                yield LineGroup(of & (growth == more), Ground.NONE, own, more)
+            for ground in (Ground.RULES, Ground.NEAR) if len(self._asked) > 1 else ():
+                held_up = of & (lines.ground == ground)
+                for wide, tall in product(np.unique(aside[held_up]).tolist(), np.unique(above[held_up]).tolist()):
+                    some = held_up & (aside == wide) & (above == tall)
+                    if some.any():
+                        yield LineGroup(some, ground, _strayed(own, wide, tall), 0.0)
 
     def proven(self, each: Sequence[tuple[TrackingError, ReturnLines]]) -> bool:
         """Tell whether the referee proves all lines of some UAVs, which have tracking errors.
 
         Shapes are grown by the width of seams, too, so that nothing leads between two that touch.
         """
-        wanted: dict[tuple[bool, TrackingError, float, VerticalColumn | None], list[tuple[Floats, Floats]]] = (
+        wanted: dict[tuple[Ground, TrackingError, float, VerticalColumn | None], list[tuple[Floats, Floats]]] = (
             defaultdict(list)
         )
         for error, lines in each:
@@ -254,9 +262,9 @@ class ReturnSpace:
             every = np.ones(len(lines.growth), dtype=np.bool_)
             for some, ground, deviation, growth, column in self._groups(lines, error, every):
                 wanted[ground, deviation, growth, column].append((lines.starts[some], lines.ends[some]))
-        shapes: dict[bool, SolidShapes] = {}
+        shapes: dict[Ground, SolidShapes] = {}
         for (ground, deviation, growth, column), pairs in wanted.items():
-            given = self._asked(ground)
+            given = self._asked[ground]
             widened = growth + SEAM_WIDTH
             if given.terrain is not None:
                 more = {"clearance": given.ground_clearance + widened}

@@ -98,7 +98,7 @@ def _met(space: ReturnSpace, line: ReturnLines, way: WayHome) -> Obstruction:
     solid: Kind = "solid" if space.only_solids else "rule"
     if number is not None:
         return Obstruction(solid, obstacle_text(way.scenario, number), where, position, way.altitude, number)
-    if space.ground is None:
+    if space.scenario.terrain is None:
         what = "a gap between obstacles that is too narrow"
     elif space.only_solids:
         what = "the ground"

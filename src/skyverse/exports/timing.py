@@ -95,10 +95,12 @@ def timed_path(scenario: Scenario, plan: FlightPlan, tolerance: TimingTolerance)
             made.add(b, b, early, early + float(holds[k]), late, late + float(holds[k]), reach)
             early, late = early + float(holds[k]), late + float(holds[k])
         turned = reach
-    at = waypoints[-1]
-    for to in plan.ending:
+    at, error = waypoints[-1], scenario.uavs[route.uav].tracking_error
+    for left, to in zip(range(len(plan.ending))[::-1], plan.ending, strict=True):
         swift, slow = leg_seconds(at, to, plan.top_speed, plan.rates, tolerance)
-        made.add(at, to, early, early + swift, late, np.inf)
+        # it returns from wherever it is, and descends to a place that it knows
+        off = math.hypot(error.horizontal, error.vertical) if left else 0.0
+        made.add(at, to, early, early + swift, late, np.inf, off, off)
         at, early, late = to, early + swift, np.inf
     circle = circle_reach(scenario, route.uav)
     early -= circle / (plan.top_speed * (1 + tolerance.speed))  # it may leave its last leg for the circle that early

@@ -20,10 +20,9 @@ from skyverse.exports.global_positions import home
 from skyverse.exports.level_roofs import SurfacesNear
 from skyverse.exports.part_lines import Deviation, PartLines
 from skyverse.exports.return_destinations import ACCEPTANCE, Destination, may_be_taken, return_levels
-from skyverse.exports.return_lines import ReturnLines, ReturnSpace, joined, single
+from skyverse.exports.return_lines import Ground, ReturnLines, ReturnSpace, joined, single
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
-from skyverse.space.tube import NO_ERROR
 
 LARGEST_PART = 16.0
 """Metres: half the length of the longest part of a flight that is checked at once."""
@@ -42,8 +41,8 @@ TRIED_PLACES = 64
 """Places of a flight from which an altitude is tried before it is searched."""
 NEAR_HOME = 50.0
 """Metres from home within which a DJI aircraft returns without a climb, as its manual says; both are checked there."""
-LANDS_AT_ONCE = 5.0
-"""Metres from home within which a DJI aircraft lands where it is."""
+LANDS_AT_ONCE, SURELY_LANDS = 5.0, 4.5
+"""Metres from home within which a DJI aircraft lands where it is, and within which it does so however it reckons."""
 
 
 class Found(NamedTuple):
@@ -85,6 +84,7 @@ class WayHome:
         self.places = np.array([one.place for one in destinations])
         self.levels = return_levels(scenario, plan, self.places, altitude)
         self.column = np.array([one.column for one in destinations])
+        self.climb = np.array([one.climb for one in destinations])
         self.below = np.array([(one.column, one.low, one.bottom, one.roof) for one in destinations])
         self.error = scenario.uavs[plan.route.uav].tracking_error
 
@@ -188,8 +188,8 @@ class WayHome:
         at, level = middle[part], self.levels[goal]
         over = self.places[goal].copy()
         high = np.maximum(box[1][part, 2], level) - np.minimum(box[0][part, 2], over[:, 2])
-        bend = return_bends(self.scenario, at, over, half[part], high)
-        knows = (box[1][:, 2] + rise)[part] <= level  # it climbs to a level that it knows
+        bend = return_bends(self.scenario, at, over, half[part] + self.error.horizontal, high)
+        knows = (box[1][:, 2] + rise)[part] + self.error.vertical <= level  # it climbs to a level that it knows
         bow = bend - MAVLINK_ROUNDING  # which is counted already in how far it is off the leg
         known = Deviation(half[part] + bend, aside[part] + bow, bend, off[part] + bow, bend)
         free = Deviation(*(column[part] + bow for column in (half + rise, aside, upright + rise, off, rise)))
@@ -199,19 +199,21 @@ class WayHome:
             above=np.maximum(highest - top, top - lowest) + bow
         )  # it flies home at its level or higher
         across = Deviation(*(np.where(knows, a, b) for a, b in zip(known, flown, strict=True)))
-        lines = PartLines(named, box[0][part], box[1][part], strays=self.error != NO_ERROR)
+        lines = PartLines(named, box[0][part], box[1][part], self.error)
         column, roof = self._column(at, box[0][part, 2])
         foot, turn = at.copy(), at.copy()
         turn[:, 2] = over[:, 2] = top
         foot[:, 2] = np.clip(column, at[:, 2], top)
         every = np.ones(len(part), dtype=np.bool_)
-        lines.add(foot, turn, across, every, ground=False)
-        lines.add_in_column(at, foot, across, foot[:, 2] > at[:, 2], roof, ground=False)
+        climb = across._replace(above=free.above)
+        lines.add(foot, turn, climb, every, ground=Ground.NEAR, on_path=True)
+        lines.add_in_column(at, foot, climb, foot[:, 2] > at[:, 2], roof, ground=Ground.NONE, on_path=True)
         radius, beneath = ACCEPTANCE[self.plan.autopilot.name]
-        climbs = box[0][part, 2] < level
+        climbs = box[0][part, 2] - self.error.vertical < level
         lag = np.where(climbs, beneath / 2, 0.0)  # it goes on below the level, and climbs the rest on its way
         lower = np.column_stack([np.zeros((len(part), 2)), lag])
-        lines.add(turn - lower, over - lower, across, every, lax=np.column_stack([0 * lag, lag]))
+        lag = lag + np.where(knows, 0.0, self.error.vertical)  # it flies home as high as it is when it is called back
+        lines.add(turn - lower, over - lower, across, every, on_path=True, lax=np.column_stack([0 * lag, lag]))
         above = np.maximum(over[:, 2], box[1][part, 2]) + np.maximum(bend - LEG_ALLOWANCE, 0.0)
         below = self.below[goal].T
         lean = leans(np.linalg.norm(over[:, :2], axis=1), high)  # it is above where it lands, however it came there
@@ -222,13 +224,14 @@ class WayHome:
             flat[:, 2] = at[:, 2]
             least = away - half[part] - self.error.horizontal  # it may be nearer to home than it is taken to be
             near = least <= NEAR_HOME
-            outside = (away > SAME_PLACE) | (at[:, 2] > column)
-            lines.add(at, flat, free, near & outside)
-            lines.add_in_column(at, flat, free, near & ~outside, roof)
+            near &= away + aside[part] + self.error.horizontal > SURELY_LANDS
+            lines.add(at, flat, free, near, ground=Ground.NEAR, on_path=True, lax=(0.0, self.error.vertical))
             close = least <= LANDS_AT_ONCE
-            around = free.aside + self.error.horizontal
-            there = below + self._lower(at, around, close)  # it lands on what is there, not at home
-            lines.descend(at, box[1][part, 2], there, free, close, whole=True)
+            around = free.aside + 2 * self.error.horizontal
+            there = self.below[goal].T.copy()
+            there[0] = self.climb[goal]
+            there += self._lower(at, around, close)  # it lands on what is there, not at home
+            lines.descend(at, box[1][part, 2], there, free, close, on_path=True)
         return lines.made()
 
     def _lower(self, places: Floats, aside: Floats, some: NDArray[np.bool_]) -> Floats:
@@ -257,7 +260,7 @@ class WayHome:
         """
         top, roof = np.full((2, len(places)), -np.inf)
         for one in (self.destinations[0], self.end):
-            held = (np.abs(places[:, :2] - one.place[:2]).max(axis=1) <= SAME_PLACE) & (one.column > top)
-            top[held] = one.column
+            held = (np.abs(places[:, :2] - one.place[:2]).max(axis=1) <= SAME_PLACE) & (one.climb > top)
+            top[held] = one.climb
             roof[held] = np.where(lowest >= one.foot - SAME_PLACE, one.foot_roof, one.roof)[held]
         return top, roof
