@@ -91,9 +91,9 @@ def test_plan_check_and_page_tell_of_it_and_until_when_the_proof_holds(tmp_path,
     table = printed("plan", given, "-o", tmp_path / "out.json")
     assert said in table
     assert f"within limits, until {sky_seconds(planned.makespan + 1.0)}" in table
-    assert json.loads(printed("plan", given, "-o", tmp_path / "out.json", "--json"))["cautions"] == [said]
+    assert json.loads(printed("plan", given, "-o", tmp_path / "out.json", "--json"))["cautions"][0]["sentence"] == said
     page = (tmp_path / "out.html").read_text(encoding="utf-8")
-    assert "Zones or movers come to UAVs after the last arrival." in page
+    assert "What a pilot must heed." in page
     assert "WARNING: uav-1 stays at its target, inside zone 0" in page
 
 

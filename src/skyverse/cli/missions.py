@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from skyverse.cli.exit_codes import FOUND_WRONG
 from skyverse.cli.given_scenario import tell_unknown, without_way
 from skyverse.cli.judgement import judging_scenario
+from skyverse.cli.option_names import for_command_line
 from skyverse.cli.option_types import FLAG, AsJson, GivenMission, GivenScenario, Output
 from skyverse.cli.outputs import DEFAULT_FOLDER, make_folder, refuse_output
 from skyverse.cli.report import json_text, violation_data
@@ -53,7 +54,7 @@ def check(
     """
     import skyverse as sky
     from skyverse.referee import judge
-    from skyverse.space.later_cautions import later_cautions
+    from skyverse.space.mission_cautions import mission_cautions
 
     judged = sky.read_mission(mission)
     world, judged_by = judging_scenario(judged, scenario)
@@ -70,8 +71,8 @@ def check(
     for certificate in (*certificates.trajectories, apart):
         if certificate is not None and certificate.verdict is sky.Verdict.PROVEN:
             print(f"proven: {certificate.sentence}", file=aside)
-    for caution in later_cautions(world, judged.trajectories):
-        print(caution, file=aside)
+    for caution in mission_cautions(replace(judged, scenario=world)):
+        print(for_command_line(caution.sentence), file=aside)
     claims = [one for one in sky.check_optimality(world, judged) if one is not None] if optimality else []
     for claim in claims:
         print(f"{claim.verdict.value}: {claim.sentence}", file=aside)

@@ -18,7 +18,6 @@ from skyverse.cli.given_scenario import (
 )
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, WHOLE, AsJson, GivenScenario, Output, Whole
 from skyverse.cli.outputs import mission_file, refuse_output, source_from
-from skyverse.cli.overflights import tell_overflights
 from skyverse.cli.places import tracking_error_of
 from skyverse.cli.report import report
 from skyverse.cli.settings import planner_of
@@ -175,7 +174,6 @@ def plan(
             written.append(out.with_suffix(".html"))
             sky.write_html(mission, written[-1])
     report(mission, written, as_json, details)
-    tell_overflights(mission)
     if apart_in_space:
         tell_apart_by_timing(mission)
     if mission.interrupted:

@@ -7,6 +7,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from skyverse.cli.option_names import for_command_line
+
 if TYPE_CHECKING:
     from skyverse.model.mission import Mission
     from skyverse.model.verdict import Certificate, Violation
@@ -29,7 +31,7 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
     from skyverse.model.seconds import told_seconds
     from skyverse.model.what_is_proven import what_is_proven
-    from skyverse.space.later_cautions import later_cautions
+    from skyverse.space.mission_cautions import mission_cautions
     from skyverse.space.named_columns import named_columns
 
     if as_json:
@@ -66,15 +68,15 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
             if named:
                 print(named)
         print(f"Judged by scenario {mission.scenario.name!r} ({short(mission.scenario.digest)}).")
-    for caution in later_cautions(mission.scenario, mission.trajectories):
-        print(caution)
+    for caution in mission_cautions(mission):
+        print(for_command_line(caution.sentence))
     for path in written:
         print(path)
 
 
 def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
     """Return what became of each UAV, the verdict, and where the files are, as plain data."""
-    from skyverse.space.later_cautions import later_cautions
+    from skyverse.space.mission_cautions import mission_cautions
 
     costs = mission.costs if mission.complete else {}
     return {
@@ -92,7 +94,7 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
         "provenance": asdict(mission.provenance),
         "uavs": _uav_data(mission),
         "violations": [violation_data(v) for v in mission.violations],
-        "cautions": later_cautions(mission.scenario, mission.trajectories),
+        "cautions": [asdict(one) | {"sentence": for_command_line(one.sentence)} for one in mission_cautions(mission)],
     }
 
 

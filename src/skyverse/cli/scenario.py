@@ -5,7 +5,7 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -29,8 +29,9 @@ from skyverse.cli.watch import console
 from skyverse.errors import InputError
 from skyverse.maps.assembly.options import MapDetail, MapFiles, MapRegion, documentation
 from skyverse.maps.georeference.choices import Raster, Reading
+from skyverse.model.caution import stands_out
 from skyverse.model.fleet_limits import FleetLimits
-from skyverse.model.short_lines import TIMES
+from skyverse.model.short_lines import TIMES, counted, listed
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import Note
@@ -248,11 +249,12 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
     assert origin is not None
     sides = zip(low, high, scenario.lattice.step, strict=True)
     nodes = math.prod(int((b - a) / step + 1e-9) + 1 for a, b, step in sides)
-    told = [(note.file, for_command_line(note.text)) for note in notes]
+    done, heed = ([note for note in notes if _must_be_heeded(note) is kind] for kind in (False, True))
     if as_json:
         summary = {
             "file": str(output),
-            "done": [{"file": file, "text": text} for file, text in told],
+            "done": [{"file": note.file, "text": for_command_line(note.text)} for note in done],
+            "heed": [{"file": note.file, "text": for_command_line(note.text)} for note in heed],
             "bounds": {"min": low, "max": high},
             "origin": origin.model_dump(),
             "obstacles": len(scenario.obstacles),
@@ -264,20 +266,39 @@ def _report(scenario: "Scenario", notes: "list[Note]", output: Path, as_json: bo
         }
         print(json_text(summary), end="")
         return
-    for file, text in told:
-        print(f"{Path(file).name}: {text}" if file else text)
+    for note in done:
+        print(_told(note))
     for source in scenario.sources:
-        licence = source.licence or "licence unknown; say it with --licence FILE=TEXT"
-        print(f"{source.file}: {source.gives}{f', {source.crs}' if source.crs else ''}; {licence}")
+        more = "".join(f", {one}" for one in (source.crs, source.licence) if one)
+        print(f"{source.file}: {source.gives}{more}")
+    unknown = [source.file for source in scenario.sources if not source.licence]
+    if unknown:
+        print(f"licence unknown: {listed(unknown)}; say it with --licence FILE=TEXT")
+    zones = [obstacle for obstacle in scenario.obstacles if not obstacle.solid]
     print(
         f"{high[0] - low[0]:g} m by {high[1] - low[1]:g} m by {high[2] - low[2]:g} m around "
         f"{origin.latitude:g}, {origin.longitude:g}, zero at {origin.altitude:g} m amsl; "
-        f"{_counted(scenario.obstacles, 'obstacle')}, {_counted(scenario.zones, 'zone')}, "
-        f"{_counted(scenario.uavs, 'UAV')}, {_counted(scenario.targets, 'target')}; "
+        f"{counted(len(scenario.obstacles) - len(zones), 'solid obstacle')}, {counted(len(zones), 'no-fly zone')}, "
+        f"{counted(len(scenario.zones), 'zone')} that may be entered, "
+        f"{counted(len(scenario.uavs), 'UAV')}, {counted(len(scenario.targets), 'target')}; "
         f"{_kept(scenario)}; lattice of {nodes:,} nodes, {TIMES.join(f'{step:g}' for step in scenario.lattice.step)} m "
         "apart"
     )
     print(output)
+    if heed:
+        print("Before you fly, heed:")
+    for note in heed:
+        print(f"  {_told(note)}")
+
+
+def _must_be_heeded(note: "Note") -> bool:
+    return note.heed or stands_out(note.text)
+
+
+def _told(note: "Note") -> str:
+    """Return a note as it is printed."""
+    text = for_command_line(note.text)
+    return f"{Path(note.file).name}: {text}" if note.file else text
 
 
 def _kept(scenario: "Scenario") -> str:
@@ -285,8 +306,3 @@ def _kept(scenario: "Scenario") -> str:
     ground = "" if scenario.terrain is None else f" and {scenario.ground_clearance:g} m above ground"
     most = "" if scenario.max_height is None else f", at most {scenario.max_height:g} m above it"
     return f"UAVs keep {scenario.clearance:g} m from obstacles{ground}{most}"
-
-
-def _counted(things: Sequence[object], noun: str) -> str:
-    """Return how many things there are, in words."""
-    return f"{len(things):,} {noun}{'' if len(things) == 1 else 's'}"

@@ -98,7 +98,7 @@ def banner(scene: MissionScene) -> str:
         )
     if scene.cautions:
         lines = "".join(f"<li>{escape(caution)}</li>" for caution in scene.cautions)
-        verdict += card("warn", "!", "Zones or movers come to UAVs after the last arrival.", f"<ul>{lines}</ul>")
+        verdict += card("warn", "!", "What a pilot must heed.", f"<ul>{lines}</ul>")
     if scene.interrupted:
         verdict += card("warn", "❚❚", "This mission was interrupted.", "<p>What was found until then is shown.</p>")
     if scene.notes:

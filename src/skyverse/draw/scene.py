@@ -16,7 +16,7 @@ from skyverse.model.planned_flights import PlannedFlight, planned_flights
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.verdict import Fault, Verdict, Violation
-from skyverse.space.later_cautions import later_cautions
+from skyverse.space.mission_cautions import mission_cautions
 from skyverse.space.named_columns import NamedColumn, fleet_columns
 
 MAX_PROFILE_POINTS = 10_000
@@ -98,7 +98,7 @@ class MissionScene(Scene):
     where the referee found nothing wrong. The mission is `complete` when every UAV that has a target has a path to it
     and, where any UAV flies, a trajectory along the path. `bound` says what costs are compared with. The mission is
     `judged` where it has a certificate of the fleet, which no file holds. It is `proven` when its certificates say that
-    the referee proved all of it at every instant. The `cautions` tell of zones that open later. The `export_notes` are
+    the referee proved all of it at every instant. The `cautions` are what a pilot must heed. The `export_notes` are
     what an export says of its waypoints, and the `export_verdicts` are the head and the lines of its table, the columns
     of a line as words.
     """
@@ -140,7 +140,7 @@ def scene(mission: Mission) -> MissionScene:
         judged=mission.apart is not None,
         proven=proven,
         columns=tuple(fleet_columns(scenario, mission.assignment)) if proven else (),
-        cautions=tuple(later_cautions(scenario, mission.trajectories)),
+        cautions=tuple(caution.sentence for caution in mission_cautions(mission)),
     )
 
 

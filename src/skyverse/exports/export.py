@@ -35,6 +35,7 @@ from skyverse.exports.waypoint_files import ExportCertificate, WaypointOptions, 
 from skyverse.files import write
 from skyverse.model.mission import Mission
 from skyverse.model.scenario import Origin, Scenario
+from skyverse.space.mission_cautions import mission_cautions
 
 SAMPLE_RATES = {".csv": 20.0, SHOW_SUFFIX: 4.0}
 """Samples a second by suffix; for others it is 10."""
@@ -140,7 +141,7 @@ def export(
     given = mission.scenario if scenario is None else scenario
     notes, judged = require_not_refuted(mission, given, path, allow_close=allow_close)
     flown = mission if suffix in OWN_SUFFIXES else with_zones_always_active(mission, str(path), judged.certificates)
-    for note in notes:
+    for note in [*notes, *(caution.sentence for caution in mission_cautions(replace(mission, scenario=given)))]:
         on_note(note)
     left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
     if left:

@@ -1,7 +1,9 @@
-"""The words in capitals that mark what a pilot must not overlook, and how to tell what they mark."""
+"""What a pilot must not overlook: the words in capitals that mark it, and the record of what to heed of a mission."""
 
 import re
+from dataclasses import dataclass
 from enum import StrEnum
+from typing import Literal
 
 
 class Caution(StrEnum):
@@ -21,3 +23,27 @@ _BEGINS = re.compile(rf"(?:{'|'.join(Caution)})\b")
 def stands_out(said: str) -> bool:
     """Tell whether a sentence or a cell begins with a caution, so that it is shown first and marked."""
     return _BEGINS.match(said) is not None
+
+
+@dataclass(frozen=True)
+class MissionCaution:
+    """What a pilot must heed of a mission, whatever the referee says of it.
+
+    Attributes
+    ----------
+    kind
+        ``"no UAV"`` flies to a target; something of a file was ``"left out"``; a zone is ``"flown over"``; a flight is
+        ``"high"``, higher above ground than most rules allow, or ``"low"``, lower than both of its ends over ground of
+        which nobody knows what stands on it; a zone or mover ``"comes later"`` to UAVs that stay.
+    sentence
+        What it is, for people; it begins with a `Caution`.
+    names
+        The UAVs, targets or files that it is about, where they are known.
+    metres
+        How high or low; for a zone, how far above its upper end.
+    """
+
+    kind: Literal["no UAV", "left out", "flown over", "high", "low", "comes later"]
+    sentence: str
+    names: tuple[str, ...] = ()
+    metres: float | None = None

@@ -198,12 +198,15 @@ class Source(Model):
         The licence under which the file may be used, and who must be named.
     crs
         The coordinate system of the file, such as ``"EPSG:21781"``.
+    cautions
+        What was left out of the file or taken for granted, in sentences that a pilot must heed.
     """
 
     file: str
     gives: str
     licence: str = ""
     crs: str = ""
+    cautions: tuple[str, ...] = ()
 
 
 def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:

@@ -1,7 +1,7 @@
 """A scenario from the user's own maps: terrain, buildings, zones and points, cropped and brought to local metres."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -34,7 +34,7 @@ from skyverse.maps.georeference.choices import Raster
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
-from skyverse.model.caution import Caution
+from skyverse.model.caution import Caution, stands_out
 from skyverse.model.fleet_limits import FleetLimits
 from skyverse.model.scenario import (
     Bounds,
@@ -84,6 +84,8 @@ def build_scenario(options: BuildOptions) -> Scenario:
     """
     if options.geoid is not None:
         require_geoid(options.geoid)
+    told: list[Note] = []
+    options = replace(options, on_note=_kept_too(options.on_note, told))
     on_note, clearance, ground_clearance = options.on_note, options.clearance, options.ground_clearance
     rasters = [raster if isinstance(raster, Raster) else Raster(raster) for raster in options.terrain]
     starts, goals = named_places(options.uavs, "uav"), named_places(options.targets, "target")
@@ -122,7 +124,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
         on_note(Note(file.path, _summary(len(file.features), len(made), counts)))
         if file.features and not made:
             refuse_swapped(file.path, file.features, zero, region)
-            on_note(Note(file.path, "nothing of it lies in the area"))
+            on_note(Note(file.path, f"{Caution.WARNING}: nothing of it lies in the area"))
         hard = [prism for prism in made if prism.risk is None]
         if not file.is_buildings:
             hard = _closed_above(hard, options, top, file.path)
@@ -153,16 +155,33 @@ def build_scenario(options: BuildOptions) -> Scenario:
             ),
             targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
             frame=Frame(origin=zero),
-            sources=tuple(licensed(sources, options.licences or {})),
+            sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),
         )
     except ValidationError as error:
         raise InputError(f"{options.name}: {complaint(error.errors()[0])}") from None
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
-    if goals and not starts:
-        said = f"{Caution.WARNING}: there are targets, and no UAVs to fly to them"
+    if len(goals) > len(starts):
+        many = f"there are {counted(len(goals), 'target')}, and {counted(len(starts), 'UAV')} to fly to them"
+        said = f"{Caution.WARNING}: {many}; each flies to one target at most"
         on_note(Note("", Sentence(said, give=[Remedy("uavs")])))
     return built
+
+
+def _kept_too(on_note: Callable[[Note], object], told: list[Note]) -> Callable[[Note], object]:
+    """Return what passes notes on, and keeps them."""
+
+    def kept(note: Note) -> None:
+        told.append(note)
+        on_note(note)
+
+    return kept
+
+
+def _with_cautions(path: Path, source: Source, told: Sequence[Note]) -> tuple[Path, Source]:
+    """Return a source with what was told of its file that a pilot must heed."""
+    cautions = [note.text for note in told if note.file and Path(note.file) == path and stands_out(note.text)]
+    return path, source.model_copy(update={"cautions": tuple(dict.fromkeys(map(str, cautions)))})
 
 
 def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: str) -> list[Prism]:
@@ -174,7 +193,7 @@ def _closed_above(zones: list[Prism], options: BuildOptions, top: float, path: s
         ends = "zone ends" if low == 1 else "zones end"
         text = f"{low:,} {ends} below the top of the bounds, and may be flown over"
         give = [Remedy("zones_closed_above", True, "to forbid it")]
-        options.on_note(Note(path, Sentence(text, give=give)))
+        options.on_note(Note(path, Sentence(text, give=give), heed=True))
     return zones
 
 
@@ -190,7 +209,7 @@ def _limits(options: BuildOptions) -> FleetLimits:
             strays = f"{aside:g} m horizontally and {up:g} m vertically in calm air"
             told = f"UAVs may stray {strays}, by the profile {options.vehicle!r}"
             give = [Remedy("tracking_error", None, "for those in wind")]
-            options.on_note(Note("", Sentence(told, give=give)))
+            options.on_note(Note("", Sentence(told, give=give), heed=True))
         return FleetLimits(**given)
     limits = replace(OUTDOOR, **{name: value for name, value in given.items() if value is not None})
     assert limits.tracking_error is not None
@@ -299,9 +318,9 @@ def _ground(options: BuildOptions, rasters: list[Raster], origin: Origin, region
             text = (
                 f"over {closed:.2%} of the ground no height is below the ceiling and {clearance:g} m above the ground"
             )
-            options.on_note(Note("", text))
+            options.on_note(Note("", text, heed=True))
     if changes.filled:
-        options.on_note(Note("", f"{changes.filled:.2%} of the ground had no data, and was filled"))
+        options.on_note(Note("", f"{changes.filled:.2%} of the ground had no data, and was filled", heed=True))
     return relief
 
 

@@ -12,6 +12,7 @@ from skyverse.maps.georeference.choices import Choices, Reading
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, aerial_cloud, aerial_voxels
+from skyverse.model.caution import Caution
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain, Voxels
 
@@ -76,7 +77,7 @@ def voxels_of(
     """Return the voxels of a point cloud, at most one grid, and tell how many points were left out, and why."""
     solid, counts = aerial_voxels(cloud, zero, region, reach, relief, options.voxel_size)
     if solid is None:
-        options.on_note(Note(str(cloud.path), "nothing of it stands in the area"))
+        options.on_note(Note(str(cloud.path), f"{Caution.WARNING}: nothing of it stands in the area"))
         return []
     left = "".join(f", {counts[what]:,} {what} left out" for what in WHY_LEFT_OUT if counts[what])
     made = (

@@ -36,10 +36,13 @@ class Note:
         Its path, or ``""`` for what is of no single file.
     text
         What was done.
+    heed
+        Whether a pilot must heed it. What begins with a `Caution` must be heeded, too, and stays with the scenario.
     """
 
     file: str
     text: str
+    heed: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,163 @@
+"""What a pilot must heed of a mission, whatever the referee says of it: what it leaves out, and what it assumes.
+
+All that prints, draws or exports a mission takes its cautions from here.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from skyverse._typing import Floats
+from skyverse.errors import Remedy, Sentence
+from skyverse.model.caution import Caution, MissionCaution
+from skyverse.model.flight_measures import FlightMeasures, measure_flight
+from skyverse.model.mission import Mission
+from skyverse.model.planned_flights import PlannedFlight, planned_flights
+from skyverse.model.scenario import Scenario
+from skyverse.model.shape_extent import extent
+from skyverse.model.shapes import NO_FLY_ZONE, AnyShape, Voxels
+from skyverse.model.short_lines import listed
+from skyverse.model.trajectory import Trajectory
+from skyverse.space.later_cautions import later_cautions
+from skyverse.space.roof import roof_z
+from skyverse.space.world import World
+
+MAX_NAMED = 6
+"""UAVs or targets that are named in one sentence; of more it is told how many there are."""
+USUAL_CEILING = 120.0
+"""Metres above ground that most rules allow, such as those of the open category in the European Union and, as 400 feet,
+those of the United States."""
+LOWER = 1.0
+"""Metres by which a flight is lower than both of its ends before that is told."""
+APART = 1.0
+"""Metres, about, between the places of a flight at which it is asked what is below."""
+MAX_PLACES = 20_000
+"""Places of a flight at most at which it is asked what is below."""
+KINDS_OF_TREES = ("tree", "vegetation")
+
+_Flown = tuple[str, Trajectory, FlightMeasures]
+"""The name of a UAV, its flight, and what is read off it."""
+
+
+def mission_cautions(mission: Mission) -> list[MissionCaution]:
+    """Return what must be heeded of a mission as it answers its scenario; it may be one that the referee refutes."""
+    scenario, flights = mission.scenario, planned_flights(mission)
+    flown = [
+        (one.uav.name, one.trajectory, measure_flight(one.trajectory, scenario.terrain))
+        for one in flights
+        if one.trajectory is not None
+    ]
+    later = later_cautions(scenario, [one.trajectory for one in flights])
+    return [
+        *_spare_targets(scenario, flights),
+        *_left_out(scenario),
+        *_flown_over(scenario, flown),
+        *_high(scenario, flown),
+        *_low(scenario, flown),
+        *(MissionCaution("comes later", said) for said in later),
+    ]
+
+
+def _spare_targets(scenario: Scenario, flights: Sequence[PlannedFlight]) -> Iterator[MissionCaution]:
+    """Yield that there are targets to which no UAV is sent."""
+    sent = {one.target.name for one in flights if one.target is not None}
+    spare = tuple(target.name for target in scenario.targets if target.name not in sent)
+    if spare:
+        yield MissionCaution("no UAV", f"{Caution.WARNING}: no UAV flies to {_named(spare)}", spare)
+
+
+def _left_out(scenario: Scenario) -> Iterator[MissionCaution]:
+    """Yield what was left out when the scenario was made from files."""
+    for source in scenario.sources:
+        for said in source.cautions:
+            text = said.removeprefix(f"{Caution.WARNING}: ")
+            yield MissionCaution("left out", f"{Caution.WARNING}: {source.file}: {text}", (source.file,))
+
+
+def _flown_over(scenario: Scenario, flown: Sequence[_Flown]) -> Iterator[MissionCaution]:
+    """Yield a caution for each obstacle that is airspace, and not closed above, over which UAVs fly."""
+    tracks = [(name, _places(flight)) for name, flight, _ in flown]
+    for number, zone in enumerate(scenario.obstacles):
+        if zone.solid or zone.closed_above:
+            continue
+        above = {name: _least_above(scenario, zone, places) for name, places in tracks}
+        over = {name: metres for name, metres in above.items() if metres is not None}
+        if over:
+            called = f"obstacles[{number}]" + (f" ({zone.name})" if zone.name else "")
+            least, names = min(over.values()), tuple(over)
+            said = (
+                f"{Caution.WARNING}: {_named(names)} {'flies' if len(names) == 1 else 'fly'} over the "
+                f"{zone.kind or NO_FLY_ZONE} {called}, {least:.0f} m above its upper end"
+            )
+            give = [Remedy("zones_closed_above", True, "when the scenario is built, to forbid it")]
+            yield MissionCaution("flown over", Sentence(said, give=give), names, least)
+
+
+def _least_above(scenario: Scenario, zone: AnyShape, places: Floats) -> float | None:
+    """Return how far above the upper end of a zone the lowest of those places (n, 3) is that are over it, if any is."""
+    low, high = extent(zone)
+    near = places[np.all((places[:, :2] >= low[:2]) & (places[:, :2] <= high[:2]), axis=1)]
+    if not len(near):
+        return None
+    only = {"zones": (), "movers": (), "terrain": None, "max_height": None, "clearance": 0.0}
+
+    def free(closed: bool) -> NDArray[np.bool_]:
+        shape = zone.model_copy(update={"closed_above": closed})
+        return World(scenario.model_copy(update={**only, "obstacles": (shape,)})).free(near)
+
+    over = near[free(False) & ~free(True)]
+    heights = [z - roof_z(zone, (x, y, z), 0.0) for x, y, z in over.tolist()]
+    return max(0.0, min(heights)) if heights else None
+
+
+def _places(flight: Trajectory) -> Floats:
+    """Return places (n, 3) along a flight, about `APART` metres from one another."""
+    rough = flight.at(np.linspace(flight.start, flight.end, 1000)).position
+    length = float(np.linalg.norm(np.diff(rough, axis=0), axis=1).sum())
+    count = int(min(max(length / APART, 100), MAX_PLACES))
+    return flight.at(np.linspace(flight.start, flight.end, count)).position
+
+
+def _high(scenario: Scenario, flown: Sequence[_Flown]) -> Iterator[MissionCaution]:
+    """Yield that UAVs fly higher above ground than most rules allow, where nobody has said how high they may."""
+    if scenario.terrain is None or scenario.frame.origin is None or scenario.max_height is not None:
+        return
+    heights = {name: measures.highest for name, _, measures in flown if measures.highest > USUAL_CEILING}
+    if heights:
+        said = (
+            f"{Caution.WARNING}: up to {max(heights.values()):.0f} m above ground, {_named(tuple(heights))} "
+            f"{'flies' if len(heights) == 1 else 'fly'} higher than the {USUAL_CEILING:g} m that most rules allow"
+        )
+        give = [Remedy("max_height", None, "to say how high they may")]
+        yield MissionCaution("high", Sentence(said, give=give), tuple(heights), max(heights.values()))
+
+
+def _low(scenario: Scenario, flown: Sequence[_Flown]) -> Iterator[MissionCaution]:
+    """Yield that UAVs fly lower than both of their ends, over ground of which nobody knows what stands on it."""
+    ground = scenario.terrain
+    if ground is None or scenario.frame.origin is None or _knows_trees(scenario):
+        return
+    heights = {}
+    for name, flight, measures in flown:
+        ends = flight.at([flight.start, flight.end]).position
+        if measures.lowest < float((ends[:, 2] - ground.height(ends[:, :2])).min()) - LOWER:
+            heights[name] = measures.lowest
+    if heights:
+        said = (
+            f"{Caution.WARNING}: down to {min(heights.values()):.1f} m above ground, {_named(tuple(heights))} "
+            f"{'flies' if len(heights) == 1 else 'fly'} lower than both ends; trees, masts and wires are not in the "
+            "scenario"
+        )
+        give = [Remedy("ground_clearance", None, "when the scenario is built, to fly higher")]
+        yield MissionCaution("low", Sentence(said, give=give), tuple(heights), min(heights.values()))
+
+
+def _knows_trees(scenario: Scenario) -> bool:
+    """Tell whether a scenario's obstacles say what stands on the ground: points measured from the air, or trees."""
+    return any(isinstance(one, Voxels) or one.kind in KINDS_OF_TREES for one in scenario.obstacles)
+
+
+def _named(names: Sequence[str]) -> str:
+    more = len(names) - MAX_NAMED
+    return listed([*names[:MAX_NAMED], *([f"{more} more"] if more > 0 else [])])
