@@ -17,6 +17,7 @@ def scenario_text(scenario: Scenario) -> str:
         "uavs": scenario.uavs,
         "obstacles": scenario.obstacles,
         "zones": scenario.zones,
+        "sources": scenario.sources,
         "terrain": () if scenario.terrain is None else (scenario.terrain,),
     }
     if any(

@@ -31,6 +31,7 @@ NEW_IN_SCENARIO_2 = {
     "obstacles": ("solid", "closed_above", "max_speed", "active"),
     "zones": ("solid", "closed_above", "max_speed", "active"),
     "terrain": ("lowest",),
+    "sources": ("cautions",),
 }
 """The fields that version 2 brought, by the part that has them, or whose entries do; the scenario itself is ``""``."""
 
