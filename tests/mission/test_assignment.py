@@ -1,6 +1,7 @@
 """Assignments of UAVs to targets, against every permutation."""
 
 import itertools
+import time
 
 import numpy as np
 import pytest
@@ -155,6 +156,38 @@ def test_two_hundred_by_two_hundred_is_a_permutation_no_swap_improves():
             assert mine.max() <= costs.min(axis=1).max() * 3
             assert mine.max() >= max(costs.min(axis=1).max(), costs.min(axis=0).max())
             assert mine.sum() >= total
+
+
+def grid(rows, columns, origin):
+    """A formation on a grid of 5 m."""
+    return [(origin[0] + 5.0 * i, origin[1] + 5.0 * j, origin[2]) for i in range(rows) for j in range(columns)]
+
+
+def test_four_hundred_change_from_one_grid_to_another_by_one_translation():
+    """Many distances are equal. Along the way between the grids all fly as far in sum, so that nothing is shorter."""
+    away, seeds = (100.0, 0.0, 0.0), (1, 2)
+    starts, targets = (
+        np.random.default_rng(seed).permutation(grid(20, 20, place))
+        for seed, place in zip(seeds, ((0, 0, 0), away), strict=True)
+    )
+    distances = straight_line(starts, targets)
+    begun = time.process_time()
+    assigned = sky.assign(distances, "min-max")
+    assert time.process_time() - begun < 3.0  # it takes a tenth of that
+    assert sorted(assigned) == list(range(400))
+    assert max(distances[p] for p in pairs(assigned)) == pytest.approx(np.linalg.norm(away), rel=1e-12)
+
+
+@pytest.mark.parametrize("away", [(0.0, 0.0, 5.0), (10.0, 0.0, 0.0), (7.0, 3.0, 2.0)])
+@pytest.mark.parametrize(("rows", "columns"), [(2, 3), (3, 2), (1, 6)])
+def test_small_grids_of_equal_distances_against_every_permutation(rows, columns, away):
+    distances = straight_line(grid(2, 3, (0, 0, 0)), grid(rows, columns, away))
+    found = [distances[p] for p in pairs(sky.assign(distances, "min-max"))]
+    every = [distances[np.arange(6), list(order)] for order in itertools.permutations(range(6))]
+    least = min(costs.max() for costs in every)
+    assert len(found) == 6
+    assert max(found) == pytest.approx(least, rel=1e-12)
+    assert sum(found) == pytest.approx(min(costs.sum() for costs in every if costs.max() <= least + 1e-9), rel=1e-9)
 
 
 @pytest.mark.parametrize(

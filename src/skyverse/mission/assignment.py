@@ -67,12 +67,11 @@ def straight_line(starts: ArrayLike, targets: ArrayLike) -> Floats:
 
 def _smallest_maximum(matrix: Floats, possible: np.ndarray) -> float:
     """Return the smallest cost such that pairs up to it still assign as many UAVs as all pairs do."""
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import maximum_bipartite_matching
+    from scipy.optimize import linear_sum_assignment
 
     def matched(level: float) -> int:
-        allowed = csr_array(possible & (matrix <= level))
-        return int(np.sum(maximum_bipartite_matching(allowed, perm_type="column") >= 0))
+        dearer = ~possible | (matrix > level)
+        return min(matrix.shape) - int(dearer[linear_sum_assignment(dearer)].sum())
 
     levels = np.unique(matrix[possible]).tolist()
     return float(levels[bisect_left(levels, matched(levels[-1]), key=matched)])
