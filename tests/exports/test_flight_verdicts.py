@@ -78,6 +78,9 @@ def test_an_aeroplane_has_no_proven_way_home(tmp_path):
     wing = sky.FixedWing(speed=15, turn_radius=30, climb=15)
     (flight,) = certificate(handmade.mission([EAST], origin=ORIGIN, wing=wing), tmp_path).flights
     circles = "circles within 60 m of its target (NOT proven)"
+    assert flight.row == ("uav-1", "proven", circles, "NOT proven")  # it flies straight on: there are no corners
+    bent = handmade.along([(-300, 0, 50), (0, 0, 50), (200, 200, 50)], 40)
+    (flight,) = certificate(handmade.mission([bent], origin=ORIGIN, wing=wing), tmp_path).flights
     assert flight.row == ("uav-1", "NOT proven at corners", circles, "NOT proven")
 
 

@@ -17,6 +17,7 @@ ORIGIN = Origin(latitude=46.8, longitude=9.8, altitude=1500.0, geoid=52.0)
 LEVEL = Terrain(origin=(-340.0, -340.0), step=(20.0, 20.0), heights=np.zeros((35, 35)), clearance=2.0)
 TOWER = ((-10.0, 200.0, 0.0), (10.0, 220.0, 40.0))
 STRAIGHT = handmade.along([(-100, 0, 50), (100, 0, 50)], 40)
+BENT = handmade.along([(-300, 0, 50), (0, 0, 50), (200, 200, 50)], 40)
 
 
 def legs_sentence(mission, **changes):
@@ -84,7 +85,7 @@ def test_of_an_aeroplane_it_is_told_where_its_autopilot_does_not_turn_at_the_rad
     wing = sky.FixedWing(speed=15.0, turn_radius=30.0, climb=15.0)
     for one, told in ((wing, not known), (None, False)):
         notes = []
-        mission = handmade.mission([STRAIGHT], origin=ORIGIN, wing=one)
+        mission = handmade.mission([BENT], origin=ORIGIN, wing=one)
         sky.export(mission, tmp_path / f"m.{suffix}", radius=radius, on_note=notes.append)
         assert any("what its corners keep is NOT proven" in note for note in notes) == told
 

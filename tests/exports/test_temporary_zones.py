@@ -30,7 +30,7 @@ def mission(*zones):
     )
 
 
-@pytest.mark.parametrize("name", ["flight.plan", "flight.gpx", "flight.geojson", "flight.trajectory.json"])
+@pytest.mark.parametrize("name", ["flight.plan", "flight.waypoints", "flight.wpml.kmz"])
 def test_a_flight_that_depends_on_active_times_is_refused(tmp_path, name):
     planned = mission(sky.Box(**ACROSS, name="airshow", active=[[0, 20]]))
     assert planned.violations == ()
@@ -64,6 +64,14 @@ def test_a_flight_that_is_fast_only_while_a_limit_does_not_hold_is_refused(tmp_p
         sky.InputError, match=r"uav-1 keeps to the rules of zone 1 \(active from 0 s to 2 s\) by its sch"
     ):
         sky.export(planned, tmp_path / "flight.plan")
+
+
+@pytest.mark.parametrize(
+    "name", ["flight.gpx", "flight.geojson", "flight.trajectory.json", "flight.kml", "flight.geo.csv"]
+)
+def test_files_that_hold_the_times_of_a_flight_are_written(tmp_path, name):
+    planned = mission(sky.Box(**ACROSS, active=[[0, 20]]))
+    assert sky.export(planned, tmp_path / name)
 
 
 def test_plain_data_hold_the_schedule_and_are_written(tmp_path):

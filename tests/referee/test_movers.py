@@ -209,7 +209,9 @@ def test_missions_among_movers_are_exported_as_data_once_the_referee_has_judged_
     ordinary = {"max_speed": 5, "max_acceleration": 3.5, "max_jerk": 50, "max_tilt": 40, "thrust_to_weight": 2.5}
     standing = flight((0, 0, 0), (9, 0, 0), 5)
     mission = sky.plan_mission(among(stands, flown=standing, **ordinary).scenario, sky.Taut())
-    sky.export(mission, tmp_path / "out.csv")
+    here = sky.Origin(latitude=47.0, longitude=8.0, altitude=400.0, geoid=47.0)
+    for suffix in ("csv", "trajectory.yaml", "path.json", "geojson", "gpx", "geo.csv", "kml"):  # which hold its times
+        assert sky.export(mission, tmp_path / f"out.{suffix}", origin=here)
     assert (tmp_path / "out.csv").read_text().count("\n") > 20
     with pytest.raises(sky.InputError, match="the referee refutes this mission"):
         sky.export(

@@ -127,7 +127,7 @@ def export(
     """
     path = Path(path)
     suffix = export_suffix(path)
-    if suffix not in OWN_SUFFIXES:
+    if suffix in ROUTE_SUFFIXES:
         require_no_movers(mission.scenario if scenario is None else scenario, str(path))
     if suffix in ALTITUDE_REFERENCES:
         placed = with_origin(mission, origin, str(path))
@@ -140,7 +140,6 @@ def export(
         require_radius_and_takeoff(radius, takeoff)
     given = mission.scenario if scenario is None else scenario
     notes, judged = require_not_refuted(mission, given, path, allow_close=allow_close)
-    flown = mission if suffix in OWN_SUFFIXES else with_zones_always_active(mission, str(path), judged.certificates)
     for note in [*notes, *(caution.sentence for caution in mission_cautions(replace(mission, scenario=given)))]:
         on_note(note)
     left = [uav.name for uav, flight in zip(mission.scenario.uavs, mission.trajectories, strict=True) if flight is None]
@@ -150,6 +149,7 @@ def export(
         write(mission, path, rate=SAMPLE_RATES[".csv"] if rate is None else rate)
         return [path]
     if suffix in ROUTE_SUFFIXES:
+        flown = with_zones_always_active(mission, str(path), judged.certificates)
         options = WaypointOptions(
             altitude, radius, takeoff, end, autopilot, apart_in_space=apart_in_space, allow_close=allow_close
         )
@@ -180,6 +180,7 @@ def export(
     }
     text = texts.get(suffix, lambda: kml_text(placed, flights, altitude))()
     if suffix == ".kmz":
+        on_note(f"{path.name} is for Google Earth; aircraft of DJI fly files that end in .wpml.kmz.")
         write_zip(path, {"doc.kml": text})
     else:
         write_text(path, text)

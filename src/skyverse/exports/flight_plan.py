@@ -89,8 +89,9 @@ class FlightPlan:
 
     @property
     def corners_proven(self) -> bool:
-        """Whether its corners are proven: not those of an aeroplane whose autopilot turns at a distance of its own."""
-        return bool(np.isfinite(self.rates.climb)) or self.autopilot.plane_radius <= self.route.radius
+        """Whether its corners are proven: not those at which an aeroplane's autopilot turns at its own distance."""
+        known = bool(np.isfinite(self.rates.climb)) or self.autopilot.plane_radius <= self.route.radius
+        return known or len(self.waypoints) <= 2
 
     @property
     def takeoff_cut(self) -> float:

@@ -81,5 +81,5 @@ def require_no_movers(scenario: Scenario, what: str) -> None:
     if scenario.movers:
         raise InputError(
             f"{what}: scenario {scenario.name!r} has movers, and no autopilot keeps a schedule exactly enough to be "
-            "proven clear of them; export it as data (.csv, .json)"
+            "proven clear of them; formats that keep the times of the flight hold it, such as .csv, .geojson and ROS's"
         )

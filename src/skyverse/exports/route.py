@@ -117,6 +117,8 @@ class Route:
     @property
     def corners(self) -> str:
         """How corners are flown, in words."""
+        if self.radius and len(self.waypoints) <= 2:
+            return "no corners"
         held = int((self.holds[:-1] > 0).sum())
         cut = f"corners cut within {self.radius:.3g} m" if self.radius else "stopping at each"
         return cut + (f" but at {held}, where it stops" if held else "")

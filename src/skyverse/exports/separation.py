@@ -133,7 +133,7 @@ def fleet_apart(scenario: Scenario, plans: Sequence[FlightPlan]) -> FleetApart:
         elif _circles_meet(scenario, flown[pair[0]], flown[pair[1]]):
             pairs[pair] = Apart.CLOSE
             circles.add(pair)
-    unproven = {plan.route.uav for plan in plans if len(plan.waypoints) > 2 and not plan.corners_proven}
+    unproven = {plan.route.uav for plan in plans if not plan.corners_proven}
     corners = frozenset(pair for pair in doubtful if unproven & set(pair))
     return FleetApart(pairs, tolerance, violations, corners, frozenset(circles))
 

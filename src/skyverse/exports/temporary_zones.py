@@ -47,7 +47,8 @@ def with_zones_always_active(
             zones = listed([told_zone(given, number) for number in numbers if not _keeps_to(mission, uav, number)])
             raise InputError(
                 f"{what}: {given.uavs[uav].name} keeps to the rules of {zones} by its schedule alone, and no autopilot "
-                "keeps a schedule exactly enough; export it as data (.csv, .json)"
+                "keeps a schedule exactly enough; formats that keep the times of the flight hold it, such as .csv, "
+                ".geojson and ROS's"
             )
     return replace(lasting, certificates=always.trajectories, apart=always.apart)
 
