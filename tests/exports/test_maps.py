@@ -148,7 +148,7 @@ def test_a_table_has_places_on_the_globe_beside_local_metres(tmp_path):
         rows = list(csv.DictReader(file.read_text().splitlines()))
         for uav, vehicle in enumerate(mission.scenario.uavs):
             own = [row for row in rows if row["uav"] == vehicle.name]
-            globe = [(float(r["longitude"]), float(r["latitude"]), float(r["altitude_amsl"])) for r in own]
+            globe = [(float(r["longitude"]), float(r["latitude"]), float(r["altitude_amsl_m"])) for r in own]
             same_path(mission, uav, [float(r["t"]) for r in own], places_of(mission, uav, globe))
 
 

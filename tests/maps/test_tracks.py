@@ -45,7 +45,15 @@ def test_metres_are_read_as_they_stand(tmp_path_factory, places, comma, names):
     assert motion.times == tuple(row["t"] for row in rows)
 
 
-@pytest.mark.parametrize(("column", "said"), [("altitude_amsl", {}), ("altitude", {"altitude": "amsl"})])
+@pytest.mark.parametrize(
+    ("column", "said"),
+    [
+        ("altitude_amsl_m", {}),
+        ("altitude_amsl", {"unit": "m"}),
+        ("altitude (m)", {"altitude": "amsl"}),
+        ("altitude", {"altitude": "amsl", "unit": "m"}),
+    ],
+)
 def test_degrees_are_where_another_library_has_them(tmp_path, column, said):
     places = [(46.801, 9.851, 1700.0), (46.802, 9.849, 1710.5), (46.7985, 9.8475, 1650.25)]
     text = f"time,latitude,longitude,{column}\n" + "".join(
@@ -54,6 +62,60 @@ def test_degrees_are_where_another_library_has_them(tmp_path, column, said):
     motion = sky.read_track(written(tmp_path, text), HERE, **said)
     assert np.allclose(motion.points, enu(np.add(places, (0, 0, 52))), atol=1e-4)
     assert motion.times == (0, 10, 20)
+
+
+GEOMETRIC = (
+    "geoaltitude",
+    "geo_altitude",
+    "altitude_ellipsoid",
+    "altitude_amsl",
+    "altitude",
+    "alt",
+    "ele",
+    "elevation",
+)
+REFERENCE = {"altitude_ellipsoid": None, "altitude_amsl": None, "geoaltitude": None, "geo_altitude": None}
+
+
+@pytest.mark.parametrize("column", GEOMETRIC)
+@pytest.mark.parametrize("spelt", ["{}_{}", "{} ({})", "{} [{}]", "{}"])
+def test_a_track_in_feet_is_where_the_same_track_in_metres_is(tmp_path, column, spelt):
+    """An aircraft's table in either unit, as receivers and other people's libraries write it."""
+    read = []
+    for unit, foot in (("m", 1.0), ("ft", 0.3048)):
+        name = spelt.format(column, unit)
+        text = f"timestamp,icao24,latitude,longitude,{name}\n" + "".join(
+            f"{1558732719 + 2 * k},abc123,46.80,{9.85 + k / 1000},{(1500 + 10 * k) / foot:.4f}\n" for k in range(4)
+        )
+        file = written(tmp_path, text)
+        said = {} if column in REFERENCE else {"altitude": "amsl"}
+        if spelt.count("{}") == 2:
+            read.append(sky.read_track(file, HERE, **said).points)
+            other = {"m": "ft", "ft": "m"}[unit]
+            with pytest.raises(sky.InputError, match=f"is in {unit}, not in {other}"):
+                sky.read_track(file, HERE, **said, unit=other)
+        else:
+            with pytest.raises(sky.InputError, match=rf"track.csv: {column}: expected word of its unit.*unit: ft"):
+                sky.read_track(file, HERE, **said)
+            read.append(sky.read_track(file, HERE, **said, unit=unit).points)
+    assert np.allclose(*read, atol=1e-3)
+    assert np.ptp(read[0], axis=0)[2] == pytest.approx(30, abs=0.1)
+
+
+def test_only_all_columns_of_the_opensky_network_say_that_altitudes_are_metres(tmp_path):
+    assert sky.read_track(written(tmp_path, STATES), HERE, vehicle="4b1805").points
+    for changed in (STATES.replace("geoaltitude", "geo_altitude"), STATES.replace("lat,lon", "latitude,longitude")):
+        with pytest.raises(sky.InputError, match=r"altitude: expected word of its unit"):
+            sky.read_track(written(tmp_path, changed), HERE, vehicle="4b1805")
+
+
+@pytest.mark.parametrize("column", ["baroaltitude", "baro_altitude", "alt_baro", "pressure_altitude_ft"])
+def test_altitudes_that_follow_the_pressure_are_no_altitudes(tmp_path, column):
+    text = f"t,lat,lon,{column}\n0,46.8,9.85,1600\n5,46.8,9.86,1600\n"
+    with pytest.raises(sky.InputError, match=f"track.csv: {column}: follows the pressure of the air"):
+        sky.read_track(written(tmp_path, text), HERE, altitude="amsl", unit="ft")
+    geometric = text.replace(column, f"{column},geoaltitude").replace(",1600", ",1600,1650")
+    assert sky.read_track(written(tmp_path, geometric), HERE, unit="m").points[0][2] == pytest.approx(98, abs=1e-3)
 
 
 STATES = """time,icao24,lat,lon,velocity,heading,vertrate,callsign,onground,baroaltitude,geoaltitude
@@ -198,12 +260,14 @@ def test_other_bad_input_gets_one_sentence(tmp_path):
         sky.read_track(file, altitude="amsl")
     with pytest.raises(sky.InputError, match="altitude: expected 'amsl' or 'ellipsoid', found 'sea'"):
         sky.read_track(file, HERE, altitude="sea")
+    with pytest.raises(sky.InputError, match="unit: expected 'm' or 'ft', found 'km'"):
+        sky.read_track(file, HERE, altitude="amsl", unit="km")
     with pytest.raises(sky.InputError, match="gap: expected seconds above 0, found -1"):
         sky.read_track(file, HERE, altitude="amsl", gap=-1)
     with pytest.raises(sky.InputError, match="vehicle: the file has no column that names one, such as icao24"):
         sky.read_track(file, HERE, altitude="amsl", vehicle="a")
     with pytest.raises(sky.InputError, match="zero: expected seconds as in the file, found '2026-05-01T12:00:01Z'"):
-        sky.read_track(file, HERE, altitude="amsl", zero="2026-05-01T12:00:01Z")
+        sky.read_track(file, HERE, altitude="amsl", unit="m", zero="2026-05-01T12:00:01Z")
     with pytest.raises(sky.InputError, match=r"expected a track ending in .csv or .gpx, found '.kml'"):
         sky.read_track(tmp_path / "track.kml")
     with pytest.raises(sky.InputError, match=r"track2\.csv: no such file; did you mean 'track.csv'"):
@@ -242,7 +306,7 @@ def test_damaged_files_end_in_one_sentence(suffix, data, tmp_path_factory):
     path = tmp_path_factory.mktemp("damaged") / f"track.{suffix}"
     path.write_bytes(bytes(whole))
     try:
-        motion, said = sky.read_track(path, HERE, altitude="amsl"), ""
+        motion, said = sky.read_track(path, HERE, altitude="amsl", unit=None if suffix == "gpx" else "m"), ""
     except sky.InputError as error:
         motion, said = None, str(error)
     assert "\n" not in said

@@ -14,7 +14,7 @@ def geo_csv_text(scenario: Scenario, flights: list[SampledTrajectory], reference
     """Return a ``.geo.csv`` text."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["uav", "t", "latitude", "longitude", f"altitude_{reference}", "x", "y", "z"])
+    writer.writerow(["uav", "t", "latitude", "longitude", f"altitude_{reference}_m", "x", "y", "z"])
     for flight in flights:
         at = global_positions(scenario, flight.uav, flight.position, reference)
         table = np.column_stack([flight.seconds, at.latitude, at.longitude, at.altitude, flight.position])

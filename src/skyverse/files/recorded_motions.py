@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field, ValidationError
 from skyverse.errors import InputError
 from skyverse.files.document import explained
 from skyverse.maps.readers.track import LONGEST_GAP, recorded_track
-from skyverse.maps.readers.track_fixes import Reference
+from skyverse.maps.readers.track_fixes import Reference, Unit
 from skyverse.model.quantities import Model, Number, Positive
 from skyverse.model.scenario import Frame
 
@@ -20,13 +20,14 @@ class RecordedMotion(Model):
     ----------
     track
         A CSV or GPX file, beside the scenario's.
-    altitude, vehicle, zero, gap
+    altitude, unit, vehicle, zero, gap
         As for `read_track`.
     """
 
     motion: Literal["track"] = "track"
     track: Annotated[str, Field(min_length=1)]
     altitude: Reference | None = None
+    unit: Unit | None = None
     vehicle: str | None = None
     zero: Number | str | None = None
     gap: Positive = LONGEST_GAP

@@ -8,7 +8,8 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.errors import InputError, require_file, shown
 from skyverse.maps.readers import track_csv, track_gpx
-from skyverse.maps.readers.track_fixes import Fixes, Reference, time
+from skyverse.maps.readers.track_fixes import Fixes, Reference, Unit, time
+from skyverse.model.altitude import FOOT
 from skyverse.model.geodesy import to_local
 from skyverse.model.mover_motions import WaypointMotion
 from skyverse.model.quantities import MAX_INSTANT
@@ -30,6 +31,7 @@ def read_track(
     origin: Origin | None = None,
     *,
     altitude: Reference | None = None,
+    unit: Unit | None = None,
     vehicle: str | None = None,
     zero: float | str | None = None,
     gap: float = LONGEST_GAP,
@@ -41,12 +43,15 @@ def read_track(
     path
         ``.csv``, a table whose first line names its columns: ``t``, and ``x``, ``y``, ``z`` in metres or ``latitude``,
         ``longitude``, ``altitude``; state vectors as ADS-B receivers and the OpenSky Network write them have
-        ``icao24`` and ``geoaltitude``. ``.gpx``, a track.
+        ``icao24`` and ``geoaltitude``. Altitudes that follow the pressure are refused. ``.gpx``, a track.
     origin
         Where the zero of the scenario's frame lies; needed for degrees.
     altitude
         What altitudes are counted from, ``"amsl"``, mean sea level, or ``"ellipsoid"``, that of WGS84; needed unless
         the name of their column says so (``altitude_amsl``, ``altitude_ellipsoid``, ``geoaltitude``).
+    unit
+        What they are counted in, ``"m"`` or ``"ft"``; needed unless the name of their column says so
+        (``altitude_amsl_m``, ``geoaltitude_ft``), or the file is GPX or has the columns of the OpenSky Network.
     vehicle
         The vehicle, by its ``icao24`` or name, or the name of a GPX track, where the file has several.
     zero
@@ -64,9 +69,9 @@ def read_track(
     ------
     InputError
         If the file is none of these, a number is missing or none, times do not rise, a gap is too long, or it is not
-        known what altitudes are counted from; the message names file, line and column.
+        known what altitudes are counted from, and in what; the message names file, line and column.
     """
-    return recorded_track(Path(path), origin, altitude=altitude, vehicle=vehicle, zero=zero, gap=gap).motion
+    return recorded_track(Path(path), origin, altitude=altitude, unit=unit, vehicle=vehicle, zero=zero, gap=gap).motion
 
 
 def recorded_track(
@@ -74,13 +79,15 @@ def recorded_track(
     origin: Origin | None,
     *,
     altitude: Reference | None,
+    unit: Unit | None,
     vehicle: str | None,
     zero: float | str | None,
     gap: float,
 ) -> RecordedTrack:
     """Return a recorded track with its error; see `read_track`."""
-    if altitude not in (None, *get_args(Reference)):
-        raise InputError(f"expected 'amsl' or 'ellipsoid', found {shown(altitude)}", field="altitude")
+    for field, given, known in (("altitude", altitude, Reference), ("unit", unit, Unit)):
+        if given not in (None, *get_args(known)):
+            raise InputError(f"expected {' or '.join(map(repr, get_args(known)))}, found {shown(given)}", field=field)
     if isinstance(gap, bool) or not isinstance(gap, int | float) or not gap > 0:
         raise InputError(f"expected seconds above 0, found {gap!r}", field="gap")
     readers = {".csv": track_csv.fixes, ".gpx": track_gpx.fixes}
@@ -93,7 +100,7 @@ def recorded_track(
     found = reader(path, vehicle)
     _require_rising(path, found, gap)
     begin = _zero(path, found, zero)
-    points = _local(path, found, origin, altitude) if found.in_degrees else np.array(found.places)
+    points = _local(path, found, origin, altitude, unit) if found.in_degrees else np.array(found.places)
     instants = np.array(found.times) - begin
     if not np.abs(instants).max() <= MAX_INSTANT:
         raise InputError(f"{path}: its times are {MAX_INSTANT:g} s or more away from the mission's beginning")
@@ -127,7 +134,7 @@ def _zero(path: Path, found: Fixes, zero: float | str | None) -> float:
     return seconds
 
 
-def _local(path: Path, found: Fixes, origin: Origin | None, altitude: Reference | None) -> Floats:
+def _local(path: Path, found: Fixes, origin: Origin | None, altitude: Reference | None, unit: Unit | None) -> Floats:
     """Return places in degrees as local metres, (n, 3)."""
     if origin is None:
         raise InputError(f"{path}: its places are in degrees, but the scenario has no frame.origin")
@@ -141,11 +148,21 @@ def _local(path: Path, found: Fixes, origin: Origin | None, altitude: Reference 
     if reference is None:
         raise InputError(
             f"{path}: {found.heights}: expected word what it is counted from, mean sea level (altitude: amsl) or the "
-            "WGS84 ellipsoid (altitude: ellipsoid), found none"
+            "WGS84 ellipsoid (altitude: ellipsoid), found none; the altitude of ADS-B messages follows the pressure of "
+            "the air, and is neither"
         )
     if altitude is not None and altitude != reference:
         raise InputError(f"{path}: {found.heights}: is counted from {reference}, not from {altitude}")
+    counted_in = found.unit or unit
+    if counted_in is None:
+        raise InputError(
+            f"{path}: {found.heights}: expected word of its unit, metres (unit: m) or feet (unit: ft), found none"
+        )
+    if unit is not None and unit != counted_in:
+        raise InputError(f"{path}: {found.heights}: is in {counted_in}, not in {unit}")
     places = np.array(found.places)
+    if counted_in == "ft":
+        places[:, 2] *= FOOT
     if reference == "ellipsoid":
         if origin.geoid is None:
             raise InputError(

@@ -1,12 +1,13 @@
 """Recorded tracks as tables (CSV) in metres or degrees, with a line of names; also state vectors of many aircraft."""
 
 import csv
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from skyverse.errors import InputError, did_you_mean, shown, unreadable
-from skyverse.maps.readers.track_fixes import Fixes, Reference, number, time
+from skyverse.maps.readers.track_fixes import Fixes, Reference, Unit, number, time
 
 TIMES = ("t", "time", "timestamp", "seconds")
 EAST, NORTH, UP = ("x",), ("y",), ("z",)
@@ -16,14 +17,19 @@ ALTITUDES: dict[str, Reference | None] = {
     "altitude_ellipsoid": "ellipsoid",
     "geoaltitude": "ellipsoid",
     "geo_altitude": "ellipsoid",
+    "alt_geom": "ellipsoid",
     "altitude": None,
     "alt": None,
     "ele": None,
     "elevation": None,
-    "baroaltitude": None,
-    "baro_altitude": None,
 }
 """The names of altitudes, the best first, and what each is counted from, where its name says so."""
+PRESSURE_ALTITUDES = ("baroaltitude", "baro_altitude", "alt_baro", "pressure_altitude")
+"""The names of altitudes that are the pressure of the air in a standard atmosphere, wherever that is today."""
+OPENSKY = {"time", "icao24", "lat", "lon", "baroaltitude", "geoaltitude"}
+"""Names that tables of the OpenSky Network's state vectors have, in which all altitudes are in metres."""
+_NAMED_UNIT = re.compile(r"(.+?)[ _]*[ _(\[](m|ft|met(?:er|re)s?|feet|foot)[)\]]?")
+"""A name of altitudes with their unit, as in ``altitude_ft``, ``altitude (m)`` or ``alt [ft]``."""
 VEHICLES = ("icao24", "hex", "uav", "vehicle", "name")
 ERRORS = ("error", "accuracy")
 
@@ -35,6 +41,7 @@ class _Columns(NamedTuple):
     place: tuple[int, int, int]
     in_degrees: bool
     reference: Reference | None
+    unit: Unit | None
     heights: str
     vehicle: int | None
     error: int | None
@@ -71,6 +78,7 @@ def fixes(path: Path, vehicle: str | None) -> Fixes:
         places=places,
         in_degrees=columns.in_degrees,
         reference=columns.reference,
+        unit=columns.unit,
         heights=columns.heights,
         errors=errors,
     )
@@ -103,11 +111,13 @@ def _filled(reader: Any) -> Iterator[tuple[int, list[str]]]:
 
 
 def _columns(path: Path, names: list[str]) -> _Columns:
-    def find(known: tuple[str, ...]) -> int | None:
-        return next((names.index(name) for name in known if name in names), None)
+    def find(known: tuple[str, ...], among: Sequence[str] = names) -> int | None:
+        return next((among.index(name) for name in known if name in among), None)
 
     at = find(TIMES)
-    heights = find(tuple(ALTITUDES))
+    named = [_NAMED_UNIT.fullmatch(name) for name in names]
+    without_units = [name if found is None else found[1] for name, found in zip(names, named, strict=True)]
+    heights = find((*ALTITUDES, *PRESSURE_ALTITUDES), without_units)
     globe = find(LATITUDES), find(LONGITUDES), heights
     local = find(EAST), find(NORTH), find(UP)
     in_degrees = None not in globe
@@ -117,10 +127,22 @@ def _columns(path: Path, names: list[str]) -> _Columns:
             f"{path}: expected columns for the time (t) and the place (x, y, z; or latitude, longitude, altitude), "
             f"found {shown(', '.join(names), 100)}"
         )
-    height = "" if heights is None else names[heights]
     one, two, three = (place for place in places if place is not None)
-    reference = ALTITUDES.get(height) if in_degrees else None
-    return _Columns(at, (one, two, three), in_degrees, reference, height, find(VEHICLES), find(ERRORS))
+    if not in_degrees or heights is None:
+        return _Columns(at, (one, two, three), False, None, "m", names[three], find(VEHICLES), find(ERRORS))
+    written = named[heights]
+    if without_units[heights] in PRESSURE_ALTITUDES:
+        raise InputError(
+            f"{path}: {names[heights]}: follows the pressure of the air, and is off by hundreds of metres with the "
+            "weather; expected a column of geometric altitudes, such as geoaltitude"
+        )
+    unit: Unit | None = None
+    if written is not None:
+        unit = "m" if written[2].startswith("m") else "ft"
+    elif names[heights] == "geoaltitude" and set(names) >= OPENSKY:
+        unit = "m"
+    reference = ALTITUDES[without_units[heights]]
+    return _Columns(at, (one, two, three), True, reference, unit, names[heights], find(VEHICLES), find(ERRORS))
 
 
 def _of_vehicle(

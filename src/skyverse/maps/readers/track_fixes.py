@@ -9,6 +9,8 @@ from skyverse.errors import InputError, shown
 
 Reference = Literal["amsl", "ellipsoid"]
 """What altitudes are counted from: mean sea level, or the WGS84 ellipsoid."""
+Unit = Literal["m", "ft"]
+"""What altitudes are counted in."""
 FIRST_DATE = 1e8
 """Seconds since 1970 from which on numbers are taken for dates, not for seconds into a mission."""
 LAST_DATE = 1e10
@@ -32,11 +34,13 @@ class Fixes:
     first
         The earliest time in the file, of any vehicle.
     places
-        x, y, z in metres; or latitude, longitude in degrees, and altitude in metres.
+        x, y, z in metres; or latitude, longitude in degrees, and altitude in its unit.
     in_degrees
         Whether they are the latter.
     reference
         What altitudes are counted from; ``None`` where the file does not say.
+    unit
+        The unit of altitudes; ``None`` where the file does not say.
     heights
         What the file calls its altitudes.
     errors
@@ -51,6 +55,7 @@ class Fixes:
     places: list[tuple[float, float, float]]
     in_degrees: bool
     reference: Reference | None
+    unit: Unit | None
     heights: str
     errors: list[float]
 

@@ -11,7 +11,7 @@ from skyverse.maps.readers.track_fixes import Fixes, number, time
 def fixes(path: Path, vehicle: str | None) -> Fixes:
     """Return the fixes of the only track in a file, or of one that is named; its segments follow one another.
 
-    GPX does not say what elevations are counted from.
+    Elevations are in metres, by the format; it does not say what they are counted from.
 
     Raises
     ------
@@ -51,6 +51,7 @@ def fixes(path: Path, vehicle: str | None) -> Fixes:
         places=places,
         in_degrees=True,
         reference=None,
+        unit="m",
         heights="ele",
         errors=[],
     )
