@@ -29,7 +29,7 @@ def halls(tmp_path):
     for name, east, height in (("big hall", 0, 20), ("small hall", 300, 12)):
         ring = [place(east + a, b, 0)[1::-1] for a, b in ((-50, -50), (50, -50), (50, 50), (-50, 50), (-50, -50))]
         shape = {"type": "Polygon", "coordinates": [ring]}
-        features.append({"type": "Feature", "properties": {"name": name, "height": height}, "geometry": shape})
+        features.append({"type": "Feature", "properties": {"name": name, "height": f"{height} m"}, "geometry": shape})
     path = tmp_path / "halls.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
     return path

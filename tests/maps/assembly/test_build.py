@@ -246,7 +246,7 @@ def test_a_start_or_target_in_a_zone_or_near_it_is_refused_by_both_names(valley,
 
 
 def test_a_building_stands_on_the_lowest_ground_and_ends_above_the_highest(valley, tmp_path):
-    path = geojson(tmp_path / "b.geojson", (SQUARE, {"height": 12, "name": "town hall"}), license="CC0")
+    path = geojson(tmp_path / "b.geojson", (SQUARE, {"height": "12 m", "name": "town hall"}), license="CC0")
     scenario = build_scenario("valley", terrain=[valley], buildings=[path], uavs=[START], targets=[GOAL], tolerance=0)
     (prism,) = scenario.obstacles
     x, y = (at.ravel() for at in np.meshgrid(np.linspace(-49, 49, 40), np.linspace(-49, 49, 40)))
@@ -296,7 +296,9 @@ def test_what_lies_outside_is_dropped_and_what_crosses_the_edge_is_cut(valley, t
 
 
 def test_buildings_that_touch_become_one_unless_they_are_to_stay_as_they_are(valley, tmp_path):
-    row = [(outline((k * 10, 0), (k * 10 + 10, 0), (k * 10 + 10, 10), (k * 10, 10)), {"height": 9}) for k in range(4)]
+    row = [
+        (outline((k * 10, 0), (k * 10 + 10, 0), (k * 10 + 10, 10), (k * 10, 10)), {"height": "9 m"}) for k in range(4)
+    ]
     path = geojson(tmp_path / "b.geojson", *row)
     options = {"terrain": [valley], "buildings": [path], "uavs": [START], "targets": [GOAL]}
     assert len(build_scenario("v", **options, tolerance=0).obstacles) == 4

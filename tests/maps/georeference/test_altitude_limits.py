@@ -34,7 +34,7 @@ from zones import SQUARE, ZONE, collection, feature, kml, kml_polygon, refused  
         ({"upper": "100 ft", "reference": "agl"}, None, AboveGround(30.48)),
         ({"upper": "400 agl", "uom": "ft"}, None, AboveGround(121.92)),
         ({"upper": "30 m home"}, None, AboveHome(30.0)),
-        ({"height": 12}, None, AboveGround(12.0)),
+        ({"height": "12 m"}, None, AboveGround(12.0)),
         ({"building": "yes", "building:levels": "2"}, None, AboveGround(9.0)),
         ({"nothing": 1}, None, None),
     ],
@@ -59,8 +59,8 @@ def test_limits_are_read_as_their_schema_means_them(read, fields, low, high):
         ({"upper": 95, "reference": "AGL", "unit": "furlong"}, ("'unit'", "M or FT")),
         ({"upper": [1], "reference": "AGL"}, ("'upper'", "[1]")),
         ({"upper": True, "reference": "AGL"}, ("'upper'", "True")),
-        ({"upper": 10, "lower": 20, "reference": "AGL"}, ("below the upper",)),
-        ({"upper": 10, "ceiling": 20, "reference": "AGL"}, ("'upper'", "'ceiling'")),
+        ({"upper": 10, "lower": 20, "reference": "AGL", "uom": "M"}, ("below the upper",)),
+        ({"upper": 10, "ceiling": 20, "reference": "AGL", "uom": "M"}, ("'upper'", "'ceiling'")),
     ],
 )
 def test_what_could_be_either_is_refused_with_file_feature_and_field(read, fields, words):
@@ -69,17 +69,119 @@ def test_what_could_be_either_is_refused_with_file_feature_and_field(read, field
 
 def test_the_user_decides_what_bare_altitudes_are_counted_from(read):
     document = collection(feature(upper=120))
-    assert read(document, altitudes="agl")[0].high == AboveGround(120.0)
-    assert read(document, altitudes="amsl")[0].high == AboveSea(120.0)
+    assert read(document, altitudes="agl", unit="m")[0].high == AboveGround(120.0)
+    assert read(document, altitudes="amsl", unit="m")[0].high == AboveSea(120.0)
 
 
-def test_limits_without_a_unit_are_told_once_a_file_unless_the_user_says(read):
-    document, told = collection(*[feature(lower=0, upper=100, reference="AGL")] * 3), []
-    assert read(document, tell=told.append)[0].high == AboveGround(100.0)
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"lower": 0, "upper": 100, "reference": "AGL"},
+        {"lower": "0", "upper": "100 agl", "reference": "AGL"},
+        {"lower": 0, "upper": {"value": 100, "referenceDatum": "AGL"}, "reference": "AGL"},
+        {"height": 100},
+        {"building": "yes", "height": "100"},
+        {"building": "yes", "building:levels": 3, "roof:height": 100, "height": "0 m"},
+    ],
+)
+def test_limits_and_heights_without_a_unit_need_one_of_the_user(read, fields):
+    document, told = collection(feature(**fields)), []
+    refused(read, document, "zones.geojson: feature 1: '", "; give Reading(unit='m') or Reading(unit='ft')")
+    by_unit = [read(document, unit=unit, tell=told.append)[0].high.metres for unit in ("m", "ft")]
+    assert by_unit[0] - by_unit[1] == pytest.approx(100 - 30.48)
+
+
+def test_nought_needs_no_unit(read):
+    (zone,) = read(collection(feature(lower=0, upper="100 m", reference="AGL", min_height=0)))
+    assert (zone.low, zone.high) == (AboveGround(0.0), AboveGround(100.0))
+
+
+MAXIMA = ("CEILING", "max_alt", "maxAltitude", "MAX_ALTITUDE")
+
+
+@pytest.mark.parametrize("name", MAXIMA)
+def test_a_maximum_altitude_alone_may_be_what_is_permitted_or_forbidden(read, name):
+    """Cells as those of the FAA's UAS facility maps, of 400 and of 0 feet."""
+    cells = collection(*(feature(**{name: feet, "UNIT": "Feet", "MAP_EFF": "1/23/2026"}) for feet in (400, 0)))
+    refused(read, cells, f"feature 1: {name!r}", "permitted", "maximum_altitudes='forbidden'", altitudes="agl")
+    above = read(cells, altitudes="agl", maximum_altitudes="permitted")
+    assert [(zone.low, zone.high) for zone in above] == [(AboveGround(121.92), None), (AboveGround(0.0), None)]
+    told = []
+    below = read(cells, altitudes="agl", maximum_altitudes="forbidden", tell=told.append)
+    assert [(zone.low, zone.high) for zone in below] == [(None, AboveGround(121.92)), (None, None)]
     assert len(told) == 1
-    assert "3 limits without a unit taken as metres; give Reading(unit='ft') to" in told[0]
-    assert read(document, unit="ft", tell=told.append)[0].high.metres == pytest.approx(30.48)
+
+
+@pytest.mark.parametrize("fields", [{"floor": "GND"}, {"min_alt": 0}, {"lower": "10 m agl"}])
+@pytest.mark.parametrize("name", MAXIMA)
+def test_a_maximum_altitude_beside_a_minimum_is_an_upper_limit(read, name, fields):
+    (zone,) = read(collection(feature(**{name: "120 m agl"}, reference="AGL", **fields)))
+    assert zone.high == AboveGround(120.0)
+
+
+NO_LOWER = ({}, {"lower": "SFC"}, {"lower": "GND"}, {"lower": 0}, {"lower": "0 ft agl"}, {"lower": -5})
+
+
+@pytest.mark.parametrize("lower", NO_LOWER)
+@pytest.mark.parametrize("upper", [0, -1, -9999, "0 ft agl", "-1 m agl", "0", "SFC", "GND", 0.0, {"value": 0}])
+def test_a_zone_that_would_end_at_or_below_the_ground_is_shut_as_one_without_limits(read, upper, lower):
+    told = []
+    fields = {"upper": upper, "reference": "AGL", "uom": "M", **lower}
+    (zone,) = read(collection(feature(**fields)), tell=told.append)
+    assert (zone.low, zone.high) == (None, None)
+    (said,) = told
+    assert "1 with an upper limit at or below the ground, which is none: shut from the ground up" in said
+
+
+def test_a_zone_that_would_end_below_where_it_begins_is_refused(read):
+    for upper in (0, -1, 40):
+        refused(read, collection(feature(lower=50, upper=upper, reference="AGL", uom="M")), "below the upper end")
+
+
+def test_corners_at_or_below_the_ground_are_no_upper_limit_either(read):
+    told = []
+    (zone,) = read(
+        collection(feature([[[*place, -3.0] for place in SQUARE]], use="none")), altitudes="agl", tell=told.append
+    )
+    assert (zone.low, zone.high) == (None, None)
     assert len(told) == 1
+
+
+LAYER = {"upper": 900, "upperReference": "AGL", "lower": 45, "lowerReference": "AGL"}
+
+
+@pytest.mark.parametrize("name", ["verticalLayer", "VerticalLayer", "vertical_layer", "layer"])
+@pytest.mark.parametrize("unit", ["UOM", "uom"])
+def test_limits_and_names_within_a_property_are_read(read, name, unit):
+    zone = {"identifier": "X1", "name": "HELIPORT", "type": "REQ_AUTHORIZATION"}
+    (found,) = read(collection(feature(UASZone=zone, **{name: LAYER | {unit: "M"}})))
+    assert (found.low, found.high) == (AboveGround(45.0), AboveGround(900.0))
+    assert (found.name, found.kind) == ("HELIPORT", "REQ_AUTHORIZATION")
+    assert read(collection(feature(), feature(UASZone=zone | {"type": "NO_RESTRICTION"})))[0].name is None
+    twice = collection(feature(upper=800, **{name: LAYER | {unit: "M"}}))
+    refused(read, twice, f"feature 1: 'upper': expected it once, found 800 and 900 in {name!r}")
+
+
+def test_a_note_names_limits_within_other_properties(read):
+    told = []
+    read(collection(feature(volume={"airspace": LAYER})), tell=told.append)
+    assert told[1].endswith("1 of them have a field 'volume.airspace.upper', which is not read as a limit")
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [((0, 0), AboveGround(1000.0)), ((1, 0), AboveGround(304.8)), ((0, 1), AboveSea(1000.0)), ((6, 2), None)],
+)
+def test_numbers_of_openaip_stand_for_words(read, said, meant):
+    unit, datum = said
+    document = collection(feature(upperLimit={"value": 1000, "unit": unit, "referenceDatum": datum}))
+    if meant is None:
+        refused(read, document, "'upperLimit': flight levels follow the pressure")
+    else:
+        assert read(document)[0].high.metres == pytest.approx(meant.metres)
+        assert type(read(document)[0].high) is type(meant)
+    unknown = collection(feature(upperLimit={"value": 1000, "unit": 9, "referenceDatum": 1}))
+    refused(read, unknown, "'referenceDatum': expected AGL or AMSL, found 1")
 
 
 @pytest.mark.parametrize(
@@ -131,7 +233,7 @@ def test_a_field_that_is_said_twice_is_refused(read):
     document = json.dumps(collection(feature())).replace(json.dumps(ZONE), twice)
     words = "zones.geojson: field 'upper': expected it once in an object, found it 2 times: 2500 and 1"
     refused(read, document, words, "where 'name' is 'A'")
-    spelt = collection(feature(maxAlt=2500, max_alt=1, reference="AMSL"))
+    spelt = collection(feature(maxAlt=2500, max_alt=1, reference="AMSL", uom="M"))
     refused(read, spelt, "feature 1: fields 'maxAlt' and 'max_alt' say different things; keep one")
     data = "".join(f'<Data name="upper"><value>{value}</value></Data>' for value in ("2500 m amsl", "1 m agl"))
     document = kml(f"<ExtendedData>{data}</ExtendedData>" + kml_polygon())

@@ -52,9 +52,9 @@ def test_a_field_of_risk_opens_no_zone_unless_the_user_does(read):
 @pytest.mark.parametrize("name", ["office space", "flyover", "Geofence Ltd", "tower", None])
 def test_buildings_are_solid_and_zones_are_not_whatever_they_are_called(read, name):
     said = {} if name is None else {"category": name, "name": name}
-    assert [one.solid for one in read(collection(feature(**said, height=10)), kind="building")] == [True]
+    assert [one.solid for one in read(collection(feature(**said, height="10 m")), kind="building")] == [True]
     assert [one.solid for one in read(collection(feature(**said, **ZONE)))] == [False]
-    assert [one.solid for one in read(collection(feature(building="office", height=10)))] == [True]
+    assert [one.solid for one in read(collection(feature(building="office", height="10 m")))] == [True]
 
 
 def test_buildings_stand_on_the_ground_and_need_a_height(read):
@@ -62,16 +62,19 @@ def test_buildings_stand_on_the_ground_and_need_a_height(read):
     refused(read, plain, "feature 1", "Reading.building_height", kind="building")
     (house,) = read(plain, kind="building", building_height=8.0)
     assert (house.kind, house.low, house.high) == ("building", None, AboveGround(8.0))
-    (tower,) = read(collection(feature(h_max=31.5)), kind="building", height_field="h_max")
+    (tower,) = read(collection(feature(h_max="31.5 m")), kind="building", height_field="h_max")
     assert tower.high == AboveGround(31.5)
 
 
 def test_of_several_heights_the_greatest_counts_and_guesses_are_told(read):
-    document, told = collection(feature(height=3, measuredHeight=30), feature(levels=2, **{"building:levels": 4})), []
+    document, told = (
+        collection(feature(height="3 m", measuredHeight="30 m"), feature(levels=2, **{"building:levels": 4})),
+        [],
+    )
     assert [one.high.metres for one in read(document, kind="building", tell=told.append)] == [30.0, 15.0]
     assert ["several heights" in sentence for sentence in told] == [True, False]
     assert "1 with a height guessed from levels" in told[1]
-    chosen = read(collection(feature(height=3, measuredHeight=30)), kind="building", height_field="height")
+    chosen = read(collection(feature(height="3 m", measuredHeight=30)), kind="building", height_field="height")
     assert chosen[0].high == AboveGround(3.0)
 
 
@@ -304,7 +307,7 @@ def test_a_missing_library_is_named_with_the_line_that_installs_it(read, monkeyp
 @pytest.mark.slow
 def test_five_thousand_footprints_are_read_in_seconds(read):
     rings = [[[x + 7 + k % 200 / 100, y + k // 200 / 100] for x, y in SQUARE] for k in range(5_000)]
-    text = json.dumps(collection(*(feature([ring], height=5 + k % 9) for k, ring in enumerate(rings))))
+    text = json.dumps(collection(*(feature([ring], height=f"{5 + k % 9} m") for k, ring in enumerate(rings))))
     start = time.process_time()
     assert len(read(text, kind="building")) == 5_000
     assert time.process_time() - start < 6

@@ -29,9 +29,9 @@ RADII = [
     ({"radius": "1000ft"}, 304.8),
     ({"radius": {"value": 1.5, "unit": "km"}}, 1500),
     ({"radius_km": 1.5}, 1500),
-    ({"radiusInMeters": 250, "radius": 250}, 250),
+    ({"radiusInMeters": 250, "radius": "250 m"}, 250),
     ({"radius": 1.5, "unit": "km"}, 1500),
-    ({"radius": 500, **ZONE}, 500),
+    ({"radius": 500, "unit": "m", **ZONE}, 500),
     ({"radius": 500, "unit": "ft", "upper": 400, "reference": "AGL"}, 500),
 ]
 
@@ -53,13 +53,24 @@ def test_a_radius_is_in_the_unit_that_stands_beside_it(read, fields, metres):
         ({"radius": 3, "unit": "deg"}, "'unit': expected m, km, ft, NM or mi, found 'deg'"),
         ({"radius": "wide"}, "'radius': expected metres above zero, at most 100000, found 'wide'"),
         ({"radius": "3 km", "radiusUnit": "m"}, "fields 'radiusUnit' and 'radius' say different units; keep one"),
-        ({"radius": 3, "radius_km": 3}, "fields 'radius' and 'radius_km' say different things; keep one"),
+        ({"radius": "3 m", "radius_km": 3}, "fields 'radius' and 'radius_km' say different things; keep one"),
         ({"radius": 300, "radiusUnit": "km"}, "'radius': expected metres above zero, at most 100000, found 300"),
-        ({"radius": -3}, "'radius': expected metres above zero"),
+        ({"radius": -3, "radiusUnit": "m"}, "'radius': expected metres above zero"),
+        ({"radius": 3}, "'radius': could be metres or feet, as the file does not say; give Reading(unit='m') or"),
+        ({"radius": "3", **ZONE}, "'radius': could be metres or feet"),
     ],
 )
 def test_a_radius_in_no_unit_that_is_known_is_refused(read, fields, words):
     refused(read, collection(feature([7.0, 47.0], "Point", **fields)), "zones.geojson: feature 1", words, buffer=10)
+
+
+def test_a_radius_without_a_unit_is_in_the_unit_that_is_given_or_that_of_its_format(read):
+    for unit, metres in (("m", 300), ("ft", 91.44)):
+        (disc,) = read(collection(feature([7.0, 47.0], "Point", radius=300, **ZONE)), unit=unit)
+        assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(2 * metres, rel=0.01)
+    part = {"type": "Point", "coordinates": [7.0, 47.0], "extent": {"subType": "Circle", "radius": 300}}
+    (disc,) = read(collection({"type": "Feature", "properties": ZONE, "geometry": part}))
+    assert np.ptp(disc.outline[:, 1]) * 111_180 == pytest.approx(600, rel=0.01)
 
 
 def test_the_unit_of_a_circle_is_not_that_of_the_limits_of_its_zone(read):

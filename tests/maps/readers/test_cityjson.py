@@ -220,7 +220,7 @@ def test_a_level_of_detail_is_a_number(read):
 
 def test_a_flat_footprint_gets_its_height_from_its_attributes_or_the_user(read):
     flat_one = {"type": "Building", "geometry": [surfaces(FACES[:1], "0")]}
-    assert read(city({"a": {**flat_one, "attributes": {"measuredHeight": 9.5}}}))[0].high == AboveGround(9.5)
+    assert read(city({"a": {**flat_one, "attributes": {"measuredHeight": 9.5}}}), unit="m")[0].high == AboveGround(9.5)
     assert read(city({"a": flat_one}), building_height=4.0)[0].high == AboveGround(4.0)
     with pytest.raises(InputError, match=r"a: .*Reading\.building_height"):
         read(city({"a": flat_one}))

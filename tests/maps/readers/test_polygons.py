@@ -72,7 +72,7 @@ def test_lines_and_points_get_a_width_or_are_refused(read):
     line = feature([[7.0, 47.0], [7.01, 47.0]], "LineString")
     refused(read, collection(line), "line", "Reading.buffer")
     refused(read, collection(feature([7.0, 47.0], "Point")), "point", "Reading.buffer")
-    (disc,) = read(collection(feature([7.0, 47.0], "Point", radius=50, **ZONE)))
+    (disc,) = read(collection(feature([7.0, 47.0], "Point", radius="50 m", **ZONE)))
     assert abs(GEOD.geometry_area_perimeter(polygon(disc))[0]) == pytest.approx(math.pi * 50**2, rel=0.01)
     (strip,) = read(collection(line), buffer=20.0)
     length = GEOD.inv(7.0, 47.0, 7.01, 47.0)[2]

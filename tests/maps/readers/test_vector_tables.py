@@ -26,7 +26,9 @@ def test_tables_come_back_from_their_coordinates_with_their_fields(tmp_path, suf
     fields = [np.array([12.5, np.nan]), np.array(["Haus", "Hütte"], dtype=object)]
     shapes = shapely.to_wkb(np.array([house, hut]))
     write(path, shapes, fields, ["height", "name"], geometry_type="Polygon", crs="EPSG:2056")
-    first, second = sorted(read_features(path, Choices(kind="building", building_height=4.0)), key=lambda f: f.name)
+    first, second = sorted(
+        read_features(path, Choices(kind="building", building_height=4.0, unit="m")), key=lambda f: f.name
+    )
     assert (first.name, first.high) == ("Haus", AboveGround(12.5))
     assert (second.name, second.high) == ("Hütte", AboveGround(4.0))
     same = shapely.Polygon(SQUARE, [COURT])

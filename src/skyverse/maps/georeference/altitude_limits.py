@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
+from typing import Any
 
 from skyverse.errors import InputError, Remedy
 from skyverse.maps.georeference.choices import Choices
@@ -12,6 +13,11 @@ from skyverse.model.altitude import FOOT, MAX_WRITTEN, AboveGround, AboveHome, A
 LOWER_FIELDS = ("lowerlimit", "lower", "minaltitude", "minalt", "altitudelower", "loweraltitude", "floor")
 UPPER_FIELDS = ("upperlimit", "upper", "maxaltitude", "maxalt", "altitudeupper", "upperaltitude", "ceiling")
 """Plain names of the fields that hold a lower limit, and an upper limit."""
+MAXIMUM_FIELDS = ("maxaltitude", "maxalt", "ceiling")
+"""Upper limits that, without a lower one, may be the altitude up to which flight is permitted, not forbidden.
+
+Such are the cells of the FAA's UAS facility maps, whose ``CEILING`` is the altitude up to which flight is authorised.
+"""
 _UNIT_WORDS = ("uomdimensions", "uomdimensi", "uom", "unit", "units", "unitofmeasure", "unitofmeasurement")
 _REFERENCE_FIELDS = ("verticalreference", "reference", "referencedatum", "altitudereference", "datum")
 
@@ -44,8 +50,17 @@ METRES_PER_LIMIT_UNIT = {
 }
 """By a unit's plain name."""
 _WRITTEN_NUMBER = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)\s*", re.IGNORECASE)
+_OPENAIP_UNITS = {0: "m", 1: "ft", 6: None}
+_OPENAIP_REFERENCES = {0: "GND", 1: "MSL", 2: "STD"}
+"""The numbers that openAIP's airspaces have in place of words, beside a limit's value; 6 are flight levels."""
+GIVE_UNIT = (Remedy("Reading.unit", "m"), Remedy("Reading.unit", "ft"))
+"""What helps where a file does not say the unit of its altitudes."""
 GIVE_ALTITUDES = (Remedy("Reading.altitudes", "agl"), Remedy("Reading.altitudes", "amsl"))
 """What helps where a file does not say what its altitudes are counted from."""
+GIVE_MAXIMUM_ALTITUDES = (
+    Remedy("Reading.maximum_altitudes", "permitted", "to shut what is above"),
+    Remedy("Reading.maximum_altitudes", "forbidden", "to shut what is below"),
+)
 
 
 def altitude_limits(fields: Fields, where: str, choices: Choices) -> tuple[Altitude | None, Altitude | None, bool]:
@@ -56,15 +71,47 @@ def altitude_limits(fields: Fields, where: str, choices: Choices) -> tuple[Altit
     Raises
     ------
     InputError
-        If a number could be above the sea or above ground, or fields contradict one another.
+        If a number could be above the sea or above ground, metres or feet, an altitude up to which flight is permitted
+        or forbidden, or if fields contradict one another.
     """
     low, has_low = _limit(fields, "lower", LOWER_FIELDS, where, choices)
     high, has_high = _limit(fields, "upper", UPPER_FIELDS, where, choices)
+    if not has_low and (name := _maximum(fields)) is not None:
+        if choices.maximum_altitudes is None:
+            raise InputError(
+                f"{where}: {name!r}: without a lower limit, it could be the altitude up to which flight is permitted, "
+                "as in the FAA's UAS facility maps, or forbidden",
+                give=GIVE_MAXIMUM_ALTITUDES,
+            )
+        if choices.maximum_altitudes == "permitted":
+            low, high = high, None
+    low, high = from_the_ground(low, high, choices)
     if low is not None and high is not None and type(low) is type(high) and low.metres >= high.metres:
         raise InputError(
             f"{where}: expected a lower end below the upper end, found {low.metres:g} m and {high.metres:g} m"
         )
     return low, high, has_low or has_high
+
+
+def from_the_ground(
+    low: Altitude | None, high: Altitude | None, choices: Choices
+) -> tuple[Altitude | None, Altitude | None]:
+    """Return the limits of a zone, without any for one that would end at or below the ground it begins at.
+
+    Such an upper limit stands for a missing one, and the zone is shut as one that names none.
+    """
+    begins_on_ground = low is None or (isinstance(low, AboveGround) and low.metres <= 0)
+    if not (begins_on_ground and isinstance(high, AboveGround) and high.metres <= 0):
+        return low, high
+    what = "shut" if choices.risk is None else "risky"
+    choices.count(f"with an upper limit at or below the ground, which is none: {what} from the ground up")
+    return None, None
+
+
+def _maximum(fields: Fields) -> str | None:
+    """Return the name of the field that holds the upper limit, where only fields of `MAXIMUM_FIELDS` do."""
+    names = [name for name, _ in fields.of(*UPPER_FIELDS)]
+    return names[0] if names and all(plain(name) in MAXIMUM_FIELDS for name in names) else None
 
 
 def _limit(
@@ -81,12 +128,12 @@ def _altitude(value: object, field: str, side: str, fields: Fields, where: str, 
     place = f"{where}: {field!r}"
     beside = [fields]
     if isinstance(value, Mapping):  # such as {"value": 400, "unit": "FT", "referenceDatum": "AGL"}
-        beside = [Fields({str(name): held for name, held in value.items()}), fields]
+        beside = [Fields(_in_words({str(name): held for name, held in value.items()})), fields]
         value = beside[0].get("value")
     unit: str | None = None
     if isinstance(value, str):
-        if plain(value) in ("gnd", "sfc", "ground", "surface") and side == "lower":
-            return None
+        if plain(value) in ("gnd", "sfc", "ground", "surface"):
+            return None if side == "lower" else AboveGround(0.0)
         if plain(value) in ("unl", "unlimited", "unltd") and side == "upper":
             return None
         written = _WRITTEN_NUMBER.fullmatch(value) if len(value) <= MAX_WRITTEN else None
@@ -94,8 +141,18 @@ def _altitude(value: object, field: str, side: str, fields: Fields, where: str, 
             return _parsed(value, place, _unit_beside(beside, side, where, choices))
         value, unit = float(written[1]), written[2].lower() or None
     number = number_of(value, place)
-    scale = METRES_PER_LIMIT_UNIT[unit] if unit else _scale(beside, side, where, choices, number)
-    return _reference(beside, side, place, choices)(number * scale)
+    reference = _reference(beside, side, place, choices)
+    scale = METRES_PER_LIMIT_UNIT[unit] if unit else _scale(beside, side, place, where, choices, number)
+    return reference(number * scale)
+
+
+def _in_words(said: dict[str, Any]) -> dict[str, Any]:
+    """Return an altitude's fields with words in place of openAIP's numbers, where all of them are such."""
+    unit, reference = said.get("unit"), said.get("referenceDatum")
+    if type(unit) is int and type(reference) is int and unit in _OPENAIP_UNITS and reference in _OPENAIP_REFERENCES:
+        words = {"unit": _OPENAIP_UNITS[unit], "referenceDatum": _OPENAIP_REFERENCES[reference]}
+        return {**said, **words, "value": f"FL{said.get('value')}" if unit == 6 else said.get("value")}
+    return said
 
 
 def _parsed(text: str, place: str, unit: float | None) -> Altitude:
@@ -104,7 +161,7 @@ def _parsed(text: str, place: str, unit: float | None) -> Altitude:
     except ValueError as error:
         if re.match(r"\s*FL\s*\d", text, re.IGNORECASE):
             raise InputError(f"{place}: flight levels follow the pressure; give metres or feet amsl") from None
-        give = [Remedy("Reading.unit", "ft", "to take it as feet")] if "in m or ft" in str(error) else []
+        give = GIVE_UNIT if "in m or ft" in str(error) else ()
         raise InputError(f"{place}: {error}", give=give) from None
 
 
@@ -120,14 +177,12 @@ def _unit_beside(beside: Iterable[Fields], side: str, where: str, choices: Choic
     return None if choices.unit is None else METRES_PER_LIMIT_UNIT[choices.unit]
 
 
-def _scale(beside: Iterable[Fields], side: str, where: str, choices: Choices, number: float) -> float:
-    """Return the metres in a unit of one limit."""
+def _scale(beside: Iterable[Fields], side: str, place: str, where: str, choices: Choices, number: float) -> float:
+    """Return the metres in a unit of one limit; nought needs none."""
     unit = _unit_beside(beside, side, where, choices)
-    if unit is not None:
-        return unit
-    if number != 0:
-        choices.count("limits without a unit taken as metres", Remedy("Reading.unit", "ft", "to take them as feet"))
-    return 1.0
+    if unit is None and number != 0:
+        raise InputError(f"{place}: could be metres or feet, as the file does not say", give=GIVE_UNIT)
+    return unit or 1.0
 
 
 def _reference(beside: Iterable[Fields], side: str, place: str, choices: Choices) -> Reference:

@@ -49,8 +49,11 @@ class Reading:
     altitudes
         What altitudes without a reference are counted from: ``"agl"``, the ground, or ``"amsl"``, mean sea level.
     unit
-        The unit, ``"m"`` or ``"ft"``, of zones' limits, buildings' heights and points' altitudes that have none. When
-        left out they are metres, and a note says so. OpenStreetMap's heights without a unit are always metres.
+        The unit, ``"m"`` or ``"ft"``, of zones' limits, buildings' heights and points' altitudes that have none; such
+        are refused when it is left out. OpenStreetMap's heights without a unit are always metres.
+    maximum_altitudes
+        What a zone's maximum altitude or ceiling means that has no lower limit beside it: the altitude up to which
+        flight is ``"permitted"``, so that all above is shut, as in the FAA's UAS facility maps, or ``"forbidden"``.
     building_height
         The height, metres, of buildings whose file gives no usable height.
     height_field
@@ -65,6 +68,7 @@ class Reading:
 
     altitudes: Literal["agl", "amsl"] | None = None
     unit: Literal["m", "ft"] | None = None
+    maximum_altitudes: Literal["permitted", "forbidden"] | None = None
     building_height: float | None = None
     height_field: str | None = None
     buffer: float | None = None
@@ -78,6 +82,10 @@ class Reading:
             )
         if self.unit not in (None, "m", "ft"):
             raise InputError(f"expected m or ft, found {self.unit!r}", field="Reading.unit")
+        if self.maximum_altitudes not in (None, "permitted", "forbidden"):
+            raise InputError(
+                f"expected permitted or forbidden, found {self.maximum_altitudes!r}", field="Reading.maximum_altitudes"
+            )
         for name in ("building_height", "buffer"):
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0):

@@ -29,9 +29,16 @@ class Fields:
         return (field for name in names for field in self._fields.get(name, ()))
 
     def first_number(self, *words: str) -> str | None:
-        """Return the name of the first field that holds a number and has any of these words in its plain name."""
+        """Return the name of the first field that holds a number and has any of these words in its plain name.
+
+        A field within a field is named as in ``volume.upper``.
+        """
         for name, found in self._fields.items():
             for written, value in found:
+                if isinstance(value, Mapping):
+                    within = Fields({str(key): held for key, held in value.items()}).first_number(*words)
+                    if within is not None:
+                        return f"{written}.{within}"
                 starts = isinstance(value, str) and value.strip()[0].isdigit()
                 is_number = starts or (isinstance(value, int | float) and not isinstance(value, bool))
                 if is_number and any(word in name for word in words):

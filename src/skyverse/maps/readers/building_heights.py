@@ -4,6 +4,7 @@ import math
 import re
 
 from skyverse.errors import InputError, Remedy, shown
+from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.fields import Fields
 from skyverse.model.altitude import FOOT, AboveGround
@@ -50,10 +51,10 @@ def building_limits(tags: Fields, where: str, choices: Choices) -> tuple[AboveGr
     Raises
     ------
     InputError
-        If nothing usable is said of its height, and `choices` have no height for such buildings.
+        If nothing usable is said of its height, and `choices` have no height for such buildings, or it has no unit.
     """
     high = _height(tags, where, choices)
-    lows = (length_in_metres(value, _unit(choices)) for _, value in tags.of(*MIN_HEIGHT_FIELDS))
+    lows = (_length(field, value, where, choices) for field, value in tags.of(*MIN_HEIGHT_FIELDS))
     low = next((metres for metres in lows if metres is not None), None)
     if low is None:
         steps = number_of_levels(tags.get("building:min_level"))
@@ -71,7 +72,7 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     found: set[float] = set()
     chosen = [(own, tags.get(own))] if own and tags.get(own) is not None else []
     for field, value in [*chosen, *tags.of(*HEIGHT_FIELDS)]:
-        height = length_in_metres(value, _unit(choices))
+        height = _length(field, value, where, choices)
         if height is not None and math.isfinite(height) and height > 0:
             if field == own:
                 return height
@@ -85,7 +86,7 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     number = number_of_levels(tags.get("building:levels"))
     if number is not None and number > 0:
         choices.count("with a height guessed from levels")
-        return LEVEL_HEIGHT * number + _roof_height(tags, _unit(choices))
+        return LEVEL_HEIGHT * number + _roof_height(tags, where, choices)
     if choices.building_height is not None:
         if unread:
             choices.tell(f"{where}: {unread}; taken as {choices.building_height:g} m")
@@ -94,13 +95,18 @@ def _height(tags: Fields, where: str, choices: Choices) -> float:
     raise InputError(f"{where}: {reason}", give=[Remedy("Reading.building_height", None, "for buildings without one")])
 
 
-def _unit(choices: Choices) -> float:
-    """Return the metres that a height without a unit counts."""
-    return FOOT if choices.unit == "ft" else 1.0
+def _length(field: str, value: object, where: str, choices: Choices) -> float | None:
+    """Return a length in metres, or ``None`` where a field holds none; refuse one without a unit that has one."""
+    if choices.unit is not None:
+        return length_in_metres(value, METRES_PER_LIMIT_UNIT[choices.unit])
+    metres = length_in_metres(value)
+    if metres != length_in_metres(value, FOOT):
+        raise InputError(f"{where}: {field!r}: could be metres or feet, as the file does not say", give=GIVE_UNIT)
+    return metres
 
 
-def _roof_height(tags: Fields, unit: float) -> float:
-    height = length_in_metres(tags.get("roof:height"), unit)
+def _roof_height(tags: Fields, where: str, choices: Choices) -> float:
+    height = _length("roof:height", tags.get("roof:height"), where, choices)
     if height is not None and height >= 0:
         return height
     number = number_of_levels(tags.get("roof:levels"))

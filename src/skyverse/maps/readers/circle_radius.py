@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from skyverse.errors import InputError, shown
-from skyverse.maps.georeference.altitude_limits import METRES_PER_LIMIT_UNIT, UNIT_FIELDS
+from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT, UNIT_FIELDS
 from skyverse.maps.georeference.choices import MAX_BUFFER, Choices
 from skyverse.maps.georeference.fields import Fields, looked_up, plain
 from skyverse.maps.readers.building_heights import length_in_metres
@@ -34,13 +34,13 @@ _WRITTEN_RADIUS = re.compile(r"\s*(\d+(?:\.\d*)?|\.\d+)\s*([a-z][a-z ]*)?", re.I
 def circle_radius(fields: Fields, where: str, choices: Choices) -> float | None:
     """Return a circle's radius in metres, or ``None`` where its file gives none.
 
-    Its unit stands in the field itself, in the field's name, or in a field beside it; without any it is metres. The
-    unit of limits counts for the radius only where it is one that limits are not given in, such as kilometres.
+    Its unit stands in the field itself, in the field's name, or in a field beside it, or is the user's. The unit of
+    limits counts for the radius only where it is one that limits are not given in, such as kilometres.
 
     Raises
     ------
     InputError
-        If it is no radius, its unit is not known, or two fields contradict each other.
+        If it is no radius, its unit is not known or not said, or two fields contradict each other.
     """
     found = [(name, _metres(value, name, fields, where, choices)) for name, value in fields.of("radius")]
     for name, value in fields.of(*_FIELDS_WITH_UNIT):
@@ -59,6 +59,15 @@ def fields_of_circle(fields: Mapping[str, Any], *left_out: str) -> dict[str, Any
     }
 
 
+def fields_of_standard_circle(circle: Mapping[str, Any], beside: Mapping[str, Any], *left_out: str) -> dict[str, Any]:
+    """Return a circle's own fields, for a circle of ED-269 and ED-318, which is in metres where no unit is said.
+
+    Fields `beside` may hold a unit of limits.
+    """
+    said = Fields({**beside, **circle}).of(*UNIT_FIELDS, *_RADIUS_UNIT_FIELDS)
+    return fields_of_circle(circle, *left_out) | ({} if any(said) else {"radius unit": "m"})
+
+
 def _metres(value: object, field: str, fields: Fields, where: str, choices: Choices) -> float:
     place = f"{where}: {field!r}"
     if isinstance(value, Mapping):  # such as {"value": 1.5, "unit": "km"}
@@ -72,8 +81,11 @@ def _metres(value: object, field: str, fields: Fields, where: str, choices: Choi
         raise InputError(f"{where}: fields {beside[0][0]!r} and {beside[-1][0]!r} say different units; keep one")
     if beside:
         return _number(value if written is None else float(written[1]), beside[0][1], place)
-    scale = 1.0
-    for name, said in fields.of(*UNIT_FIELDS):
+    shared_units = list(fields.of(*UNIT_FIELDS))
+    if not shared_units and choices.unit is None and length_in_metres(value) is not None:
+        raise InputError(f"{place}: could be metres or feet, as the file does not say", give=GIVE_UNIT)
+    scale = 1.0 if shared_units or choices.unit is None else METRES_PER_LIMIT_UNIT[choices.unit]
+    for name, said in shared_units:
         shared = _scale(said, f"{where}: {name!r}")
         scale = max(scale, shared)
         if shared < 1:

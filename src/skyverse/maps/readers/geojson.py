@@ -16,10 +16,13 @@ from skyverse._typing import Floats
 from skyverse.documents.json import load_json
 from skyverse.documents.limits import LimitError, require_length
 from skyverse.errors import InputError, printable, shown, unreadable
-from skyverse.maps.georeference.fields import are_numbers, require_type
-from skyverse.maps.readers.circle_radius import fields_of_circle
+from skyverse.maps.georeference.fields import are_numbers, plain, require_type
+from skyverse.maps.readers.circle_radius import fields_of_standard_circle
 from skyverse.maps.readers.coordinate_systems import WGS84, named_crs
 from skyverse.maps.readers.record_to_feature import GeometryRecord
+
+_WRAPPERS = ("uaszone", "verticallayer", "layer")
+"""Plain names of properties whose own fields are those of a zone and of its limits, as national services write them."""
 
 
 def load(path: Path) -> Any:
@@ -97,7 +100,7 @@ def _crs(said: Any, path: Path) -> pyproj.CRS:
 
 def _feature(feature: Any, where: str) -> Iterator[GeometryRecord]:
     feature = require_type(dict, feature, where, "a feature")
-    fields = require_type(dict, feature.get("properties") or {}, f"{where}: 'properties'", "fields")
+    fields = _unwrapped(require_type(dict, feature.get("properties") or {}, f"{where}: 'properties'", "fields"), where)
     if "geometry" not in feature:
         raise InputError(f"{where}: expected a 'geometry', found none")
     geometry = feature["geometry"]
@@ -114,17 +117,34 @@ def _feature(feature: Any, where: str) -> Iterator[GeometryRecord]:
     yield from _layers(geometry, fields, where)
 
 
+def _unwrapped(fields: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return fields with those that stand within one of `_WRAPPERS`, in its place."""
+    found = {name: value for name, value in fields.items() if not _wraps(name, value)}
+    for name, value in fields.items():
+        for inner, held in value.items() if _wraps(name, value) else ():
+            if inner in found and found[inner] != held:
+                raise InputError(
+                    f"{where}: {inner!r}: expected it once, found {shown(found[inner])} and {shown(held)} in {name!r}"
+                )
+            found[inner] = held
+    return found
+
+
+def _wraps(name: str, value: Any) -> bool:
+    return isinstance(value, dict) and plain(name) in _WRAPPERS
+
+
 def _volume(volume: Any, fields: dict[str, Any], where: str) -> GeometryRecord:
     flat = volume.get("horizontalProjection") if isinstance(volume, dict) else None
     if not isinstance(flat, dict):
         raise InputError(f"{where}: expected a 'horizontalProjection', found {shown(volume)}")
-    own = {name: value for name, value in volume.items() if name != "horizontalProjection"}
+    said = fields | {name: value for name, value in volume.items() if name != "horizontalProjection"}
     if flat.get("type") == "Circle":
         point = Point(_position(flat.get("center"), f"{where}: 'center'"))
         if flat.get("radius") is None:
             raise InputError(f"{where}: expected a 'radius', found none")
-        return GeometryRecord(point, {**fields, **own, **fields_of_circle(flat, "type", "center")}, where)
-    return GeometryRecord(_geometry(flat, where), {**fields, **own}, where)
+        return GeometryRecord(point, said | fields_of_standard_circle(flat, said, "type", "center"), where)
+    return GeometryRecord(_geometry(flat, where), said, where)
 
 
 def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[GeometryRecord]:
@@ -141,7 +161,7 @@ def _layers(geometry: Any, fields: dict[str, Any], where: str) -> Iterator[Geome
         said = geometry.get(name) if isinstance(geometry, dict) else None
         if said is not None:
             said = require_type(dict, said, f"{where}: {name!r}", "fields")
-            own.update(said if name == "layer" else fields_of_circle(said, "subType"))
+            own.update(said if name == "layer" else fields_of_standard_circle(said, {**fields, **own}, "subType"))
     yield GeometryRecord(_geometry(geometry, where), {**fields, **own}, where)
 
 

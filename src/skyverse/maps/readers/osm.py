@@ -57,7 +57,7 @@ def buildings(path: Path, choices: Choices) -> list[Feature]:
         head = stream.read(64)
     if path.suffix.lower() == ".pbf" and b"OSMHeader" not in head and not head.lstrip(_LEADING_BLANKS).startswith(b"<"):
         raise InputError(f"{path}: expected OpenStreetMap's binary format, found something else")
-    choices = replace(choices, unit=None)  # here heights without a unit are metres, by definition
+    choices = replace(choices, unit="m")  # here heights without a unit are metres, by definition
     records = list(_binary(path, choices) if b"OSMHeader" in head else _xml(path, choices))
     if not records:
         raise InputError(f"{path}: expected buildings, found none")

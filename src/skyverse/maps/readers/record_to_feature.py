@@ -10,7 +10,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from skyverse.errors import InputError, Remedy, printable, shown
-from skyverse.maps.georeference.altitude_limits import GIVE_ALTITUDES, altitude_limits
+from skyverse.maps.georeference.altitude_limits import GIVE_ALTITUDES, altitude_limits, from_the_ground
 from skyverse.maps.georeference.choices import Choices
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.fields import Fields, number_of, plain
@@ -161,7 +161,7 @@ def _limits(
         unread = fields.first_number("alt", "height", "limit", "upper", "lower", "ceiling", "floor")
         if unread is not None:
             choices.count(f"of them have a field {printable(unread)!r}, which is not read as a limit")
-    return None, top
+    return from_the_ground(None, top, choices)
 
 
 def _highest_corner(record: GeometryRecord, geometry: BaseGeometry, choices: Choices) -> Altitude | None:
