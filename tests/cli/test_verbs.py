@@ -385,7 +385,8 @@ def test_output_that_cannot_be_kept_is_refused_before_the_run(skyverse, tmp_path
 def test_what_is_read_is_never_replaced(skyverse, tmp_path):
     sky.write(sky.read_scenario("map2"), "map.json")
     square = [[8.5, 47.3], [8.51, 47.3], [8.51, 47.31], [8.5, 47.3]]
-    shape = {"type": "Feature", "properties": {"height": 9}, "geometry": {"type": "Polygon", "coordinates": [square]}}
+    shape = {"type": "Polygon", "coordinates": [square]}
+    shape = {"type": "Feature", "properties": {"height": "9 m"}, "geometry": shape}
     (tmp_path / "town.json").write_text(json.dumps({"type": "FeatureCollection", "features": [shape]}))
     before = {name: (tmp_path / name).read_bytes() for name in ("map.json", "town.json")}
     build = ("scenario", "build", "--ground", "0 m amsl", "--buildings", "town.json", "-o", "./town.json")
