@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from skyverse.live.serve_sockets import Address
 
 LOOPBACK = "127.0.0.1"
+LEAST_TOKEN, MOST_TOKEN = 16, 1024
+"""Characters of a token."""
 
 
 def live(
@@ -21,6 +23,7 @@ def live(
     /,
     *,
     listen: str | None = None,
+    token: Path | None = None,
     setpoints: float | None = None,
     wgs84: Annotated[bool, FLAG] = False,
     horizon: float | None = None,
@@ -45,7 +48,10 @@ def live(
         A mission file.
     listen
         Listen here for any number of clients instead of reading standard input: HOST:PORT, or PORT on this machine
-        alone, or the path of a Unix socket, which has a slash. Whoever can connect there steers.
+        alone, or the path of a Unix socket, which has a slash, for this user alone. Whoever can connect there steers.
+    token
+        A file that holds a word of 16 characters or more: clients must give it as their first line, {"token": "..."}.
+        Needed where other machines can connect.
     setpoints
         How many setpoints a second answers hold, from now to the horizon: position, velocity and acceleration.
     wgs84
@@ -75,6 +81,9 @@ def live(
     if mission is None:
         raise InputError("live: expected a mission; an example: skyverse live out/map1.json")
     where = None if listen is None else _address(listen)
+    if token is not None and where is None:
+        raise InputError("--token: expected --listen with it, found none")
+    secret = None if token is None else _secret(token)
     given = sky.read_mission(mission)
     if not given.complete:
         print(without_way(given), file=sys.stderr)
@@ -85,11 +94,15 @@ def live(
         if where is None:
             serve_streams(session, sys.stdin.buffer, sys.stdout.buffer)
         else:
-            serve_sockets(session, where, on_listening=lambda found: print(f"Listening at {found}", file=sys.stderr))
+            serve_sockets(session, where, token=secret, on_listening=_tell_where)
     except KeyboardInterrupt:
         print(session.summary(), file=sys.stderr)
         raise
     print(session.summary(), file=sys.stderr)
+
+
+def _tell_where(found: str) -> None:
+    print(f"Listening at {found}", file=sys.stderr)
 
 
 def _address(text: str) -> "Address | Path":
@@ -102,3 +115,15 @@ def _address(text: str) -> "Address | Path":
     if not re.fullmatch(r"\d{1,5}", port) or int(port) > 65535 or (colon and not host):
         raise InputError(f"--listen: expected HOST:PORT, PORT, or the path of a socket with a slash, found {text!r}")
     return Address(host.strip("[]") or LOOPBACK, int(port))
+
+
+def _secret(path: Path) -> str:
+    """Return the token that a file holds, or raise `InputError`."""
+    try:
+        word = path.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"--token: {path}: expected a text file, which cannot be read: {error}") from None
+    if not LEAST_TOKEN <= len(word) <= MOST_TOKEN or not word.isascii() or any(map(str.isspace, word)):
+        wanted = f"one word of {LEAST_TOKEN} to {MOST_TOKEN} letters, digits or signs"
+        raise InputError(f"--token: {path}: expected {wanted}, found {len(word)} characters")
+    return word

@@ -59,6 +59,12 @@ class ObservationMessage(Model):
     deadline_ms: NonNegative | None = None
 
 
+class TokenMessage(Model):
+    """The first line of a client where a token is asked for: what the file given as ``--token`` holds."""
+
+    token: str
+
+
 class AnnouncedUAV(Model):
     """A UAV of the mission: its index, its name, where it starts, and its target, local metres, if it has one."""
 
@@ -205,7 +211,7 @@ class Refusal(Model):
 
 def live_schema() -> dict[str, Any]:
     """Return the JSON Schema of the messages: ``$defs`` has one entry a message; the whole allows any that goes out."""
-    kinds: list[Any] = [ObservationMessage, Hello, Answer, Refusal]
+    kinds: list[Any] = [ObservationMessage, TokenMessage, Hello, Answer, Refusal]
     _, schema = models_json_schema([(kind, "validation") for kind in kinds], title=LIVE_1)
-    out = [{"$ref": f"#/$defs/{kind.__name__}"} for kind in kinds[1:]]
+    out = [{"$ref": f"#/$defs/{kind.__name__}"} for kind in kinds[2:]]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "oneOf": out}

@@ -2,6 +2,7 @@
 
 import json
 from functools import cache
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -15,9 +16,16 @@ MAX_LINE = 2**23
 
 
 class LineSplitter:
-    """Splits what arrives in chunks into lines, and holds no more of an overlong line than is needed to refuse it."""
+    """Splits what arrives in chunks into lines, and holds no more of an overlong line than is needed to refuse it.
 
-    def __init__(self) -> None:
+    Attributes
+    ----------
+    most
+        Bytes of a line that are held at most.
+    """
+
+    def __init__(self, most: int = MAX_LINE + 1) -> None:
+        self.most = most
         self._held = bytearray()
 
     def lines(self, chunk: bytes) -> list[bytes]:
@@ -38,7 +46,27 @@ class LineSplitter:
         return [rest] if rest else []
 
     def _hold(self, part: bytes) -> None:
-        self._held += part[: MAX_LINE + 1 - len(self._held)]
+        self._held += part[: max(self.most - len(self._held), 0)]
+
+
+def read_json(line: bytes) -> Any:
+    """Return what a line of JSON holds.
+
+    Raises
+    ------
+    InputError
+        If it holds something else.
+    """
+    if len(line) > MAX_LINE:
+        raise InputError(f"expected at most {MAX_LINE:,} bytes in a line, found more")
+    try:
+        return load_json(line.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise InputError(f"expected text in UTF-8, found something else at byte {error.start}") from None
+    except json.JSONDecodeError as error:
+        raise InputError(f"expected JSON, found something else at character {error.pos + 1}: {error.msg}") from None
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def read_observation(line: bytes) -> ObservationMessage:
@@ -49,16 +77,7 @@ def read_observation(line: bytes) -> ObservationMessage:
     InputError
         If it is none; the message names the field.
     """
-    if len(line) > MAX_LINE:
-        raise InputError(f"expected at most {MAX_LINE:,} bytes in a line, found more")
-    try:
-        data = load_json(line.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        raise InputError(f"expected text in UTF-8, found something else at byte {error.start}") from None
-    except json.JSONDecodeError as error:
-        raise InputError(f"expected JSON, found something else at character {error.pos + 1}: {error.msg}") from None
-    except ValueError as error:
-        raise InputError(str(error)) from None
+    data = read_json(line)
     try:
         return ObservationMessage.model_validate(data)
     except ValidationError as error:

@@ -1,19 +1,34 @@
-"""Steers a mission by what clients send over local sockets, and tells each of them all answers."""
+"""Steers a mission by what clients send over sockets, and tells each of them all answers.
+
+Web pages can make browsers send what they like to any address, after lines of HTTP. So a connection whose first line is
+no JSON object is closed before anything that it sent is taken.
+"""
 
 import asyncio
-from collections.abc import Callable
-from contextlib import suppress
+import hmac
+import os
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager, suppress
+from ipaddress import ip_address
 from pathlib import Path
 from typing import NamedTuple
 
 from skyverse.errors import InputError
-from skyverse.live.messages import Answer
-from skyverse.live.observation_lines import LineSplitter
+from skyverse.live.messages import Answer, Fault, Refusal
+from skyverse.live.observation_lines import MAX_LINE, LineSplitter, read_json
 from skyverse.live.serve_streams import CHUNK, message_line
 from skyverse.live.session import LiveSession
 
 MAX_UNREAD = 2**25
 """Bytes of answers that may wait for a client, 34 MB; one that leaves more of them unread is dropped."""
+
+
+MAX_CLIENTS = 64
+"""Clients at a time at most."""
+MAX_TOKEN_LINE = 4096
+"""Bytes that are held of the line of a client who has not given the token."""
+TOKEN_SECONDS = 10.0
+"""Seconds within which a client gives the token."""
 
 
 class Address(NamedTuple):
@@ -27,7 +42,9 @@ OnListening = Callable[[str], None]
 """Called with where clients find the server, once they do."""
 
 
-def serve_sockets(session: LiveSession, where: Address | Path, *, on_listening: OnListening | None = None) -> None:
+def serve_sockets(
+    session: LiveSession, where: Address | Path, *, token: str | None = None, on_listening: OnListening | None = None
+) -> None:
     """Answer what clients send, until the program is interrupted.
 
     Any number of clients may be there at a time, and come and go. Their observations are taken in as they arrive. Every
@@ -39,37 +56,52 @@ def serve_sockets(session: LiveSession, where: Address | Path, *, on_listening: 
     session
         The mission.
     where
-        A host and a port; or the path of a Unix socket, which is removed at the end.
+        A host and a port; or the path of a Unix socket, which only this user can connect to, and which is removed at
+        the end.
+    token
+        What clients must give in their first line, as in ``{"token": "..."}``, before they are told anything; needed
+        where other machines can connect.
     on_listening
         Called with where clients find the server, once they do.
 
     Raises
     ------
     InputError
-        If nobody can listen there.
+        If nobody can listen there, or other machines can connect and there is no token.
     """
     try:
-        asyncio.run(_Server(session).serve(where, on_listening))
+        asyncio.run(serve_until_cancelled(session, where, token, on_listening))
     finally:
         if isinstance(where, Path) and where.is_socket():
             where.unlink(missing_ok=True)
 
 
+async def serve_until_cancelled(
+    session: LiveSession, where: Address | Path, token: str | None, on_listening: OnListening | None
+) -> None:
+    """Answer what clients send; see `serve_sockets`."""
+    await _Server(session, token).serve(where, on_listening)
+
+
 class _Server:
     """A session and its clients."""
 
-    def __init__(self, session: LiveSession) -> None:
-        self.session = session
+    def __init__(self, session: LiveSession, token: str | None) -> None:
+        self.session, self.token = session, token
+        self.connected = 0
         self.clients: set[asyncio.StreamWriter] = set()
 
     async def serve(self, where: Address | Path, on_listening: OnListening | None) -> None:
         try:
             if isinstance(where, Path):
-                server: asyncio.Server = await asyncio.start_unix_server(self.client, where)
+                with _private_files():
+                    server: asyncio.Server = await asyncio.start_unix_server(self.client, where, start_serving=False)
                 found = str(where)
             else:
-                server = await asyncio.start_server(self.client, where.host, where.port)
+                server = await asyncio.start_server(self.client, where.host, where.port, start_serving=False)
+                self.require_token(server, where)
                 found = "{}:{}".format(*server.sockets[0].getsockname()[:2])
+            await server.start_serving()
         except (OSError, OverflowError) as error:
             said = getattr(error, "strerror", None) or error
             raise InputError(f"{_told(where)}: nobody can listen there: {said}", field="listen") from None
@@ -78,23 +110,50 @@ class _Server:
         async with server:
             await server.serve_forever()
 
+    def require_token(self, server: asyncio.Server, where: Address) -> None:
+        """Raise `InputError` if other machines can connect, and there is no token."""
+        local = all(ip_address(one.getsockname()[0]).is_loopback for one in server.sockets)
+        if self.token is None and not local:
+            server.close()
+            said = f"{_told(where)}: other machines can connect there, so a token is needed, which is not given"
+            raise InputError(said, field="listen")
+
     async def client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Answer one client until it closes the connection."""
-        splitter, number = LineSplitter(), 0
-        writer.write(message_line(self.session.hello()))
-        self.clients.add(writer)
+        """Answer one client until it closes the connection, or is sent away."""
+        self.connected += 1
         with suppress(ConnectionError, asyncio.CancelledError):
-            ended = False
-            while not ended:
-                chunk = await reader.read(CHUNK)
-                ended = not chunk
-                for line in splitter.end() if ended else splitter.lines(chunk):
-                    number += 1
-                    self.answer(line, number, writer)
-                    await writer.drain()  # a client that does not read is not answered further
-                    await asyncio.sleep(0)  # it is the others' turn
+            sent_away = await self.answer_all(reader, writer)
+            if sent_away:
+                writer.write(message_line(Refusal(error=Fault(line=1, field=None, message=sent_away))))
+        self.connected -= 1
         self.clients.discard(writer)
         writer.close()
+
+    async def answer_all(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> str:
+        """Answer all lines of a client; return why it is sent away, empty if it is not."""
+        if self.connected > MAX_CLIENTS:
+            return f"expected at most {MAX_CLIENTS} clients at a time, found one more"
+        splitter, number = LineSplitter(), 0
+        lines = _lines(reader, splitter)
+        if self.token is not None:
+            splitter.most = MAX_TOKEN_LINE
+            try:
+                number, line = 1, await asyncio.wait_for(anext(lines, b""), TOKEN_SECONDS)
+            except TimeoutError:
+                return f"expected the token within {TOKEN_SECONDS:g} s"
+            if not _gives(line, self.token):
+                return "expected the token in the first line, found something else"
+            splitter.most = MAX_LINE + 1
+        writer.write(message_line(self.session.hello()))
+        self.clients.add(writer)
+        async for line in lines:
+            number += 1
+            if number == 1 and _object_in(line) is None:
+                return "expected a JSON object in the first line, found something else"
+            self.answer(line, number, writer)
+            await writer.drain()  # a client that does not read is not answered further
+            await asyncio.sleep(0)  # it is the others' turn
+        return ""
 
     def answer(self, line: bytes, number: int, sender: asyncio.StreamWriter) -> None:
         """Answer a line of one client, to all of them if it was taken in."""
@@ -110,6 +169,41 @@ class _Server:
                 other.transport.abort()
             elif not other.is_closing():
                 other.write(told)
+
+
+async def _lines(reader: asyncio.StreamReader, splitter: LineSplitter) -> AsyncIterator[bytes]:
+    """Yield the lines that a client sends."""
+    ended = False
+    while not ended:
+        chunk = await reader.read(CHUNK)
+        ended = not chunk
+        for line in splitter.end() if ended else splitter.lines(chunk):
+            yield line
+
+
+def _object_in(line: bytes) -> dict[str, object] | None:
+    """Return the JSON object that a line holds; ``None`` if it holds none."""
+    try:
+        data = read_json(line)
+    except InputError:
+        return None
+    return data if isinstance(data, dict) else None
+
+
+def _gives(line: bytes, token: str) -> bool:
+    """Tell whether a line gives a token; how long that takes tells nothing of it."""
+    given = (_object_in(line) or {}).get("token")
+    return isinstance(given, str) and hmac.compare_digest(given.encode(), token.encode())
+
+
+@contextmanager
+def _private_files() -> Iterator[None]:
+    """Let files that are made meanwhile be read and written by this user alone."""
+    before = os.umask(0o177)
+    try:
+        yield
+    finally:
+        os.umask(before)
 
 
 def _told(where: Address | Path) -> str:
