@@ -267,6 +267,12 @@ def test_a_detour_and_a_wait_together_are_found_where_they_arrive_first():
     assert whole.count("instead of") == 1  # the figures are told once
 
 
+def test_a_detour_is_flown_where_it_arrives_before_a_flight_that_waits():
+    mission = sky.plan_mission(sky.read("table-4.11"), sky.Taut())  # one that waits is found, and takes 7.5 s
+    assert [action.kind for action in mission.deconfliction.actions] == ["detour"]
+    assert mission.makespan < 7.2
+
+
 def counted_searches(monkeypatch):
     """What each search in space and time is asked, as a list that grows: ends, flights, weight, and latest arrival."""
     asked, search = [], waiting_flights.earliest_arrival

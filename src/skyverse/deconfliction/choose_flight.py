@@ -66,15 +66,16 @@ def choose_flight(
         around = heeding
     if around is not planned:
         in_conflict = pool.conflicts(around, departure, traffic)
-    if not soft_terms(pool.scenario) and (best is None or best.arrival > enough):  # it heeds time alone
+    late = best is None or best.arrival > enough
+    if late and not soft_terms(pool.scenario):  # it heeds time alone
         until = np.inf if best is None else best.arrival - TICK
         waiting = flights.flight(planned, placed, until, searches=1 if pool.spent else SEARCHES)
         if waiting is not None and waiting.arrival < until:
             best = waiting
         else:
             pool.tries += 1
-    for _ in range(MAX_GATES):
-        if best is not None and (best.arrival <= enough or pool.spent):
+    for _ in range(MAX_GATES if late else 0):
+        if best is not None and pool.spent:
             break
         share = pool.middle_conflict(around, traffic, in_conflict)
         if share is None:

@@ -20,7 +20,7 @@ SMALL_FLEET = 32
 """UAVs up to which all first orders are tried; of a larger fleet only the first is."""
 MIN_NEXT_ORDERS, NEXT_ORDERS_OF_EIGHT = 3, 4
 """Orders that follow from the first ones: at least, and for up to eight UAVs; of more UAVs fewer in proportion."""
-MIN_TRIES, TRIES_FOR_EACH = 40, 4
+MIN_TRIES, TRIES_FOR_EACH = 60, 4
 """Vain detours and searches after which little more is tried to arrive earlier: at least, and for each UAV."""
 MOST_EFFORT = 3_000_000
 """States expanded in space and time after which little more is tried to arrive earlier; each counts as often as there
