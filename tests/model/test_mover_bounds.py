@@ -69,5 +69,5 @@ def test_a_doubt_whose_top_speed_contradicts_the_motion_is_refused():
 
 @pytest.mark.parametrize("field", ["radius", "growth", "acceleration"])
 def test_a_doubt_that_no_map_could_hold_is_refused(field):
-    with pytest.raises(ValueError, match="less than or equal to 1000000"):
+    with pytest.raises(ValueError, match="at most 1000000"):
         sky.Doubt(**{field: 1e7, "top_speed": 1e6})

@@ -226,9 +226,9 @@ def test_points_may_be_numpy_arrays():
     assert uav == sky.UAV(start=(1, 2, 3))
     assert sky.Lattice(step=np.array([1, 2, 3])) == sky.Lattice(step=(1, 2, 3))
     assert sky.Box(min=np.zeros(3), max=np.ones(3)) == sky.Box(min=(0, 0, 0), max=(1, 1, 1))
-    with pytest.raises(ValidationError):
+    with pytest.raises(sky.InputError):
         sky.UAV(start=np.array([1.0, np.nan, 3.0]))
-    with pytest.raises(ValidationError):
+    with pytest.raises(sky.InputError):
         sky.UAV(start=np.zeros((3, 3)))
 
 
@@ -309,9 +309,9 @@ def test_the_built_in_maps_are_those_of_the_thesis():
     ],
 )
 def test_limits_that_no_vehicle_has_are_refused_by_name(field, value):
-    with pytest.raises(ValidationError) as error:
+    with pytest.raises(sky.InputError) as error:
         sky.UAV(start=(0, 0, 0), **{field: value})
-    assert error.value.errors()[0]["loc"][0] == field
+    assert error.value.sentence.field == field
 
 
 @pytest.mark.parametrize(
@@ -328,14 +328,14 @@ def test_limits_that_no_vehicle_has_are_refused_by_name(field, value):
     ],
 )
 def test_limits_that_contradict_each_other_are_refused_in_a_sentence(more, complaint):
-    with pytest.raises(ValidationError, match=complaint):
+    with pytest.raises(sky.InputError, match=complaint):
         sky.UAV(start=(0, 0, 0), **more)
 
 
 @pytest.mark.parametrize("far", [1.1e12, -1e300])
 def test_coordinates_that_no_place_has_are_refused(far):
-    with pytest.raises(ValueError, match="1000000000000"):
+    with pytest.raises(sky.InputError, match=r"1e\+12"):
         sky.UAV(start=(0.0, far, 0.0))
-    with pytest.raises(ValueError, match="1000000000000"):
+    with pytest.raises(sky.InputError, match=r"1e\+12"):
         sky.Bounds(min=(-1e12, min(far, -1), 0), max=(1, max(far, 1), 1))
     assert sky.Target(position=(1e12, -1e12, 0.0)).position[0] == 1e12

@@ -67,17 +67,13 @@ def truth_of(mission: "Mission", given: dict[str, Any]) -> "Scenario":
 
 def sensor_of(given: dict[str, Any]) -> "Sensor":
     """Return the sensor that the options describe."""
-    from pydantic import ValidationError
-
     import skyverse as sky
-    from skyverse.model.wrong_values import complaint
 
     fields = {name: given[f"sensor_{name}"] for name in ("range", "rate", "delay", "error")}
     try:
         return sky.Sensor(**{name: value for name, value in fields.items() if value is not None})
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(f"--sensor-{first['loc'][0]}: {complaint(first)}, found {first['input']:g}") from None
+    except InputError as error:
+        raise InputError(f"--sensor-{error.sentence.field}: {error.sentence.text}") from None
 
 
 def report_replanned(flight: "ReplannedFlight", written: list[Path], as_json: bool) -> None:

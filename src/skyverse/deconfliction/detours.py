@@ -11,6 +11,7 @@ from skyverse._typing import Floats
 from skyverse.cost import prices_length_alone
 from skyverse.deconfliction.candidate import Candidate, Gate
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
+from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Cylinder, Prism
@@ -158,7 +159,7 @@ def plan_detour(
     """
     uav = within.uavs[problem.uav]
     walls = [box for gate in gates for box in _wall(uav, within.clearance, gate)]
-    among_walls = within.model_copy(update={"obstacles": (*within.obstacles, *walls)})
+    among_walls = derived(within, obstacles=(*within.obstacles, *walls))
     return plan_in(problem, among_walls, make_trajectory, any_angle=any_angle)
 
 
@@ -170,7 +171,7 @@ def plan_among(
     The parameters are those of `plan_detour`, with `walls` instead of gates.
     """
     scenario = problem.scenario
-    among_walls = scenario.model_copy(update={"obstacles": (*scenario.obstacles, *walls)})
+    among_walls = derived(scenario, obstacles=(*scenario.obstacles, *walls))
     return plan_in(problem, among_walls, make_trajectory, any_angle=any_angle)
 
 

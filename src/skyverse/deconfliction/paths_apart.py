@@ -18,6 +18,7 @@ from skyverse.deconfliction.detours import MakeTrajectory, plan_among
 from skyverse.model.ground_height import home_height
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Prism
 from skyverse.model.trajectory import Trajectory
@@ -101,7 +102,7 @@ def _clear(scenario: Scenario, uav: int, flight: Trajectory, walls: Sequence[Pri
     low, high = np.array(scenario.bounds.min) - error, np.array(scenario.bounds.max) + error
     bounds = Bounds(min=tuple(low.tolist()), max=tuple(high.tolist()))  # as wide as the columns at the ends need
     alone = {"obstacles": tuple(walls), "terrain": None, "max_height": None, "bounds": bounds}
-    world = World(scenario.model_copy(update=alone), vehicle.tracking_error)
+    world = World(derived(scenario, **alone), vehicle.tracking_error)
     return prove(world, vehicle, flight).verdict is Verdict.PROVEN
 
 

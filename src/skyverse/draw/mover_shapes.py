@@ -7,6 +7,7 @@ import numpy as np
 from skyverse._typing import Floats
 from skyverse.draw.shape_geometry import footprint, outline, span, surface
 from skyverse.model.mover import Ellipsoid, Mover
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Box, Cylinder, Sphere
 
 MoverShape = Box | Cylinder | Sphere | Ellipsoid
@@ -21,13 +22,13 @@ def grown(mover: Mover, more: float) -> MoverShape:
             return Box(min=tuple(low.tolist()), max=tuple(high.tolist()))
         case Cylinder():
             update = {"radius": shape.radius + more, "low": shape.low - more, "high": shape.high + more}
-            return shape.model_copy(update=update)
+            return derived(shape, **update)
         case Sphere():
-            return shape.model_copy(update={"radius": shape.radius + more})
+            return derived(shape, radius=shape.radius + more)
         case Ellipsoid():
             larger = 1.0 + more / min(shape.semi_axis_xy, shape.semi_axis_z)
             axes = {name: larger * getattr(shape, name) for name in ("semi_axis_xy", "semi_axis_z")}
-            return shape.model_copy(update=axes)
+            return derived(shape, **axes)
     raise TypeError(f"a mover cannot be a {type(shape).__name__}")
 
 

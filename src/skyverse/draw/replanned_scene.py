@@ -11,6 +11,7 @@ from skyverse.draw.flight_scene import flight_scene
 from skyverse.draw.scene import MissionScene, scene
 from skyverse.draw.shape_geometry import DrawnShape
 from skyverse.model.mover import Mover
+from skyverse.model.quantities import derived
 from skyverse.model.replanned_flight import ReplannedFlight, ReplanStep
 from skyverse.model.trajectory import Trajectory
 
@@ -60,7 +61,7 @@ class ReplannedScene:
         """The flight among the truth, without the obstacles that nobody knew of; see `flight_scene`."""
         there = self.flight.truth
         known = there.obstacles[: len(there.obstacles) - len(self.unknown)]
-        return replace(flight_scene(self.flight), scenario=there.model_copy(update={"obstacles": known}))
+        return replace(flight_scene(self.flight), scenario=derived(there, obstacles=known))
 
     @cached_property
     def planned(self) -> tuple[tuple[str, Floats], ...]:

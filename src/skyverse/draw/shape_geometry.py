@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats, Ints
 from skyverse.draw.triangulation import joined, triangles, turned
+from skyverse.model.quantities import derived
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import Box, Cylinder, Prism, Sphere, Voxels
 
@@ -39,9 +40,9 @@ def footprint(shape: DrawnShape, sides: int = CIRCLE_SIDES) -> list[Floats]:
 def below(shape: DrawnShape, top: float) -> DrawnShape:
     """Return a shape without what is above z = `top`; spheres, voxels and what lies wholly above stay whole."""
     if isinstance(shape, Box) and shape.min[2] < top < shape.max[2]:
-        return shape.model_copy(update={"max": (*shape.max[:2], top)})
+        return derived(shape, max=(*shape.max[:2], top))
     if isinstance(shape, Cylinder | Prism) and shape.low < top < shape.high:
-        return shape.model_copy(update={"high": top})
+        return derived(shape, high=top)
     return shape
 
 
@@ -144,7 +145,7 @@ def coarser(voxels: Voxels, most: int) -> Voxels:
         nx, ny, nz = (n // 2 for n in cells.shape)
         eight = cells.reshape(nx, 2, ny, 2, nz, 2).any(axis=(1, 3, 5))
         step = tuple(2 * side for side in voxels.step)
-        voxels = voxels.model_copy(update={"step": step, "occupied": eight})
+        voxels = derived(voxels, step=step, occupied=eight)
     return voxels
 
 

@@ -13,6 +13,7 @@ from skyverse.exports.leg_bends import bend, tilt
 from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall, towards
 from skyverse.exports.obstacle_search import ObstacleSearch, growths_of
 from skyverse.exports.terrain_following import Band, Lines, Strips, TerrainFollowing, covered
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, SAME_PLACE
@@ -135,7 +136,7 @@ class FollowedLegs:
         """Return a surface: what is no higher above it than the ceiling allows keeps below that, within `near` m."""
         ground, terrain = self.following.nearby(near, strays=True), self.following.terrain
         heights = terrain.heights - self._taken(ground.lowest_slope, 0.0, strays=True) - ground.gap.heights
-        return terrain.model_copy(update={"heights": heights, "lowest": None})
+        return derived(terrain, heights=heights, lowest=None)
 
     def _cut(self, points: Floats, radius: float) -> tuple[Floats, Floats, Floats]:
         """Return how a corner is cut, (2, 3), where it is, and the next waypoint, (3,), all with heights above ground.
@@ -189,7 +190,7 @@ class FollowedLegs:
         ground = self.following.nearby(reach.near, strays)
         if below:
             taken = self._taken(ground.slope, reach.lean, strays) + (0.0 if rises else ground.gap.heights)
-            low, place = self.following.least(lines, ground.gap.model_copy(update={"heights": taken}))
+            low, place = self.following.least(lines, derived(ground.gap, heights=taken))
             low -= reach.short
             needed = self._scenario.ground_clearance - LEG_ALLOWANCE / 2
             if low < needed:
@@ -200,7 +201,7 @@ class FollowedLegs:
         most = self._scenario.max_height
         if most is not None:
             more = self._taken(ground.lowest_slope, reach.lean, strays) + ground.gap.heights
-            added = ground.gap.model_copy(update={"heights": more})
+            added = derived(ground.gap, heights=more)
             upside_down = Lines(lines.starts * [1, 1, -1], lines.ends * [1, 1, -1])
             least, place = self.following.least(upside_down, added)
             high = LEG_ALLOWANCE / 2 + reach.short - least

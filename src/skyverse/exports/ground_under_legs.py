@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
@@ -30,9 +31,9 @@ def ground_allowance(scenario: Scenario) -> float:
 
 def lowered(terrain: Terrain, error: TrackingError) -> Terrain:
     """Return a terrain that is at each place at least as low as the lowest one within an error, and half its height."""
-    higher = raised(terrain.model_copy(update={"heights": -terrain.heights}), error)
+    higher = raised(derived(terrain, heights=-terrain.heights), error)
     assert higher is not None
-    return higher.model_copy(update={"heights": -higher.heights})
+    return derived(higher, heights=-higher.heights)
 
 
 def greatest_height(points: Floats, terrain: Terrain, least: float) -> Floats:

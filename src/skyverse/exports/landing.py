@@ -13,6 +13,7 @@ from skyverse.exports.global_positions import home
 from skyverse.exports.leg_certificate import LegCertificate, Polyline
 from skyverse.model.ground_height import ground_height
 from skyverse.model.polygon import are_inside
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import AnyShape, Box, Prism, Sphere, Voxels
@@ -111,7 +112,7 @@ def require_landings(scenario: Scenario, plans: Sequence[FlightPlan]) -> None:
         )
     descents = [_Descents(scenario, max(scenario.clearance, scenario.ground_clearance))]
     if scenario.terrain is not None and scenario.ground_clearance > scenario.clearance:
-        among = scenario.model_copy(update={"terrain": None, "max_height": None})
+        among = derived(scenario, terrain=None, max_height=None)
         descents.append(_Descents(among, scenario.clearance))
     for plan in plans:
         for down in descents:

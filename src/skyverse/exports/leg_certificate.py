@@ -13,6 +13,7 @@ from skyverse.errors import InputError
 from skyverse.exports.autopilot_leg_clearance import LegChecker
 from skyverse.exports.global_positions import home
 from skyverse.exports.leg_segments import Foot, Segments, Shortfall, place_text
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.clearance import judge_segments
@@ -129,7 +130,7 @@ def require_homes(scenario: Scenario, uavs: Sequence[int]) -> None:
     ways = [way for way in ways if way[1][2] < way[2][2]]
     if not ways:
         return
-    bare = referee_world(scenario.model_copy(update={"clearance": 0.0, "terrain": None}))
+    bare = referee_world(derived(scenario, clearance=0.0, terrain=None))
     below, starts = (np.array([way[k] for way in ways]) for k in (1, 2))
     incursion = judge_segments(bare, below, starts).incursion
     if incursion is not None:

@@ -9,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.exports.global_positions import AltitudeReference
 from skyverse.exports.ground_under_legs import ground_allowance, steepest
 from skyverse.exports.leg_segments import Checked, Foot, Segments, Shortfall
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import LEG_ALLOWANCE, MAVLINK_ROUNDING, MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
@@ -109,8 +110,8 @@ class ObstacleSearch:
             above = max(self.scenario.ground_clearance - ground_allowance(self.scenario), 0.0) + steep
             if most is not None:
                 most -= extra + MAVLINK_ROUNDING * steepest(terrain.lowest_ground)
-            terrain = terrain.model_copy(update={"clearance": above})
-        return self.scenario.model_copy(update={"clearance": clearance, "terrain": terrain, "max_height": most})
+            terrain = derived(terrain, clearance=above)
+        return derived(self.scenario, clearance=clearance, terrain=terrain, max_height=most)
 
 
 def growths_of(extra: Floats) -> Floats:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from skyverse._typing import Floats
 from skyverse.exports.leg_certificate import SEAM_WIDTH, SEGMENTS_AT_ONCE
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import MIN_GROWTH, SEAM_MARGIN, SURFACE_DEPTH
@@ -151,25 +152,24 @@ class ReturnSpace:
         if only_solids:
             self.numbers = [k for k in self.numbers if scenario.obstacles[k].solid]
             solid = [
-                shape.model_copy(update={"closed_above": False}) if shape.closed_above else shape
+                derived(shape, closed_above=False) if shape.closed_above else shape
                 for shape in (scenario.obstacles[k] for k in self.numbers)
             ]
-            scenario = scenario.model_copy(update={"obstacles": tuple(solid), "max_height": None})
+            scenario = derived(scenario, obstacles=tuple(solid), max_height=None)
         terrain, bounds = scenario.terrain, scenario.bounds
         wide = Bounds(
             min=tuple(low - BEYOND_BOUNDS for low in bounds.min), max=tuple(high + BEYOND_BOUNDS for high in bounds.max)
         )
         kept = CLEARANCE_SHARE * scenario.clearance
-        self.scenario = scenario.model_copy(update={"bounds": wide}) if only_solids else scenario
-        self.bare = scenario.model_copy(update={"clearance": kept, "terrain": None, "max_height": None, "bounds": wide})
+        self.scenario = derived(scenario, bounds=wide) if only_solids else scenario
+        self.bare = derived(scenario, clearance=kept, terrain=None, max_height=None, bounds=wide)
         self._asked = {Ground.NONE: self.bare}
         if terrain is not None:
             near = CLEARANCE_SHARE * min(scenario.clearance, scenario.ground_clearance)
             above = scenario.ground_clearance - (1 - CLEARANCE_SHARE) / CLEARANCE_SHARE * near
             for kind, least, most in ((Ground.RULES, above, scenario.max_height), (Ground.NEAR, near, None)):
-                lowered = terrain.model_copy(update={"clearance": least})
-                changes = {"terrain": lowered, "max_height": most, "obstacles": ()}
-                self._asked[kind] = self.bare.model_copy(update=changes)
+                lowered = derived(terrain, clearance=least)
+                self._asked[kind] = derived(self.bare, terrain=lowered, max_height=most, obstacles=())
         self._worlds: dict[tuple[Ground, TrackingError], World] = {}
         self._beside: dict[tuple[VerticalColumn, TrackingError, float], World] = {}
 
@@ -269,8 +269,8 @@ class ReturnSpace:
             if given.terrain is not None:
                 more = {"clearance": given.ground_clearance + widened}
                 most = None if given.max_height is None else given.max_height - widened
-                given = given.model_copy(update={"terrain": given.terrain.model_copy(update=more), "max_height": most})
-            given = given.model_copy(update={"clearance": given.clearance + widened})
+                given = derived(given, terrain=derived(given.terrain, **more), max_height=most)
+            given = derived(given, clearance=given.clearance + widened)
             columns = [np.concatenate(column) for column in zip(*pairs, strict=True)]
             once = np.unique(np.hstack(columns), axis=0)  # from most parts of a flight the descent is the same line
             starts, ends = once[:, :3], once[:, 3:]

@@ -11,6 +11,7 @@ from skyverse._typing import Floats
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.timing import TimingTolerance, circle_reach, scheduled_path, timed_path, tolerance_for
 from skyverse.model.caution import Caution
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.timed_path import TimedPath
 from skyverse.model.verdict import Certificate, Verdict, Violation
@@ -159,8 +160,8 @@ def _on_schedule(
             flight = plan.predicted()
             curves[plan.route.uav] = PolynomialCurve(flight.knots, flight.coefficients)
             start = tuple(float(value) for value in plan.home)
-            uavs[plan.route.uav] = uavs[plan.route.uav].model_copy(update={"start": start, "home": None})
-    standing = scenario.model_copy(update={"uavs": tuple(uavs)})
+            uavs[plan.route.uav] = derived(uavs[plan.route.uav], start=start, home=None)
+    standing = derived(scenario, uavs=tuple(uavs))
     unknown = {uav for uav, curve in enumerate(curves) if curve is None}
     found = judge_separation(standing, [None] * len(uavs), curves, unknown).violations
     return tuple(violation for violation in found if any(set(pair) == set(violation.uavs) for pair in pairs))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats, Indices
 from skyverse.exports.ground_under_legs import lowered
 from skyverse.exports.obstacle_search import growth_of
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 from skyverse.space.tube import raised
@@ -53,11 +54,11 @@ def ground_nearby(terrain: Terrain, near: float, error: TrackingError) -> Ground
     lowest = terrain.lowest_ground
     highest, deepest = raised(terrain, reach), lowered(lowest, reach)
     assert highest is not None
-    level = highest.model_copy(update={"heights": terrain.heights - lowest.heights, "lowest": None})
+    level = derived(highest, heights=terrain.heights - lowest.heights, lowest=None)
     gap = level if lowest is terrain else raised(level, reach)
     assert gap is not None
     slope, lowest_slope = (
-        level.model_copy(update={"heights": more / radius})
+        derived(level, heights=more / radius)
         for more in (highest.heights - terrain.heights, lowest.heights - deepest.heights)
     )
     return GroundNearby(highest, deepest, gap, slope, lowest_slope)

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import re
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -14,10 +13,10 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from skyverse.documents.json import load_json
 from skyverse.documents.limits import LimitError, require_length
 from skyverse.documents.yaml import load_yaml
-from skyverse.errors import InputError, did_you_mean, first_line, printable, shown, unreadable
+from skyverse.errors import InputError, first_line, printable, shown, unreadable
 from skyverse.files.grid_archive import GridArchive, arrays_beside
 from skyverse.model.scenario import Scenario
-from skyverse.model.wrong_values import complaint
+from skyverse.model.wrong_values import wrong_field
 
 
 def read_text(path: Path) -> str:
@@ -53,8 +52,6 @@ def parse(path: Path, text: str) -> Any:
         raise InputError(f"{path}: a value is not what its tag says: {first_line(error)}") from None
 
 
-_UNKNOWN_KEY_ERRORS = ("extra_forbidden", "unexpected_keyword_argument")
-"""How pydantic calls an unknown key in a model and in a dataclass."""
 T = TypeVar("T")
 
 
@@ -125,79 +122,3 @@ def explained(source: object, error: ValidationError, data: Any, known: set[str]
     """Return what pydantic found wrong as one sentence that names file and field; see `wrong_field`."""
     place, said = wrong_field(error, data, known)
     return InputError(": ".join(part for part in (str(source), place, said) if part))
-
-
-def wrong_field(error: ValidationError, data: Any, known: set[str]) -> tuple[str, str]:
-    """Return the field that pydantic found wrong, empty if it is all of the data, and in a sentence what is wrong.
-
-    Parameters
-    ----------
-    error
-        What pydantic found.
-    data
-        The data that were read.
-    known
-        Keys that an unknown key may be a misspelling of.
-    """
-    # where a key is misspelt, the right one is missing, too: the misspelt one is the cause
-    first = min(error.errors(include_url=False), key=lambda found: found["type"] not in _UNKNOWN_KEY_ERRORS)
-    place, kind = _place(first["loc"], data, missing=first["type"] == "missing")
-    found, near = first["input"], ""
-    if first["type"] == "union_tag_invalid":
-        place += f".{_name_of_type(first['loc'])}"
-        found = first["ctx"]["tag"]
-        near = did_you_mean(found, re.findall(r"'([^']+)'", first["ctx"]["expected_tags"]))
-    if first["type"] in _UNKNOWN_KEY_ERRORS:
-        key = str(first["loc"][-1])
-        if kind is not None and key in known:
-            name = _name_of_type(first["loc"][:-2])
-            said = f"the {name} {kind!r} has no such key; the key {name!r} says which {name} it is"
-            return place, said
-        return place, f"there is no such key{did_you_mean(key, known)}"
-    if first["type"] == "missing":
-        return place, "is missing"
-    said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", complaint(first))
-    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    but = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {shown(found, 60)}"
-    return place, f"{said}{but}{near}{more}"
-
-
-def _name_of_type(loc: tuple[int | str, ...]) -> str:
-    """Return the key that says of which type the data at a place are."""
-    return "motion" if loc[-1] == "motion" else "shape"
-
-
-def _place(loc: tuple[int | str, ...], data: Any, missing: bool) -> tuple[str, str | None]:
-    """Return where in a file's data a place of pydantic's is, and the type that pydantic names just before its end.
-
-    On the way, pydantic names types, validators, and the first entry of a list where the file has that entry alone.
-    These do not stand in the file, and are left out; a key that is missing stands at the end.
-    """
-    place, kind = "", None
-    for k, part in enumerate(loc):
-        last = k == len(loc) - 1
-        if isinstance(part, int):
-            if not isinstance(data, dict | str | float | int):
-                place += f"[{part}]"
-                data = data[part] if isinstance(data, list | tuple) and part < len(data) else None
-        elif _stands_in(data, part) or (missing and last):
-            place += f".{printable(part, 60)}" if place else printable(part, 60)
-            data = data.get(part) if isinstance(data, dict) else None
-        elif k == len(loc) - 2:
-            kind = part
-    return place, kind
-
-
-def _stands_in(data: Any, part: str) -> bool:
-    """Tell whether a key stands in data; of other data than mappings, whether it is a key at all."""
-    return part in data if isinstance(data, dict) else not part.startswith(("function-", "tuple[", "literal["))
-
-
-def keys_of_schema(schema: Any) -> set[str]:
-    """Return all keys that a JSON Schema knows."""
-    keys: set[str] = set()
-    if isinstance(schema, dict):
-        keys.update(schema.get("properties", {}))
-        for value in schema.values():
-            keys |= keys_of_schema(value)
-    return keys

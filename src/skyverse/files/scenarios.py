@@ -11,12 +11,13 @@ from pydantic import ValidationError
 from skyverse.documents.yaml import yaml_text
 from skyverse.errors import InputError, shown, unreadable
 from skyverse.files.builtin import THESIS_CLEARANCE, THESIS_LATTICE
-from skyverse.files.document import explained, keys_of_schema
+from skyverse.files.document import explained
 from skyverse.files.grid_archive import arrays_beside
 from skyverse.files.recorded_motions import RecordedMotion, with_recorded_motions
 from skyverse.model.scenario import Bounds, Scenario
 from skyverse.model.shapes import Box
 from skyverse.model.vehicle_profiles import limits_without_value
+from skyverse.model.wrong_values import keys_of_schema
 
 
 def scenario_from_data(source: str | Path, data: Any) -> Scenario:

@@ -8,6 +8,7 @@ from skyverse.errors import InputError
 from skyverse.mission.flight_summaries import with_flight_summaries
 from skyverse.mission.plan_mission import plan_mission
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.result import Result, Status
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
@@ -45,20 +46,21 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     )
 
 
-def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> Mission:
+def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> Mission | None:
     """Return a mission with the same starts and targets, planned by `Auto` with `more` metres of additional clearance.
 
     UAVs are planned with `apart` metres of additional separation. Where the paths of a fleet are apart in space, those
     planned anew are led around each other too. The mission remains an answer to its own scenario, and is judged with
-    that clearance and separation.
+    that clearance and separation. There is none where so much clearance leaves no room below a ceiling.
     """
     scenario = mission.scenario
-    wider = scenario.model_copy(update={"clearance": scenario.clearance + more})
+    changes: dict[str, object] = {"clearance": scenario.clearance + more}
     if scenario.terrain is not None:
-        ground = scenario.terrain.model_copy(update={"clearance": scenario.ground_clearance + more})
-        wider = wider.model_copy(update={"terrain": ground})
+        if scenario.max_height is not None and scenario.ground_clearance + more >= scenario.max_height:
+            return None
+        changes["terrain"] = derived(scenario.terrain, clearance=scenario.ground_clearance + more)
     if apart:
-        wider = wider.model_copy(update={"uavs": tuple(_separated(uav, apart) for uav in scenario.uavs)})
+        changes["uavs"] = tuple(_separated(uav, apart) for uav in scenario.uavs)
     flying = sum(trajectory is not None for trajectory in mission.trajectories)
     in_space = flying > 1 and not apart_by_timing_only(mission)
     resolve = in_space or mission.deconfliction is not None or apart > 0
@@ -66,11 +68,11 @@ def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> 
     plan = partial(plan_mission, planner=Auto(), rng=seed, shape=shape, keep_apart=resolve, apart_in_space=in_space)
     sent = [target for target in mission.assignment if target is not None]
     if len(sent) == len(mission.assignment):  # keep the assignment
-        wider = wider.model_copy(update={"targets": tuple(scenario.targets[target] for target in sent)})
-        planned = plan(wider, assignment="identity")
+        changes["targets"] = tuple(scenario.targets[target] for target in sent)
+        planned = plan(derived(scenario, **changes), assignment="identity")
         assigned = tuple(None if own is None else sent[own] for own in planned.assignment)
     else:
-        planned = plan(wider)
+        planned = plan(derived(scenario, **changes))
         assigned = planned.assignment
     results = tuple(None if result is None else _unbounded(result) for result in planned.results)
     return judged(replace(planned, scenario=scenario, assignment=assigned, results=results))
@@ -79,7 +81,7 @@ def farther(mission: Mission, more: float, shape: Shape, apart: float = 0.0) -> 
 def _separated(uav: UAV, apart: float) -> UAV:
     """Return a UAV with so many metres of additional separation, horizontal and vertical."""
     level, upright = uav.ellipsoid
-    return uav.model_copy(update={"separation": level + apart, "vertical_separation": upright + apart})
+    return derived(uav, separation=level + apart, vertical_separation=upright + apart)
 
 
 def _unbounded(result: Result) -> Result:

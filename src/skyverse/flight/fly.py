@@ -15,6 +15,7 @@ from skyverse.flight.weather import weather_of
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight, Flown
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.simulated_vehicle import simulated_vehicle
 from skyverse.planners.base import Seed, seeded
 from skyverse.space.world import World
@@ -96,7 +97,7 @@ def fly(
     refuse_weak(kind, tuple(scenario.uavs[uav] for uav in flying))
     seeds = generator.integers(2**62, size=len(scenario.uavs)).tolist()
     jobs = {uav: SimulationJob(commands(mission, uav, kind), kind, weather, seeds[uav]) for uav in flying}
-    world = World(scenario.model_copy(update={"terrain": None}))
+    world = World(derived(scenario, terrain=None))
     flown: list[Flown | None] = [None] * len(scenario.uavs)
     for done, (uav, samples) in enumerate(_simulated(jobs, min(workers, len(jobs))), 1):
         flown[uav] = measure(world, mission, uav, samples, kind)

@@ -91,7 +91,7 @@ def fly_many_until_safe(
             apart += close + 2 * SPARE if close > 0 else 0.0
             done = f"planned anew with {more:.3g} m more clearance and {apart:.3g} m more separation"
             anew = farther(mission, more, shape, apart)
-            if not anew.complete or not _kept(mission, anew):
+            if anew is None or not anew.complete or not _kept(mission, anew):
                 why = f"{done}, there is no way left"
                 break
             easier, before = slowed(anew, slowness) if slowness > 1 else anew, math.inf

@@ -15,6 +15,7 @@ from skyverse.flight.weather import weather_of
 from skyverse.live.replanner import Replanner
 from skyverse.model.disturbances import Disturbances
 from skyverse.model.flight_record import Flight
+from skyverse.model.quantities import derived
 from skyverse.model.replanned_flight import ReplannedFlight
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
@@ -99,7 +100,7 @@ def fly_replanned(
     commanded = replace(mission, scenario=real, trajectories=references, violations=(), deconfliction=None)
     proven = certify(real, commanded)
     commanded = replace(commanded, certificates=proven.trajectories, apart=proven.apart)
-    world = World(real.model_copy(update={"terrain": None, "movers": ()}))
+    world = World(derived(real, terrain=None, movers=()))
     flown = tuple(measure(world, commanded, uav, one, kind) for uav, one in enumerate(samples))
     near, (found, wrong) = approaches(real, flown), passings(commanded, flown, margin)
     due = [fleet.ended if one.lost else 0.0 for one in samples]

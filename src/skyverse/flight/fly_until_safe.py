@@ -98,7 +98,7 @@ def fly_until_safe(
             more += 1.1 * short
             anew = farther(mission, more, shape)
             done = f"planned anew at a clearance of {mission.scenario.clearance + more:.3g} m"
-            if not anew.complete:
+            if anew is None or not anew.complete:
                 say(f"Round {number}: {done}, which leaves no way; ended.")
                 break
             easier, before = slowed(anew, slowness) if slowness > 1 else anew, float("inf")

@@ -15,6 +15,7 @@ from skyverse.flight.commands import COMMAND_RATE
 from skyverse.flight.run import Fleet, Nearest, Run, fly_run
 from skyverse.flight.run_summary import RunSummary
 from skyverse.model.mission import Mission
+from skyverse.model.scenario import Objective
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import TrackingError
 from skyverse.model.verdict import Fault
@@ -77,6 +78,7 @@ def _hit(fleet: Fleet, kind: str, nearest: Nearest, times: Floats, places: list[
     for uav, rows in zip(nearest.uavs, places, strict=True):
         changes = {
             "start": tuple(rows[0].tolist()),
+            "home": None,
             "separation": reach,
             "vertical_separation": reach,
             "tracking_error": TrackingError(),
@@ -88,6 +90,7 @@ def _hit(fleet: Fleet, kind: str, nearest: Nearest, times: Floats, places: list[
     changes = {
         "uavs": tuple(uavs),
         "targets": (),
+        "objective": Objective(),
         "clearance": reach,
         "obstacles": scenario.obstacles if kind == "obstacle" else (),
         "terrain": ground if kind == "ground" else None,

@@ -24,6 +24,7 @@ from skyverse.live.sighting import Sighting
 from skyverse.model.mission import Mission
 from skyverse.model.mover import Doubt, Mover
 from skyverse.model.mover_motions import WaypointMotion
+from skyverse.model.quantities import derived
 from skyverse.model.replanned_flight import Prediction, ReplanAnswer, ReplanStep
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
@@ -47,7 +48,7 @@ def true_scenario(known: Scenario, truth: Scenario) -> Scenario:
     """
     movers = [*known.movers, *(one for one in truth.movers if one not in known.movers)]
     obstacles = [*known.obstacles, *(one for one in truth.obstacles if one not in known.obstacles)]
-    certain = [one.model_copy(update={"doubt": Doubt()}) for one in movers]
+    certain = [derived(one, doubt=Doubt()) for one in movers]
     try:
         return Scenario.model_validate({**dict(known), "movers": certain, "obstacles": obstacles})
     except ValidationError as error:

@@ -12,6 +12,7 @@ from skyverse.flight.simulate import Samples, SimulationJob, simulate
 from skyverse.flight.vehicle import Vehicle
 from skyverse.flight.weather import Weather
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.space.world import World
 
 
@@ -103,7 +104,7 @@ def prepare(mission: Mission, vehicle: Vehicle, weather: Weather) -> Fleet:
         level, upright = np.maximum(scenario.uavs[i].ellipsoid, scenario.uavs[j].ellipsoid).tolist()
         if level > 0 and (flown[i] or flown[j]):
             pairs.append((i, j, level, upright))
-    world = World(scenario.model_copy(update={"terrain": None}))
+    world = World(derived(scenario, terrain=None))
     return Fleet(mission, vehicle, weather, told, world, tuple(still), tuple(pairs))
 
 

@@ -21,6 +21,7 @@ from skyverse.live.replan import Replan
 from skyverse.live.replanner import Replanner
 from skyverse.mission.plan_mission import plan_mission
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.result import Effort
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
@@ -103,7 +104,7 @@ class MovingCase:
         obstacles = self.scenario.obstacles
         chosen = np.random.default_rng([seed, 1]).permutation(len(obstacles))[: self.hidden].tolist()
         left = tuple(one for k, one in enumerate(obstacles) if k not in chosen)
-        return self.scenario.model_copy(update={"obstacles": left, "movers": ()})
+        return derived(self.scenario, obstacles=left, movers=())
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +210,7 @@ _lengths: dict[tuple[str, tuple[int | None, ...]], list[float]] = {}
 def _row(job: MovingJob, truth: Scenario, flown: _Flown) -> MovingRow:
     scenario, movers, policy, seed = job.run
     assignment = flown.mission.assignment
-    still = truth.model_copy(update={"movers": ()})
+    still = derived(truth, movers=())
     lengths = _least_lengths(job.case.digest, assignment, still)
     bound = max(least_seconds(length, uav) for length, uav in zip(lengths, truth.uavs, strict=True))
     arrived = flown.arrival is not None

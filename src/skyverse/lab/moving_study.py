@@ -24,6 +24,7 @@ from skyverse.lab.study_fields import (
     refuse_doubles,
 )
 from skyverse.live.policies import POLICY_NAMES, make_policy
+from skyverse.model.quantities import derived
 from skyverse.model.sensor import Sensor
 from skyverse.samples.movers import MoverKind
 
@@ -53,7 +54,7 @@ class StudyMovers(StudyModel):
     def _labelled(self) -> Self:
         walls = f", {self.hidden} hidden" if self.hidden else ""
         told = f"{self.count} {self.kind} at {self.speed:g} m/s{walls}"
-        return self if self.label else self.model_copy(update={"label": told})
+        return self if self.label else derived(self, label=told)
 
 
 class StudyPolicy(MadeByName):

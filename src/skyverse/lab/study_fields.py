@@ -7,15 +7,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, PlainSerializer, model_validator
 
 from skyverse.files import BUILTIN_NAMES
+from skyverse.model.quantities import Model, derived
 
 
-class StudyModel(BaseModel):
+class StudyModel(Model):
     """A part of a study's file."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
 class StudyScenario(StudyModel):
@@ -26,13 +27,13 @@ class StudyScenario(StudyModel):
 
     @model_validator(mode="after")
     def _labelled(self) -> Self:
-        return self if self.label else self.model_copy(update={"label": label_of(self.file)})
+        return self if self.label else derived(self, label=label_of(self.file))
 
 
-class MadeByName(BaseModel, ABC):
+class MadeByName(Model, ABC):
     """What is made by its name and settings, and its label, which by default is the name followed by the settings."""
 
-    model_config = ConfigDict(frozen=True, extra="allow", strict=True)
+    model_config = ConfigDict(extra="allow", strict=True)
 
     label: str = ""
 
@@ -57,7 +58,7 @@ class MadeByName(BaseModel, ABC):
         except TypeError as error:
             raise ValueError(str(error)) from None
         settings = " ".join(f"{name}={value}" for name, value in self.settings.items())
-        return self if self.label else self.model_copy(update={"label": f"{self.name} {settings}".strip()})
+        return self if self.label else derived(self, label=f"{self.name} {settings}".strip())
 
 
 Count = Annotated[int, Field(ge=1)]
@@ -142,7 +143,6 @@ class ScenarioStudy(StudyModel):
     def with_files(self, moved: Callable[[str], str]) -> Self:
         """Return the study with the paths of its scenarios' files moved."""
         given = (
-            each if each.file in BUILTIN_NAMES else each.model_copy(update={"file": moved(each.file)})
-            for each in self.scenarios
+            each if each.file in BUILTIN_NAMES else derived(each, file=moved(each.file)) for each in self.scenarios
         )
-        return self.model_copy(update={"scenarios": tuple(given)})
+        return derived(self, scenarios=tuple(given))

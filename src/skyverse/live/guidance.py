@@ -7,6 +7,7 @@ import numpy as np
 from skyverse._typing import Floats, Ints
 from skyverse.cost import soft_terms
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.tolerances import LIMIT_MARGIN, MIN_PATH
@@ -67,8 +68,8 @@ def path_from(scenario: Scenario, uav: int, target: int | None, place: Floats) -
     if target is None:
         return None
     uavs = list(scenario.uavs)
-    uavs[uav] = uavs[uav].model_copy(update={"start": tuple(place.tolist())})
-    problem = Problem(scenario.model_copy(update={"uavs": tuple(uavs)}), uav, target)
+    uavs[uav] = derived(uavs[uav], start=tuple(place.tolist()))
+    problem = Problem(derived(scenario, uavs=tuple(uavs)), uav, target)
     planner = Auto() if soft_terms(scenario) else Taut()  # in flight, the shorter search
     result = planner.plan(problem)
     return (problem, result) if result.status.reached else None

@@ -8,8 +8,8 @@ from pydantic import ValidationError
 
 from skyverse.documents.json import load_json
 from skyverse.errors import InputError
-from skyverse.files.document import keys_of_schema, wrong_field
 from skyverse.live.messages import ObservationMessage
+from skyverse.model.wrong_values import keys_of_schema, wrong_field
 
 MAX_LINE = 2**23
 """Bytes of a line at most, 8 MB: an observation of ten thousand obstacles."""

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario, Target
 from skyverse.model.shapes import Shape
 from skyverse.model.uav import TrackingError
@@ -90,7 +91,7 @@ def with_seen(known: Known, obstacles: Sequence[Shape], zones: Sequence[Shape], 
     if len(entered) == len(added) and not zones:
         return Known(before, entered)
     left = (one for one in added if one not in entered)
-    return Known(whole.model_copy(update={"obstacles": (*before.obstacles, *left)}), entered)
+    return Known(derived(whole, obstacles=(*before.obstacles, *left)), entered)
 
 
 def _with_more(scenario: Scenario, obstacles: Sequence[Shape], zones: Sequence[Shape]) -> Scenario:
@@ -128,16 +129,16 @@ def with_targets(
             assigned[uav] = len(targets)
             targets.append(target)
         else:
-            targets[number] = target.model_copy(update={"name": targets[number].name})
+            targets[number] = derived(target, name=targets[number].name)
     if not given:
         return scenario, tuple(assigned)
-    return scenario.model_copy(update={"targets": tuple(targets)}), tuple(assigned)
+    return derived(scenario, targets=tuple(targets)), tuple(assigned)
 
 
 def _is_too_near(scenario: Scenario, obstacle: Shape, uav: int, place: Floats) -> bool:
     """Tell whether a place (3,) is nearer to an obstacle than a UAV must keep from it."""
     bare = {"obstacles": (obstacle,), "zones": (), "terrain": None, "movers": ()}
-    return not World(scenario.model_copy(update=bare), scenario.uavs[uav].tracking_error).free(place)[0]
+    return not World(derived(scenario, **bare), scenario.uavs[uav].tracking_error).free(place)[0]
 
 
 def strays(place: Floats, course: Floats, error: TrackingError) -> bool:

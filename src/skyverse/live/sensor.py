@@ -9,6 +9,7 @@ from skyverse._typing import Floats
 from skyverse.live.sighting import Sighting
 from skyverse.model.mover import Ellipsoid, Mover, MoverShape
 from skyverse.model.mover_bounds import motion_bounds
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.sensor import Sensor
 from skyverse.model.shape_extent import extent
@@ -86,7 +87,7 @@ class HiddenObstacles:
 
     def __init__(self, scenario: Scenario, obstacles: Sequence[Shape]) -> None:
         bare = {"obstacles": (), "zones": (), "terrain": None, "movers": ()}
-        self._hidden = [(one, World(scenario.model_copy(update={**bare, "obstacles": (one,)}))) for one in obstacles]
+        self._hidden = [(one, World(derived(scenario, **bare, obstacles=(one,)))) for one in obstacles]
 
     def seen(self, sensor: Sensor, places: Floats) -> list[Shape]:
         """Return those that come within range of places (n, 3), metres, for the first time."""

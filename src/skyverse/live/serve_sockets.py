@@ -18,6 +18,7 @@ from skyverse.live.messages import Answer, Fault, Refusal
 from skyverse.live.observation_lines import MAX_LINE, LineSplitter, read_json
 from skyverse.live.serve_streams import CHUNK, message_line
 from skyverse.live.session import LiveSession
+from skyverse.model.quantities import derived
 
 MAX_UNREAD = 2**25
 """Bytes of answers that may wait for a client, 34 MB; one that leaves more of them unread is dropped."""
@@ -163,7 +164,7 @@ class _Server:
         sender.write(message_line(message))
         if not isinstance(message, Answer) or len(self.clients) == 1:
             return
-        told = message_line(message.model_copy(update={"line": None}))
+        told = message_line(derived(message, line=None))
         for other in self.clients - {sender}:
             if other.transport.get_write_buffer_size() > MAX_UNREAD:
                 other.transport.abort()

@@ -83,7 +83,7 @@ def _occupied(value: object, info: ValidationInfo) -> Bools:
         raise ValueError(f"expected an array of three dimensions, found one of shape {occupied.shape}")
     if occupied.dtype != bool and not (all_numbers(layers) and np.isin(occupied, (0, 1)).all()):
         raise ValueError("expected 0 for what is free and 1 for what is occupied")
-    return frozen(occupied.astype(bool))
+    return frozen(occupied.astype(bool, copy=False))
 
 
 MAX_INLINE_NUMBERS = 4096

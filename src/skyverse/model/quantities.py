@@ -1,10 +1,13 @@
 """The types of a scenario's fields: numbers, places and extents, in SI units and local east-north-up metres."""
 
-from collections.abc import Callable
-from typing import Annotated, Self
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from skyverse.errors import InputError
+from skyverse.model.wrong_values import keys_of_schema, wrong_field
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -55,9 +58,49 @@ Instant = Annotated[Number, Field(ge=-MAX_INSTANT, le=MAX_INSTANT)]
 
 
 class Model(BaseModel):
-    """The base of all models: frozen data that refuse unknown keys."""
+    """The base of all models: frozen data that refuse unknown keys.
+
+    Whatever makes one validates it, a copy with changes too, and raises `InputError` that names the field;
+    ``model_validate`` raises pydantic's own error, which lists everything that is wrong.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def __init__(self, /, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            field, said = wrong_field(error, data, keys_of_schema(type(self).model_json_schema()))
+            raise InputError(said, field=field or None) from None
+
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # or pydantic would call it for parts of data
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with other values in some fields, validated as if it were made anew.
+
+        Raises
+        ------
+        InputError
+            If there is no such field, or the model cannot have such a value.
+        """
+        whole = super().model_copy(deep=deep)
+        return type(self)(**{**dict(whole), **update}) if update else whole
+
+    copy = model_copy  # pydantic's own, which it keeps from its first version, validates nothing
+
+
+AnyModel = TypeVar("AnyModel", bound=BaseModel)
+
+
+def derived(model: AnyModel, **fields: Any) -> AnyModel:
+    """Return a copy with other values in some fields, which nobody validates.
+
+    It is for what the library derives from given data, such as a scenario without its terrain, and may be unsound.
+    """
+    unknown = fields.keys() - type(model).model_fields.keys()
+    if unknown:
+        raise TypeError(f"{type(model).__name__} has no field {', '.join(sorted(unknown))}")
+    return BaseModel.model_copy(model, update=fields)
 
 
 class Extent(Model):

@@ -15,7 +15,7 @@ from skyverse.model.digest import digest_of
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.mover import Mover
-from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps
+from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
@@ -212,8 +212,7 @@ class Source(Model):
 def _named(things: Iterable[Any], kind: str) -> tuple[Any, ...]:
     """Return things with a name for each one that has none, and refuse a name that occurs twice."""
     named = tuple(
-        thing if thing.name else thing.model_copy(update={"name": f"{kind}-{number}"})
-        for number, thing in enumerate(things, 1)
+        thing if thing.name else derived(thing, name=f"{kind}-{number}") for number, thing in enumerate(things, 1)
     )
     names = [thing.name for thing in named]
     for name in names:

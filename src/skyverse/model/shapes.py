@@ -36,6 +36,7 @@ from skyverse.model.quantities import (
     Point,
     Positive,
     Steps,
+    derived,
     listed,
     named_type,
 )
@@ -253,7 +254,7 @@ class Terrain(GridModel):
     @property
     def lowest_ground(self) -> "Terrain":
         """The surface that a ceiling above ground is counted from: a terrain whose heights are `lowest`, if given."""
-        return self if self.lowest is None else self.model_copy(update={"heights": self.lowest, "lowest": None})
+        return self if self.lowest is None else derived(self, heights=self.lowest, lowest=None)
 
     @property
     def extent(self) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -3,6 +3,7 @@
 from collections.abc import Collection
 
 from skyverse.model.active_times import told_spans
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Shape
 
@@ -28,13 +29,13 @@ def with_zones_active(scenario: Scenario, numbers: Collection[int]) -> Scenario:
     Those that must then never be entered are obstacles. All of its other zones with active times are left out.
     """
     lasting = [
-        (number, zone if zone.active is None else zone.model_copy(update={"active": None}))
+        (number, zone if zone.active is None else derived(zone, active=None))
         for number, zone in enumerate(scenario.zones)
         if zone.active is None or number in numbers
     ]
     closed = tuple(zone for number, zone in lasting if is_closed_at_times(scenario.zones[number]))
     zones = tuple(zone for number, zone in lasting if not is_closed_at_times(scenario.zones[number]))
-    return scenario.model_copy(update={"obstacles": (*scenario.obstacles, *closed), "zones": zones})
+    return derived(scenario, obstacles=(*scenario.obstacles, *closed), zones=zones)
 
 
 def told_zone(scenario: Scenario, number: int) -> str:

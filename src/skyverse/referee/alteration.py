@@ -6,8 +6,10 @@ from typing import TypeGuard
 import numpy as np
 from pydantic import BaseModel
 
+from skyverse.errors import InputError
 from skyverse.model.digest import short
 from skyverse.model.scenario import Scenario
+from skyverse.referee.world import require_sound
 
 MAX_NAMED = 6
 """Fields that a message names; it counts the others."""
@@ -19,6 +21,10 @@ def alteration(scenario: Scenario, embedded: object) -> str:
     """Say in which fields the scenario that a mission embeds differs from the scenario that it is judged by."""
     if not isinstance(embedded, Scenario):
         return "The mission embeds no scenario."
+    try:
+        require_sound(embedded)
+    except InputError as error:
+        return f"The mission embeds a scenario that is none: {error}."
     found = list(_differences("", scenario, embedded))
     named = "; ".join(found[:MAX_NAMED]) + (f"; and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else "")
     return (

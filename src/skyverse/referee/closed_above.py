@@ -7,6 +7,7 @@ from typing import TypeVar, cast
 import numpy as np
 
 from skyverse._typing import Indices
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Shape, Sphere, Voxels
 from skyverse.referee.outlines import Outlines, outlines_of
@@ -69,13 +70,13 @@ def _raised(shape: AnyShape, bound: float) -> AnyShape:
     """Return a shape with its upper face above `bound`; spheres have none and stay as they are."""
     match shape:
         case Box():
-            return shape.model_copy(update={"max": (*shape.max[:2], max(shape.max[2], bound) + BEYOND)})
+            return derived(shape, max=(*shape.max[:2], max(shape.max[2], bound) + BEYOND))
         case Cylinder() | Prism():
-            return shape.model_copy(update={"high": max(shape.high, bound) + BEYOND})
+            return derived(shape, high=max(shape.high, bound) + BEYOND)
         case Voxels():
             cells = shape.occupied
             more = max(0, int(np.ceil((bound + BEYOND - shape.origin[2]) / shape.step[2])) - cells.shape[2])
             taller = np.zeros((*cells.shape[:2], cells.shape[2] + more), dtype=bool)
             taller[:, :, : cells.shape[2]] = cells
-            return shape.model_copy(update={"occupied": np.cumsum(taller, axis=2) > 0})
+            return derived(shape, occupied=np.cumsum(taller, axis=2) > 0)
     return shape

@@ -6,6 +6,7 @@ from functools import reduce
 import numpy as np
 
 from skyverse._typing import Floats, Indices
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.incursion import CEILING_NUMBER, GROUND_NUMBER
@@ -233,8 +234,8 @@ def ceiling_above_ground(scenario: Scenario, error: TrackingError = EXACT) -> Ce
     if terrain is None or most is None:
         return None
     base = terrain.heights if terrain.lowest is None else terrain.lowest
-    below = terrain.model_copy(update={"heights": -(base + most), "lowest": None, "clearance": 0.0})
-    upside_down = grown_ground(scenario.model_copy(update={"terrain": below}), error)
+    below = derived(terrain, heights=-(base + most), lowest=None, clearance=0.0)
+    upside_down = grown_ground(derived(scenario, terrain=below), error)
     assert upside_down is not None
     return Ceiling(0.0, np.array([CEILING_NUMBER]), upside_down)
 

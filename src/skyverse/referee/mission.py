@@ -27,7 +27,7 @@ from skyverse.referee.temporary_zones import judge_temporary_zones
 from skyverse.referee.trajectory import judge_trajectory
 from skyverse.referee.tube import EXACT
 from skyverse.referee.untrusted import entry, target_index
-from skyverse.referee.world import RefereeWorlds, referee_world
+from skyverse.referee.world import RefereeWorlds
 
 MAX_SHOWN = 4
 """Sentences at most that the prompt shows of what is not proven."""
@@ -272,8 +272,9 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
     ValueError
         If the scenario has no such UAV or target.
     """
+    worlds = RefereeWorlds(scenario)
     for kind, index, things in (("uav", uav, scenario.uavs), ("target", target, scenario.targets)):
         if not 0 <= index < len(things):
             raise ValueError(f"scenario {scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}")
     with np.errstate(all="ignore"):
-        return list(judge_result(referee_world(scenario, scenario.uavs[uav].tracking_error), uav, target, result, None))
+        return list(judge_result(worlds.of(uav), uav, target, result, None))

@@ -7,6 +7,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.mission import Mission
+from skyverse.model.quantities import derived
 from skyverse.model.result import Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
@@ -75,9 +76,9 @@ class _Judge:
     """Judges the claims of the results of one mission; the lattice is judged once, when it is first needed."""
 
     def __init__(self, scenario: Scenario, max_states: int) -> None:
+        self.worlds = RefereeWorlds(scenario)
         self.scenario, self.digest = scenario, scenario.digest
         self._lattices: dict[tuple[TrackingError, bool], tuple[RefereeWorld, RefereeLattice]] = {}
-        self.worlds = RefereeWorlds(scenario)
         world = self.worlds.nominal
         states = int(np.prod(lattice_shape(world), dtype=float))
         if scenario.objective.divergence > 0:
@@ -206,10 +207,10 @@ def _farther(scenario: Scenario) -> Scenario:
     changes: dict[str, object] = {"clearance": scenario.clearance + LATTICE_MARGIN}
     if scenario.terrain is not None and scenario.terrain.clearance is not None:
         clearance = scenario.terrain.clearance + LATTICE_MARGIN
-        changes["terrain"] = scenario.terrain.model_copy(update={"clearance": clearance})
+        changes["terrain"] = derived(scenario.terrain, clearance=clearance)
     if scenario.max_height is not None:
         changes["max_height"] = scenario.max_height - LATTICE_MARGIN
-    return scenario.model_copy(update=changes)
+    return derived(scenario, **changes)
 
 
 def _cell_corners(lattice: RefereeLattice, place: Floats) -> list[Floats]:

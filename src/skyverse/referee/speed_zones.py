@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Indices
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Zone
 from skyverse.model.temporary_zones import told_zone
@@ -62,7 +63,7 @@ def speed_zones(scenario: Scenario, error: TrackingError = EXACT) -> SpeedZones:
     """Return the zones of a scenario that have a speed limit, for a UAV with a tracking error."""
     slow = [(number, zone) for number, zone in enumerate(scenario.zones) if zone.max_speed is not None]
     names = [told_zone(scenario, number) for number, _ in slow]
-    given = scenario.model_copy(update={"obstacles": tuple(zone for _, zone in slow), "clearance": 0.0})
+    given = derived(scenario, obstacles=tuple(zone for _, zone in slow), clearance=0.0)
     shapes = solid_shapes(given)
     kinds: list[GrownSolids] = [make(shapes, error) for make in (grown_cylinders, grown_spheres, grown_prisms)]
     solids = [kind for kind in (grown_boxes(shapes, error), *kinds) if len(kind.obstacle)]

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from skyverse._typing import Floats, Indices
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.temporary_zones import is_closed_at_times, told_zone
 from skyverse.model.uav import TrackingError
@@ -51,7 +52,7 @@ def judge_temporary_zones(
 
 def _solids(scenario: Scenario, closed: list[int], error: TrackingError) -> tuple[GrownSolids, ...]:
     """Return the zones numbered, grown by the clearance and the tracking error, one entry for each kind of shape."""
-    given = scenario.model_copy(update={"obstacles": tuple(scenario.zones[number] for number in closed)})
+    given = derived(scenario, obstacles=tuple(scenario.zones[number] for number in closed))
     shapes = solid_shapes(given)
     kinds: list[GrownSolids] = [make(shapes, error) for make in (grown_cylinders, grown_spheres, grown_prisms)]
     return tuple(kind for kind in (grown_boxes(shapes, error), *kinds) if len(kind.obstacle))

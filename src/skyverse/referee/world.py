@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError, shown
 from skyverse.model.scenario import Scenario
 from skyverse.model.uav import TrackingError
 from skyverse.referee.boxes import GrownBoxes, grown_boxes
@@ -99,6 +100,16 @@ def referee_world(
     return RefereeWorld(scenario, shapes, low, high, step, boxes, tuple(others), ground, corner, error, without_error)
 
 
+def require_sound(scenario: object) -> None:
+    """Raise `InputError` for what no file of a scenario could hold, whoever made it, and however.
+
+    Models are validated when they are made, but pydantic has ways around that, such as ``model_construct``.
+    """
+    if not isinstance(scenario, Scenario):
+        raise InputError(f"expected a Scenario, found {shown(scenario)}", field="scenario")
+    Scenario(**scenario.model_dump(warnings=False))
+
+
 class RefereeWorlds:
     """The worlds of a scenario: one for each distinct tracking error of its UAVs, and the nominal one without any.
 
@@ -106,9 +117,15 @@ class RefereeWorlds:
     ----------
     scenario
         What is given.
+
+    Raises
+    ------
+    InputError
+        If the scenario is not sound; see `require_sound`.
     """
 
     def __init__(self, scenario: Scenario) -> None:
+        require_sound(scenario)
         self.scenario = scenario
         self.nominal = referee_world(scenario)
         self._known = {EXACT: self.nominal}

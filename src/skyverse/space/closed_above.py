@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Sphere, Voxels
 
 ABOVE_BOUNDS = 1.0
@@ -30,7 +31,7 @@ def _closed(shape: AnyShape, top: float) -> Iterator[AnyShape]:
     """Yield shapes that together fill an obstacle and what is above it."""
     if isinstance(shape, Box):
         (x, y, z) = shape.max
-        yield shape.model_copy(update={"max": (x, y, max(z, top))})
+        yield derived(shape, max=(x, y, max(z, top)))
     elif isinstance(shape, Sphere):
         (x, y, z), r = shape.centre, shape.radius
         yield shape
@@ -39,6 +40,6 @@ def _closed(shape: AnyShape, top: float) -> Iterator[AnyShape]:
         filled = np.logical_or.accumulate(shape.occupied, axis=2)
         layers = math.ceil((top - shape.origin[2]) / shape.step[2]) - filled.shape[2]
         above = np.repeat(filled[:, :, -1:], max(layers, 0), axis=2)
-        yield shape.model_copy(update={"occupied": np.concatenate([filled, above], axis=2)})
+        yield derived(shape, occupied=np.concatenate([filled, above], axis=2))
     else:
-        yield shape.model_copy(update={"high": max(shape.high, top)})
+        yield derived(shape, high=max(shape.high, top))

@@ -9,6 +9,7 @@ from skyverse.model.active_times import active_spans
 from skyverse.model.caution import Caution
 from skyverse.model.mover import Mover
 from skyverse.model.mover_motions import CircularMotion, PeriodicMotion, PolynomialMotion, WaypointMotion
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import listed
@@ -120,9 +121,9 @@ def _who(met: Sequence[tuple[str, str]]) -> Iterator[str]:
 
 def _alone(scenario: Scenario, number: int, error: TrackingError) -> World:
     """Return a world whose only obstacle is a zone."""
-    zone = scenario.zones[number].model_copy(update={"active": None})
+    zone = derived(scenario.zones[number], active=None)
     only = {"obstacles": (zone,), "zones": (), "terrain": None, "max_height": None}
-    return World(scenario.model_copy(update=only), error)
+    return World(derived(scenario, **only), error)
 
 
 def _holds(world: World, place: Floats) -> bool:

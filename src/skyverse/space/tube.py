@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.quantities import derived
 from skyverse.model.shapes import Terrain
 from skyverse.model.uav import TrackingError
 from skyverse.numerics.tolerances import REACH_ROUNDING
@@ -50,7 +51,7 @@ def raised(terrain: Terrain | None, error: TrackingError) -> Terrain | None:
     slope = _steepest_in_cells(h, terrain.step)
     for axis, step in enumerate(terrain.step):
         slope = _steepest_near(slope, axis, math.ceil(error.horizontal / step))
-    return terrain.model_copy(update={"heights": h + (error.horizontal * slope + error.vertical), "lowest": None})
+    return derived(terrain, heights=h + (error.horizontal * slope + error.vertical), lowest=None)
 
 
 WALL_SLOPE = 1.0

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
 from skyverse.model.uav import TrackingError
@@ -355,7 +356,7 @@ def _upside_down_ceiling(scenario: Scenario) -> Terrain | None:
     if scenario.terrain is None or scenario.max_height is None:
         return None
     below = scenario.terrain.lowest_ground
-    return below.model_copy(update={"heights": -(below.heights + scenario.max_height)})
+    return derived(below, heights=-(below.heights + scenario.max_height))
 
 
 def _rows(points: ArrayLike) -> Floats:

@@ -553,7 +553,7 @@ def test_bad_input_to_the_command_ends_in_one_sentence_and_2(tmp_path, capsys, m
 
 
 def test_an_origin_has_a_geoid_that_there_is():
-    with pytest.raises(ValueError, match="less than or equal to 150"):
+    with pytest.raises(ValueError, match="at most 150"):
         sky.Origin(latitude=46.8, longitude=9.8, altitude=0, geoid=470)
     assert sky.Origin(latitude=46.8, longitude=9.8, altitude=0, geoid=-107).geoid == -107
 

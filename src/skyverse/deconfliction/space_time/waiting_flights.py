@@ -13,6 +13,7 @@ from skyverse.deconfliction.space_time.itinerary_flight import Run, smoothed, sp
 from skyverse.deconfliction.space_time.leg_profiles import leg_profiles
 from skyverse.deconfliction.space_time.roadmap import make_roadmap
 from skyverse.deconfliction.space_time.search import Graph, Itinerary, earliest_arrival, seconds_to
+from skyverse.model.quantities import derived
 from skyverse.model.result import Effort
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.model.verdict import Verdict
@@ -125,7 +126,7 @@ class WaitingFlights:
         pool = self._pool
         uav, world = pool.scenario.uavs[planned.uav], problem.airspace.world
         slowest = min([uav.max_speed, *(zone.max_speed for zone in world.speed_zones)])
-        limited = uav.model_copy(update={"max_speed": slowest})
+        limited = derived(uav, max_speed=slowest)
         graph = self._roadmap(planned.uav)
         limits = limits_of(limited, -LIMIT_MARGIN)
         source, target = (_vertex(graph, place) for place in (problem.uav_place, problem.target_place))

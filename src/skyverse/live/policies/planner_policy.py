@@ -10,6 +10,7 @@ from skyverse.live.guidance import Way, guidance
 from skyverse.live.policies.policy import Policy, Situation, require_positive
 from skyverse.live.policies.swept_boxes import swept_boxes
 from skyverse.model.mover import Mover
+from skyverse.model.quantities import derived
 from skyverse.model.result import Effort, Result
 from skyverse.planners import make_planner
 from skyverse.planners.base import Planner
@@ -62,20 +63,20 @@ def problem_now(situation: Situation, sweep: float, timed: bool) -> Problem:
     """Return the problem of a UAV from where it would come to rest, among movers as the settings of a policy say."""
     scenario = situation.scenario
     uavs = list(scenario.uavs)
-    uavs[situation.uav] = uavs[situation.uav].model_copy(update={"start": tuple(situation.stop.tolist())})
+    uavs[situation.uav] = derived(uavs[situation.uav], start=tuple(situation.stop.tolist()))
     update: dict[str, Any] = {"uavs": tuple(uavs)}
     if timed:
         update["movers"] = tuple(
             Mover.model_construct(name=f"mover {k}", kind=None, shape=one.shape, motion=one.motion, doubt=one.doubt)  # type: ignore[arg-type]
             for k, one in enumerate(situation.movers)
         )
-        return Problem(scenario.model_copy(update=update), situation.uav, situation.target, departs=situation.join)
+        return Problem(derived(scenario, **update), situation.uav, situation.target, departs=situation.join)
     target = np.array(scenario.targets[situation.target].position)
     end = min(situation.now + sweep, situation.until)
     ends = (situation.stop, target)
     boxes = swept_boxes(situation.movers, situation.now, end, scenario.clearance, ends)
     update["obstacles"] = (*scenario.obstacles, *boxes)
-    return Problem(scenario.model_copy(update=update), situation.uav, situation.target)
+    return Problem(derived(scenario, **update), situation.uav, situation.target)
 
 
 def planned(problem: Problem, result: Result) -> tuple[Way | None, Effort]:

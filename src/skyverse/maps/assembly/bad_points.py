@@ -12,6 +12,7 @@ from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.close_ends import EndsApart, Point
 from skyverse.model.altitude import AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
 
 ROUNDING = 0.1
@@ -103,14 +104,13 @@ def _narrowed(scenario: Scenario) -> Scenario:
     """Return a scenario in which everything keeps `ROUNDING` more from everything."""
     low, high, ground, most = scenario.bounds.min, scenario.bounds.max, scenario.terrain, scenario.max_height
     if ground is not None and ground.clearance is not None:
-        ground = ground.model_copy(update={"clearance": ground.clearance + ROUNDING})
-    return scenario.model_copy(
-        update={
-            "clearance": scenario.clearance + ROUNDING,
-            "bounds": Bounds(min=_moved(low, ROUNDING), max=_moved(high, -ROUNDING)),
-            "max_height": None if most is None else most - ROUNDING,
-            "terrain": ground,
-        }
+        ground = derived(ground, clearance=ground.clearance + ROUNDING)
+    return derived(
+        scenario,
+        clearance=scenario.clearance + ROUNDING,
+        bounds=Bounds(min=_moved(low, ROUNDING), max=_moved(high, -ROUNDING)),
+        max_height=None if most is None else most - ROUNDING,
+        terrain=ground,
     )
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence
@@ -51,7 +50,6 @@ from skyverse.model.shapes import Prism, Terrain, Voxels
 from skyverse.model.short_lines import counted
 from skyverse.model.uav import UAV
 from skyverse.model.vehicle_profiles import VEHICLE_PROFILES
-from skyverse.model.wrong_values import complaint
 
 NO_UNIT = Sentence("heights without a unit taken as metres", give=[Remedy("Raster.unit", "ft", "to take them as feet")])
 
@@ -139,26 +137,23 @@ def build_scenario(options: BuildOptions) -> Scenario:
     limits = _limits(options)
     for one in bad:
         home_z.pop(one.name, None)  # which may be above a start that is too low
-    try:
-        built = Scenario(
-            name=options.name,
-            bounds=bounds,
-            obstacles=tuple(obstacles),
-            zones=tuple(soft),
-            terrain=relief,
-            clearance=clearance,
-            max_height=None if most is None else most.metres,
-            lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
-            objective=Objective(unit="metres", altitude=band),
-            uavs=tuple(
-                limits.limit(UAV(name=uav, start=point, home=home_z.get(uav))) for uav, point in starting.items()
-            ),
-            targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
-            frame=Frame(origin=zero),
-            sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),
-        )
-    except ValidationError as error:
-        raise InputError(f"{options.name}: {complaint(error.errors()[0])}") from None
+    built = Scenario(
+        name=options.name,
+        bounds=bounds,
+        obstacles=tuple(obstacles),
+        zones=tuple(soft),
+        terrain=relief,
+        clearance=clearance,
+        max_height=None if most is None else most.metres,
+        lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
+        objective=Objective(unit="metres", altitude=band),
+        uavs=tuple(
+            limits.limit(UAV(name=uav, start=point, home=home_z.get(uav))) for uav, point in starting.items()
+        ),
+        targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
+        frame=Frame(origin=zero),
+        sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),
+    )
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
     if len(goals) > len(starts):

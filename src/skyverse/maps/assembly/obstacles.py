@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from skyverse._typing import Floats
 from skyverse.errors import InputError
@@ -260,13 +259,12 @@ def prisms(these: LocalFeatures) -> tuple[list[Prism], Counter[str]]:
         given |= {"low": float(low), "high": float(high)}
         try:
             made.append(Prism(vertices=_ring(outline.exterior), holes=_rings(outline), **given))
-        except ValidationError:  # an outline that touches itself or is thinner than the rounding has a sound hull
+        except InputError:  # an outline that touches itself or is thinner than the rounding has a sound hull
             hull = outline.convex_hull.buffer(ROUNDING, join_style="mitre")
             try:
                 made.append(Prism(vertices=_ring(hull.exterior), **given))
-            except ValidationError as error:
-                said = error.errors()[0]["msg"].removeprefix("Value error, ")
-                raise InputError(f"{feature.where}: cannot become a prism: {said}") from None
+            except InputError as error:
+                raise InputError(f"{feature.where}: cannot become a prism: {error}") from None
             counts["taken as their convex hull"] += 1
     return made, counts
 

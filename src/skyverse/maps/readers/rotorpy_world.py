@@ -6,8 +6,6 @@ Source: rotorpy.world.World, https://github.com/spencerfolk/rotorpy
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from skyverse.errors import InputError, shown
 from skyverse.maps.georeference.fields import are_numbers, require_type
 from skyverse.maps.readers.scenario_defaults import DEFAULT_CLEARANCE, default_lattice
@@ -46,8 +44,8 @@ def rotorpy_world(path: Path, data: dict[str, Any]) -> Scenario:
             lattice=default_lattice(bounds, DEFAULT_CLEARANCE),
             sources=(Source(file=path.name, gives="bounds and boxes"),),
         )
-    except ValidationError as error:
-        raise InputError(f"{path}: {error.errors()[0]['msg']}") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _corners(where: str, extents: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
