@@ -119,6 +119,7 @@ from .planners.hybrid import HybridMVO as HybridMVO
 from .planners.lattice import LatticeSearch as LatticeSearch
 from .planners.metaheuristic import Metaheuristic as Metaheuristic
 from .planners.mvo import MVO as MVO
+from .planners.own_path import result_of_path as result_of_path
 from .planners.restart import RandomRestart as RandomRestart
 from .planners.taut import Taut as Taut
 from .planners.theta_star import ThetaStar as ThetaStar
@@ -160,3 +161,4 @@ from .stop import MaxSeconds as MaxSeconds
 from .stop import Progress as Progress
 from .stop import Stop as Stop
 from .stop import TargetCost as TargetCost
+from .trajectory import fly_along as fly_along

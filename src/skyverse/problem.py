@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats, Ints
 from skyverse.cost import Pricing, Rates, make_pricing, make_rates
+from skyverse.errors import InputError, shown
+from skyverse.model.by_name import index_of
 from skyverse.model.result import Status
 from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import as_lines, told_metres, told_point
@@ -36,7 +38,8 @@ class Airspace:
 
     def __init__(self, scenario: Scenario) -> None:
         if not isinstance(scenario, Scenario):
-            raise TypeError(f"expected a Scenario, got {scenario!r:.60}; read(...) makes one of a name or a file")
+            said = f"expected a Scenario, found {shown(scenario)}; read(...) makes one of a name or a file"
+            raise InputError(said, field="scenario")
         self.scenario = scenario
         self.world = World(scenario)
         self.nominal = self
@@ -104,7 +107,7 @@ class Problem:
     scenario
         The scenario; an `Airspace` of it in its place saves compiling it again for each of its problems.
     uav, target
-        Indices into the scenario's UAVs and targets.
+        Indices of the scenario's UAVs and targets, or their names.
     departs
         Seconds into the mission at which the UAV departs. Planners that price contact with movers heed it.
 
@@ -120,25 +123,19 @@ class Problem:
 
     Raises
     ------
-    ValueError
-        If the scenario has no such UAV or target, or `departs` is no such instant.
+    InputError
+        If the scenario is none, or has no such UAV or target, or `departs` is no such instant.
     """
 
-    def __init__(self, scenario: Scenario | Airspace, uav: int = 0, target: int = 0, *, departs: float = 0.0) -> None:
+    def __init__(
+        self, scenario: Scenario | Airspace, uav: int | str = 0, target: int | str = 0, *, departs: float = 0.0
+    ) -> None:
         airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
         self.scenario = airspace.scenario
-        for kind, index, things in (
-            ("uav", uav, self.scenario.uavs),
-            ("target", target, self.scenario.targets),
-        ):
-            if not 0 <= index < len(things):
-                raise ValueError(
-                    f"scenario {self.scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}"
-                )
-        self.uav = uav
-        if not 0.0 <= departs < math.inf:
-            raise ValueError(f"departs is a number of seconds from 0 on, not {departs!r}")
-        self.target = target
+        self.uav = uav = index_of(self.scenario.uavs, uav, "uav")
+        self.target = target = index_of(self.scenario.targets, target, "target")
+        if not isinstance(departs, float | int | np.number) or not 0.0 <= departs < math.inf:
+            raise InputError(f"expected a number of seconds from 0 on, found {shown(departs)}", field="departs")
         self.departs = float(departs)
         self.airspace = airspace.of(uav)
         self.uav_place = np.array(self.scenario.uavs[uav].start)
@@ -146,6 +143,15 @@ class Problem:
         hovers = self.scenario.uavs[uav].fixed_wing is None  # an aeroplane climbs no column
         self.start = self.airspace.column_top(self.uav_place) if hovers else self.uav_place
         self.end = self.airspace.column_top(self.target_place) if hovers else self.target_place
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Problem):
+            return NotImplemented
+        ours, theirs = ((one.uav, one.target, one.departs) for one in (self, other))
+        return ours == theirs and (self.scenario is other.scenario or self.scenario == other.scenario)
+
+    def __hash__(self) -> int:
+        return hash((self.uav, self.target, self.departs))
 
     def __repr__(self) -> str:
         uav, target = self.scenario.uavs[self.uav], self.scenario.targets[self.target]

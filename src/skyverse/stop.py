@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import ClassVar, Protocol, TypeGuard
 
+from skyverse.errors import InputError, shown
 from skyverse.model.result import CANCELLED
 
 
@@ -60,6 +61,13 @@ class Stop(ABC):
         return Either(self, other)
 
 
+def require_stop(stop: object) -> None:
+    """Raise `InputError` for what is neither a rule that ends a run nor ``None``."""
+    if stop is not None and not isinstance(stop, Stop):
+        said = f"expected a rule, such as MaxIterations(40) or MaxSeconds(1), found {shown(stop)}"
+        raise InputError(said, field="stop")
+
+
 @dataclass(frozen=True)
 class Either(Stop):
     """Ends a run at whichever of two rules is met first."""
@@ -96,7 +104,7 @@ class _Counted(Stop):
 
     def __post_init__(self) -> None:
         if not _counts(self.most):
-            raise ValueError(f"{type(self).__name__} takes a whole number from 1 on, not {self.most!r}")
+            raise InputError(f"{type(self).__name__} takes a whole number from 1 on, not {self.most!r}")
         object.__setattr__(self, "most", int(self.most))
 
     def met(self, progress: Progress) -> str | None:
@@ -158,7 +166,7 @@ class MaxSeconds(Stop):
 
     def __post_init__(self) -> None:
         if not _is_number(self.seconds) or not self.seconds > 0:
-            raise ValueError(f"MaxSeconds takes a number above 0, not {self.seconds!r}")
+            raise InputError(f"MaxSeconds takes a number above 0, not {self.seconds!r}")
 
     def met(self, progress: Progress) -> str | None:
         """Return the rule's name once the time is up."""
@@ -176,7 +184,7 @@ class TargetCost(Stop):
 
     def __post_init__(self) -> None:
         if not _is_number(self.cost):
-            raise ValueError(f"TargetCost takes a number, not {self.cost!r}")
+            raise InputError(f"TargetCost takes a number, not {self.cost!r}")
 
     def met(self, progress: Progress) -> str | None:
         """Return the rule's name once the cost is reached."""

@@ -81,5 +81,5 @@ def test_a_flight_that_ends_at_no_instant_is_refused(longest):
 def test_a_truth_and_a_sensor_are_needed():
     flight = sky.Replanner(sky.plan_mission(hall()))
     for truth, sensor in ((None, sky.Sensor()), (hall(), None)):
-        with pytest.raises(TypeError, match="found a NoneType"):
+        with pytest.raises(sky.InputError, match="found a NoneType"):
             sky.fly_closed_loop(flight, truth, sensor, longest=1.0)

@@ -452,7 +452,7 @@ def test_a_horizon_beyond_ten_minutes_is_refused():
 
 @pytest.mark.parametrize("given", ["mission.json", None, sky.read("map1")])
 def test_what_is_no_mission_is_refused(given):
-    with pytest.raises(TypeError, match=r"expected a Mission, found a \w+; plan_mission"):
+    with pytest.raises(sky.InputError, match=r"expected a Mission, found a \w+; plan_mission"):
         sky.Replanner(given)
 
 

@@ -176,7 +176,7 @@ def test_no_limit_of_format_2_is_there_unless_it_is_given():
     assert (uav.max_climb, uav.max_descent, uav.vehicle, uav.tracking_error) == (None, None, "", sky.TrackingError())
 
 
-@pytest.mark.parametrize("key", ["name", "bounds", "clearance", "lattice"])
+@pytest.mark.parametrize("key", ["name", "bounds", "clearance"])
 def test_what_cannot_be_guessed_must_be_given(key):
     with pytest.raises(ValidationError, match=key):
         sky.Scenario.model_validate({k: v for k, v in VALID.items() if k != key})
@@ -339,3 +339,19 @@ def test_coordinates_that_no_place_has_are_refused(far):
     with pytest.raises(sky.InputError, match=r"1e\+12"):
         sky.Bounds(min=(-1e12, min(far, -1), 0), max=(1, max(far, 1), 1))
     assert sky.Target(position=(1e12, -1e12, 0.0)).position[0] == 1e12
+
+
+def test_a_scenario_without_a_lattice_gets_one_of_round_steps_and_few_nodes(tmp_path):
+    for high, step in (((10, 10, 4), 0.1), ((10, 25, 6), 0.1), ((2000, 2000, 120), 10), ((1e6, 1e6, 1), 2e3)):
+        given = {"name": "bare", "bounds": {"min": (0, 0, 0), "max": high}, "clearance": 0.25}
+        scenario = sky.Scenario(**given)
+        assert scenario.lattice.step == tuple(min(step, size) for size in high)
+        assert np.prod(np.divide(high, scenario.lattice.step) + 1) <= 2e6
+        sky.write(scenario, tmp_path / "bare.yaml")
+        assert "lattice" in (tmp_path / "bare.yaml").read_text()
+        again = sky.read_scenario(tmp_path / "bare.yaml")
+        assert (again, again.digest) == (scenario, scenario.digest)
+    with pytest.raises(sky.InputError) as refused:
+        sky.Scenario(name="bare", bounds=3, clearance=0.25)
+    assert refused.value.sentence.field == "bounds"
+    assert "more" not in str(refused.value)

@@ -242,7 +242,7 @@ def test_every_planner_gives_the_same_answer_in_a_spawned_process():
 
 @pytest.mark.parametrize("kind", [sky.MVO, sky.RandomRestart, sky.AStar, sky.ThetaStar])
 def test_a_misspelt_setting_is_refused_with_the_list_of_settings(kind):
-    with pytest.raises(TypeError) as refused:
+    with pytest.raises(sky.InputError) as refused:
         kind(univeres=3)
     assert "'univeres'" in str(refused.value)
     for field in dataclasses.fields(kind):

@@ -294,10 +294,10 @@ def test_many_seeded_paths_do_not_depend_on_how_many_work_at_them():
 def test_many_is_refused_in_one_sentence():
     with pytest.raises(sky.InputError, match="workers is a whole number"):
         sky.plan_many(sky.read("map1"), sky.Taut(), [(0, 0)], workers=0)
-    with pytest.raises(ValueError, match="there is no uav 3"):
+    with pytest.raises(sky.InputError, match=r"uav: .* found 3"):
         sky.plan_many(sky.read("map1"), sky.Taut(), [(3, 0)])
-    with pytest.raises(sky.InputError, match="plan_many needs a planner"):
-        sky.plan_many(sky.read("map1"), "taut", [(0, 0)])
+    with pytest.raises(sky.InputError, match="expected a planner"):
+        sky.plan_many(sky.read("map1"), sky.Taut, [(0, 0)])
     assert sky.plan_many(sky.read("map1"), sky.Taut(), []) == []
 
 

@@ -19,6 +19,7 @@ from skyverse.deconfliction.curves import (
     stay_at_start,
 )
 from skyverse.deconfliction.pair_conflicts import conflict_spans, is_given, nearness_at_ends
+from skyverse.errors import InputError
 from skyverse.model.kept_ellipsoid import strayed_share
 from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
@@ -60,7 +61,7 @@ def find_conflicts(scenario: Scenario, trajectories: Sequence[Trajectory | None]
     """
     uavs = scenario.uavs
     if len(trajectories) != len(uavs):
-        raise ValueError(f"{len(uavs)} UAVs need as many trajectories (or None), not {len(trajectories)}")
+        raise InputError(f"{len(uavs)} UAVs need as many trajectories (or None), not {len(trajectories)}")
     flown = [stay_at_start(uav) if t is None else t for uav, t in zip(uavs, trajectories, strict=True)]
     curves = make_curves(flown)
     absent = np.array([t is None for t in trajectories], dtype=np.bool_)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_figures(mission: Mission | Scenario, folder: Path, *, suffix: str = ".png") -> list[Path]:
+def write_figures(mission: Mission | Scenario, folder: str | Path, *, suffix: str = ".png") -> list[Path]:
     """Write the still figures of a mission or a scenario into `folder`, which must exist, and return their paths.
 
     Of a scenario there is one figure, ``scenario``, with rings around starts and targets that are not safe. The figures
@@ -40,8 +40,8 @@ def write_figures(mission: Mission | Scenario, folder: Path, *, suffix: str = ".
         If the folder does not exist or a file cannot be written.
     """
     if isinstance(mission, Scenario):
-        return write_stills([("scenario", partial(given, scenario_scene(mission)))], folder, suffix)
-    return write_stills(mission_figures(scene(mission)), folder, suffix)
+        return write_stills([("scenario", partial(given, scenario_scene(mission)))], Path(folder), suffix)
+    return write_stills(mission_figures(scene(mission)), Path(folder), suffix)
 
 
 def mission_figures(drawn: MissionScene) -> list[tuple[str, Callable[[], "Figure"]]]:

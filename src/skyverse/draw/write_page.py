@@ -11,7 +11,7 @@ from skyverse.model.mission import Mission
 from skyverse.model.scenario import Scenario
 
 
-def write_html(mission: Mission | Scenario, path: Path) -> None:
+def write_html(mission: Mission | Scenario, path: str | Path) -> None:
     """Write a mission as one self-contained web page, or a scenario before anything is planned.
 
     The page of a scenario shows its obstacles, zones, ground, starts and targets, and marks those that are not safe.

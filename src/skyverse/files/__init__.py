@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import overload
 
 from skyverse.atomic import whole_file, write_text
 from skyverse.errors import InputError, require_file
-from skyverse.files.builtin import BUILTIN_NAMES, builtin
+from skyverse.files.builtin import BUILTIN_NAMES, BuiltinName, builtin
 from skyverse.files.document import parse, read_text
 from skyverse.files.grid_archive import GridArchive
 from skyverse.files.missions import (
@@ -30,6 +31,10 @@ from skyverse.model.scenario import Scenario
 __all__ = ["BUILTIN_NAMES", "read", "read_flight", "read_mission", "read_scenario", "scenario_schema", "write"]
 
 
+@overload
+def read(source: BuiltinName) -> Scenario: ...
+@overload
+def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mission: ...
 def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mission:
     """Read a scenario or a mission.
 
@@ -40,7 +45,8 @@ def read(source: str | Path, *, unknown: Unknown | None = None) -> Scenario | Mi
         ``.json``; a mission as ``.json``; a flight gives the mission that was flown, a replanned one the mission as it
         was planned. Maps give scenarios without UAVs: the course's ``.txt``, rotorpy's ``.json``, MovingAI's
         ``.3dmap``, OctoMap's ``.bt`` and ``.ot``, point clouds and meshes, ``.las``, ``.laz``, ``.ply``, ``.stl``,
-        ``.obj``.
+        ``.obj``. A type checker knows that a built-in name gives a scenario; of a file, `read_scenario` and
+        `read_mission` tell it which of the two is meant.
     unknown
         What an OctoMap's unknown space is taken for, ``"occupied"`` or ``"free"``. When left out it is occupied, but
         free where the map does not record what is free.
@@ -142,7 +148,7 @@ def write(what: Scenario | Mission | Flight | ReplannedFlight, path: str | Path,
         else:
             _write(path, partial(REPLANNED_FLIGHTS.text, what))
     elif not isinstance(what, Mission):
-        raise TypeError(f"expected a Scenario, a Mission, a Flight or a ReplannedFlight to write, got {what!r:.60}")
+        raise InputError(f"expected a Scenario, a Mission, a Flight or a ReplannedFlight to write, got {what!r:.60}")
     elif suffix == ".json":
         _write(path, partial(MISSIONS.text, what))
     elif path.name.lower().endswith(".waypoints.csv"):

@@ -1,5 +1,7 @@
 """Built-in scenarios: the thesis's maps (Tables 3.1, 3.2, misprints corrected) and fleets (4.1, 4.8 to 4.13), hills."""
 
+from typing import Literal, get_args
+
 from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
 from skyverse.model.shapes import Box
 from skyverse.model.uav import UAV
@@ -97,7 +99,21 @@ _BUILTIN_FLEETS: dict[str, tuple[int, str, tuple[Corner, ...], tuple[Corner, ...
     ),
 }
 
-BUILTIN_NAMES = (*_BUILTIN_FLEETS, "jacksboro")
+BuiltinName = Literal[
+    "map1",
+    "map2",
+    "map3",
+    "table-4.8",
+    "table-4.9-2",
+    "table-4.9-3",
+    "table-4.9-4",
+    "table-4.11",
+    "table-4.12",
+    "table-4.13",
+    "jacksboro",
+]
+"""The names of the built-in scenarios, for type checkers."""
+BUILTIN_NAMES: tuple[str, ...] = get_args(BuiltinName)
 
 
 def builtin(name: str) -> Scenario:

@@ -76,7 +76,7 @@ def _hit(fleet: Fleet, kind: str, nearest: Nearest, times: Floats, places: list[
     scenario = fleet.mission.scenario
     uavs, trajectories = [], []
     for uav, rows in zip(nearest.uavs, places, strict=True):
-        changes = {
+        changes: dict[str, object] = {
             "start": tuple(rows[0].tolist()),
             "home": None,
             "separation": reach,

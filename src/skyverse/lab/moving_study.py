@@ -70,12 +70,12 @@ class StudyPolicy(MadeByName):
     def make(self) -> Contender:
         """Return the policy."""
         if self.policy in _CONTENDERS and self.settings:
-            raise TypeError(f"there is no setting {', '.join(map(repr, self.settings))}; {self.policy!r} has none")
+            raise InputError(f"there is no setting {', '.join(map(repr, self.settings))}; {self.policy!r} has none")
         if self.policy in _CONTENDERS:
             return _CONTENDERS[self.policy]()
         if self.policy not in POLICY_NAMES:
             names = ", ".join([*_CONTENDERS, *POLICY_NAMES])
-            raise ValueError(f"there is no policy {self.policy!r}; there are {names}")
+            raise InputError(f"there is no policy {self.policy!r}; there are {names}")
         return make_policy(self.policy, **self.settings)
 
 

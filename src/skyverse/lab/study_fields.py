@@ -44,7 +44,7 @@ class MadeByName(Model, ABC):
 
     @abstractmethod
     def make(self) -> Any:
-        """Return it, or raise `TypeError` or `ValueError` where a setting is wrong."""
+        """Return it, or raise `InputError` where a setting is wrong."""
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -53,10 +53,7 @@ class MadeByName(Model, ABC):
 
     @model_validator(mode="after")
     def _made(self) -> Self:
-        try:
-            self.make()
-        except TypeError as error:
-            raise ValueError(str(error)) from None
+        self.make()
         settings = " ".join(f"{name}={value}" for name, value in self.settings.items())
         return self if self.label else derived(self, label=f"{self.name} {settings}".strip())
 

@@ -91,7 +91,7 @@ def fly_closed_loop(
     """
     if not isinstance(truth, Scenario) or not isinstance(sensor, Sensor):
         found = type(sensor if isinstance(truth, Scenario) else truth).__name__
-        raise TypeError(f"expected a Scenario as the truth, and a Sensor, found a {found}")
+        raise InputError(f"expected a Scenario as the truth, and a Sensor, found a {found}")
     if not isinstance(longest, int | float) or not 0.0 < longest < MAX_INSTANT:
         raise InputError(f"expected seconds above 0, found {longest!r}", field="longest")
     if not sensor.delay < replanner.lead:

@@ -91,7 +91,7 @@ class Replanner:
     ) -> None:
         if not isinstance(mission, Mission):
             what = type(mission).__name__
-            raise TypeError(f"expected a Mission, found a {what}; plan_mission(...) or read_mission(...) makes one")
+            raise InputError(f"expected a Mission, found a {what}; plan_mission(...) or read_mission(...) makes one")
         scenario = mission.scenario
         for name, value, least in (("lead", lead, 0.0), ("memory", memory, 0.0)):
             _require_seconds(name, value, least)

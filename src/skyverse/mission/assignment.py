@@ -35,9 +35,9 @@ def assign(costs: ArrayLike, criterion: Criterion = "min-sum") -> tuple[int | No
     """
     matrix = np.array(costs, dtype=np.float64)
     if matrix.ndim != 2:
-        raise ValueError(f"costs are a matrix, one row a UAV and one column a target, not of shape {matrix.shape}")
+        raise InputError(f"costs are a matrix, one row a UAV and one column a target, not of shape {matrix.shape}")
     if np.any(np.isnan(matrix)) or np.any(matrix == -np.inf):
-        raise ValueError("costs are numbers, or infinite where a UAV cannot reach a target")
+        raise InputError("costs are numbers, or infinite where a UAV cannot reach a target")
     if criterion not in ("min-sum", "min-max"):
         raise InputError(f"criterion is 'min-sum' or 'min-max', not {criterion!r}")
     possible = np.isfinite(matrix)

@@ -3,20 +3,20 @@
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
-from skyverse.errors import InputError
 from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.numerics.side_by_side import threads
-from skyverse.planners.auto import Auto
+from skyverse.planners import planner_of
 from skyverse.planners.base import Planner, Seed, seeded
+from skyverse.planners.own_path import require_result
 from skyverse.problem import Airspace, Problem
-from skyverse.stop import Stop
+from skyverse.stop import Stop, require_stop
 
 
 def plan_many(
     scenario: Scenario | Airspace,
-    planner: Planner | None = None,
-    pairs: Iterable[tuple[int, int]] | None = None,
+    planner: Planner | str | None = None,
+    pairs: Iterable[tuple[int | str, int | str]] | None = None,
     *,
     stop: Stop | None = None,
     rng: Seed = None,
@@ -33,10 +33,10 @@ def plan_many(
     scenario
         The scenario, or an `Airspace` that was made of it before.
     planner
-        Plans each path; by default `Auto`, which chooses a planner by what the scenario prices.
+        Plans each path, or its name; by default `Auto`, which chooses a planner by what the scenario prices.
     pairs
-        Indices (uav, target), one pair for each path; a UAV or target may occur in many pairs. By default each UAV
-        flies to the target with its own index.
+        Indices or names (uav, target), one pair for each path; a UAV or target may occur in many pairs. By default each
+        UAV flies to the target with its own index.
     stop
         When the planning of each path ends.
     rng
@@ -54,15 +54,11 @@ def plan_many(
     Raises
     ------
     InputError
-        If `planner` is not a planner, or `workers` or `rng` is invalid.
-    ValueError
-        If the scenario has no such UAV or target.
+        If `planner`, `stop`, `rng` or `workers` is not what it must be, or the scenario has no such UAV or target.
     """
     most_threads = threads(workers)
-    if planner is None:
-        planner = Auto()
-    if not isinstance(planner, Planner):
-        raise InputError(f"plan_many needs a planner, as in plan_many(scenario, Taut(), pairs), not {planner!r:.60}")
+    planner = planner_of(planner)
+    require_stop(stop)
     airspace = scenario if isinstance(scenario, Airspace) else Airspace(scenario)
     if pairs is None:
         count = min(len(airspace.scenario.uavs), len(airspace.scenario.targets))
@@ -72,7 +68,7 @@ def plan_many(
     results: dict[int, Result] = {}
 
     def plan(i: int) -> Result:
-        return planner.plan(problems[i], stop=stop, rng=streams[i])
+        return require_result(planner.plan(problems[i], stop=stop, rng=streams[i]))
 
     def note(i: int, result: Result) -> None:
         results[i] = result

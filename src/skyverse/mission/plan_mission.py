@@ -21,13 +21,15 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.verdict import Action, Deconfliction
 from skyverse.numerics.side_by_side import side_by_side, threads
+from skyverse.planners import planner_of
 from skyverse.planners.auto import Auto
 from skyverse.planners.base import DirectPlanner, Planner, Seed, provenance, seeded
+from skyverse.planners.own_path import require_result
 from skyverse.planners.results import refused_result
 from skyverse.problem import Airspace, Problem, snap_endpoint
 from skyverse.referee import judge
 from skyverse.search.lattice_astar import prices_to
-from skyverse.stop import Progress, Stop
+from skyverse.stop import Progress, Stop, require_stop
 from skyverse.trajectory import Shape, fly_along
 
 Assignment = Literal["euclidean", "path-cost", "identity"]
@@ -42,7 +44,7 @@ class OnProgress(Protocol):
 
 def plan_mission(
     scenario: Scenario,
-    planner: Planner | None = None,
+    planner: Planner | str | None = None,
     *,
     stop: Stop | None = None,
     rng: Seed = None,
@@ -61,7 +63,8 @@ def plan_mission(
     scenario
         The UAVs, targets, obstacles and the objective.
     planner
-        Plans each UAV's path; `Auto` by default, which chooses the best for the scenario.
+        Plans each UAV's path, or its name, such as ``"mvo"``; `Auto` by default, which chooses the best for the
+        scenario.
     stop
         When the planning of each UAV's path ends. A `Cancelled` rule ends the whole mission with the results so far.
     rng
@@ -96,15 +99,15 @@ def plan_mission(
     Raises
     ------
     InputError
-        If assignment, criterion, shape, workers or seed is invalid, the stop rule does not fit the planner, or paths
-        are to be apart in space while conflicts are left.
+        If scenario, planner, assignment, criterion, shape, workers or seed is invalid, the stop rule does not fit the
+        planner, or paths are to be apart in space while conflicts are left.
     """
     if apart_in_space and not keep_apart:
         raise InputError("conflicts are to be left, so that paths cannot be led apart in space", field="apart_in_space")
     most_threads = threads(workers)
     airspace = Airspace(scenario)
-    if planner is None:
-        planner = Auto()
+    planner = planner_of(planner)
+    require_stop(stop)
     if isinstance(planner, Auto):
         planner = planner.choose(scenario)
     generator, seed = seeded(rng)
@@ -122,7 +125,7 @@ def plan_mission(
         if uav and stop is not None and stop.cancelled:
             return refused_result(problem, Status.NOT_PLANNED, origin), None
         report = None if on_progress is None else partial(on_progress, uav)
-        result = planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report)
+        result = require_result(planner.plan(problem, stop=stop, rng=streams[uav], on_iteration=report))
         return result, fly_along(problem, result, shape)
 
     results: list[Result | None] = []

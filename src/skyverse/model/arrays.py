@@ -4,10 +4,11 @@ from dataclasses import fields
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydantic import ConfigDict, PlainSerializer, PlainValidator
 
 from skyverse._typing import Floats, Ints
+from skyverse.errors import InputError, shown
 from skyverse.model.quantities import NOT_FINITE
 
 
@@ -46,7 +47,8 @@ class ArrayRecord:
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        return all(equal(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))  # type: ignore[arg-type]
+        compared = (f.name for f in fields(self) if f.compare)  # type: ignore[arg-type]
+        return all(equal(getattr(self, name), getattr(other, name)) for name in compared)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -54,6 +56,23 @@ class ArrayRecord:
 def floats(value: object) -> Floats:
     """Return numbers in rows of equal length as a read-only array, or raise `ValueError`."""
     return frozen(_array(value, np.float64, "numbers in rows of equal length"))
+
+
+def instants_of(t: ArrayLike) -> Floats:
+    """Return one instant or several as an array (m,) of seconds.
+
+    Raises
+    ------
+    InputError
+        If they are no numbers, or not a row of them, or NaN is among them.
+    """
+    try:
+        instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
+    except (TypeError, ValueError):
+        instants = np.full((1, 1), np.nan)
+    if instants.ndim != 1 or np.isnan(instants).any():
+        raise InputError(f"expected an instant, or a row of instants, in seconds, found {shown(t)}", field="t")
+    return instants
 
 
 def integers(value: object) -> Ints:

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
+from skyverse.errors import InputError
 from skyverse.model.arrays import ArrayRecord
+from skyverse.model.by_name import index_of
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.formats import MISSION_2
@@ -15,10 +17,12 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
 from skyverse.model.short_lines import as_lines, counted, told_metres
 from skyverse.model.trajectory import Trajectory
-from skyverse.model.verdict import Certificate, Deconfliction, Violation
+from skyverse.model.verdict import Action, Certificate, Deconfliction, Violation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Part = TypeVar("Part")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +43,8 @@ class Mission(ArrayRecord, Drawn):
         What the referee proved of each UAV's trajectory, in the scenario's order; empty if it was not asked, as of a
         mission that was read from a file: no file holds certificates, and `certify` makes them anew.
     apart
-        What the referee proved of the fleet's separation; ``None`` if it was not asked.
+        What the referee proved of the fleet's separation; ``None`` if it was not asked. Neither counts when missions
+        are compared.
     deconfliction
         How conflicts between trajectories were resolved; ``None`` if that was not tried.
     flights
@@ -57,8 +62,8 @@ class Mission(ArrayRecord, Drawn):
     violations: tuple[Violation, ...]
     provenance: Provenance
     interrupted: Flag = False
-    certificates: tuple[Certificate | None, ...] = ()
-    apart: Certificate | None = None
+    certificates: tuple[Certificate | None, ...] = field(default=(), compare=False)
+    apart: Certificate | None = field(default=None, compare=False)
     deconfliction: Deconfliction | None = None
     flights: tuple[FlightSummary | None, ...] = ()
     source: str | None = None
@@ -98,6 +103,52 @@ class Mission(ArrayRecord, Drawn):
         """
         drawn: Figure = drawing().plot_mission(self, figure)
         return drawn
+
+    def result(self, uav: int | str) -> Result:
+        """Return the result of a UAV, by its index or name.
+
+        Raises
+        ------
+        InputError
+            If there is no such UAV, or it has none.
+        """
+        return self._of(uav, self.results, "result")
+
+    def trajectory(self, uav: int | str) -> Trajectory:
+        """Return the trajectory of a UAV, by its index or name.
+
+        Raises
+        ------
+        InputError
+            If there is no such UAV, or it does not fly.
+        """
+        return self._of(uav, self.trajectories, "trajectory")
+
+    def certificate(self, uav: int | str | None = None) -> Certificate:
+        """Return what the referee proved: of a UAV's trajectory, by its index or name, or of the fleet's separation.
+
+        Raises
+        ------
+        InputError
+            If there is no such UAV, or it does not fly, or the referee was not asked, as of a mission that was read.
+        """
+        if uav is None:
+            if self.apart is None:
+                raise InputError("the referee was not asked of this mission's separation; certify(...) asks it")
+            return self.apart
+        return self._of(uav, self.certificates, "certificate")
+
+    def _of(self, uav: int | str, column: tuple[Part | None, ...], noun: str) -> Part:
+        index = index_of(self.scenario.uavs, uav, "uav")
+        found = column[index] if index < len(column) else None
+        if found is None:
+            raise InputError(f"{self.scenario.uavs[index].name} has no {noun} in this mission", field="uav")
+        return found
+
+    @property
+    def actions(self) -> tuple[Action, ...]:
+        """What was changed to keep the UAVs apart, in order."""
+        return () if self.deconfliction is None else self.deconfliction.actions
 
     @property
     def costs(self) -> dict[str, float]:

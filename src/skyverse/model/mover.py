@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Discriminator, Tag, model_validator
 
 from skyverse._typing import Floats
+from skyverse.model.arrays import instants_of
 from skyverse.model.mover_bounds import motion_bounds
 from skyverse.model.mover_motions import MoverMotion
 from skyverse.model.quantities import Amount, Instant, Limit, Model, Point, Positive, named_type
@@ -106,7 +107,7 @@ class Doubt(Model):
 
     def at(self, instants: ArrayLike) -> Floats:
         """Return how far the mover may be from its stated motion at instants (m,) seconds, (m,) metres."""
-        after = np.maximum(np.atleast_1d(np.asarray(instants, dtype=np.float64)) - self.since, 0.0)
+        after = np.maximum(instants_of(instants) - self.since, 0.0)
         quick = np.minimum(after, self.accelerating_for)
         doubt: Floats = self.radius + self.growth * after + self.acceleration * quick * (after - 0.5 * quick)
         return doubt

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from skyverse._typing import Floats
+from skyverse.model.arrays import instants_of
 from skyverse.model.quantities import MAX_INSTANT, Instant, Model, Number, Point, Positive, named_type
 
 Seconds = Annotated[Positive, Field(ge=1e-3, le=MAX_INSTANT)]
@@ -57,7 +58,7 @@ class WaypointMotion(Model):
 
     def at(self, instants: ArrayLike) -> Floats:
         """Return the positions (m, 3), metres, at instants (m,), seconds into the mission."""
-        t = np.atleast_1d(np.asarray(instants, dtype=np.float64))
+        t = instants_of(instants)
         times, points = np.array(self.times), np.array(self.points)
         length = times[-1] - times[0]
         since = t - times[0]
@@ -134,7 +135,7 @@ class PeriodicMotion(Model):
 
     def at(self, instants: ArrayLike) -> Floats:
         """Return the positions (m, 3), metres, at instants (m,), seconds into the mission."""
-        t = np.atleast_1d(np.asarray(instants, dtype=np.float64))
+        t = instants_of(instants)
         turns = (t / self.period) % 1.0
         angle = 2.0 * np.pi * turns[:, None] * np.arange(1, len(self.cosine) + 1)
         waves, terms = np.hstack([np.cos(angle), np.sin(angle)]), np.vstack([self.cosine, self.sine])
@@ -176,7 +177,7 @@ class PolynomialMotion(Model):
 
     def at(self, instants: ArrayLike) -> Floats:
         """Return the positions (m, 3), metres, at instants (m,), seconds into the mission."""
-        t = np.clip(np.atleast_1d(np.asarray(instants, dtype=np.float64)), self.knots[0], self.knots[-1])
+        t = np.clip(instants_of(instants), self.knots[0], self.knots[-1])
         piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.coefficients) - 1)
         places = np.empty((len(t), 3))
         for k in np.unique(piece):

@@ -86,7 +86,9 @@ class Model(BaseModel):
         whole = super().model_copy(deep=deep)
         return type(self)(**{**dict(whole), **update}) if update else whole
 
-    copy = model_copy  # pydantic's own, which it keeps from its first version, validates nothing
+    def copy(self, **changes: Any) -> Self:
+        """Do what `model_copy` does; pydantic's own, which it keeps from its first version, validates nothing."""
+        return self.model_copy(**changes)
 
 
 AnyModel = TypeVar("AnyModel", bound=BaseModel)

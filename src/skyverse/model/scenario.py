@@ -16,6 +16,7 @@ from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.formats import SCENARIO_1, SCENARIO_2, scenario_to_2
 from skyverse.model.mover import Mover
 from skyverse.model.quantities import Extent, Model, NonNegative, Number, Point, Positive, Steps, derived
+from skyverse.model.round_steps import round_steps
 from skyverse.model.shapes import Obstacle, Terrain, Zone
 from skyverse.model.short_lines import TIMES, as_lines, counted, told_point
 from skyverse.model.uav import UAV
@@ -44,6 +45,12 @@ class Lattice(Model):
 
     step: Steps
     connectivity: Literal[6, 26] = 6
+
+
+def _lattice_of(given: dict[str, Any]) -> Lattice:
+    """Return the lattice of a scenario that gives none."""
+    bounds: Bounds = given["bounds"]
+    return Lattice(step=round_steps([high - low for low, high in zip(bounds.min, bounds.max, strict=True)]))
 
 
 class AltitudeBand(Model):
@@ -237,6 +244,8 @@ class Scenario(Model, Drawn):
     max_height
         Metres above the terrain that no UAV may exceed; ``None`` where there is no such ceiling. It needs a terrain,
         and is counted from `Terrain.lowest` where the terrain has it.
+    lattice
+        Of at most two million nodes, a round step apart, if it is left out.
     objective
         The weights of the cost, or the name of a preset: ``"thesis"`` or ``"turns"``.
     sources
@@ -256,7 +265,7 @@ class Scenario(Model, Drawn):
     terrain: Terrain | None = None
     clearance: NonNegative
     max_height: Positive | None = None
-    lattice: Lattice
+    lattice: Lattice = Field(default_factory=_lattice_of)
     objective: Annotated[
         Objective, BeforeValidator(_preset, json_schema_input_type=Objective | Literal["thesis", "turns"])
     ] = PRESETS["thesis"]

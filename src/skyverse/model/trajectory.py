@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
-from skyverse.model.arrays import ArrayRecord, FloatArray
+from skyverse.model.arrays import ArrayRecord, FloatArray, instants_of
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.pointing import Heading, Pointing
 from skyverse.model.seconds import told_seconds
@@ -63,7 +63,7 @@ class Trajectory(ArrayRecord, Drawn):
         ends = self.at([self.start, self.end]).position
         pieces, degree = len(self.coefficients), self.coefficients.shape[1] - 1
         return as_lines(
-            f"Trajectory: {self.form}, {told_seconds(self.end - self.start)} long, "
+            f"Trajectory: {self.form}, {told_seconds(self.duration)} long, "
             f"from t = {told_seconds(self.start)} to t = {told_seconds(self.end)}",
             f"from {told_point(ends[0])} to {told_point(ends[1])}, "
             f"in {counted(pieces, 'polynomial piece')} of degree {degree}",
@@ -98,6 +98,11 @@ class Trajectory(ArrayRecord, Drawn):
         """The last instant, seconds."""
         return float(self.knots[-1])
 
+    @property
+    def duration(self) -> float:
+        """The seconds from the first instant to the last one."""
+        return self.end - self.start
+
     def retimed(self, start: float, factor: float = 1.0) -> "Trajectory":
         """Return the same motion, beginning at the instant `start` and taking `factor` times as long.
 
@@ -115,8 +120,14 @@ class Trajectory(ArrayRecord, Drawn):
         )
 
     def at(self, t: ArrayLike) -> Motion:
-        """Evaluate at instants `t`, (m,) seconds; before `start` and after `end` the UAV stands still."""
-        instants = np.atleast_1d(np.asarray(t, dtype=np.float64))
+        """Evaluate at instants `t`, (m,) seconds; before `start` and after `end` the UAV stands still.
+
+        Raises
+        ------
+        InputError
+            If `t` is not one instant or a row of instants.
+        """
+        instants = instants_of(t)
         clipped = np.clip(instants, self.start, self.end)
         piece = np.clip(np.searchsorted(self.knots, clipped, side="right") - 1, 0, len(self.coefficients) - 1)
         local = (clipped - self.knots[piece])[:, None]
@@ -136,7 +147,7 @@ class Trajectory(ArrayRecord, Drawn):
 
     def heading(self, t: ArrayLike) -> Heading:
         """Return where the UAV's nose and camera point at instants `t`, (m,) seconds."""
-        instants = np.clip(np.atleast_1d(np.asarray(t, dtype=np.float64)), self.start, self.end)
+        instants = np.clip(instants_of(t), self.start, self.end)
         if self.pointing is None:
             return Heading(*np.zeros((3, len(instants))))
         return self.pointing.at(instants, self.at(instants).position)

@@ -93,7 +93,8 @@ def wrong_field(error: "ValidationError", data: Any, known: set[str]) -> tuple[s
         Keys that an unknown key may be a misspelling of.
     """
     # where a key is misspelt, the right one is missing, too: the misspelt one is the cause
-    first = min(error.errors(include_url=False), key=lambda found: found["type"] not in _UNKNOWN_KEY_ERRORS)
+    wrong = [one for one in error.errors(include_url=False) if one["type"] != "default_factory_not_called"]
+    first = min(wrong, key=lambda found: found["type"] not in _UNKNOWN_KEY_ERRORS)
     place, kind = _place(first["loc"], data, missing=first["type"] == "missing")
     found, near = first["input"], ""
     if first["type"] == "union_tag_invalid":
@@ -110,7 +111,7 @@ def wrong_field(error: "ValidationError", data: Any, known: set[str]) -> tuple[s
     if first["type"] == "missing":
         return place, "is missing"
     said = re.sub(r"\S{80,}", lambda word: f"{word[0][:60]}...", complaint(first))
-    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    more = f" (and {len(wrong) - 1} more)" if len(wrong) > 1 else ""
     but = "" if first["type"] == "value_error" and isinstance(found, dict) else f", found {shown(found, 60)}"
     return place, f"{said}{but}{near}{more}"
 

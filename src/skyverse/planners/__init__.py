@@ -3,6 +3,8 @@
 import importlib
 from typing import TYPE_CHECKING
 
+from skyverse.errors import InputError, did_you_mean, shown
+
 if TYPE_CHECKING:
     from skyverse.planners.base import Planner
 
@@ -32,12 +34,28 @@ def make_planner(name: str, **settings: object) -> "Planner":
 
     Raises
     ------
-    ValueError
-        If there is no such planner, or a setting has a value that it cannot have.
-    TypeError
-        If there is no such setting.
+    InputError
+        If there is no such planner or setting, or a setting has a value that it cannot have.
     """
     if name not in _CLASSES:
-        raise ValueError(f"there is no planner {name!r}; there are {', '.join(PLANNER_NAMES)}")
+        near = did_you_mean(name, PLANNER_NAMES) or f"; there are {', '.join(PLANNER_NAMES)}"
+        raise InputError(f"there is no planner {name!r}{near}")
     module, _, cls = _CLASSES[name].partition(".")
     return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)
+
+
+def planner_of(given: "Planner | str | None") -> "Planner":
+    """Return a planner that is given as such or by its name; `Auto` where none is given.
+
+    Raises
+    ------
+    InputError
+        If it is neither a planner nor the name of one.
+    """
+    if given is None or isinstance(given, str):
+        return make_planner(given or "auto")
+    if isinstance(given, type) or not callable(getattr(given, "plan", None)):
+        one = f"; {given.__name__}() is one" if isinstance(given, type) and hasattr(given, "plan") else ""
+        said = f"expected a planner, such as Taut(), or its name, such as 'taut', found {shown(given)}{one}"
+        raise InputError(said, field="planner")
+    return given

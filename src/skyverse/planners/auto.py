@@ -7,7 +7,7 @@ from skyverse.model.result import Result
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Voxels
 from skyverse.planners.astar import AStar
-from skyverse.planners.base import Planner, Seed
+from skyverse.planners.base import Planner, Seed, require_problem
 from skyverse.planners.cheapest import Cheapest
 from skyverse.planners.taut import Taut
 from skyverse.problem import Problem
@@ -58,4 +58,5 @@ class Auto(Planner):
         self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
     ) -> Result:
         """Plan one UAV's path by the planner for its scenario; see `Planner.plan`."""
+        require_problem(problem, stop)
         return self.choose(problem.scenario).plan(problem, stop=stop, rng=rng, on_iteration=on_iteration)

@@ -8,12 +8,12 @@ from typing import Any, Self
 import numpy as np
 
 from skyverse._version import __version__
-from skyverse.errors import InputError
+from skyverse.errors import InputError, shown
 from skyverse.model.result import History, Provenance, Result, Status
 from skyverse.model.scenario import Scenario
 from skyverse.planners.results import refused_result
-from skyverse.problem import Problem
-from skyverse.stop import OnIteration, Stop
+from skyverse.problem import Airspace, Problem
+from skyverse.stop import OnIteration, Stop, require_stop
 
 Seed = int | np.random.Generator | None
 
@@ -23,10 +23,10 @@ class Planner(ABC):
 
     def __new__(cls, *args: Any, **settings: Any) -> Self:
         """Refuse a misspelt setting with a list of the settings that exist."""
-        known = [f.name for f in dataclasses.fields(cls)]  # type: ignore[arg-type]
+        known = [f.name for f in dataclasses.fields(cls)] if dataclasses.is_dataclass(cls) else [*settings]
         unknown = [name for name in settings if name not in known]
         if unknown:
-            raise TypeError(
+            raise InputError(
                 f"{cls.__name__} has no setting {', '.join(map(repr, unknown))}; it has {', '.join(known) or 'none'}"
             )
         return super().__new__(cls)
@@ -62,6 +62,7 @@ class DirectPlanner(Planner):
         self, problem: Problem, *, stop: Stop | None = None, rng: Seed = None, on_iteration: OnIteration | None = None
     ) -> Result:
         """Plan one UAV's path; see `Planner.plan`. `stop`, `rng` and `on_iteration` have no effect."""
+        require_problem(problem, stop)
         origin = provenance(repr(self), None, None)
         found = self.find(problem, origin)
         if isinstance(found, Status):
@@ -72,6 +73,14 @@ class DirectPlanner(Planner):
     @abstractmethod
     def find(self, problem: Problem, origin: Provenance) -> Result | Status:
         """Return the path with what the search for it took, or the status that says why there is no path."""
+
+
+def require_problem(problem: object, stop: object = None) -> None:
+    """Raise `InputError` for what is no problem to plan, or no rule that ends a run."""
+    if not isinstance(problem, Problem):
+        one = "; Problem(scenario, uav=0, target=0) is one" if isinstance(problem, Scenario | Airspace) else ""
+        raise InputError(f"expected a Problem, found {shown(problem)}{one}", field="problem")
+    require_stop(stop)
 
 
 def seeded(rng: Seed) -> tuple[np.random.Generator, int | None]:

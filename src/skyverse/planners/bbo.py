@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from numpy.random import Generator
 
+from skyverse.errors import InputError
 from skyverse.numerics.kernel import kernel
 from skyverse.planners.lattice import LatticeSearch
 from skyverse.planners.moves import LatticeTask, Paths, Workspace, adopt, begin_at, exhausted, put
@@ -60,7 +61,7 @@ class BBO(LatticeSearch):
         require_integer(self, "habitats", 2)
         require_integer(self, "elites", 0)
         if self.elites >= self.habitats:
-            raise ValueError(f"BBO's elites is a number below the {self.habitats} habitats, not {self.elites!r}")
+            raise InputError(f"BBO's elites is a number below the {self.habitats} habitats, not {self.elites!r}")
         require_boolean(self, "as_run")
         require_number(self, "mutation", 0, 1)
 

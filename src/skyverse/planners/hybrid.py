@@ -82,7 +82,7 @@ class HybridMVO(Multiverse, Planner):
         super().__post_init__()
         require_integer(self, "joints", 1)
         if self.legs not in (None, "lattice", "straight"):
-            raise ValueError(f"HybridMVO's legs is 'lattice', 'straight' or None, not {self.legs!r}")
+            raise InputError(f"HybridMVO's legs is 'lattice', 'straight' or None, not {self.legs!r}")
 
     def leaves_lattice(self, scenario: Scenario) -> bool:
         """Tell whether universes are paths of straight legs."""

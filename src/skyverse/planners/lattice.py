@@ -8,6 +8,7 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError
 from skyverse.model.result import Result
 from skyverse.numerics.kernel import query
 from skyverse.planners.base import Seed
@@ -47,7 +48,7 @@ class LatticeSearch(Metaheuristic[LatticeRun]):
 
     def __post_init__(self) -> None:
         if self.generator not in ("goal-directed", "uniform"):
-            raise ValueError(f"generator is 'goal-directed' or 'uniform', not {self.generator!r}")
+            raise InputError(f"generator is 'goal-directed' or 'uniform', not {self.generator!r}")
         for name in ("threshold", "repair_threshold", "retries"):
             require_integer(self, name, 1)
 

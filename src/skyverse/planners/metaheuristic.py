@@ -13,7 +13,7 @@ from skyverse.errors import InputError
 from skyverse.model.result import Effort, History, Provenance, Result, Status
 from skyverse.model.short_lines import counted
 from skyverse.numerics.kernel import Stopwatch
-from skyverse.planners.base import Planner, Seed, provenance, seeded
+from skyverse.planners.base import Planner, Seed, provenance, require_problem, seeded
 from skyverse.planners.contact import contact_of
 from skyverse.planners.moves import LatticeTask
 from skyverse.planners.results import SearchRecord, lattice_result, refused_result
@@ -90,6 +90,7 @@ class Metaheuristic(Planner, Generic[R]):
         tuple
             The result, and the run as it ended; ``None`` where there was nothing to search.
         """
+        require_problem(problem, stop)
         stop = MaxIterations(40) if stop is None else stop
         if stop.spent(Progress()) is None:
             raise InputError(

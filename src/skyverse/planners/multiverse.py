@@ -6,6 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from skyverse.errors import InputError
 from skyverse.model.result import Result
 from skyverse.planners.base import Planner
 from skyverse.planners.run import Run
@@ -42,7 +43,7 @@ class Multiverse:
         require_number(self, "wep_max", self.wep_min, 1)
         require_number(self, "p", 1e-3, 1e3)
         if not isinstance(self.seeds, tuple) or not all(isinstance(seed, Planner) for seed in self.seeds):
-            raise ValueError(f"{type(self).__name__}'s seeds is a tuple of planners, not {self.seeds!r}")
+            raise InputError(f"{type(self).__name__}'s seeds is a tuple of planners, not {self.seeds!r}")
 
     @property
     def population(self) -> int:

@@ -2,12 +2,14 @@
 
 import numpy as np
 
+from skyverse.errors import InputError
+
 
 def require_integer(settings: object, name: str, least: float) -> None:
     """Refuse a setting that is no whole number, or below the least."""
     value = getattr(settings, name)
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise ValueError(f"{type(settings).__name__}'s {name} is a whole number from {least:g} on, not {value!r}")
+        raise InputError(f"{type(settings).__name__}'s {name} is a whole number from {least:g} on, not {value!r}")
 
 
 def require_number(settings: object, name: str, least: float, most: float) -> None:
@@ -15,11 +17,11 @@ def require_number(settings: object, name: str, least: float, most: float) -> No
     value = getattr(settings, name)
     number = isinstance(value, int | float | np.number) and not isinstance(value, bool)
     if not number or not least <= value <= most:
-        raise ValueError(f"{type(settings).__name__}'s {name} is a number from {least:g} to {most:g}, not {value!r}")
+        raise InputError(f"{type(settings).__name__}'s {name} is a number from {least:g} to {most:g}, not {value!r}")
 
 
 def require_boolean(settings: object, name: str) -> None:
     """Refuse a setting that is neither true nor false."""
     value = getattr(settings, name)
     if not isinstance(value, bool):
-        raise ValueError(f"{type(settings).__name__}'s {name} is True or False, not {value!r}")
+        raise InputError(f"{type(settings).__name__}'s {name} is True or False, not {value!r}")

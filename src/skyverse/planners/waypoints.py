@@ -92,7 +92,7 @@ class WaypointSearch(Metaheuristic[LatticeRun | StraightRun]):
         require_integer(self, "candidates", 6)
         require_number(self, "collision", 0, 1e9)
         if self.legs not in ("lattice", "straight"):
-            raise ValueError(f"{type(self).__name__}'s legs is 'lattice' or 'straight', not {self.legs!r}")
+            raise InputError(f"{type(self).__name__}'s legs is 'lattice' or 'straight', not {self.legs!r}")
         if self.library and importlib.util.find_spec(self.library) is None:
             raise InputError(
                 f"{type(self).__name__} needs the package {self.library}, which is not installed; "

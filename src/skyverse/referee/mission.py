@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skyverse.model.by_name import index_of
 from skyverse.model.digest import short
 from skyverse.model.mission import Mission
 from skyverse.model.result import Result, Status
@@ -249,7 +250,7 @@ def judge(scenario: Scenario, mission: Mission) -> tuple[list[Violation], Certif
         return violations, fleet.certificates
 
 
-def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> list[Violation]:
+def check_result(scenario: Scenario, uav: int | str, target: int | str, result: Result) -> list[Violation]:
     """Judge one UAV's result alone, without a trajectory or a mission.
 
     Parameters
@@ -257,7 +258,7 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
     scenario
         What was given.
     uav, target
-        The indices of the UAV and of the target that it was sent to.
+        The UAV and the target that it was sent to, by index or name.
     result
         What is judged: its status, path, cost and history; see `check`. However malformed it is, nothing is raised.
 
@@ -269,12 +270,10 @@ def check_result(scenario: Scenario, uav: int, target: int, result: Result) -> l
 
     Raises
     ------
-    ValueError
-        If the scenario has no such UAV or target.
+    InputError
+        If the scenario has no such UAV or target, or could not be given at all.
     """
     worlds = RefereeWorlds(scenario)
-    for kind, index, things in (("uav", uav, scenario.uavs), ("target", target, scenario.targets)):
-        if not 0 <= index < len(things):
-            raise ValueError(f"scenario {scenario.name!r} has {len(things)} {kind}s, there is no {kind} {index}")
+    uav, target = index_of(scenario.uavs, uav, "uav"), index_of(scenario.targets, target, "target")
     with np.errstate(all="ignore"):
         return list(judge_result(worlds.of(uav), uav, target, result, None))

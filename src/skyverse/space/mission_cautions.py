@@ -14,6 +14,7 @@ from skyverse.model.caution import Caution, MissionCaution
 from skyverse.model.flight_measures import FlightMeasures, measure_flight
 from skyverse.model.mission import Mission
 from skyverse.model.planned_flights import PlannedFlight, planned_flights
+from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shape_extent import extent
 from skyverse.model.shapes import NO_FLY_ZONE, AnyShape, Voxels
@@ -103,8 +104,8 @@ def _least_above(scenario: Scenario, zone: AnyShape, places: Floats) -> float | 
     only = {"zones": (), "movers": (), "terrain": None, "max_height": None, "clearance": 0.0}
 
     def free(closed: bool) -> NDArray[np.bool_]:
-        shape = zone.model_copy(update={"closed_above": closed})
-        return World(scenario.model_copy(update={**only, "obstacles": (shape,)})).free(near)
+        shape = derived(zone, closed_above=closed)
+        return World(derived(scenario, **only, obstacles=(shape,))).free(near)
 
     over = near[free(False) & ~free(True)]
     heights = [z - roof_z(zone, (x, y, z), 0.0) for x, y, z in over.tolist()]

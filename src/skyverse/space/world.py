@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Scenario
 from skyverse.model.shapes import Box, Terrain, Voxels
@@ -259,7 +260,7 @@ class World:
         """
         a, b = _rows(starts), _rows(ends)
         if len(a) != len(b):
-            raise ValueError(f"as many ends as starts are needed, got {len(b)} ends and {len(a)} starts")
+            raise InputError(f"as many ends as starts are needed, got {len(b)} ends and {len(a)} starts")
         return _segments_free(with_margin(self.space, margin) if margin else self.space, a, b)
 
     def first_crossing(self, starts: ArrayLike, ends: ArrayLike, margin: float = 0.0) -> int | None:
@@ -363,5 +364,5 @@ def _rows(points: ArrayLike) -> Floats:
     """Return points as (m, 3) numbers that kernels take."""
     rows = np.atleast_2d(writable(points))
     if rows.ndim != 2 or rows.shape[1] != 3:
-        raise ValueError(f"points are rows of x, y, z, but the array has shape {np.shape(points)}")
+        raise InputError(f"points are rows of x, y, z, but the array has shape {np.shape(points)}")
     return rows

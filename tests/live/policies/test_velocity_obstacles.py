@@ -69,7 +69,7 @@ def test_wrong_settings_are_refused(settings, said):
     with pytest.raises(ValueError, match=said):
         make_policy("velocity-obstacles", **settings)
     with pytest.raises(
-        TypeError, match="there is no setting 'horizont'; VelocityObstacles has horizon, moment, proven"
+        ValueError, match="there is no setting 'horizont'; VelocityObstacles has horizon, moment, proven"
     ):
         make_policy("velocity-obstacles", horizont=1)
     with pytest.raises(ValueError, match="there is no policy 'fly'; there are from-scratch"):

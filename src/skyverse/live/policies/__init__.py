@@ -3,6 +3,8 @@
 import importlib
 from typing import TYPE_CHECKING
 
+from skyverse.errors import InputError
+
 if TYPE_CHECKING:
     from skyverse.live.policies.policy import Policy
 
@@ -28,6 +30,6 @@ def make_policy(name: str, **settings: object) -> "Policy":
         If there is no such setting.
     """
     if name not in _CLASSES:
-        raise ValueError(f"there is no policy {name!r}; there are {', '.join(POLICY_NAMES)}")
+        raise InputError(f"there is no policy {name!r}; there are {', '.join(POLICY_NAMES)}")
     module, _, cls = _CLASSES[name].partition(".")
     return getattr(importlib.import_module(f"{__name__}.{module}"), cls)(**settings)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from skyverse.errors import InputError
 from skyverse.live.policies.planner_policy import PlannerPolicy, planned, problem_now
 from skyverse.live.policies.policy import Found, Situation
 from skyverse.planners.base import Planner
@@ -33,5 +34,5 @@ class KeptPopulation(PlannerPolicy):
         """Return the planner, or raise `ValueError` if it keeps no population of lattice paths."""
         made: Planner = self.made()
         if not isinstance(made, LatticeSearch | HybridMVO):
-            raise ValueError(f"planner is a metaheuristic on lattice paths, such as 'mvo', not {self.planner!r}")
+            raise InputError(f"planner is a metaheuristic on lattice paths, such as 'mvo', not {self.planner!r}")
         return made

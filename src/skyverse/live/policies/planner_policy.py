@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from skyverse.errors import InputError
 from skyverse.live.guidance import Way, guidance
 from skyverse.live.policies.policy import Policy, Situation, require_positive
 from skyverse.live.policies.swept_boxes import swept_boxes
@@ -48,11 +49,11 @@ class PlannerPolicy(Policy):
         made = self.made()
         require_positive(self, "sweep")
         if isinstance(self.paths, bool) or not isinstance(self.paths, int) or self.paths < 1:
-            raise ValueError(f"paths is a whole number from 1 on, not {self.paths!r}")
+            raise InputError(f"paths is a whole number from 1 on, not {self.paths!r}")
         if not isinstance(self.timed, bool):
-            raise ValueError(f"timed is true or false, not {self.timed!r}")
+            raise InputError(f"timed is true or false, not {self.timed!r}")
         if self.timed and not isinstance(made, LatticeSearch | HybridMVO):
-            raise ValueError(f"timed needs a planner that prices contact in time, such as 'mvo', not {self.planner!r}")
+            raise InputError(f"timed needs a planner that prices contact in time, such as 'mvo', not {self.planner!r}")
 
     def made(self) -> Planner:
         """Return the planner."""

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError
 from skyverse.live.guidance import Way
 from skyverse.model.result import Effort
 from skyverse.model.scenario import Scenario
@@ -95,7 +96,7 @@ class Policy(ABC):
         known = [field.name for field in fields(cls)]
         unknown = [name for name in settings if name not in known]
         if unknown:
-            raise TypeError(
+            raise InputError(
                 f"there is no setting {', '.join(map(repr, unknown))}; {cls.__name__} has {', '.join(known) or 'none'}"
             )
         return super().__new__(cls)
@@ -114,4 +115,4 @@ def require_positive(policy: Policy, name: str) -> None:
     """Raise `ValueError` unless a setting is a finite number above 0."""
     value = getattr(policy, name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise ValueError(f"{name} is a number above 0, not {value!r}")
+        raise InputError(f"{name} is a number above 0, not {value!r}")

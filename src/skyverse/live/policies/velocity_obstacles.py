@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Bools, Floats
+from skyverse.errors import InputError
 from skyverse.live.guidance import Way, planned_anew
 from skyverse.live.policies.policy import NO_EFFORT, Found, Policy, Situation, require_positive
 from skyverse.model.mover import Ellipsoid
@@ -50,7 +51,7 @@ class VelocityObstacles(Policy):
         require_positive(self, "horizon")
         require_positive(self, "moment")
         if not isinstance(self.proven, bool):
-            raise ValueError(f"proven is true or false, not {self.proven!r}")
+            raise InputError(f"proven is true or false, not {self.proven!r}")
 
     @property
     def needs_proof(self) -> bool:

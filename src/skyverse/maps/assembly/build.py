@@ -147,9 +147,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
         max_height=None if most is None else most.metres,
         lattice=Lattice(step=extent.lattice_step(bounds, options.lattice_step)),
         objective=Objective(unit="metres", altitude=band),
-        uavs=tuple(
-            limits.limit(UAV(name=uav, start=point, home=home_z.get(uav))) for uav, point in starting.items()
-        ),
+        uavs=tuple(limits.limit(UAV(name=uav, start=point, home=home_z.get(uav))) for uav, point in starting.items()),
         targets=tuple(Target(name=target, position=point) for target, point in ending.items()),
         frame=Frame(origin=zero),
         sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),

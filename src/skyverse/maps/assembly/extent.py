@@ -11,17 +11,17 @@ from skyverse.maps.assembly.ground import GIVE_GROUND, z_at_altitude
 from skyverse.maps.assembly.obstacles import LocalFeatures
 from skyverse.maps.georeference.rectangle import Rectangle
 from skyverse.model.altitude import AboveGround, AboveHome, Altitude
+from skyverse.model.round_steps import round_steps
 from skyverse.model.scenario import AltitudeBand, Bounds, Origin
 from skyverse.model.shapes import Terrain, Voxels
 
 DEFAULT_HEADROOM = 30.0
 """Metres from the highest ground, building, UAV or target to the ceiling by default."""
-MAX_DEFAULT_NODES = 2e6
-"""Nodes of the lattice at most where its step is not given."""
+LEAST_DEFAULT_STEP = 1.0
+"""Metres between the lattice's nodes at least where its step is not given."""
 VERY_LOW_LEVEL = 152.4
 """Metres, 500 feet: how high the airspace is in which UAVs fly; zones that begin higher than this above the highest
 ground, building, UAV or target do not raise the ceiling."""
-_ROUND_STEPS = [digit * 10.0**power for power in range(5) for digit in (1, 2, 5)]
 
 
 def heights(
@@ -115,8 +115,7 @@ def lattice_step(bounds: Bounds, step: float | None) -> tuple[float, float, floa
     """Return the lattice's step along each axis, metres: the one asked for, or the shortest of few enough nodes."""
     sizes = [high - low for low, high in zip(bounds.min, bounds.max, strict=True)]
     if step is None:
-        few = (s for s in _ROUND_STEPS if math.prod(size / min(s, size) + 1 for size in sizes) <= MAX_DEFAULT_NODES)
-        step = next(few, _ROUND_STEPS[-1])
+        return round_steps(sizes, LEAST_DEFAULT_STEP)
     x, y, z = (min(step, size) for size in sizes)
     return x, y, z
 

@@ -1,0 +1,105 @@
+"""What newcomers give in place of what is meant is refused in one sentence that names it, with one type of error."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import skyverse as sky
+
+MAP1 = sky.read("map1")
+PROBLEM = sky.Problem(MAP1)
+
+
+@pytest.fixture(scope="module")
+def mission():
+    return sky.plan_mission(MAP1)
+
+
+@pytest.mark.parametrize(
+    ("call", "field", "says"),
+    [
+        (lambda: sky.plan_mission("map1"), "scenario", "expected a Scenario"),
+        (lambda: sky.Problem("map1"), "scenario", "expected a Scenario"),
+        (lambda: sky.Problem(MAP1, uav="uav-2"), "uav", "did you mean 'uav-1'"),
+        (lambda: sky.Problem(MAP1, uav=True), "uav", "found True"),
+        (lambda: sky.Problem(MAP1, target=1.0), "target", "found 1.0"),
+        (lambda: sky.Problem(MAP1, departs="soon"), "departs", "found 'soon'"),
+        (lambda: sky.plan_mission(MAP1, "mv"), None, "there is no planner 'mv'; did you mean 'mvo'"),
+        (lambda: sky.plan_mission(MAP1, sky.MVO), "planner", r"MVO\(\) is one"),
+        (lambda: sky.plan_many(MAP1, sky.MVO), "planner", r"MVO\(\) is one"),
+        (lambda: sky.plan_mission(MAP1, 3), "planner", "found 3"),
+        (lambda: sky.plan_mission(MAP1, "mvo", stop=40), "stop", r"MaxIterations\(40\)"),
+        (lambda: sky.plan_many(MAP1, "mvo", stop=40), "stop", "found 40"),
+        *((lambda one=one: one().plan(PROBLEM, stop=40), "stop", "found 40") for one in (sky.MVO, sky.Taut, sky.Auto)),
+        *((lambda one=one: one().plan(MAP1), "problem", "is one") for one in (sky.MVO, sky.Taut, sky.Auto)),
+        (lambda: sky.MVO(universe=3), None, "no setting 'universe'"),
+        (lambda: sky.MVO(universes="many"), None, "whole number"),
+        (lambda: sky.MaxIterations(0), None, "whole number"),
+        (lambda: sky.MaxSeconds("1"), None, "a number above 0"),
+        (lambda: sky.UAV(start=(0, 0, 0), max_sped=1), "max_sped", "did you mean 'max_speed'"),
+        (lambda: sky.Sensor(range=-1), "range", "above 0"),
+        (lambda: sky.Study(scenarios=["map1"], planners=["mvo"], budget={}), "budget", "expected"),
+        (lambda: sky.write(3, "x.json"), None, "expected a Scenario, a Mission"),
+    ],
+)  # fmt: skip
+def test_a_first_mistake_is_refused_in_one_sentence(call, field, says):
+    with pytest.raises(sky.InputError, match=says) as refused:
+        call()
+    assert "\n" not in str(refused.value)
+    if field is not None:
+        assert refused.value.sentence.field == field
+
+
+@pytest.mark.parametrize("t", [None, np.nan, [0.0, np.nan], [[1.0]], "now", [1, "a"], [[1.0], [1.0, 2.0]], object()])
+def test_what_is_no_instant_is_refused(mission, t):
+    motion = sky.CircularMotion(centre=(0, 0, 0), radius=1.0, period=3.0)
+    moving = (motion, motion.as_periodic, sky.WaypointMotion(points=[(0, 0, 0)], times=[0.0]))
+    for at in (mission.trajectory(0).at, mission.trajectory(0).heading, *(one.at for one in moving)):
+        with pytest.raises(sky.InputError) as refused:
+            at(t)
+        assert refused.value.sentence.field == "t"
+
+
+def test_one_instant_is_a_row_of_one(mission):
+    flown = mission.trajectory("uav-1")
+    assert flown.at(0).position.shape == flown.at(np.float32(0.0)).position.shape == (1, 3)
+    np.testing.assert_array_equal(flown.at(np.inf).position, flown.at(flown.end).position)
+    assert flown.duration == flown.end - flown.start
+
+
+def test_parts_of_a_mission_are_found_by_index_and_by_name(mission):
+    assert mission.trajectory("uav-1") is mission.trajectory(np.int64(0)) is mission.trajectories[0]
+    assert mission.result("uav-1") is mission.results[0]
+    assert mission.certificate("uav-1") is mission.certificates[0]
+    assert mission.actions == mission.deconfliction.actions
+    for column in (mission.result, mission.trajectory, mission.certificate):
+        with pytest.raises(sky.InputError, match="did you mean 'uav-1'"):
+            column("uav-2")
+    nobody = sky.plan_mission(MAP1.model_copy(update={"targets": ()}))
+    for column in (nobody.result, nobody.trajectory, nobody.certificate):
+        with pytest.raises(sky.InputError, match="uav-1 has no"):
+            column(0)
+
+
+def test_a_mission_that_was_read_is_equal_to_the_one_that_was_written(mission, tmp_path):
+    sky.write(mission, tmp_path / "mission.json")
+    again = sky.read(tmp_path / "mission.json")
+    assert again == mission
+    assert again.apart is None
+    assert pickle.loads(pickle.dumps(mission)) == copy.deepcopy(mission) == mission
+    assert again != sky.plan_mission(MAP1, "astar")
+
+
+def test_problems_are_equal_if_all_that_is_given_is():
+    assert sky.Problem(sky.read("map1"), "uav-1", "target-1") == PROBLEM
+    assert hash(sky.Problem(MAP1)) == hash(PROBLEM)
+    assert sky.Problem(MAP1, departs=1.0) != PROBLEM
+    assert sky.Problem(MAP1.model_copy(update={"clearance": 0.2})) != PROBLEM
+    assert PROBLEM != MAP1
+
+
+def test_a_misspelt_public_name_gets_a_suggestion():
+    with pytest.raises(AttributeError, match="did you mean 'plan_mission'"):
+        _ = sky.plan_misson
