@@ -229,7 +229,21 @@ app.command(build)
 
 @contextmanager
 def _watched(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
-    """Yield a function that keeps notes, and shows the last one when a person watches."""
+    """Yield a function that keeps notes, and shows the last one when a person watches.
+
+    Where that ends in a refusal, all notes are printed, as they may explain it.
+    """
+    try:
+        with _shown(notes) as on_note:
+            yield on_note
+    except InputError:
+        for note in notes:
+            print(_told(note), file=sys.stderr)
+        raise
+
+
+@contextmanager
+def _shown(notes: "list[Note]") -> "Iterator[Callable[[Note], None]]":
     if not sys.stderr.isatty():
         yield notes.append
         return

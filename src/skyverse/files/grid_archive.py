@@ -11,15 +11,19 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from skyverse.errors import shown
 
-MAX_ARRAY_NUMBERS = 2**28
-"""Numbers at most in an array that is read: 2 GB of heights."""
+_HEAD = 10
+"""Bytes of an .npy file of version 1.0 before its description, the last two of which say how long that is."""
+_PART = 2**20
+"""Bytes that are unpacked at a time."""
+MAX_ARRAY_NUMBERS = 2**26
+"""Numbers at most in an array that is read: half a gigabyte of heights."""
 
 
 def archive_path(path: Path) -> Path:
@@ -85,7 +89,7 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
         and math.prod(shape) <= MAX_ARRAY_NUMBERS
     ):
         raise ValueError(
-            f"shape: expected two or three counts, {MAX_ARRAY_NUMBERS:.3g} numbers at most, found {shown(shape, 60)}"
+            f"shape: expected two or three counts, {MAX_ARRAY_NUMBERS:,} numbers at most, found {shown(shape, 60)}"
         )
     beside = path.with_name(file)
     try:
@@ -93,7 +97,8 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
             entry = archive.getinfo(f"{name}.npy")
             if entry.file_size > 8 * math.prod(shape) + 1024:
                 raise ValueError(f"{file}: {shown(name, 60)} is larger than its shape {shape} says")
-            data = archive.read(entry)
+            with archive.open(entry) as stream:
+                stored, found = _array(stream, shape)
     except KeyError:
         raise ValueError(f"{file} has no array {shown(name, 60)}") from None
     except FileNotFoundError:
@@ -102,26 +107,39 @@ def _load(path: Path, reference: dict[str, Any]) -> NDArray[Any]:
         raise ValueError(f"{file} cannot be read: {error.strerror or error}") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise ValueError(f"{file} is damaged: {error}") from None
-    if hashlib.sha256(data).hexdigest() != digest:
+    if found != digest:
         raise ValueError(
             f"{file}: {shown(name, 60)} is not the array that this file was written with (its SHA-256 differs)"
         )
-    stored = _array(data)
-    packed = stored.dtype == np.uint8
-    if stored.size != (-(-math.prod(shape) // 8) if packed else math.prod(shape)):
+    if stored is None:
         raise ValueError(f"{file}: {shown(name, 60)} does not have the shape {shape}")
-    if packed:
-        return np.unpackbits(stored, count=math.prod(shape)).astype(bool).reshape(shape)
-    return stored.astype(np.float64).reshape(shape)
+    if stored.dtype == np.uint8:
+        return np.unpackbits(stored, count=math.prod(shape)).view(np.bool_).reshape(shape)
+    heights = stored.astype(np.float64, copy=False)
+    heights.flags.writeable = False  # so that no model copies it
+    return heights
 
 
-def _array(data: bytes) -> NDArray[Any]:
-    """Return the numbers of an .npy file, flat; nothing in it is run, and it takes no more memory than it has bytes."""
-    with io.BytesIO(data) as file:
+def _array(stream: IO[bytes], shape: list[int]) -> tuple[NDArray[Any] | None, str]:
+    """Return the numbers of an .npy file, ``None`` if they are not as many as `shape` says, and the file's SHA-256.
+
+    Nothing in the file is run. Heights have the shape; bits are packed, and flat. They are read to where they stay.
+    """
+    head = stream.read(_HEAD)
+    head += stream.read(int.from_bytes(head[8:], "little"))
+    with io.BytesIO(head) as file:
         version = np.lib.format.read_magic(file)
         if version != (1, 0):
             raise ValueError(f"expected an array in version 1.0 of NumPy's format, found {version}")
         _, _, dtype = np.lib.format.read_array_header_1_0(file)
-        if dtype.str not in ("<f4", "<f8", "|u1"):
-            raise ValueError(f"expected an array of numbers, found one of {dtype.str!r}")
-        return np.frombuffer(data[file.tell() :], dtype)
+    if dtype.str not in ("<f4", "<f8", "|u1"):
+        raise ValueError(f"expected an array of numbers, found one of {dtype.str!r}")
+    array = np.empty([-(-math.prod(shape) // 8)] if dtype == np.uint8 else shape, dtype)
+    room, filled = memoryview(array.reshape(-1).view(np.uint8)), 0
+    while filled < len(room) and (part := stream.read(min(_PART, len(room) - filled))):
+        room[filled : filled + len(part)] = part
+        filled += len(part)
+    digest, rest = hashlib.sha256(head), stream.read()
+    digest.update(room[:filled])
+    digest.update(rest)
+    return (array if filled == len(room) and not rest else None), digest.hexdigest()

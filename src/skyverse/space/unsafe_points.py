@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import told_metres
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.space.column import column_top, why_no_column
 from skyverse.space.roof import roof_z
@@ -76,7 +77,7 @@ class UnsafePoint(NamedTuple):
         if self.on_earth is not None:
             latitude, longitude, sea = self.on_earth
             also = f" or {latitude:.7f},{longitude:.7f},{sea:.2f} m amsl"
-        return f"{self.reason}; {self.noun} is {written(self.nearest)}{also}, {away:.3g} m away"
+        return f"{self.reason}; {self.noun} is {written(self.nearest)}{also}, {told_metres(away)} away"
 
 
 def unsafe_points(scenario: Scenario, world: World | None = None) -> list[UnsafePoint]:
@@ -205,6 +206,8 @@ def _reason(scenario: Scenario, world: World, point: Place) -> str:
     if scenario.obstacles[number].closed_above:
         return f"{reason}; it is closed above, so that no place above it is free"
     roof = roof_z(scenario.obstacles[number], point, scenario.clearance)
+    if roof > scenario.bounds.max[2]:
+        return f"{reason}, which reaches above the bounds"
     origin = scenario.frame.origin
     sea = "" if origin is None else f" ({to_wgs84(origin, [*point[:2], roof])[0, 2]:.1f} m amsl)"
     return f"{reason}; the roof is at z = {roof:.6g} m{sea} there"

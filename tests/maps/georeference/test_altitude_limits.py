@@ -165,7 +165,7 @@ def test_limits_and_names_within_a_property_are_read(read, name, unit):
 def test_a_note_names_limits_within_other_properties(read):
     told = []
     read(collection(feature(volume={"airspace": LAYER})), tell=told.append)
-    assert told[1].endswith("1 of them have a field 'volume.airspace.upper', which is not read as a limit")
+    assert told[1].endswith("1 of them with a field 'volume.airspace.upper', which is not read as a limit")
 
 
 @pytest.mark.parametrize(
@@ -246,9 +246,9 @@ def test_zones_without_limits_are_told(read):
     zones = [feature(name="a"), feature(maxHeight=120, name="b"), feature(alt_max="120 m"), feature()]
     read(collection(*zones), tell=told.append)
     assert [sentence.split("zones.geojson: ")[1] for sentence in told] == [
-        "3 zones name no limits: shut from the ground up",
-        "1 of them have a field 'maxHeight', which is not read as a limit",
-        "1 of them have a field 'alt_max', which is not read as a limit",
+        "3 without limits: shut from the ground up",
+        "1 of them with a field 'maxHeight', which is not read as a limit",
+        "1 of them with a field 'alt_max', which is not read as a limit",
     ]
 
 

@@ -68,6 +68,24 @@ def wanted(places, size):
     return found
 
 
+@pytest.mark.parametrize("text", [None, "", " ", "\0", "no system at all"])
+def test_a_file_that_claims_a_coordinate_system_and_holds_none_is_read_with_the_users(tmp_path, text):
+    """The bit of the header that promises a text is set; the text is missing, empty or none of a system."""
+    points, _ = some(1)
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales, header.offsets = (0.001, 0.001, 0.001), np.floor(np.min(points, axis=0))
+    header.global_encoding.wkt = True
+    if text is not None:
+        header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr(text))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = points.T
+    cloud.write(tmp_path / "a.las")
+    with pytest.raises(InputError, match=r"a\.las: expected its coordinate system, found none; give Reading\(crs="):
+        build_scenario("c", voxels=[tmp_path / "a.las"], area=WIDE)
+    built = build_scenario("c", voxels=[tmp_path / "a.las"], area=WIDE, reading=sky.Reading(crs="EPSG:5555"))
+    assert built.obstacles[0].occupied.any()
+
+
 @pytest.mark.parametrize(("seed", "wide", "size"), [(1, 300, 2.0), (2, 300, 5.0), (3, 5000, 20.0), (4, 40, 0.5)])
 @pytest.mark.parametrize("suffix", [".las", ".laz"])
 def test_points_are_where_proj_puts_them_and_all_below_is_shut(tmp_path, seed, wide, size, suffix):

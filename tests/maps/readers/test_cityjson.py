@@ -246,7 +246,7 @@ def test_altitudes_in_feet_become_metres(read):
     [
         ({"metadata": {}}, ("referenceSystem", "Reading(crs=")),
         ({"metadata": {"referenceSystem": "EPSG:28992"}}, ("altitudes", "Reading(altitudes='amsl')")),
-        ({"metadata": {"referenceSystem": "EPSG:4979"}}, ("mean sea level",)),
+        ({"metadata": {"referenceSystem": "EPSG:4979"}}, ("mean sea level", "convert them", "EPSG:4326+3855")),
         ({"metadata": {"referenceSystem": "EPSG:no"}}, ("coordinate system",)),
         ({"version": "0.9"}, ("version", "0.9")),
         ({"vertices": [[0, 1]]}, ("vertices",)),

@@ -14,6 +14,7 @@ from skyverse.model.altitude import AboveSea, Altitude
 from skyverse.model.geodesy import to_wgs84
 from skyverse.model.quantities import derived
 from skyverse.model.scenario import Bounds, Scenario
+from skyverse.model.short_lines import told_metres
 
 ROUNDING = 0.1
 """Metres: free places keep so much more from everything, so that they stay free when they are rounded."""
@@ -147,4 +148,4 @@ def _told(scenario: Scenario, bad: BadPoint, place: Point, given: Altitude | Non
     written = f"{sea:.1f} m amsl"
     if scenario.terrain is not None and not isinstance(given, AboveSea):
         written = f"{round(place[2] - float(scenario.terrain.height(place[:2])), 1):g} m agl"
-    return f"{latitude:.7f},{longitude:.7f},{written}, {math.dist(place, bad.point):.3g} m away"
+    return f"{latitude:.7f},{longitude:.7f},{written}, {told_metres(math.dist(place, bad.point))} away"

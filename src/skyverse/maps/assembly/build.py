@@ -24,6 +24,7 @@ from skyverse.maps.assembly.places import (
     named_places,
     points_above_ceiling,
     refuse_off_map,
+    refuse_one_swapped,
     refuse_outside,
     refuse_swapped,
 )
@@ -114,7 +115,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
     obstacles: list[Prism | Voxels] = []
     soft: list[Prism] = []
     for cloud in clouds:
-        bad += points_inside(ends, solids[cloud.path], clearance, cloud.path.name)
+        bad += points_inside(ends, solids[cloud.path], clearance, cloud.path.name, top)
         obstacles += solids[cloud.path]
         sources.append((cloud.path, Source(file=cloud.path.name, gives="voxels", crs=cloud.name)))
     for file, features in zip(read, local, strict=True):
@@ -127,7 +128,7 @@ def build_scenario(options: BuildOptions) -> Scenario:
         if not file.is_buildings:
             hard = _closed_above(hard, options, top, file.path)
         path = Path(file.path)
-        bad += points_inside(ends, hard, clearance, path.name)
+        bad += points_inside(ends, hard, clearance, path.name, top)
         obstacles += hard
         soft += [prism for prism in made if prism.risk is not None]
         gives = "buildings" if file.is_buildings else "zones"
@@ -265,6 +266,8 @@ def _survey(
         for some in (starts, goals):
             refuse_off_map(some, files)
         area = None if options.area is None else Area(*options.area)
+        if area is None:
+            refuse_one_swapped([*starts.items(), *goals.items()])
         if area is not None:
             refuse_off_map({"the middle of the area": (*area.middle, AboveSea(0))}, files)
         level = origin or frame.middle_of(area, places, files, corners, options.geoid)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from skyverse._typing import Floats
 from skyverse.model.kept_ellipsoid import kept_ellipsoid
 from skyverse.model.scenario import Scenario
+from skyverse.model.short_lines import told_metres
 
 Point = tuple[float, float, float]
 
@@ -52,7 +53,7 @@ class EndsApart:
                     ends[names[k]],
                     f"expected a {noun} at least {aside:.3g} m from that of {names[j]} at one height, or {up:.3g} m "
                     "above or below it (the separation, counting the tracking errors of both), found it "
-                    f"{f'{away:.3g} m away' if away else 'at the same place'}",
+                    f"{f'{told_metres(away)} away' if away else 'at the same place'}",
                 )
 
     def apart(self, name: str, at: Point, points: Floats, margin: float) -> NDArray[np.bool_]:

@@ -15,6 +15,7 @@ from skyverse.maps.readers.aerial_point_cloud import WHY_LEFT_OUT, AerialCloud, 
 from skyverse.model.caution import Caution
 from skyverse.model.scenario import Origin
 from skyverse.model.shapes import Terrain, Voxels
+from skyverse.model.short_lines import counted
 
 MAX_SENTENCES = 5
 """Sentences told of one file at most."""
@@ -80,8 +81,9 @@ def voxels_of(
         options.on_note(Note(str(cloud.path), f"{Caution.WARNING}: nothing of it stands in the area"))
         return []
     left = "".join(f", {counts[what]:,} {what} left out" for what in WHY_LEFT_OUT if counts[what])
+    columns = counted(counts["columns"], "column")
     made = (
-        f"{counts['kept']:,} points{left}; {counts['columns']:,} columns of voxels of {solid.step[0]:g} m, "
+        f"{counted(counts['kept'], 'point')}{left}; {columns} of voxels of {solid.step[0]:g} m, "
         "occupied from the highest point down, as what is below was not seen"
     )
     options.on_note(Note(str(cloud.path), made))

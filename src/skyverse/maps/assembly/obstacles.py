@@ -190,7 +190,6 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
 
     if not these.outlines:
         return these
-    corners = int(shapely.get_num_coordinates(these.outlines).sum())
     alike = np.array([tolerance > 0 and f.kind == "building" and f.risk is None for f in these.features])
     rest, joint = these.chosen(~alike), these.chosen(alike)
     features, counts, low, high = rest.features, rest.counts, rest.low, rest.high
@@ -207,7 +206,6 @@ def simplified(these: LocalFeatures, tolerance: float) -> LocalFeatures:
         tolerance = max(2 * tolerance, 0.01)
         outlines[many] = simplify(outlines[many], tolerance)
         counts[f"of more than {MAX_CORNERS} corners, simplified by {tolerance:g} m"] = int(many.sum())
-    counts["corners of outlines taken away"] = corners - int(shapely.get_num_coordinates(outlines).sum())
     return LocalFeatures(list(outlines), features, low, high, counts)
 
 
@@ -216,8 +214,12 @@ def points_inside(
     solids: Sequence[Prism | Voxels],
     clearance: float,
     file: str,
+    top: float,
 ) -> list[BadPoint]:
-    """Return those points, given with their names, that lie in an obstacle of a file, or nearer than the clearance."""
+    """Return those points, given with their names, that lie in an obstacle of a file, or nearer than the clearance.
+
+    An obstacle that ends above the `top` of the bounds, at which it is cut off, has no roof to fly over.
+    """
     found = []
     for name, point in points:
         near = [solid for solid in solids if _is_near(solid, np.array(point), clearance)]
@@ -228,7 +230,10 @@ def points_inside(
                 f"expected a point {clearance:g} m or more from what must not be entered, found it in or near "
                 f"{called} of {file}"
             )
-            roof = None if highest.closed_above else roof_z(highest, point, clearance)
+            roof = roof_z(highest, point, clearance)
+            if highest.closed_above or roof > top:
+                text += ", which nothing may fly over" if highest.closed_above else ", which reaches above the bounds"
+                roof = None
             found.append(BadPoint(name, point, text, roof))
     return found
 

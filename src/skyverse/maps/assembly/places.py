@@ -11,6 +11,7 @@ from skyverse.errors import InputError, Remedy
 from skyverse.maps.assembly.bad_points import BadPoint, refuse_all
 from skyverse.maps.assembly.ground import GIVE_GROUND
 from skyverse.maps.assembly.options import GlobalPlace, GlobalPlaces
+from skyverse.maps.assembly.region import MAX_WIDTH
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.latitude_longitude import SWAPPED, require_on_globe
 from skyverse.maps.georeference.rectangle import Rectangle, contains
@@ -61,6 +62,27 @@ def refuse_off_map(places: Mapping[str, GlobalPlace], rasters: Sequence[OpenRast
             f"longitude {longitude:g}, which is outside{hint}"
         )
     refuse_all(sentences)
+
+
+def refuse_one_swapped(places: Sequence[tuple[str, GlobalPlace]]) -> None:
+    """Raise `InputError` for a named place that is near the others only with latitude and longitude swapped."""
+
+    def near(latitude: float, longitude: float, others: Sequence[GlobalPlace]) -> bool:
+        if not abs(latitude) <= 90:
+            return False
+        here = Origin(latitude=latitude, longitude=longitude, altitude=0.0)
+        return bool((np.abs(flat_points(others, here)[:, :2]) <= MAX_WIDTH).all())
+
+    names = []
+    for k, (name, (latitude, longitude, _)) in enumerate(places):
+        others = [place for j, (_, place) in enumerate(places) if j != k]
+        if others and not near(latitude, longitude, others) and near(longitude, latitude, others):
+            names.append(name)
+    if names:
+        raise InputError(
+            f"{' or '.join(names)}: expected places within {MAX_WIDTH / 1000:g} km of one another, found one that is "
+            f"farther away{SWAPPED}"
+        )
 
 
 def refuse_outside(

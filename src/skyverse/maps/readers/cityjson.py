@@ -157,7 +157,10 @@ def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyp
     if vertical is not None and not vertical[1]:
         return crs, vertical[0]
     if vertical is not None:
-        raise InputError(f"{where}: expected altitudes above mean sea level, but those of {crs.name} are not")
+        raise InputError(
+            f"{where}: expected altitudes above mean sea level, but those of {crs.name} are ellipsoidal; "
+            "convert them to a system above the sea, such as EPSG:4326+3855"
+        )
     if choices.altitudes != "amsl":
         raise InputError(f"{where}: {crs.name} says nothing of altitudes", give=[GIVE_AMSL])
     return crs, 1.0

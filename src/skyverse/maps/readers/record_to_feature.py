@@ -157,10 +157,10 @@ def _limits(
         return building_limits(fields, record.where, choices)
     if top is None:
         what = "shut" if choices.risk is None else "risky"
-        choices.count(f"zones name no limits: {what} from the ground up")
+        choices.count(f"without limits: {what} from the ground up")
         unread = fields.first_number("alt", "height", "limit", "upper", "lower", "ceiling", "floor")
         if unread is not None:
-            choices.count(f"of them have a field {printable(unread)!r}, which is not read as a limit")
+            choices.count(f"of them with a field {printable(unread)!r}, which is not read as a limit")
     return from_the_ground(None, top, choices)
 
 

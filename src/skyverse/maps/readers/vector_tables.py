@@ -51,7 +51,7 @@ def table(
     for doubt in doubts:
         said = printable(str(doubt.message))
         if said.startswith("Non closed ring"):
-            choices.count("outlines that do not close, closed from end to beginning")
+            choices.count("with an outline that does not close, closed from end to beginning")
         else:
             choices.tell(f"{path}: {said}")
     if shapes is None:
