@@ -135,11 +135,11 @@ def _array(stream: IO[bytes], shape: list[int]) -> tuple[NDArray[Any] | None, st
     if dtype.str not in ("<f4", "<f8", "|u1"):
         raise ValueError(f"expected an array of numbers, found one of {dtype.str!r}")
     array = np.empty([-(-math.prod(shape) // 8)] if dtype == np.uint8 else shape, dtype)
-    room, filled = memoryview(array.reshape(-1).view(np.uint8)), 0
+    room, filled = array.reshape(-1).view(np.uint8), 0
     while filled < len(room) and (part := stream.read(min(_PART, len(room) - filled))):
-        room[filled : filled + len(part)] = part
+        room[filled : filled + len(part)] = np.frombuffer(part, np.uint8)
         filled += len(part)
     digest, rest = hashlib.sha256(head), stream.read()
-    digest.update(room[:filled])
+    digest.update(room[:filled].data)
     digest.update(rest)
     return (array if filled == len(room) and not rest else None), digest.hexdigest()

@@ -135,7 +135,7 @@ def test_what_is_outside_the_area_is_left_out_and_told(tmp_path):
     away = (LON + 1, LAT - 0.002, LON + 1.01, LAT + 0.002)
     nothing = build_scenario("a", voxels=[path], area=away, ground=AboveSea(0), on_note=told.append)
     assert nothing.obstacles == ()
-    assert told[-1].text == "nothing of it stands in the area"
+    assert told[-1].text == "WARNING: nothing of it stands in the area"
 
 
 def test_feet_are_feet_and_the_ellipsoid_needs_a_geoid(tmp_path):

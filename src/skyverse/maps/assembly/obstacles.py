@@ -231,10 +231,12 @@ def points_inside(
                 f"{called} of {file}"
             )
             roof = roof_z(highest, point, clearance)
-            if highest.closed_above or roof > top:
-                text += ", which nothing may fly over" if highest.closed_above else ", which reaches above the bounds"
-                roof = None
-            found.append(BadPoint(name, point, text, roof))
+            if highest.closed_above:
+                found.append(BadPoint(name, point, f"{text}, which nothing may fly over"))
+            elif roof > top:
+                found.append(BadPoint(name, point, f"{text}, which reaches above the bounds"))
+            else:
+                found.append(BadPoint(name, point, text, roof))
     return found
 
 
