@@ -92,7 +92,7 @@ def test(asked: list[str]) -> int:
     set_up("run")
     with nullcontext() if os.environ.get("NUMBA_DISABLE_JIT") else start("skyverse", "cache", "--compile"):
         set_up("test")
-    return run("python", "-m", "pytest", "-n", "auto", "--dist", "loadfile")
+    return run("python", "-m", "pytest", "-n", "auto", "--dist", "worksteal")
 
 
 def set_up(kind: str) -> None:

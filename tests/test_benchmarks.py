@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE_S
+
 PEERS = Path(__file__).parents[1] / "benchmarks" / "peers"
 
 
 def run(*words):
-    return subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=300)
+    return subprocess.run([sys.executable, *map(str, words)], capture_output=True, text=True, timeout=PATIENCE_S)
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from patience import PATIENCE_S
 from skyverse.trajectory import rest_to_rest
 
 pytest.importorskip("toppra", reason='toppra is not installed; pip install "skyverse[bench]"')
@@ -86,7 +87,7 @@ def circle(radius, rounds, count=16):
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="a benchmark of plain Python says nothing")
 def test_smooth_trajectories_are_faster_than_stopping_but_not_than_the_bound():
     words = [sys.executable, str(BENCHMARKS / "trajectories.py"), "map1"]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S)
     assert done.returncode == 0, done.stderr
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in done.stdout.splitlines() if "map1 " in line]
     assert [row[1] for row in rows] == ["Taut", "A*", "MVO"] * 4  # two tables of two shapes

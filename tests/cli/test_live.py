@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 import pytest
 
 import skyverse as sky
+from patience import PATIENCE_S
 
 PROGRAM = (sys.executable, "-m", "skyverse", "live")
 LINES = [b'{"t": 0}', b"nonsense", b'{"t": 0.1}', b""]
@@ -27,14 +28,14 @@ def mission(tmp_path_factory):
 
 @contextmanager
 def started(mission, *words):
-    """The program, which is killed after two minutes if it has not ended by itself."""
+    """The program, which is killed after ten minutes if it has not ended by itself."""
     pipe = subprocess.PIPE
     with subprocess.Popen([*PROGRAM, mission, *words], stdin=pipe, stdout=pipe, stderr=pipe) as run:
-        late = threading.Timer(120.0, run.kill)
+        late = threading.Timer(PATIENCE_S, run.kill)
         late.start()
         try:
             yield run
-            run.wait(120)
+            run.wait(PATIENCE_S)
         finally:
             late.cancel()
             run.kill()
@@ -53,7 +54,7 @@ def test_lines_are_answered_one_by_one_until_the_input_ends(mission):
             if line:
                 answer = heard(run.stdout)  # before the next line is sent
                 assert answer.get("line", answer.get("error", {}).get("line")) == k
-        out, err = run.communicate(b'{"t": 0.2}', timeout=60)  # the last line has no end
+        out, err = run.communicate(b'{"t": 0.2}', timeout=PATIENCE_S)  # the last line has no end
         assert json.loads(out)["line"] == 5
     assert run.returncode == 0
     assert err.decode().startswith(
@@ -67,7 +68,7 @@ def test_ctrl_c_ends_it_with_what_it_did(mission):
     with started(mission) as run:
         heard(run.stdout)
         run.send_signal(signal.SIGINT)
-        out, err = run.communicate(timeout=60)
+        out, err = run.communicate(timeout=PATIENCE_S)
     assert (run.returncode, out) == (130, b"")
     assert err.decode() == "No observations answered, no lines refused.\nskyverse: interrupted\n"
 
@@ -80,7 +81,7 @@ def test_a_reader_that_has_gone_ends_it_in_silence(mission):
         run.stdin.write(b'{"t": 0}\n')
         run.stdin.flush()
         assert run.stderr.read() == b""
-        assert run.wait(60) == 141
+        assert run.wait(PATIENCE_S) == 141
 
 
 @contextmanager
@@ -92,7 +93,7 @@ def connected(where):
     else:
         host, _, port = where.rpartition(":")
         client = socket.create_connection((host, int(port)))
-    client.settimeout(60)
+    client.settimeout(PATIENCE_S)
     with client, client.makefile("rb") as told:
         yield client, told
 

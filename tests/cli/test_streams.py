@@ -6,12 +6,12 @@ import signal
 import stat
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 import skyverse as sky
+from patience import PATIENCE_S, wait_until
 
 PROGRAM = (sys.executable, "-m", "skyverse")
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="devices, pipes and signals are POSIX here")
@@ -19,8 +19,30 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="devices, pipes and sign
 
 def said(*words, **how):
     """Return the exit code of a command line in a process of its own, and what it wrote to standard error."""
-    done = subprocess.run([*PROGRAM, *map(str, words)], stderr=subprocess.PIPE, text=True, timeout=120, **how)
+    done = subprocess.run([*PROGRAM, *map(str, words)], stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S, **how)
     return done.returncode, done.stderr
+
+
+EACH = """
+import contextlib, io, json, sys
+from skyverse.cli import main
+
+for words in json.load(sys.stdin):
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said):
+        try:
+            main(words)
+        except SystemExit as ended:
+            print(json.dumps([ended.code, said.getvalue()]))
+"""
+
+
+def said_of_each(commands, folder):
+    """Return the same as `said` of many command lines, run in one process: what hangs ends with it."""
+    given = json.dumps([[str(word) for word in words] for words in commands])
+    how = {"input": given, "capture_output": True, "text": True, "timeout": PATIENCE_S, "cwd": folder}
+    done = subprocess.run([sys.executable, "-c", EACH], check=True, **how)
+    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 @pytest.fixture(scope="module")
@@ -59,15 +81,14 @@ def test_a_check_that_is_piped_away_is_not_taken_for_a_bad_mission(mission_file)
 
 
 def test_ctrl_c_while_modules_load_is_one_sentence(tmp_path):
-    (tmp_path / "cyclopts.py").write_text("import pathlib, time\npathlib.Path('loading').touch()\ntime.sleep(60)\n")
+    (tmp_path / "cyclopts.py").write_text("import pathlib, time\npathlib.Path('loading').touch()\ntime.sleep(600)\n")
     path = os.pathsep.join([str(tmp_path), *sys.path])
     run = subprocess.Popen(
         [*PROGRAM, "scenarios"], cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, stderr=subprocess.PIPE, text=True
     )
-    while not (tmp_path / "loading").exists():
-        time.sleep(0.01)
+    wait_until((tmp_path / "loading").exists, run)
     run.send_signal(signal.SIGINT)
-    assert run.communicate(timeout=60)[1] == "skyverse: interrupted\n"
+    assert run.communicate(timeout=PATIENCE_S)[1] == "skyverse: interrupted\n"
     assert run.returncode == 130
 
 
@@ -83,8 +104,8 @@ def test_ctrl_c_while_modules_load_is_one_sentence(tmp_path):
         ("compare", "/dev/null"),
     ],
 )
-def test_a_device_is_no_file_to_read(words, tmp_path):
-    assert said(*words, cwd=tmp_path) == (2, "skyverse: /dev/null: expected a file, found a device or a pipe\n")
+def test_a_device_is_no_file_to_read(skyverse, words, tmp_path):
+    assert skyverse(*words) == (2, "", "skyverse: /dev/null: expected a file, found a device or a pipe\n")
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
     assert not list(tmp_path.iterdir())
 
@@ -93,7 +114,7 @@ def test_a_pipe_is_no_file_to_read_or_write(tmp_path, mission_file):
     for name in ("a.yaml", "a.json", "a.html", "a.plan", "a.txt", "a.tif", "a.geojson", "a.las", "a.bt"):
         os.mkfifo(tmp_path / name)
     refused = "expected a file, found a device or a pipe\n"
-    for words in (
+    commands = (
         ("plan", "a.yaml"),
         ("plan", "a.txt"),
         ("plan", "a.bt"),
@@ -106,8 +127,8 @@ def test_a_pipe_is_no_file_to_read_or_write(tmp_path, mission_file):
         ("scenario", "build", "--zones", "a.geojson", "-o", "b.yaml"),
         ("scenario", "build", "--voxels", "a.las", "-o", "b.yaml"),
         ("scenario", "build", "--terrain", mission_file, "-o", "a.yaml"),
-    ):
-        code, sentence = said(*words, cwd=tmp_path)
+    )
+    for words, (code, sentence) in zip(commands, said_of_each(commands, tmp_path), strict=True):
         assert code == 2, words
         assert sentence.endswith(refused), (words, sentence)
         assert sentence.count("\n") == 1
@@ -121,7 +142,7 @@ def test_the_library_never_replaces_a_device(tmp_path):
     assert stat.S_ISFIFO((tmp_path / "a.yaml").stat().st_mode)
 
 
-def test_words_of_thousands_of_characters_are_not_printed():
+def test_words_of_thousands_of_characters_are_not_printed(skyverse):
     long = "1" * 5000
     for words in (
         ("plan", long),
@@ -136,17 +157,17 @@ def test_words_of_thousands_of_characters_are_not_printed():
         ("plan", "map1", "-o", f"{long}.json"),
         ("scenarios", "--schema", "-o", long),
     ):
-        code, sentence = said(*words)
+        code, _, sentence = skyverse(*words)
         assert code == 2, words
         assert sentence.startswith("skyverse: ")
         assert sentence.count("\n") == 1
         assert len(sentence) < 400, sentence
 
 
-def test_a_mission_that_does_not_say_its_format_is_told_so(mission_file, tmp_path):
+def test_a_mission_that_does_not_say_its_format_is_told_so(skyverse, mission_file, tmp_path):
     data = json.loads(mission_file.read_text())
     del data["format"]
     bare = tmp_path / "bare.json"
     bare.write_text(json.dumps(data))
     for words in (("check", bare), ("show", bare), ("plan", bare)):
-        assert said(*words) == (2, f"skyverse: {bare}: format: is missing; expected 'skyverse/mission/2'\n")
+        assert skyverse(*words) == (2, "", f"skyverse: {bare}: format: is missing; expected 'skyverse/mission/2'\n")

@@ -9,13 +9,13 @@ import signal
 import stat
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import skyverse as sky
+from patience import PATIENCE_S, wait_until
 from skyverse import cli
 
 VERBS = ("scenarios", "plan", "check", "show", "export", "compare", "reproduce")
@@ -491,8 +491,6 @@ def test_a_mission_whose_arrays_do_not_fit_is_refused_by_every_verb(skyverse, mi
 
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process are POSIX here")
 def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
-    warm = [sys.executable, "-m", "skyverse", "plan", "map1", "--planner", "mvo", "-o", str(tmp_path / "warm.json")]
-    subprocess.run(warm, check=True, capture_output=True)
     words = ["plan", "table-4.8", "--planner", "mvo", "--iterations", "100000000", "-o", str(tmp_path / "m.json")]
     command = [sys.executable, "-m", "skyverse", *words]
     pty = pytest.importorskip("pty")
@@ -507,7 +505,7 @@ def test_ctrl_c_keeps_the_best_mission_so_far_and_marks_it(tmp_path):
             with contextlib.suppress(OSError):  # Linux: there is nothing more to read
                 while more := os.read(terminal, 65536):
                     err += more.decode()
-            out, _ = process.communicate(timeout=120)
+            out, _ = process.communicate(timeout=PATIENCE_S)
         finally:
             process.kill()
             os.close(terminal)
@@ -533,9 +531,9 @@ def test_ctrl_c_while_kernels_compile_ends_all_processes_with_130_and_one_senten
     ) as process:
         try:
             first = process.stderr.readline()
-            time.sleep(3)
+            wait_until(lambda: list((tmp_path / "cache").rglob("*.kernel")), process)  # then processes compile
             os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the processes that compile, too
-            _, rest = process.communicate(timeout=60)
+            _, rest = process.communicate(timeout=PATIENCE_S)
         finally:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from patience import PATIENCE_S
 from skyverse.model.mission import Mission
 from skyverse.model.result import Effort, History, Provenance, Result, Status, no_history
 from skyverse.model.scenario import Bounds, Lattice, Scenario, Target
@@ -154,18 +155,24 @@ SWITCHES = """--no-sandbox --disable-gpu --disable-quic --no-first-run --disable
     --disable-component-update --disable-sync --use-angle=swiftshader --enable-unsafe-swiftshader"""
 
 
-@pytest.fixture
-def tab():
-    """A browser tab that notes errors and requests."""
+@pytest.fixture(scope="module")
+def browser():
     if CHROMIUM is None:
         pytest.skip("no chromium to look at the page with")
     api = pytest.importorskip("playwright.sync_api")
     with api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=SWITCHES.split())
-        tab = browser.new_page(viewport={"width": 1000, "height": 700})
-        tab.errors, tab.requests = [], []
-        tab.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
-        tab.on("pageerror", lambda error: tab.errors.append(str(error)))
-        tab.on("request", lambda request: tab.requests.append(request.url))
-        yield tab
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=SWITCHES.split(), timeout=1000 * PATIENCE_S)
+        yield browser
         browser.close()
+
+
+@pytest.fixture
+def tab(browser):
+    """A tab, with a session of its own, that notes errors and requests."""
+    tab = browser.new_page(viewport={"width": 1000, "height": 700})
+    tab.errors, tab.requests = [], []
+    tab.on("console", lambda said: tab.errors.append(said.text) if said.type == "error" else None)
+    tab.on("pageerror", lambda error: tab.errors.append(str(error)))
+    tab.on("request", lambda request: tab.requests.append(request.url))
+    yield tab
+    tab.close()

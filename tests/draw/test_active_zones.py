@@ -3,6 +3,7 @@
 import numpy as np
 
 import skyverse as sky
+from browser import opened, until
 from skyverse.draw.page import scene_data
 from skyverse.draw.scene import scene
 
@@ -47,11 +48,9 @@ def test_what_is_proven_names_zones(tmp_path):
 
 def test_edges_come_and_go_as_the_slider_moves(tmp_path, tab):
     sky.write_html(sky.plan_mission(among_zones()), tmp_path / "page.html")
-    tab.goto((tmp_path / "page.html").as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, tmp_path / "page.html")
     slider = tab.get_by_role("slider", name="Time of flight in seconds")
     for t, low in (("1", 1.0), ("2.5", 1.5), ("3.5", None), ("4.5", 1.0)):
         slider.fill(t)
-        tab.wait_for_timeout(300)
-        x = tab.evaluate("document.getElementById('space').data.find((one) => one.meta.role === 'active').x")
-        assert min((value for value in x if value is not None), default=None) == low, t
+        x = "document.getElementById('space').data.find((one) => one.meta.role === 'active').x"
+        until(tab, x, lambda found: min((value for value in found if value is not None), default=None) == low)  # noqa: B023

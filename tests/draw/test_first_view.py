@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from browser import opened
 from skyverse.draw.first_view import FROM_THE_SOUTH, first_view
 from skyverse.draw.page import scene_data
 from skyverse.draw.scene import scene
@@ -46,7 +47,6 @@ def test_the_view_begins_on_the_side_of_the_ridge_on_which_the_flight_is(side, n
 @pytest.mark.parametrize(("side", "north"), [("south", True), ("north", False)])
 def test_the_page_looks_from_that_side(side, north, tmp_path, tab):
     sky.write_html(beside_a_ridge(side), tmp_path / "ridge.html")
-    tab.goto((tmp_path / "ridge.html").as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, tmp_path / "ridge.html")
     eye = tab.evaluate("internals.space(document.getElementById('space')).getCamera().eye")
     assert (eye["y"] > 0) == north

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from browser import opened, until
 from skyverse.draw.map_traces import from_above
 from skyverse.draw.margin_traces import duct, told
 from skyverse.draw.mission_page import page
@@ -182,20 +183,17 @@ ROLE = "document.getElementById('space').data.find((trace) => trace.meta.role ==
 def test_margins_are_drawn_and_switched_off_in_a_browser(planned, tmp_path, tab):
     target = tmp_path / "page.html"
     write_html(planned, target)
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, target)
     ceiling, separation = ROLE.format("ceiling"), ROLE.format("separation")
     assert tab.evaluate(f"Math.min(...{ceiling}.z.map((z, k) => z))") > 0
     before = tab.evaluate(f"{separation}.x[0]")
     tab.get_by_role("slider", name="Time of flight in seconds").fill("20")
-    tab.wait_for_timeout(300)
-    assert tab.evaluate(f"{separation}.x[0]") != before
+    until(tab, f"{separation}.x[0]", lambda found: found != before)
     tab.get_by_label("ceiling, 60 m above ground").click()
     tab.get_by_label("Tracking error").click()
     tab.get_by_label("Separation").click()
-    tab.wait_for_timeout(1000)
     for role in ("ceiling", "rim", "tube", "column", "separation"):
-        assert tab.evaluate(f"{ROLE.format(role)}.visible") is False
+        until(tab, f"{ROLE.format(role)}.visible === false")
     seconds = "document.querySelectorAll('#profile .x2tick').length"
     assert tab.evaluate(seconds) >= 3
     assert tab.errors == []

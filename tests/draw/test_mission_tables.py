@@ -6,6 +6,7 @@ import re
 import pytest
 
 import skyverse as sky
+from browser import opened
 from skyverse.cli.report import report
 from skyverse.draw.mission_tables import flight_table, mission_tiles, search_table
 from skyverse.draw.scene import scene
@@ -109,8 +110,7 @@ def test_nodes_and_metres_are_told_apart_and_have_no_gap_in_common(mission):
 def test_a_page_opens_with_the_flights_and_hides_the_searches_until_asked(tmp_path, tab):
     mission = sky.plan_mission(sky.read("jacksboro"))
     sky.write_html(mission, tmp_path / "page.html")
-    tab.goto((tmp_path / "page.html").as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, tmp_path / "page.html")
     assert tab.get_by_text("Above ground", exact=True).is_visible()
     assert "straight line" in tab.locator(".numbers .hint").text_content()
     assert "+" not in tab.locator(".numbers table").first.text_content()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from browser import opened, until
 from skyverse.draw.mission_page import banner, footer, page
 from skyverse.draw.page import slider_step
 from skyverse.draw.page_parts import number
@@ -143,22 +144,12 @@ def test_a_missing_folder_is_an_error_and_leaves_nothing(mission, tmp_path):
 
 
 # ---- in a browser ----
-def opened(tab, mission, folder):
-    """Write a mission's page, open it, wait until it is drawn; return where it is."""
+def opened_page(tab, mission, folder):
+    """Write a mission's page and open it; return where it is."""
     target = folder / "page.html"
     write_html(mission, target)
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, target)
     return target
-
-
-def until(tab, expression):
-    """Wait for it; Playwright's own waiting needs eval, which the page's policy forbids."""
-    for _ in range(300):
-        if tab.evaluate(expression):
-            return
-        tab.wait_for_timeout(100)
-    pytest.fail(f"{expression} did not come true")
 
 
 FLEET = """() => {
@@ -168,7 +159,7 @@ FLEET = """() => {
 
 
 def test_the_fleet_flies_in_a_browser(mission, tmp_path, tab):
-    target = opened(tab, mission, tmp_path)
+    target = opened_page(tab, mission, tmp_path)
     np.testing.assert_allclose(tab.evaluate(FLEET), [(5, -4, 3), (2, 19, 3)])
 
     slider = tab.get_by_role("slider", name="Time of flight in seconds")
@@ -176,8 +167,7 @@ def test_the_fleet_flies_in_a_browser(mission, tmp_path, tab):
         slider.fill(str(t))
         until(tab, f"document.getElementById('clock').textContent.startsWith('{t:.2f} s')")
         expected = [trajectory.at(t).position[0] for trajectory in mission.trajectories]
-        tab.wait_for_timeout(50)
-        np.testing.assert_allclose(tab.evaluate(FLEET), expected, atol=0.01)
+        until(tab, FLEET, lambda places: np.allclose(places, expected, atol=0.01))  # noqa: B023
 
     slider.fill("1")
     slider.press("ArrowRight")
@@ -208,7 +198,7 @@ READOUT = """() => {
 
 def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
     mission = town(60)
-    target = opened(tab, mission, tmp_path)
+    target = opened_page(tab, mission, tmp_path)
     drawn = scene(mission)
 
     told = tab.evaluate(READOUT)
@@ -239,7 +229,7 @@ def test_map_and_profile_are_drawn_in_a_browser(tmp_path, tab):
 @pytest.mark.parametrize("chart", ["map", "profile"])
 def test_the_words_below_a_chart_are_not_written_over_its_axis(tmp_path, tab, chart):
     tab.set_viewport_size({"width": 1400, "height": 1600})
-    opened(tab, town(5), tmp_path)
+    opened_page(tab, town(5), tmp_path)
     title = f"document.querySelector('#{chart} .xtitle').getBoundingClientRect()"
     words = f"document.getElementById('{'mapped' if chart == 'map' else 'sideways'}').getBoundingClientRect()"
     assert tab.evaluate(f"{title}.height") > 0
@@ -247,7 +237,7 @@ def test_the_words_below_a_chart_are_not_written_over_its_axis(tmp_path, tab, ch
 
 
 def test_plotly_still_has_the_private_interfaces_that_the_page_uses(tmp_path, tab):
-    opened(tab, town(5), tmp_path)
+    opened_page(tab, town(5), tmp_path)
     for chart in ("map", "profile"):
         assert tab.evaluate(f"internals.plane(document.getElementById('{chart}')) !== null")
     assert tab.evaluate("internals.space(document.getElementById('space')) !== null")
@@ -260,8 +250,7 @@ def test_without_plotlys_private_interfaces_the_page_is_drawn_without_marks_on_t
     write_html(mission, target)
     text = target.read_text("utf-8")
     target.write_text(text.replace("return { plane, space,", "return { plane: () => null, space: () => null,"), "utf-8")
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, target)
     tab.get_by_role("slider", name="Time of flight in seconds").fill("30")
     until(tab, "document.getElementById('clock').textContent.startsWith('30')")
     assert tab.evaluate("[...document.querySelectorAll('#map b.uav')].every((mark) => mark.hidden)")
@@ -273,7 +262,7 @@ QUICK = f"{SCENE}.glplot.objects.filter((object) => Object.hasOwn(object, 'drawP
 
 
 def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned(tmp_path, tab):
-    opened(tab, town(20), tmp_path)
+    opened_page(tab, town(20), tmp_path)
     objects = tab.evaluate(f"{SCENE}.glplot.objects.length")
     assert tab.evaluate(QUICK) == 0
     box = tab.locator("#space").bounding_box()
@@ -293,7 +282,7 @@ def test_what_is_below_the_pointer_is_not_looked_for_while_the_picture_is_turned
 
 def test_uavs_move_without_anything_else_being_laid_out_anew(tmp_path, tab):
     mission = town(20)
-    opened(tab, mission, tmp_path)
+    opened_page(tab, mission, tmp_path)
     tab.evaluate("""() => {
       window.laid = 0;
       document.getElementById("space").on("plotly_afterplot", () => { window.laid += 1; });
@@ -314,7 +303,7 @@ def test_uavs_move_without_anything_else_being_laid_out_anew(tmp_path, tab):
 
 def test_uavs_move_by_plotlys_own_way_where_its_scene_is_not_as_it_was(tmp_path, tab):
     mission = town(5)
-    opened(tab, mission, tmp_path)
+    opened_page(tab, mission, tmp_path)
     tab.evaluate(f"""() => {{
       const host = document.getElementById("space");
       delete {SCENE}.traces[host._fullData.at(-1).uid];

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from browser import opened, until
 from replanned import BALL, hall
 from skyverse.draw.replanned_film import TICKS, replanned_frames, still
 from skyverse.draw.replanned_page import replanned_page
@@ -141,31 +142,20 @@ SHOWN = """() => Object.fromEntries(document.getElementById("space").data.map(({
 
 def becomes(tab, role, field, expected):
     """Wait until what a trace shows is as expected."""
-    for _ in range(200):
-        shown = tab.evaluate(SHOWN)
-        if shown[role][field] == expected:
-            return shown
-        tab.wait_for_timeout(100)
-    return pytest.fail(f"{field} of {role} did not become {expected}")
+    return until(tab, SHOWN, lambda shown: shown[role][field] == expected)
 
 
 def test_committed_ways_doubt_and_unknown_obstacles_move_in_a_browser(drawn, tmp_path, tab):
     target = tmp_path / "page.html"
     sky.write_animation(drawn.flight, target)
-    tab.goto(target.as_uri(), timeout=120_000)
-    tab.wait_for_selector("body[data-ready]", timeout=120_000)
+    opened(tab, target)
     (wall_seen,) = drawn.seen
     slider = tab.get_by_role("slider", name="Time of flight in seconds")
     becomes(tab, "unknown", "visible", wall_seen <= 0.0)
     slider.fill("2.2")
     ahead, out = drawn.way(0, 2.2).ahead(2.2)
-    shown = becomes(tab, "unknown", "visible", True)
-    for _ in range(100):
-        if shown["committed"]["first"] == pytest.approx(ahead[0], abs=0.01):
-            break
-        tab.wait_for_timeout(100)
-        shown = tab.evaluate(SHOWN)
-    assert shown["committed"]["first"] == pytest.approx(ahead[0], abs=0.01)
+    becomes(tab, "unknown", "visible", True)
+    shown = becomes(tab, "committed", "first", pytest.approx(ahead[0], abs=0.01))
     assert shown["out"]["first"] == pytest.approx(out[0], abs=0.05)
     assert shown["out"]["last"] == pytest.approx(out[-1], abs=0.01)
     map_shapes = tab.evaluate("[...document.querySelectorAll('.replans path')].map((path) => path.className.baseVal)")
@@ -179,7 +169,6 @@ def test_committed_ways_doubt_and_unknown_obstacles_move_in_a_browser(drawn, tmp
     assert tab.locator(".replans .held").count() == 0
     box = tab.locator(".answers svg").bounding_box()
     tab.mouse.click(box["x"] + box["width"] / 2, box["y"] + 3)
-    tab.wait_for_timeout(500)
-    half = drawn.scene.makespan / 2
-    assert float(tab.locator("#clock").text_content().split()[0]) == pytest.approx(half, abs=0.02)
+    half = pytest.approx(drawn.scene.makespan / 2, abs=0.02)
+    until(tab, "parseFloat(document.getElementById('clock').textContent)", lambda seconds: seconds == half)
     assert tab.errors == []

@@ -7,6 +7,7 @@ from html import unescape
 import pytest
 
 import skyverse as sky
+from browser import opened
 from skyverse.draw.page import scene_data, told_frame
 from skyverse.draw.scenario_page import scenario_page
 from skyverse.draw.scenario_scene import scenario_scene
@@ -72,8 +73,7 @@ def test_places_on_earth_have_latitude_longitude_and_height_above_ground():
 def test_the_page_is_drawn_in_a_browser(tmp_path, tab, uavs):
     scenario = ROOM.model_copy(update={"uavs": ROOM.uavs[:uavs], "targets": ROOM.targets[:uavs]})
     sky.write_html(scenario, tmp_path / "room.html")
-    tab.goto((tmp_path / "room.html").as_uri())
-    tab.wait_for_selector("body[data-ready=true]", timeout=120_000)
+    opened(tab, tmp_path / "room.html")
     assert tab.errors == []
     assert tab.locator("#space .gl-container canvas").count() > 0
     assert tab.locator("#map").is_visible()

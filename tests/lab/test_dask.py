@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import skyverse as sky
+from patience import PATIENCE_S
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_study import run_jobs
 from studies import job, timeless
@@ -44,11 +45,12 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_cluster_whose_worker_is_killed_gives_the_rows_of_this_machine(tmp_path):
     pytest.importorskip("distributed", reason="needs skyverse[dask]")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(tests=str(Path(__file__).parents[1] / "support"), folder=str(tmp_path)))
-    run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=PATIENCE_S)
     assert run.returncode == 0, run.stderr
     assert run.stdout.splitlines()[-1] == "60"
     wanted = [

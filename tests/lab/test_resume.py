@@ -9,22 +9,23 @@ import time
 
 import pytest
 
+from patience import PATIENCE_S, wait_until
 from skyverse.lab.moving_row import MovingRows
 from skyverse.lab.rows import Rows
 from skyverse.lab.run_study import run_study
 from skyverse.lab.study import read_study
 from studies import timeless
 
-WORDS = ("map1", "map2", "--planner", "mvo", "--planner", "random-restart", "--runs", "30", "--paths", "1000")
+WORDS = ("map1", "map2", "--planner", "mvo", "--planner", "random-restart", "--paths", "1000")
+PROCESS = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
 
 
-def compare(folder, *words):
-    command = [sys.executable, "-m", "skyverse", "compare", *WORDS, "--no-report", "-o", str(folder), *words]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+def started(*words):
+    return subprocess.Popen([sys.executable, "-m", "skyverse", "compare", "--no-report", *map(str, words)], **PROCESS)
 
 
 def finished(process):
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0, err
     return out, err
 
@@ -36,27 +37,27 @@ def kept(folder):
         return list(rows)
 
 
-def count_when(folder, least, process, kind=Rows):
-    """Wait until so many rows are there, and return how many are."""
-    for _ in range(6000):
-        time.sleep(0.01)
-        if (folder / "rows.sqlite").exists():
-            with kind(folder / "rows.sqlite") as rows:
-                if len(rows) >= least:
-                    return len(rows)
-        assert process.poll() is None, process.communicate()
-    process.kill()
-    raise AssertionError(f"no rows came: {process.communicate()}")
+def wait_for_rows(folder, least, process, kind=Rows):
+    """Wait until so many rows are there."""
+
+    def there():
+        if not (folder / "rows.sqlite").exists():
+            return False
+        with kind(folder / "rows.sqlite") as rows:
+            return len(rows) >= least
+
+    wait_until(there, process)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="process groups are killed with POSIX signals")
 def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(tmp_path):
     chance = random.Random(time.time_ns())
     folder = tmp_path / "killed"
+    words = (*WORDS, "--runs", 12, "-o", folder)
     before = []
-    for least in (1, 50):
-        process = compare(folder, "--workers", "2")
-        count_when(folder, least, process)
+    for least in (1, 20):
+        process = started(*words, "--workers", 2)
+        wait_for_rows(folder, least, process)
         time.sleep(chance.uniform(0, 0.1))
         os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
@@ -64,9 +65,9 @@ def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(t
         known = {(row.scenario, row.planner, row.seed): row for row in rows}
         assert all(known[row.scenario, row.planner, row.seed] == row for row in before)  # its seconds, too: not again
         before = rows
-    assert len(before) >= 50
-    out, err = finished(compare(folder, "--workers", "2"))
-    assert f"{len(before)} of 120 runs were done before" in err
+    assert len(before) >= 20
+    out, err = finished(started(*words, "--workers", 1))
+    assert f"{len(before)} of 48 runs were done before" in err
     assert "The referee found nothing wrong." in out
     rows = kept(folder)
     assert all(row in rows for row in before)
@@ -78,7 +79,7 @@ FLIGHTS = """
 scenarios: [map2]
 movers: {kind: patrols, count: 2, speed: 0.3}
 policies: [wait, {policy: from-scratch, planner: astar}]
-seeds: 6
+seeds: 3
 longest: 20
 """
 
@@ -87,38 +88,31 @@ longest: 20
 def test_flights_killed_go_on_where_they_were(tmp_path):
     (tmp_path / "study.yaml").write_text(FLIGHTS)
     folder = tmp_path / "killed"
-    command = [sys.executable, "-m", "skyverse", "compare", str(tmp_path / "study.yaml"), "-o", str(folder)]
-    command += ["--workers", "2", "--no-report"]
-
-    def start():
-        return subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-        )
-
-    process = start()
-    count_when(folder, 2, process, MovingRows)
+    words = (tmp_path / "study.yaml", "-o", folder)
+    process = started(*words, "--workers", 2)
+    wait_for_rows(folder, 1, process, MovingRows)
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     with MovingRows(folder / "rows.sqlite") as rows:
         before = list(rows)
-    assert 2 <= len(before) < 12
-    _, err = finished(start())
-    assert f"{len(before)} of 12 runs were done before" in err
+    assert before
+    _, err = finished(started(*words, "--workers", 1))
+    assert f"{len(before)} of 6 runs were done before" in err
     with MovingRows(folder / "rows.sqlite") as rows:
         after = list(rows)
     assert all(row in after for row in before)  # their milliseconds, too: they were not flown again
     assert [(row.policy, row.seed) for row in after] == [
-        (policy, seed) for policy in ("wait", "from-scratch planner=astar") for seed in range(6)
+        (policy, seed) for policy in ("wait", "from-scratch planner=astar") for seed in range(3)
     ]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is a POSIX signal here")
-@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("workers", [1, 2])
 def test_ctrl_c_ends_with_130_and_says_how_to_go_on(tmp_path, workers):
-    process = compare(tmp_path, "--workers", workers, "--seed", "100")
-    count_when(tmp_path, 3, process)
+    process = started(*WORDS, "--runs", 5000, "-o", tmp_path, "--workers", workers)  # more than it will ever get to
+    wait_for_rows(tmp_path, 3, process)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers, too
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
-    assert f"skyverse: interrupted; {len(kept(tmp_path))} of 120 runs are kept in {tmp_path}" in err
+    assert f"skyverse: interrupted; {len(kept(tmp_path))} of 20000 runs are kept in {tmp_path}" in err
     assert "Traceback" not in err

@@ -1,6 +1,7 @@
 """How kernels are compiled."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,49 +10,51 @@ import skyverse
 from skyverse.numerics.arrays import doubled, order_of, put, put_all, put_box, towards
 
 SOURCE = Path(skyverse.__file__).parent
-MODULES = {
-    ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts).removesuffix(".__init__"): ast.parse(
-        path.read_text(encoding="utf-8")
-    )
-    for path in SOURCE.rglob("*.py")
-}
+
+
+@cache
+def modules():
+    """Every module of skyverse, parsed, by name."""
+    names = {path: path.relative_to(SOURCE.parent).with_suffix("") for path in SOURCE.rglob("*.py")}
+    return {
+        ".".join(name.parts).removesuffix(".__init__"): ast.parse(path.read_text(encoding="utf-8"))
+        for path, name in names.items()
+    }
 
 
 def decorated(module, *names):
     return {
         node.name
-        for node in MODULES[module].body
+        for node in modules()[module].body
         if isinstance(node, ast.FunctionDef)
         and {d.id for d in node.decorator_list if isinstance(d, ast.Name)} & {*names}
     }
 
 
-INNER = {(module, name) for module in MODULES for name in decorated(module, "inner", "inner_query")}
-
-
 def called_from_python(module):
     """Yield the functions and modules of skyverse that a module names outside its kernels."""
     own = {name: (module, name) for name in decorated(module, "inner", "inner_query")}
-    modules = {}
-    for node in ast.walk(MODULES[module]):
+    imported = {}
+    for node in ast.walk(modules()[module]):
         if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
                 own[alias.asname or alias.name] = (node.module, alias.name)
-                modules[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+                imported[alias.asname or alias.name] = f"{node.module}.{alias.name}"
     kernels = decorated(module, "kernel", "query", "inner", "inner_query")
-    waiting = [node for node in MODULES[module].body if getattr(node, "name", None) not in kernels]
+    waiting = [node for node in modules()[module].body if getattr(node, "name", None) not in kernels]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.Name) and node.id in own:
             yield own[node.id]
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules:
-            yield modules[node.value.id], node.attr
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in imported:
+            yield imported[node.value.id], node.attr
         waiting += ast.iter_child_nodes(node)
 
 
 def test_what_is_compiled_for_kernels_only_is_called_by_kernels_only():
-    assert len(INNER) > 200
-    assert not {(module, called) for module in MODULES for called in INNER & set(called_from_python(module))}
+    inner = {(module, name) for module in modules() for name in decorated(module, "inner", "inner_query")}
+    assert len(inner) > 200
+    assert not {(module, called) for module in modules() for called in inner & set(called_from_python(module))}
 
 
 def test_rows_are_written_as_by_slices():

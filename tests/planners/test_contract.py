@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from patience import PATIENCE_S
 from skyverse.planners.base import provenance
 from skyverse.trajectory import fly_along
 from worlds import ROOM, price_of
@@ -237,7 +238,7 @@ def test_every_planner_gives_the_same_answer_in_a_spawned_process():
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         jobs = [pool.apply_async(p.plan, (problem,), {"stop": STOP, "rng": 5}) for p in PLANNERS]
         for planner, job in zip(PLANNERS, jobs, strict=True):
-            assert same(job.get(timeout=300), planner.plan(problem, stop=STOP, rng=5))
+            assert same(job.get(timeout=PATIENCE_S), planner.plan(problem, stop=STOP, rng=5))
 
 
 @pytest.mark.parametrize("kind", [sky.MVO, sky.RandomRestart, sky.AStar, sky.ThetaStar])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import skyverse as sky
+from patience import PATIENCE_S
 from skyverse.planners import moves, mvo, selection
 from worlds import ROOM
 
@@ -202,7 +203,7 @@ def test_all_of_it_runs_uncompiled_and_gives_the_same_answers():
             env={**os.environ, **more},
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=PATIENCE_S,
             check=True,
         ).stdout
 

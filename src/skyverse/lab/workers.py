@@ -62,7 +62,7 @@ def on_workers(jobs: Sequence[StudyJob[R]], workers: int) -> Generator[tuple[Stu
                 try:
                     row = worker.answer()
                 except EOFError:
-                    worker.process.join(1.0)
+                    worker.process.join(30.0)  # its pipe is closed, so it ends, however busy the machine is
                     died = worker.end()
                     if attempt == 2:
                         raise WorkerError(f"the run {job} ended its process twice, with exit code {died}") from None

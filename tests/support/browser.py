@@ -1,0 +1,27 @@
+"""Pages opened in a browser, and waiting for what they show."""
+
+import time
+
+import pytest
+
+from patience import PATIENCE_S
+
+
+def opened(tab, page):
+    """Open the file of a page, and wait until it is drawn."""
+    tab.set_default_timeout(1000 * PATIENCE_S)
+    tab.goto(page.as_uri())
+    tab.wait_for_selector("body[data-ready]")
+
+
+def until(tab, expression, holds=bool):
+    """Wait until what an expression gives is as it should be, and return it.
+
+    Playwright's own waiting needs eval, which the page's policy forbids.
+    """
+    end = time.monotonic() + PATIENCE_S
+    while not holds(found := tab.evaluate(expression)):
+        if time.monotonic() > end:
+            pytest.fail(f"{expression} did not come true; it is {found}")
+        tab.wait_for_timeout(20)
+    return found
