@@ -267,7 +267,9 @@ def test_pairs_agree_with_dense_sampling(seeds, points, late, share):
     a, b = spline(seeds[0], points[0], 0.0), spline(seeds[1], points[1], late)
     t = np.linspace(0, max(a.end, b.end) + 0.1, 20_001)
     nearness = np.linalg.norm((sampled(a, t) - sampled(b, t)) / [0.5, 0.5, 1], axis=1)
-    close = np.flatnonzero(nearness <= nearness.min() * 1.1 + 0.01)  # fast UAVs pass between samples
+    padded = np.concatenate([[np.inf], nearness, [np.inf]])
+    bottoms = (nearness < padded[:-2]) & (nearness <= padded[2:]) & (nearness <= nearness.min() * 1.1 + 0.01)
+    close = np.flatnonzero(bottoms)  # fast UAVs pass between samples
     fine = (t[close, None] + np.linspace(-1, 1, 401) * (t[1] - t[0])).ravel().clip(0, t[-1])
     least = np.linalg.norm((sampled(a, fine) - sampled(b, fine)) / [0.5, 0.5, 1], axis=1).min()
     wide = 0.5 * least * share
