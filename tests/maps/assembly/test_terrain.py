@@ -233,6 +233,16 @@ def test_the_unit_of_a_vertical_coordinate_system_is_used(tmp_path):
     assert terrain.height((0, 0)) == pytest.approx(5000 * 1200 / 3937 - 1500, abs=0.01)
 
 
+def test_heights_without_a_unit_in_a_system_in_feet_are_refused(tmp_path):
+    origin = Origin(latitude=40.7, longitude=-74.0, altitude=0.0)
+    crs = "EPSG:2263"  # New York, US survey feet
+    path = written(tmp_path / "a.tif", np.full((60, 60), 100.0), crs, around(origin, crs, 30.0, 60))
+    with pytest.raises(InputError, match=r"a\.tif: .* is not in metres, and its heights have no unit; give"):
+        read_terrain([Raster(path)], origin, REGION)
+    terrain, _ = read_terrain([Raster(path, unit="us-ft")], origin, (-200.0, -200.0, 200.0, 200.0))
+    assert terrain.height((0, 0)) == pytest.approx(100 * 1200 / 3937, abs=0.01)
+
+
 def test_an_unknown_unit_is_refused(tmp_path):
     path = square(tmp_path / "a.tif", np.full((60, 60), 5000.0), units=("fathom",))
     with pytest.raises(InputError, match=r"a\.tif: its heights are in 'fathom'"):

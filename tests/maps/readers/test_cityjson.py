@@ -234,6 +234,16 @@ def test_older_names_of_the_coordinate_system_are_known(read, said):
     assert near(flat(read(city(metadata=said, version="1.0"))[0]), shapely.box(X, Y, X + 10, Y + 8))
 
 
+def test_in_a_system_in_feet_altitudes_need_a_unit(read):
+    corner = pyproj.Transformer.from_crs("OGC:CRS84", "EPSG:2263", always_xy=True).transform(-74.0, 40.7)
+    vertices = [[corner[0] + x - X, corner[1] + y - Y, z] for x, y, z in CUBE]
+    town = city(vertices=vertices, metadata={"referenceSystem": "EPSG:2263"})
+    with pytest.raises(InputError, match=r"city\.json: .* is not in metres, and altitudes have no unit; give Reading"):
+        read(town, altitudes="amsl")
+    (house,) = read(town, altitudes="amsl", unit="ft")
+    assert house.high.metres == pytest.approx(7.5 * 0.3048)
+
+
 def test_altitudes_in_feet_become_metres(read):
     corner = pyproj.Transformer.from_crs("OGC:CRS84", "EPSG:2263", always_xy=True).transform(-74.0, 40.7)
     vertices = [[corner[0] + x - X, corner[1] + y - Y, z] for x, y, z in CUBE]

@@ -64,6 +64,17 @@ def test_a_cloud_in_degrees_or_feet_is_refused(tmp_path):
             sky.read(tmp_path / "a.las")
 
 
+def test_a_cloud_that_claims_a_coordinate_system_and_holds_none_is_in_metres(tmp_path):
+    laspy = pytest.importorskip("laspy")
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.global_encoding.wkt = True
+    header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr(""))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]).T
+    cloud.write(tmp_path / "a.las")
+    assert read_las(tmp_path / "a.las").occupied.any()
+
+
 @pytest.mark.parametrize("suffix", [".las", ".laz"])
 @pytest.mark.parametrize("length", [0, 3, 100, 230, 500])
 def test_a_cloud_that_is_cut_off_is_refused(length, suffix, tmp_path):

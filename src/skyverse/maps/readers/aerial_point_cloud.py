@@ -90,7 +90,7 @@ def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
 
     with las.open_las(path) as file:
         header = file.header
-        said, keys = _said_system(header), _keys(header)
+        said, keys = las.coordinate_system(header), _keys(header)
         low, high = np.array(header.mins, dtype=np.float64), np.array(header.maxs, dtype=np.float64)
     if not header.point_count:
         raise InputError(f"{path}: expected points, found none")
@@ -104,17 +104,6 @@ def aerial_cloud(path: Path, choices: Choices) -> AerialCloud:
     around = shapely.get_coordinates(outline)
     name = ":".join(crs.to_authority() or [crs.name])
     return AerialCloud(path, name, transformer, metres, ellipsoidal, header.point_count, low, high, around)
-
-
-def _said_system(header: Any) -> "CRS | None":
-    """Return the coordinate system of a header; ``None`` if it has none, or one that says nothing."""
-    from pyproj.exceptions import CRSError
-
-    try:
-        said: CRS | None = header.parse_crs()
-    except CRSError:
-        return None
-    return said
 
 
 def _keys(header: Any) -> dict[int, int]:

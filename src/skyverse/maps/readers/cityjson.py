@@ -20,6 +20,7 @@ from shapely.geometry.base import BaseGeometry
 from skyverse._typing import Floats
 from skyverse.errors import InputError, Remedy, Sentence, printable, shown
 from skyverse.maps.georeference import datum
+from skyverse.maps.georeference.altitude_limits import GIVE_UNIT, METRES_PER_LIMIT_UNIT
 from skyverse.maps.georeference.choices import GIVE_AMSL, GIVE_CRS, Choices
 from skyverse.maps.georeference.feature import Feature
 from skyverse.maps.georeference.fields import Fields, are_numbers, require_type
@@ -163,7 +164,9 @@ def _system(document: dict[str, Any], path: Path, choices: Choices) -> tuple[pyp
         )
     if choices.altitudes != "amsl":
         raise InputError(f"{where}: {crs.name} says nothing of altitudes", give=[GIVE_AMSL])
-    return crs, 1.0
+    if choices.unit is None and crs.is_projected and crs.axis_info[0].unit_conversion_factor != 1:
+        raise InputError(f"{where}: {crs.name} is not in metres, and altitudes have no unit", give=GIVE_UNIT)
+    return crs, METRES_PER_LIMIT_UNIT[choices.unit or "m"]
 
 
 def _solid(

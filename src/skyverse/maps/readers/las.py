@@ -36,6 +36,16 @@ def open_las(path: Path) -> Iterator[Any]:
         yield file
 
 
+def coordinate_system(header: Any) -> Any:
+    """Return the coordinate system of laspy's header; ``None`` if it has none, or one that says nothing."""
+    from pyproj.exceptions import CRSError
+
+    try:
+        return header.parse_crs()
+    except CRSError:
+        return None
+
+
 def _first_problem(file: BinaryIO, size: int) -> str | None:
     """Return which of the header's counts does not fit a file of that many bytes, if any."""
     head = file.read(375)

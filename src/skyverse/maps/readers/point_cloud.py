@@ -45,7 +45,7 @@ def read_las(path: Path, size: float | None = None) -> Voxels:
 
 def _require_metres(path: Path) -> None:
     with las.open_las(path) as file:
-        crs = file.header.parse_crs()
+        crs = las.coordinate_system(file.header)
     for axis in [] if crs is None else crs.axis_info:
         if axis.unit_conversion_factor != 1 or axis.unit_name not in ("metre", "meter"):
             raise InputError(f"{path}: expected coordinates in metres, found {axis.name} in {axis.unit_name}")

@@ -75,6 +75,9 @@ class OpenRaster:
         if said == "" and metres is not None:
             self.unit = metres
         flat = self.crs.to_2d()
+        if not self.says_unit and flat.is_projected and flat.axis_info[0].unit_conversion_factor != 1:
+            units = [Remedy("Raster.unit", unit) for unit in METRES_PER_HEIGHT_UNIT]
+            raise InputError(f"{self.path}: {flat.name} is not in metres, and its heights have no unit", give=units)
         middle = _transformed(data.transform, np.array(data.width / 2), np.array(data.height / 2))
         self.globe, self.doubt = datum.to_globe(flat, float(middle[0]), float(middle[1]), self.path)
         self.turn = 2 * np.pi / flat.axis_info[0].unit_conversion_factor if flat.is_geographic else None
