@@ -28,8 +28,6 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 LOCKS = ROOT / "requirements"
-TESTED = ("optimisers", "test", "maps", "bench", "ompl", "dask", "parquet", "flight")
-"""The extras that tests need; the others are for lint and documentation."""
 
 
 def main() -> int:
@@ -174,7 +172,10 @@ def lock() -> int:
     """Pin everything anew: run.txt for users, which test.txt holds, too, which dev.txt holds, too."""
     if shutil.which("uv") is None:
         fail("uv is not on the PATH; it can be installed into any virtual environment: pip install uv")
-    tested = " ".join(f"--extra {extra}" for extra in TESTED)
+    import tomllib  # an older Python, which `set_up` refuses, has none
+
+    extras = tomllib.loads(read(ROOT / "pyproject.toml"))["project"]["optional-dependencies"]
+    tested = " ".join(f"--extra {extra}" for extra in extras if extra not in ("lint", "docs"))
     for kind, more in (
         ("run", ""),
         ("dev", "--all-extras --constraint requirements/run.txt"),
