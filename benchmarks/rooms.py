@@ -35,7 +35,7 @@ PLANNERS = {
 }
 STOP = sky.MaxIterations(4)
 FINE = 1 / 16
-NONE = (sky.Status.NO_PATH, sky.Status.START_SHUT_IN)
+NONE = (sky.Status.NO_PATH, sky.Status.NO_PATH_EXISTS, sky.Status.START_SHUT_IN)
 
 
 def joined(scenario: sky.Scenario, step: float) -> bool:

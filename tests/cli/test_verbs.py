@@ -198,7 +198,7 @@ def test_plan_ends_with_1_where_a_target_cannot_be_reached(skyverse, tmp_path):
     code, out, _ = skyverse("plan", "shut.txt", "--uav", "1,1,1", "--target", "4,1,1")
     assert code == 1
     assert "no path" in out
-    assert "finer step" in out
+    assert "uav-1 would have a way to target-1 without the obstacle obstacles[0]" in out
     code, out, err = skyverse("check", "out/shut.json")
     assert (code, err) == (1, "The mission is not complete: uav-1 has no way.\n")
 
@@ -327,9 +327,9 @@ def test_export_writes_waypoints_and_trajectories(skyverse, mission_file, tmp_pa
         (["fly", "MISSION", "--wind", "-1,0,zero"], "as in 1,90, found '-1,0,zero'"),
         (["fly", "MISSION", "--mismatch", "-5%"], "--mismatch: expected a share from 0 to 0.5, found -0.05"),
         (["plan", "map1", "--uav", "1,2"], "--uav: expected x,y,z in metres, as in 0,-4,1, found '1,2'"),
-        (["plan", "map1", "--uav", "1,2,nan"], "uavs[1].start[2]"),
-        (["plan", "map1", "--uav", "5,2.2,1"], "uavs[1].start (uav-2): expected a safe point"),
-        (["plan", "map1", "--target", "5,99,1"], "targets[1].position (target-2): expected a safe point"),
+        (["plan", "map1", "--uav", "1,2,nan"], "uavs[0].start[2]"),
+        (["plan", "map1", "--uav", "5,2.2,1"], "uavs[0].start (uav-1): expected a safe point"),
+        (["plan", "map1", "--target", "5,99,1"], "targets[0].position (target-1): expected a safe point"),
         (["check", "map1"], "expected a mission"),
         (["check", "missing.json"], "missing.json: no such file"),
         (["export", "MISSION", "m.kml"], "m.kml: expected a scenario that says where its zero lies"),
@@ -459,12 +459,12 @@ def test_the_page_of_a_built_in_scenario_does_not_replace_that_of_its_mission(sk
     assert (tmp_path / "out/map1.html").read_text() == "the mission's page"
 
 
-def test_a_uav_that_is_added_gets_a_name_of_its_own(skyverse):
+def test_a_uav_in_the_place_of_another_keeps_its_name(skyverse):
     given = sky.read_scenario("map1").model_dump()
     given["uavs"][0]["name"] = "uav-2"
     sky.write(sky.Scenario.model_validate(given), "named.json")
     skyverse("plan", "named.json", "--uav", "1,-4,1", "--target", "3,17,3", "--planner", "astar", "--no-page")
-    assert [uav.name for uav in sky.read_mission("out/named.json").scenario.uavs] == ["uav-2", "uav-3"]
+    assert [uav.name for uav in sky.read_mission("out/named.json").scenario.uavs] == ["uav-2"]
 
 
 @pytest.mark.parametrize("verb", ["show", "export", "check"])

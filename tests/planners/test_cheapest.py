@@ -152,7 +152,7 @@ def test_over_the_ridges_of_jacksboro_it_saves_six_percent_of_the_lattices_path(
 def test_a_target_that_cannot_be_reached_is_told_as_other_planners_tell_it():
     wall = sky.Box(min=(9, -1, -1), max=(11, 21, 11))
     problem = sky.Problem(field((1, 1, 1), (19, 12, 7), obstacles=(wall,)))
-    assert sky.Cheapest().plan(problem).status is sky.Taut().plan(problem).status is sky.Status.NO_PATH
+    assert sky.Cheapest().plan(problem).status is sky.Taut().plan(problem).status is sky.Status.NO_PATH_EXISTS
 
 
 def test_settings_that_make_no_sense_are_refused():

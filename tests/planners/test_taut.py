@@ -101,7 +101,7 @@ def test_through_a_window_the_path_bends_at_its_corner():
 
 def test_no_path_leads_through_the_seam_of_touching_boxes():
     wall = [((4, 0, 0), (5, 5, 5)), ((4, 5, 0), (5, 10, 5))]
-    assert taut(hall(*wall)).status is sky.Status.NO_PATH
+    assert taut(hall(*wall)).status is sky.Status.NO_PATH_EXISTS
     assert taut(hall(*wall[:1])).status is sky.Status.OPTIMAL  # along its face
 
 
@@ -130,7 +130,7 @@ def test_a_slit_just_wide_enough_is_found_and_a_narrower_one_is_not():
         return hall(((4, 0, 0), (5, 5, 5)), ((4, 5 + width, 0), (5, 10, 5)), clearance=0.25, start=(1, 2, 2))
 
     assert taut(slit(0.5001)).status.reached
-    assert taut(slit(0.4999)).status is sky.Status.NO_PATH
+    assert taut(slit(0.4999)).status is sky.Status.NO_PATH_EXISTS
 
 
 @pytest.mark.parametrize("start", [(4, 5, 2), (5, 5, 2), (4, 3, 2), (4, 3, 0), (4, 3, 5), (4.5, 3, 2)])

@@ -1,10 +1,10 @@
-"""Scenarios that a verb is given: more UAVs and targets, and what is refused or told before anything is planned."""
+"""Scenarios that a verb is given, with other UAVs, targets and limits; what is refused or told before planning."""
 
-import itertools
+import math
 import sys
 from typing import TYPE_CHECKING
 
-from skyverse.cli.places import height_above_ground, point_of
+from skyverse.cli.places import ends_of, height_above_ground, numbers_of
 from skyverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,19 +18,43 @@ MAX_NAMED_POINTS = 50
 """Starts and targets at most that one message names."""
 
 
-def with_more(source: str, scenario: "Scenario", uavs: list[str] | None, targets: list[str] | None) -> "Scenario":
-    """Add UAVs and targets to a scenario, and refuse one that is left without any."""
+def with_ends(source: str, scenario: "Scenario", uavs: list[str] | None, targets: list[str] | None) -> "Scenario":
+    """Return a scenario with other UAVs and targets where some are given, and refuse one that is left without any.
+
+    A UAV has the limits of the one that it replaces, or of the last one.
+    """
     from skyverse.files.scenarios import scenario_from_data
 
     data = {name: getattr(scenario, name) for name in type(scenario).model_fields}
     for kind, field, words in (("uav", "start", uavs), ("target", "position", targets)):
-        things = data[f"{kind}s"] = list(data[f"{kind}s"])
-        names = {thing.name for thing in things}
-        free = (name for number in itertools.count(len(things) + 1) if (name := f"{kind}-{number}") not in names)
-        things += [{"name": next(free), field: point_of(f"--{kind}", text)} for text in words or []]
-        if not things:
+        old = data[f"{kind}s"]
+        if words:
+            data[f"{kind}s"] = things = []
+            for number, (name, point) in enumerate(ends_of(f"--{kind}", words, scenario)):
+                like = old[min(number, len(old) - 1)] if old else None
+                own = {} if like is None else {one: getattr(like, one) for one in type(like).model_fields}
+                kept = like.name if like is not None and number < len(old) else f"{kind}-{number + 1}"
+                things.append(own | {"name": name or kept, field: point} | ({"home": None} if "home" in own else {}))
+        if not data[f"{kind}s"]:
             raise InputError(f"{source}: {kind}s: there are none; give some with --{kind} x,y,z")
     return scenario_from_data(source, data)
+
+
+def with_lattice(scenario: "Scenario", step: str | None) -> "Scenario":
+    """Return a scenario with the lattice's step that is given, or else one that fits below its ceiling above ground."""
+    from skyverse.files.scenarios import scenario_from_data
+    from skyverse.model.lattice_steps import with_fitting_lattice
+
+    if step is None:
+        return with_fitting_lattice(scenario)
+    expected = "metres, as in 20, or along x, y and z, as in 50,50,10"
+    numbers = numbers_of("--lattice-step", expected, step)
+    if len(numbers) not in (1, 3) or not all(0 < number < math.inf for number in numbers):
+        raise InputError(f"--lattice-step: expected {expected}, found {step!r}")
+    data = {name: getattr(scenario, name) for name in type(scenario).model_fields}
+    steps = numbers * 3 if len(numbers) == 1 else numbers
+    data["lattice"] = {"step": steps, "connectivity": scenario.lattice.connectivity}
+    return scenario_from_data("--lattice-step", data)
 
 
 def with_ceiling(source: str, scenario: "Scenario", max_height: str | None) -> "Scenario":

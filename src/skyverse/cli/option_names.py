@@ -3,6 +3,7 @@
 from skyverse.errors import InputError, Sentence
 
 OPTIONS = {
+    "Lattice.step": "--lattice-step",
     "Origin.geoid": "--geoid",
     "Raster.band": "--terrain-band",
     "Raster.crs": "--terrain-crs",
@@ -16,14 +17,19 @@ OPTIONS = {
 }
 """The options whose names are not those of their parameters, written with dashes."""
 PLACEHOLDERS = {
+    "Lattice.step": "METRES",
     "Origin.geoid": "METRES",
     "Raster.unit": "UNIT",
     "Reading.buffer": "METRES",
     "Reading.building_height": "METRES",
     "area": "west,south,east,north",
+    "ceiling": "ALTITUDE",
     "fill_nodata": "METRES",
     "geoid": "METRES",
     "ground": "'0 m amsl'",
+    "ground_clearance": "METRES",
+    "margin": "METRES",
+    "max_height": "HEIGHT",
     "origin": "latitude,longitude,altitude",
     "soft_zones": "FILE=RISK",
     "terrain": "FILE",

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from skyverse.errors import InputError
 from skyverse.maps.georeference.latitude_longitude import require_on_globe
-from skyverse.model.altitude import AboveGround, AboveSea, Altitude, parse_altitude
+from skyverse.model.altitude import AboveGround, AboveHome, AboveSea, Altitude, parse_altitude
 
 if TYPE_CHECKING:
     from skyverse.maps.assembly.options import GlobalPlace
-    from skyverse.model.scenario import Origin
+    from skyverse.model.scenario import Origin, Scenario
 
 
 def numbers_of(option: str, expected: str, text: str, count: int | None = None) -> Any:
@@ -29,6 +29,34 @@ def point_of(option: str, text: str) -> tuple[float, float, float]:
     """Read a point of the local frame, as in ``0,-4,1``."""
     x, y, z = numbers_of(option, "x,y,z in metres, as in 0,-4,1", text, 3)
     return x, y, z
+
+
+def ends_of(
+    option: str, texts: Sequence[str], scenario: "Scenario"
+) -> list[tuple[str | None, tuple[float, float, float]]]:
+    """Read starts or targets, by name if they have one: points of the local frame, or places where it has an origin."""
+    return [
+        (name.strip() or None if equals else None, _end_of(option, rest if equals else text, scenario))
+        for text in texts
+        for name, equals, rest in [text.partition("=")]
+    ]
+
+
+def _end_of(option: str, text: str, scenario: "Scenario") -> tuple[float, float, float]:
+    """Read ``0,-4,1``, or ``46.81,9.85,60 m agl`` where the scenario has an origin."""
+    from skyverse.maps.assembly.places import local_points, named_places, refuse_outside
+
+    origin, last = scenario.frame.origin, text.rpartition(",")[2]
+    if origin is None or not any(map(str.isalpha, last)):
+        return point_of(option, text)
+    place = _place_of(option, text)
+    if isinstance(place[2], AboveHome):
+        raise InputError(f"{option}: expected an altitude as agl or amsl, found {text!r}")
+    named = named_places({f"{option} {text}": place}, "")
+    low, high = scenario.bounds.min, scenario.bounds.max
+    refuse_outside([*named], [place], origin, (*low[:2], *high[:2]), "the scenario's area")
+    (point,) = local_points(named, {}, origin, scenario.terrain, {}).values()
+    return point
 
 
 def tracking_error_of(text: str | None) -> tuple[float, float] | None:

@@ -14,7 +14,8 @@ from skyverse.cli.given_scenario import (
     tell_unsought,
     tell_unspent,
     with_ceiling,
-    with_more,
+    with_ends,
+    with_lattice,
 )
 from skyverse.cli.option_types import FLAG, PLANNER, SIGNED, WHOLE, AsJson, GivenScenario, Output, Whole
 from skyverse.cli.outputs import mission_file, refuse_output, source_from
@@ -54,7 +55,9 @@ def plan(
     separation: Annotated[float | None, Parameter(group=fleet)] = None,
     tracking_error: Annotated[str | None, Parameter(group=fleet), SIGNED] = None,
     max_height: Annotated[str | None, SIGNED] = None,
+    lattice_step: Annotated[str | None, SIGNED] = None,
     unknown: Literal["free", "occupied"] | None = None,
+    workers: Whole = None,
     page: bool = True,
     details: Annotated[bool, FLAG] = False,
     as_json: AsJson = False,
@@ -101,9 +104,10 @@ def plan(
     apart_in_space
         Lead UAVs around the paths of others, so that they keep apart whatever the timing; exports then say so.
     uav
-        Add a UAV that starts at x,y,z; repeat for more.
+        UAVs in place of the scenario's, with their limits: where each starts, as x,y,z in metres or, in a scenario with
+        an origin, as `46.81,9.85,60 m agl`; with a name as in `alpha=46.81,9.85,60 m agl`. Repeat for more.
     target
-        Add a target at x,y,z; repeat for more.
+        Targets in place of the scenario's, written in the same ways; repeat for more.
     vehicle
         Give all UAVs the limits of a vehicle: indoor, thesis, camera, heavy or mapping.
     max_speed
@@ -118,8 +122,14 @@ def plan(
         How far they may stray, as in `1.5,2`: metres seen from above, and metres in altitude.
     max_height
         How high above the ground below UAVs may fly, as in `120 m agl`; the scenario needs a terrain.
+    lattice_step
+        The step of the lattice in place of the scenario's, metres, or along x, y and z as in `50,50,10`. When left out,
+        it is the scenario's, with steps upright that fit below the ceiling above ground.
     unknown
         What an OctoMap's unknown space is taken for; occupied when left out, if the map says what is free.
+    workers
+        Threads that price pairs and plan paths side by side; as many as there are cores when left out. The mission does
+        not depend on it.
     page
         Write the page as well.
     details
@@ -140,7 +150,7 @@ def plan(
         tracking_error=tracking_error_of(tracking_error),
     )
     asked = with_ceiling(scenario, sky.read_scenario(scenario, unknown=unknown), max_height)
-    asked = limited(with_more(scenario, asked, uav, target), limits)
+    asked = with_lattice(limited(with_ends(scenario, asked, uav, target), limits), lattice_step)
     tell_unknown(asked, unknown)
     refuse_unsafe(scenario, asked)
     method = planner_of(planner, settings or [], asked)
@@ -165,6 +175,7 @@ def plan(
             shape=shape,
             keep_apart=keep_apart,
             apart_in_space=apart_in_space,
+            workers=workers,
             on_progress=on_progress,
         )
         mission = replace(mission, source=source_from(out, scenario))

@@ -7,9 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skyverse.cli.option_names import for_command_line
+from skyverse.cli.option_names import for_command_line, option_of
 
 if TYPE_CHECKING:
+    from skyverse.mission.closed_ways import ClosedWay
     from skyverse.model.mission import Mission
     from skyverse.model.verdict import Certificate, Violation
 
@@ -26,6 +27,7 @@ def violation_data(violation: "Violation") -> dict[str, Any]:
 
 def report(mission: "Mission", written: list[Path], as_json: bool, details: bool = False) -> None:
     """Print what became of each UAV, the verdict, and where the files are; `details` adds a table of the searches."""
+    from skyverse.mission.closed_ways import closed_ways
     from skyverse.model.digest import short
     from skyverse.model.flight_sentences import planners_sentence, unknown_gaps_sentence
     from skyverse.model.flight_table import flight_columns, gaps_sentence, search_columns, told_costs, unit_sentence
@@ -57,7 +59,9 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
     if mission.interrupted:
         print("Interrupted: this is the best so far.")
     for result in {r.status: r for r in mission.results if r is not None and not r.status.reached}.values():
-        print(f"{result.status.value}: {result.status.sentence}")
+        print(f"{result.status.value}: {for_command_line(result.status.sentence)}")
+    for closed in () if mission.interrupted else closed_ways(mission):
+        print(for_command_line(closed.sentence))
     for violation in mission.violations:
         print(f"{violation.fault.value}: {violation.message}")
     if not mission.violations:
@@ -76,9 +80,11 @@ def report(mission: "Mission", written: list[Path], as_json: bool, details: bool
 
 def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
     """Return what became of each UAV, the verdict, and where the files are, as plain data."""
+    from skyverse.mission.closed_ways import closed_ways
     from skyverse.space.mission_cautions import mission_cautions
 
     costs = mission.costs if mission.complete else {}
+    flies = any(trajectory is not None for trajectory in mission.trajectories)
     return {
         "mission": str(written[0]),
         "page": str(written[1]) if len(written) > 1 else None,
@@ -88,14 +94,21 @@ def _summary(mission: "Mission", written: list[Path]) -> dict[str, Any]:
         "makespan": mission.makespan,
         "deconfliction": None if mission.deconfliction is None else asdict(mission.deconfliction),
         "certificates": [None if c is None else certificate_data(c) for c in mission.certificates],
-        "apart": None if mission.apart is None else certificate_data(mission.apart),
+        "apart": certificate_data(mission.apart) if mission.apart is not None and flies else None,
         "scenario": {"name": mission.scenario.name, "sha256": mission.scenario.digest},
         "interrupted": mission.interrupted,
         "provenance": asdict(mission.provenance),
         "uavs": _uav_data(mission),
         "violations": [violation_data(v) for v in mission.violations],
+        "closed ways": [] if mission.interrupted else [_closed_way_data(closed) for closed in closed_ways(mission)],
         "cautions": [asdict(one) | {"sentence": for_command_line(one.sentence)} for one in mission_cautions(mission)],
     }
+
+
+def _closed_way_data(closed: "ClosedWay") -> dict[str, Any]:
+    """Return what closes a way as plain data, with the options of which any one may open it."""
+    options = [option_of(one.field) for one in closed.give]
+    return {"uav": closed.uav, "target": closed.target, "by": closed.by, "options": options}
 
 
 def _uav_data(mission: "Mission") -> list[dict[str, Any]]:

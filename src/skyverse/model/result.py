@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from skyverse.errors import Remedy, Sentence
 from skyverse.model.arrays import ArrayRecord, FloatArray, IntArray, PointArray, PointVector, floats, integers
 from skyverse.model.drawing import Drawn, drawing
 from skyverse.model.gaps import SMALLEST_GAP, told_gap
@@ -27,6 +28,7 @@ class Status(Enum):
     COMPLETE = "complete"
     INCOMPLETE = "incomplete"
     NO_PATH = "no path"
+    NO_PATH_EXISTS = "no path exists"
     START_SHUT_IN = "start shut in"
     START_UNSAFE = "start unsafe"
     START_OUT_OF_BOUNDS = "start out of bounds"
@@ -49,7 +51,11 @@ _SENTENCES = {
     Status.OPTIMAL: "The path reaches the target; it is optimal, as claimed by the planner.",
     Status.COMPLETE: "The path reaches the target.",
     Status.INCOMPLETE: "The best path found ends short of the target; give a larger budget, or try AStar.",
-    Status.NO_PATH: "No path joins start and target; try a smaller clearance, or a finer step of the lattice.",
+    Status.NO_PATH: Sentence(
+        "No path was found, which does not prove that there is none: a finer lattice may have one",
+        give=[Remedy("Lattice.step", None, "for it")],
+    ),
+    Status.NO_PATH_EXISTS: "No path joins start and target, which is proven whatever the step of the lattice.",
     Status.START_SHUT_IN: "No move leads away from the start; try a finer step, a smaller clearance or another start.",
     Status.START_UNSAFE: "The start, or the way from it to the lattice, is too close to an obstacle; move it.",
     Status.START_OUT_OF_BOUNDS: "The start lies outside the bounds; move it or widen them.",

@@ -5,10 +5,12 @@ from collections.abc import Sequence
 
 MAX_DEFAULT_NODES = 2e6
 """Nodes of the lattice at most where its step is not given."""
-_ROUND = [digit * 10.0**power for power in range(-3, 13) for digit in (1, 2, 5)]
+MAX_BELOW_CEILING = 5e6
+"""The same where there is a ceiling above ground: most nodes are then above it, and never searched."""
+ROUND = [digit * 10.0**power for power in range(-3, 13) for digit in (1, 2, 5)]
 
 
-def round_steps(sizes: Sequence[float], least: float = 0.0) -> tuple[float, float, float]:
+def round_steps(sizes: Sequence[float], least: float = 0.0, upright: float = math.inf) -> tuple[float, float, float]:
     """Return the shortest round step, the same along each axis, for which the lattice has few enough nodes, metres.
 
     Parameters
@@ -16,10 +18,14 @@ def round_steps(sizes: Sequence[float], least: float = 0.0) -> tuple[float, floa
     sizes
         The lengths of the bounds along x, y and z, metres; along a shorter one, the step is its length.
     least
-        Metres: no step is shorter.
+        Metres: no step is shorter, but for the one along z where that must be.
+    upright
+        Metres that the step along z is no longer than, where there is a ceiling above ground.
     """
-    tried = ([min(step, size) for size in sizes] for step in _ROUND if step >= least)
-    x, y, z = next(steps for steps in tried if _nodes(sizes, steps) <= MAX_DEFAULT_NODES)
+    most = MAX_DEFAULT_NODES if upright == math.inf else MAX_BELOW_CEILING
+    asked = ((step, step, min(step, upright)) for step in ROUND if step >= least)
+    tried = ([min(step, size) for step, size in zip(steps, sizes, strict=True)] for steps in asked)
+    x, y, z = next(steps for steps in tried if _nodes(sizes, steps) <= most)
     return x, y, z
 
 

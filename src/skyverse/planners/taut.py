@@ -41,7 +41,7 @@ class Taut(DirectPlanner):
     over intervals of edges, where every doubt is decided in favour of a shorter path. Intervals that no shorter path
     touches are struck out and the others halved, until a gap of 2 % and then one of 0.005 % is proven. Where boxes
     reach through the whole space along an axis, such as buildings through the ceiling, the bound is at least the exact
-    shortest length among their projections. The bound and `NO_PATH` hold for paths that do not
+    shortest length among their projections. The bound and `NO_PATH_EXISTS` hold for paths that do not
     lead through slits that, beyond the clearance on both sides, are narrower than 4 micrometres. The seam between
     obstacles that touch is one.
 
@@ -83,7 +83,7 @@ class Taut(DirectPlanner):
         found = taut_path(space, cells, edges, problem.start, problem.end, 1000 * self.proof)
         seconds = clock.seconds
         if len(found.path) == 0:
-            return Status.START_SHUT_IN if found.shut_in == 1 else Status.NO_PATH
+            return Status.START_SHUT_IN if found.shut_in == 1 else Status.NO_PATH_EXISTS
         searches, expanded = (int(n) for n in found.spent)
         effort = Effort(generated_paths=searches, generated_nodes=expanded, evaluations=1)
         bound = found.least * problem.scenario.objective.fuel
@@ -99,7 +99,8 @@ class Taut(DirectPlanner):
         )
         seconds = clock.seconds
         if len(path) == 0:
-            return problem.refusal or Status.NO_PATH
+            shut_in = problem.refusal is Status.START_SHUT_IN  # other refusals are of the lattice, not of the ends
+            return Status.START_SHUT_IN if shut_in else Status.NO_PATH
         effort = Effort(generated_paths=3, generated_nodes=expanded, evaluations=1)
         straight = problem.scenario.objective.fuel * math.dist(problem.start, problem.end)
         return any_angle_result(problem, path, straight, SearchRecord(origin, effort, seconds))

@@ -100,7 +100,7 @@ class _Judge:
     def judge(self, uav: int, target: int, result: Result) -> Certificate | None:
         """Judge what one result claims, or return ``None`` if it claims nothing."""
         name = self.scenario.uavs[uav].name
-        if result.status in (Status.NO_PATH, Status.START_SHUT_IN):
+        if result.status in (Status.NO_PATH, Status.NO_PATH_EXISTS, Status.START_SHUT_IN):
             return self._judge_absence(name, uav, target)
         if not isinstance(result.status, Status) or not result.status.reached or result.bound is None:
             return None

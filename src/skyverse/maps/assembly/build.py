@@ -36,6 +36,7 @@ from skyverse.maps.readers.raster import open_raster
 from skyverse.model.altitude import AboveSea
 from skyverse.model.caution import Caution, stands_out
 from skyverse.model.fleet_limits import FleetLimits
+from skyverse.model.lattice_steps import upright_step
 from skyverse.model.scenario import (
     Bounds,
     Frame,
@@ -153,6 +154,9 @@ def build_scenario(options: BuildOptions) -> Scenario:
         frame=Frame(origin=zero),
         sources=tuple(licensed([_with_cautions(*one, told) for one in sources], options.licences or {})),
     )
+    if options.lattice_step is None:
+        step = extent.lattice_step(bounds, None, upright_step(built))
+        built = built.model_copy(update={"lattice": Lattice(step=step)})
     altitudes = [altitude for _, _, altitude in (*starts.values(), *goals.values())]
     refuse_bad_points(bad, built, dict(zip(points, altitudes, strict=True)))
     if len(goals) > len(starts):

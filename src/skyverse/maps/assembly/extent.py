@@ -111,11 +111,14 @@ def high_points(points: Iterable[tuple[str, tuple[float, float, float]]], top: f
     ]
 
 
-def lattice_step(bounds: Bounds, step: float | None) -> tuple[float, float, float]:
-    """Return the lattice's step along each axis, metres: the one asked for, or the shortest of few enough nodes."""
+def lattice_step(bounds: Bounds, step: float | None, upright: float = math.inf) -> tuple[float, float, float]:
+    """Return the lattice's step along each axis, metres: the one asked for, or the shortest of few enough nodes.
+
+    One that is not asked for is no longer along z than `upright`, metres.
+    """
     sizes = [high - low for low, high in zip(bounds.min, bounds.max, strict=True)]
     if step is None:
-        return round_steps(sizes, LEAST_DEFAULT_STEP)
+        return round_steps(sizes, LEAST_DEFAULT_STEP, upright)
     x, y, z = (min(step, size) for size in sizes)
     return x, y, z
 

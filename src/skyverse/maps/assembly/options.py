@@ -138,7 +138,8 @@ class MapDetail:
         The price of a metre flown a metre outside the band.
     lattice_step
         The step of the lattice, metres; when left out, the shortest of 1, 2, 5, 10 ... that makes at most two million
-        nodes.
+        nodes. Below a ceiling above ground it is at most five million, and upright no more than half of the height that
+        UAVs may use.
     terrain_step
         How far apart the ground's heights are, metres; about as far as in the finest raster when left out.
     voxel_size
