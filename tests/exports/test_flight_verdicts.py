@@ -29,14 +29,15 @@ def certificate(mission, folder, suffix="plan", **how):
 def test_a_single_uav_has_one_line_and_nothing_is_said_of_others(tmp_path):
     head, rows = verdict_table(certificate(handmade.mission([EAST], origin=ORIGIN), tmp_path).flights)
     assert head == HEADS[:4]
-    assert rows == [("uav-1", "proven", "stays at its target", "at every instant")]
+    assert rows == [("uav-1", "proven", "stays at its target", "at every instant, 30 m up")]
 
 
 def test_a_fleet_apart_in_space_has_a_line_for_each_and_one_for_all(tmp_path):
     head, rows = verdict_table(certificate(handmade.mission([EAST, BESIDE], origin=ORIGIN), tmp_path).flights)
     assert head == HEADS
     assert [row[0] for row in rows] == ["uav-1", "uav-2", "fleet"]
-    assert {row[1:] for row in rows} == {("proven", "stays at its target", "at every instant", "in space", "in space")}
+    assert {row[2:3] + row[4:] for row in rows} == {("stays at its target", "in space", "in space")}
+    assert [row[3] for row in rows] == ["at every instant, 30 m up"] * 2 + ["at every instant"]
 
 
 def test_it_names_those_whose_paths_a_return_may_cross_though_flights_are_apart_in_space(tmp_path):
@@ -92,7 +93,7 @@ def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsy
     notes = []
     sky.export(mission, tmp_path / "stays.plan", on_note=notes.append)
     assert not any("WARNING" in note for note in notes)
-    rtl = {"end": "rtl", "allow_close": True}
+    rtl = {"end": "rtl", "allow_close": True, "return_altitude": 5.0}
     sky.export(mission, tmp_path / "m.plan", **rtl, on_note=notes.append, page=tmp_path / "m.html")
     (warning,) = [note for note in notes if note.startswith("WARNING")]
     assert warning == (
@@ -100,13 +101,13 @@ def test_returns_that_undo_what_was_apart_in_space_are_warned_of(tmp_path, capsy
         "uav-2; give end='land' to land below the last waypoints or end='loiter' to stay there"
     )
     page = unescape((tmp_path / "m.html").read_text("utf-8"))
-    assert page.index("apart when returning") < page.index(f"<li>{warning}</li>") < page.index("How many waypoints")
+    assert page.index("apart when returning") < page.index(f"<li>{warning}</li>") < page.index("straight legs proven")
     assert re.search(r'<th scope="row">uav-1</th>.*<td class="doubt">NOT from uav-2</td></tr>', page)
     sky.write(mission, tmp_path / "m.json")
-    export(str(tmp_path / "m.json"), tmp_path / "m.plan", end="rtl", allow_close=True)
+    export(str(tmp_path / "m.json"), tmp_path / "m.plan", end="rtl", allow_close=True, return_altitude=5.0)
     said = capsys.readouterr().err.splitlines()
     assert [line.split()[0] for line in said[:4]] == ["UAV", "uav-1", "uav-2", "fleet"]
     assert said[4].startswith("WARNING: apart in space up to")
     assert said[4].endswith("give --end land to land below the last waypoints or --end loiter to stay there")
     with pytest.raises(sky.InputError, match=r"not all paths are apart in space: .*; give end='land' to land below"):
-        sky.export(mission, tmp_path / "m.plan", end="rtl", apart_in_space=True)
+        sky.export(mission, tmp_path / "m.plan", end="rtl", return_altitude=5.0, apart_in_space=True)

@@ -80,7 +80,7 @@ def test_notes_say_whether_a_rule_or_a_solid_thing_is_in_the_way(tmp_path):
     for kind, solid in (("building", True), ("no-fly zone", False)):
         notes = []
         sky.export(around_a_wall(kind=kind, solid=solid), tmp_path / "m.wpml.kmz", on_note=notes.append)
-        (told[kind],) = (note for note in notes if "but NOT from t = " in note)
+        (told[kind],) = (note for note in notes if "no way home from t = " in note)
     assert "comes too near to obstacle 0 (building), which is solid, at " in told["building"]
     assert "breaks a rule and meets nothing solid: it enters obstacle 0 (no-fly zone) at " in told["no-fly zone"]
 

@@ -40,7 +40,7 @@ def test_ways_home_that_cross_are_told(tmp_path):
     across = handmade.along([(104, -100, 50), (-60, -100, 50), (-60, 60, 50)], 40)
     seen, notes = exported(tmp_path, [one, across])[:2]
     assert seen.returns_apart == {(0, 1): False}
-    assert "uav-1 and uav-2 may come too close when both return at once" in " ".join(notes)
+    assert "ONLY apart on their ways home if one lands before the other returns: uav-1 and uav-2" in " ".join(notes)
     assert exported(tmp_path, [one, other])[0].returns_apart == {(0, 1): True}
 
 
@@ -50,7 +50,7 @@ def test_ways_home_side_by_side_are_apart(tmp_path):
     assert set(seen.returns_apart.values()) == {True}
     said = " ".join(notes)
     assert "uav-1 and uav-2; uav-1 and uav-3; uav-2 and uav-3 keep their separation also when both return" in said
-    assert "may come too close when both return" not in said
+    assert "ONLY apart on their ways home" not in said
 
 
 def test_landing_on_one_place_is_not_apart(tmp_path):

@@ -301,16 +301,14 @@ def test_waypoints_of_uavs_that_would_meet_are_refused_unless_one_says_that_they
         assert not list(tmp_path.iterdir())
     notes = []
     assert len(sky.export(crossing(0.0), tmp_path / "m.plan", allow_close=True, on_note=notes.append)) == 2
-    assert any("may come too close when both return" in note for note in notes)
+    assert any("ONLY apart on their ways home" in note for note in notes)
     assert any("come too close" in note and "schedule" in note for note in notes), notes
     notes = []
     assert len(sky.export(crossing(25.0), tmp_path / "m.plan", on_note=notes.append)) == 2
-    assert notes[0].startswith(
-        "How many waypoints, corners cut within 2 m, and how far off the trajectory at most: uav-1 "
-    )
-    assert notes[1].startswith("Each of the 2 UAVs: straight legs proven: ")
-    assert "above ground" not in notes[1]
-    assert "uav-1 and uav-2 keep" in notes[2]
+    assert [note.split(" waypoints, ")[0][:-1] for note in notes[:2]] == ["uav-1: ", "uav-2: "]
+    assert notes[2].startswith("Each of the 2 UAVs: straight legs proven: ")
+    assert "above ground" not in notes[2]
+    assert "uav-1 and uav-2 keep" in notes[3]
 
 
 def test_the_command_line_says_what_is_proven_of_waypoints(tmp_path, capsys):
@@ -319,11 +317,19 @@ def test_the_command_line_says_what_is_proven_of_waypoints(tmp_path, capsys):
     sky.write(crossing(25.0), tmp_path / "m.json")
     export(str(tmp_path / "m.json"), tmp_path / "m.plan", altitude="home")
     out, said = capsys.readouterr()
+    first = [line.split(" ")[0].strip(":") for line in said.splitlines()]
+    assert first[:4] == ["UAV", "uav-1", "uav-2", "fleet"]
+    heeded = [word for word in first[4:] if word.isupper()]
+    assert heeded == sorted(heeded, key=["NOT", "WARNING", "ONLY", "BEFORE"].index)
+    assert heeded.count("BEFORE") == 2  # homes and parameters
+    assert first[4 + len(heeded) :] == ["--details", "Judged"]
+    export(str(tmp_path / "m.json"), tmp_path / "m.plan", altitude="home", details=True)
+    out, said = capsys.readouterr()
     assert out.splitlines() == [str(tmp_path / f"m-uav-{k}.plan") for k in (1, 2)]
     assert said.count("straight legs proven") == 1
-    assert "counted from home, above mean sea level: uav-1 60.00 m, uav-2 60.00 m;" in said
+    assert "compare home, above mean sea level: uav-1 60.00 m, uav-2 60.00 m;" in said
     assert "uav-1 and uav-2 keep" in said
-    assert "Made for PX4" in said
+    assert "load the rates for PX4: " in said
     sky.write(crossing(0.0), tmp_path / "m.json")
     with pytest.raises(sky.InputError, match="allow_close=True"):
         export(str(tmp_path / "m.json"), tmp_path / "m.plan")
@@ -364,7 +370,7 @@ def test_heights_are_counted_from_the_home_that_the_scenario_says(tmp_path, suff
         at, first = ORIGIN.altitude - 3.5, float(file.read_text().splitlines()[1].split(",")[4])
     assert at == pytest.approx(ORIGIN.altitude - 3.5, abs=1e-3)
     assert first == pytest.approx(31 + 3.5, abs=1e-3)
-    assert suffix == "geo.csv" or f"home at {ORIGIN.altitude - 3.5:.2f} m" in notes[1]
+    assert suffix == "geo.csv" or f"uav-1 {ORIGIN.altitude - 3.5:.2f} m" in notes[1]
 
 
 def test_a_home_above_its_start_is_refused():

@@ -184,7 +184,7 @@ def test_without_rally_points_the_export_says_from_when_to_when_there_is_no_way_
     certificate, notes = exported(mission, tmp_path, "wpml.kmz")
     (back,) = certificate.returns
     assert len(back.lost) == 1
-    assert "but NOT from t = " in " ".join(notes)
+    assert "no way home from t = " in " ".join(notes)
     assert check(mission, tmp_path, "wpml.kmz") > 10
     times, places = instants(mission, back.plan)
     blind = [least_gap(mission, way_home(p, back.plan.home, back.altitude, [], "wpml.kmz")) < 0 for p in places]
@@ -406,7 +406,7 @@ def test_a_way_home_that_is_lost_at_the_end_of_the_take_off_is_lost_from_its_beg
     assert back.lost[0][0] == flight.gaps[0][0] == 0.0
     assert back.plan.arrivals[0] < end < back.plan.arrivals[-1]
     assert flight.row[3] == f"NOT from 0 to {end:.2f} s"
-    assert f"but NOT from t = 0 s to {end:.2f} s (the climb comes" in " ".join(notes)
+    assert f"no way home from t = 0 s to {end:.2f} s: the climb comes" in " ".join(notes)
     assert "when there is a way home the climb" in " ".join(notes)
 
 
@@ -415,7 +415,7 @@ def test_where_no_instant_of_a_flight_has_a_way_home_that_is_told(tmp_path):
     (flight,) = certificate.flights
     assert flight.gaps == ((0.0, flight.duration),)
     assert flight.row[3] == "NOT proven"
-    assert f"but NOT from t = 0 s to {flight.duration:.2f} s, its whole flight (" in " ".join(notes)
+    assert f"no way home from t = 0 s to {flight.duration:.2f} s, its whole flight: " in " ".join(notes)
     assert "when there is a way home" not in " ".join(notes)
 
 
@@ -437,3 +437,45 @@ def test_parts_of_a_wide_corner_are_halved_until_none_can_be(width):
         assert len(parts.leg) < 50_000
         parts = parts.of(todo).halved((across > along)[todo])
     assert not len(parts.leg)
+
+
+LOW_FLIGHT = [(0, 0, 0), (0, 0, 12), (100, 0, 12)]
+"""No higher than 12 m above home; nothing is in the way home at any altitude."""
+
+
+@pytest.mark.parametrize("suffix", ["plan", "waypoints", "wpml.kmz"])
+def test_a_uav_returns_at_a_usual_altitude_or_no_lower_than_it_flies_or_as_is_asked(tmp_path, suffix):
+    flight = [handmade.along(LOW_FLIGHT, 20)]
+    altitudes = []
+    for high, asked in ((150.0, None), (20.0, None), (150.0, 12.5), (150.0, 45.0)):
+        mission = handmade.mission(flight, origin=ORIGIN, low=(-300, -300, 0), high=(300, 300, high))
+        certificate, _ = exported(mission, tmp_path, suffix, return_altitude=asked)
+        assert certificate.flights[0].has_way_home
+        altitudes.append(return_settings(tmp_path, suffix)[0])
+    usual, below, *asked = altitudes
+    assert usual == 30.0
+    assert 12.0 <= below <= 20.0
+    assert asked == [12.5, 45.0]
+
+
+def test_an_altitude_that_is_asked_for_is_kept_and_told_where_it_leads_into_a_wall(tmp_path):
+    mission = over_a_wall(50.0)
+    certificate, _ = exported(mission, tmp_path, "wpml.kmz", return_altitude=20.0)
+    assert certificate.returns[0].altitude == 20.0
+    assert not certificate.flights[0].has_way_home
+    assert exported(mission, tmp_path, "wpml.kmz", return_altitude=60.0)[0].flights[0].has_way_home
+
+
+@pytest.mark.parametrize(("suffix", "asked"), [("plan", 1.9), ("waypoints", 3000.1), ("wpml.kmz", float("nan"))])
+def test_a_return_altitude_that_an_autopilot_does_not_keep_to_is_refused(tmp_path, suffix, asked):
+    with pytest.raises(sky.InputError, match="expected metres above home from") as refused:
+        exported(over_a_wall(50.0), tmp_path, suffix, return_altitude=asked)
+    assert refused.value.sentence.field == "return_altitude"
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_return_altitude_is_taken_for_an_aeroplane(tmp_path):
+    wing = sky.FixedWing(speed=15, turn_radius=30, climb=15)
+    plane = handmade.mission([handmade.along([(-100, 0, 50), (100, 0, 50)], 40)], origin=ORIGIN, wing=wing)
+    with pytest.raises(sky.InputError, match="aeroplanes return as their autopilots are set"):
+        exported(plane, tmp_path, return_altitude=40.0)

@@ -1,7 +1,6 @@
 """``skyverse export``: a mission as a file that other software opens."""
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -30,10 +29,12 @@ def export(
     radius: float = 2.0,
     takeoff: float = 3.0,
     end: Literal["loiter", "land", "rtl"] = "loiter",
+    return_altitude: float | None = None,
     autopilot: Literal["px4", "ardupilot", "dji"] | None = None,
     apart_in_space: Annotated[bool, FLAG] = False,
     allow_close: Annotated[bool, FLAG] = False,
     page: Path | None = None,
+    details: Annotated[bool, FLAG] = False,
 ) -> None:
     """Export a mission to ground stations, maps, robots and light shows; the file's ending tells which.
 
@@ -73,6 +74,9 @@ def export(
     end
         Whether a UAV stays at the target, lands below it, on the ground or on a roof, or returns and lands at home,
         or at a rally point if that is nearer.
+    return_altitude
+        Metres above home at which UAVs return by themselves, unless they are higher; with PX4 above where they land.
+        When left out, 30 m where that is proven, or else what is.
     autopilot
         What flies the waypoints: px4 or ardupilot (.plan, .waypoints) or dji (.wpml.kmz). By default .plan is for px4
         and .waypoints for ardupilot.
@@ -83,9 +87,12 @@ def export(
     page
         A web page to write as well, .html: the mission, where UAVs may land when they return, and what is proven of
         their waypoints.
+    details
+        Print all that is proven of waypoints, too: legs, returns and landing places of each UAV, and pairs of UAVs.
     """
     import skyverse as sky
-    from skyverse.model.caution import stands_out
+    from skyverse.exports.flight_verdicts import verdict_table
+    from skyverse.model.caution import stands_out, urgency
     from skyverse.model.scenario import require_geoid
 
     read = sky.read_mission(mission)
@@ -101,25 +108,26 @@ def export(
         at = at.model_copy(update={"geoid": geoid})
     notes: list[str] = []
     how: dict[str, Any] = {"altitude": altitude, "rate": rate, "radius": radius, "takeoff": takeoff, "end": end}
-    how |= {"autopilot": autopilot, "apart_in_space": apart_in_space, "allow_close": allow_close, "page": page}
+    how |= {
+        "return_altitude": return_altitude,
+        "autopilot": autopilot,
+        "apart_in_space": apart_in_space,
+        "allow_close": allow_close,
+        "page": page,
+    }
     proven: list[ExportCertificate] = []
     files = sky.export(
         read, output, scenario=world, origin=at, **how, on_note=notes.append, on_certificate=proven.append
     )
-    _tell_verdict(proven, notes)
+    for certificate in proven:
+        table(*verdict_table(certificate.flights), aside=True)
+    rest = [note for note in notes if not stands_out(note)]
+    for note in sorted(filter(stands_out, notes), key=urgency):
+        print(for_command_line(note), file=sys.stderr)
     sys.stderr.flush()
     for path in files:
         print(path, flush=True)
-    for note in [*(note for note in notes if not stands_out(note)), judged_by]:
-        print(for_command_line(note), file=sys.stderr)
-
-
-def _tell_verdict(proven: "Sequence[ExportCertificate]", notes: Sequence[str]) -> None:
-    """Print what matters most of each UAV's waypoints as a table, and below it what a pilot must not overlook."""
-    from skyverse.exports.flight_verdicts import verdict_table
-    from skyverse.model.caution import stands_out
-
-    for certificate in proven:
-        table(*verdict_table(certificate.flights), aside=True)
-    for note in filter(stands_out, notes):
+    if proven and not details:
+        rest = [f"--details tells all that is proven: {len(rest)} lines."] if rest else []
+    for note in [*rest, judged_by]:
         print(for_command_line(note), file=sys.stderr)

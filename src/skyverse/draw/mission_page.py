@@ -10,7 +10,7 @@ from skyverse.draw.page_parts import MAX_SHOWN_FINDINGS, card, facts_list, findi
 from skyverse.draw.scene import MissionScene
 from skyverse.draw.scene_traces import of_search
 from skyverse.draw.shape_geometry import below
-from skyverse.model.caution import stands_out
+from skyverse.model.caution import stands_out, urgency
 from skyverse.model.digest import short
 from skyverse.model.flight_table import gaps_sentence, unit_sentence
 from skyverse.model.result import NO_STOP, Status
@@ -112,8 +112,7 @@ def banner(scene: MissionScene) -> str:
         doubts = [*scene.export_notes, *cells]
         warned = any(map(stands_out, doubts))
         tone, sign = ("warn", "!") if warned else ("note", "i")
-        # a page shows the first few
-        notes = sorted(scene.export_notes, key=lambda note: not stands_out(note))
+        notes = sorted(scene.export_notes, key=urgency)
         lines = "".join(f"<li>{escape(note)}</li>" for note in notes)
         table = _export_table(scene.export_verdicts)
         verdict += card(tone, sign, "What is exported, and the ways home.", f"{table}<ul>{lines}</ul>")

@@ -52,6 +52,7 @@ def export(
     radius: float = 2.0,
     takeoff: float = 3.0,
     end: End = "loiter",
+    return_altitude: float | None = None,
     autopilot: AutopilotName | None = None,
     apart_in_space: bool = False,
     allow_close: bool = False,
@@ -96,6 +97,9 @@ def export(
     end
         ``"loiter"``: the UAV stays at its target. ``"land"``: it lands below it, on the ground or on a roof.
         ``"rtl"``: it returns, as it does by itself when something fails, and lands at home or at a rally point.
+    return_altitude
+        Metres above home at which UAVs return by themselves, unless they are higher; with PX4 above where they land. By
+        default 30 m where the way home is proven at that, or a higher altitude if it is not, or else a lower one.
     autopilot
         ``"px4"`` or ``"ardupilot"``, for which ``.plan`` and ``.waypoints`` are made; ``"dji"`` for ``.wpml.kmz``. By
         default ``.plan`` is for PX4, or for ArduPilot with altitudes above ground, and ``.waypoints`` for ArduPilot.
@@ -151,7 +155,14 @@ def export(
     if suffix in ROUTE_SUFFIXES:
         flown = with_zones_always_active(mission, str(path), judged.certificates)
         options = WaypointOptions(
-            altitude, radius, takeoff, end, autopilot, apart_in_space=apart_in_space, allow_close=allow_close
+            altitude,
+            radius,
+            takeoff,
+            end,
+            autopilot,
+            apart_in_space=apart_in_space,
+            allow_close=allow_close,
+            return_altitude=return_altitude,
         )
         in_space = with_origin(flown, origin, str(path))
         if page is None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse.exports.flight_plan import FlightPlan
+from skyverse.exports.grouped_sentences import few
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.return_home import Return
 from skyverse.exports.return_places import landing_name
@@ -54,6 +55,8 @@ class FlightVerdict:
         The UAVs from which it is apart in no surer way than that, unless it is apart from all in space.
     meets
         The UAVs to which it may come too close when it returns, while they fly or return as well, each at any instant.
+    return_altitude
+        Metres above home, or with PX4 above where it lands, at which it returns; ``None`` where its file names none.
     """
 
     uav: str
@@ -64,6 +67,7 @@ class FlightVerdict:
     apart: Apart | None
     depends_on: tuple[str, ...]
     meets: tuple[str, ...]
+    return_altitude: float | None = None
 
     @property
     def has_way_home(self) -> bool:
@@ -77,18 +81,18 @@ class FlightVerdict:
         cells = (self.uav, legs, self.at_end, self._way_home)
         if self.apart is None:
             return cells
-        flying = KEPT[self.apart] + (f" from {_few(self.depends_on, MAX_OTHERS)}" if self.depends_on else "")
-        returning = f"{Caution.NOT} from {_few(self.meets, MAX_OTHERS)}" if self.meets else KEPT[Apart.SPACE]
+        flying = KEPT[self.apart] + (f" from {few(self.depends_on, MAX_OTHERS)}" if self.depends_on else "")
+        returning = f"{Caution.NOT} from {few(self.meets, MAX_OTHERS)}" if self.meets else KEPT[Apart.SPACE]
         return (*cells, flying, returning)
 
     @property
     def _way_home(self) -> str:
         if self.has_way_home:
-            return "at every instant"
+            return f"at every instant, {self.return_altitude:.4g} m up"
         if self.gaps[0][0] <= 0 and self.gaps[-1][1] >= self.duration and len(self.gaps) == 1:
             return f"{Caution.NOT} proven"
         spans = [f"{told_seconds(begin).removesuffix(' s')} to {told_seconds(end)}" for begin, end in self.gaps]
-        return f"{Caution.NOT} from {_few(spans, MAX_GAPS)}"
+        return f"{Caution.NOT} from {few(spans, MAX_GAPS)}"
 
 
 def flight_verdicts(
@@ -144,6 +148,7 @@ def flight_verdicts(
                 weakest,
                 tuple(names[other] for other in timed),
                 tuple(names[other] for other in met),
+                None if back is None else back.altitude,
             )
         )
     return tuple(made)
@@ -173,9 +178,3 @@ def _fleet_row(flights: Sequence[FlightVerdict]) -> tuple[str, ...]:
         KEPT[max(kinds, key=list(Apart).index)],
         share(sum(not flight.meets for flight in flights), KEPT[Apart.SPACE], Caution.NOT),
     )
-
-
-def _few(words: Sequence[str], most: int) -> str:
-    """Return at most so many words, and how many more there are."""
-    more = f" and {len(words) - most} more" if len(words) > most else ""
-    return ", ".join(words[:most]) + more

@@ -3,6 +3,12 @@
 from collections.abc import Iterator, Sequence
 
 
+def few(words: Sequence[str], most: int) -> str:
+    """Return at most so many words, and how many more there are."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more
+
+
 def grouped(said: Sequence[tuple[str, str]], fleet: int) -> Iterator[str]:
     """Yield sentences, those that are the same of several UAVs once, in the order in which they first occur.
 

@@ -119,8 +119,8 @@ def ground_notes(scenario: Scenario, plans: Sequence[FlightPlan]) -> Iterator[st
         yield f"{Caution.WARNING}: homes that are not level: {places}. Choose other starts, or level the places."
     if scenario.terrain is not None and not any(shape.solid for shape in scenario.obstacles):
         yield (
-            "The scenario knows the ground and no obstacles: trees, roofs and water are unknown; look at where UAVs "
-            "fly low and land."
+            f"{Caution.WARNING}: the scenario knows the ground and no obstacles: trees, roofs and water are unknown; "
+            "look at where UAVs fly low and land."
         )
 
 

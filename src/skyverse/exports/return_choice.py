@@ -21,8 +21,8 @@ from skyverse.model.scenario import Scenario
 
 MAX_RALLY_POINTS = {"px4": 5, "ardupilot": 5, "dji": 0}
 """How many rally points are added at most: DJI takes none, and each is a place to keep clear of people."""
-FEW_METRES = 5.0
-"""A return altitude above home below this is taken only if it is better."""
+USUAL_ALTITUDE = 30.0
+"""Metres above home: a lower return altitude is taken only where none from here on is as good."""
 RALLY_PLACES = 24
 """How many places below a flight are tried as rally points."""
 COUNTED_PLACES = 96
@@ -83,7 +83,7 @@ class ReturnChoice:
         for altitude in altitudes:
             way = self.way(rally, altitude)
             chosen, cost = _chosen(way, samples, weights, self.most)
-            choices.append((cost, len(chosen), altitude < FEW_METRES, altitude, chosen))
+            choices.append((cost, len(chosen), preference(self.plan, altitude), altitude, chosen))
         for _, _, _, altitude, chosen in sorted(choices)[:SEARCHED_CHOICES]:
             yield self.way([rally[k - 1] for k in chosen[1:]], altitude)
 
@@ -124,6 +124,17 @@ class ReturnChoice:
                 continue
             found.append(destination(self.scenario, self.space, self.plan, below, float(place[2])))
         return found
+
+
+def preference(plan: FlightPlan, altitude: float) -> tuple[int, float]:
+    """Return by what return altitudes, metres above home, are sorted to be tried: first usual ones, the lowest first.
+
+    Then come those that are no lower than the flight itself, and at last lower ones, the highest of them first.
+    """
+    if altitude >= USUAL_ALTITUDE:
+        return 0, altitude
+    flown = float((plan.waypoints[:, 2] - plan.home[2]).max())
+    return (1, altitude) if altitude >= flown else (2, -altitude)
 
 
 def lost_share(way: WayHome, found: Found) -> tuple[bool, float]:

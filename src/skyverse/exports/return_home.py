@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
+from skyverse.errors import InputError
+from skyverse.exports.autopilots import Autopilot
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.flown_legs import Parts, return_bends
-from skyverse.exports.return_choice import ReturnChoice, lost_share
-from skyverse.exports.return_destinations import ACCEPTANCE, Destination, destination, rally_points
+from skyverse.exports.return_choice import USUAL_ALTITUDE, ReturnChoice, lost_share, preference
+from skyverse.exports.return_destinations import ACCEPTANCE, destination, rally_points
 from skyverse.exports.return_lines import ReturnLines, ReturnSpace
 from skyverse.exports.return_obstruction import Obstruction, obstruction
 from skyverse.exports.way_home import Found, WayHome
@@ -20,12 +22,14 @@ from skyverse.numerics.tolerances import LEG_ALLOWANCE
 
 MIN_RETURN_ALTITUDE = 5.0
 """Metres above home: no lower return altitude is chosen where there is room for it."""
+ABOVE_FLIGHT = 0.2
+"""Metres above the whole flight, its error included, of an altitude that is tried: altitudes are rounded to 0.1 m."""
 ALTITUDES = 12
 """How many return altitudes are tried, from the lowest to the upper bound."""
 LOW_ALTITUDES = 4
 """How many lower ones are tried where none of those will do: a UAV that is higher returns without a climb."""
 REFINEMENTS = 3
-"""How often the step below the lowest good altitude is halved."""
+"""How often the step below the first good altitude is halved."""
 JOINED_SPANS = 1.0
 """Seconds: two times without a way home that are less apart are told as one."""
 HALVINGS = 40
@@ -114,12 +118,14 @@ class Return:
         return [one for one in (*self.obstructions, self.highest) if one is not None]
 
 
-def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Return | None:
+def plan_return(
+    scenario: Scenario, space: ReturnSpace, plan: FlightPlan, altitude: float | None = None
+) -> Return | None:
     """Return how a UAV comes home, or ``None`` for an aeroplane, whose circles are not judged.
 
-    The lowest return altitude is taken at which there is a way home at every instant; if there is none, that with the
-    shortest part of the flight without one, or any altitude, also a lower one, with rally points where the autopilot
-    takes them.
+    The return altitude is the one that is asked for, metres above home, or else the first by `preference` at which
+    there is a way home at every instant; if there is none, that with the shortest part of the flight without one, or
+    any altitude, also a lower one, with rally points where the autopilot takes them.
     """
     if scenario.uavs[plan.route.uav].fixed_wing is not None:
         return None
@@ -127,11 +133,14 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     base = destination(scenario, space, plan, np.array([*start[:2], plan.home[2]]), float(start[2]))
     below = plan.ending[0] if len(plan.ending) == 1 else plan.waypoints[-1]
     end = destination(scenario, space, plan, below, float(plan.waypoints[-1][2]))
-    way, found = _best_altitude(scenario, space, plan, base, end)
+    altitudes = _altitudes(scenario, plan) if altitude is None else [altitude]
+    way, found = _best_altitude([WayHome(scenario, space, plan, [base], end, one) for one in altitudes])
     if len(found.lost.leg):
-        altitudes = _altitudes(scenario, plan)
-        low = np.linspace(RETURN_ALTITUDES[plan.autopilot.name][0], altitudes[0], LOW_ALTITUDES, endpoint=False)
-        lower = (np.floor(10 * low) / 10).tolist()
+        lower = []
+        if altitude is None:
+            least = RETURN_ALTITUDES[plan.autopilot.name][0]
+            low = np.linspace(least, min(altitudes), LOW_ALTITUDES, endpoint=False)
+            lower = (np.floor(10 * low) / 10).tolist()
         choice = ReturnChoice(scenario, space, plan, base, end)
         way, found = choice.best([*altitudes, *lower], (way, found))
     last = plan.waypoints[-1]
@@ -142,12 +151,22 @@ def plan_return(scenario: Scenario, space: ReturnSpace, plan: FlightPlan) -> Ret
     spans = _spans(found.lost, way)
     lost = np.array([(begin, end) for begin, end, _ in spans]).reshape(-1, 2)
     met = tuple(obstruction(space, way, found.lost.of(parts)) for _, _, parts in spans)
-    top = max(_altitudes(scenario, plan))
+    top = max(altitudes)
     highest = None
     if spans and top > way.altitude:
-        above = WayHome(scenario, space, plan, way.destinations, end, top)
-        highest = obstruction(space, above, found.lost.of(spans[-1][2]))
+        highest = obstruction(space, way.at(top), found.lost.of(spans[-1][2]))
     return Return(plan, way, lost, met, highest, True, found.lines, level, landings)
+
+
+def require_return_altitude(autopilot: Autopilot, altitude: float) -> None:
+    """Raise `InputError` for a return altitude, metres above home, that an autopilot does not keep to."""
+    least, most = RETURN_ALTITUDES[autopilot.name]
+    if not (math.isfinite(altitude) and least <= altitude <= most):
+        until = f"to {most:g}" if most < math.inf else "on"
+        raise InputError(
+            f"expected metres above home from {least:g} {until} for {autopilot.title}, found {altitude!r}",
+            field="return_altitude",
+        )
 
 
 def certified(scenario: Scenario, space: ReturnSpace, returns: Sequence[Return]) -> list[Return]:
@@ -161,19 +180,12 @@ def certified(scenario: Scenario, space: ReturnSpace, returns: Sequence[Return])
     return [replace(one, proven=proven([one])) for one in returns]
 
 
-def _best_altitude(
-    scenario: Scenario, space: ReturnSpace, plan: FlightPlan, base: Destination, end: Destination
-) -> tuple[WayHome, Found]:
-    """Return the lowest altitude with a way home at every instant, to a share of the steps, or else the best.
+def _best_altitude(ways: Sequence[WayHome]) -> tuple[WayHome, Found]:
+    """Return the first of some ways home with one at every instant, lowered by a share of the steps, or else the best.
 
     Altitudes from which the way home is blocked at some samples of the flight are not searched, but for the best of
     them where all are.
     """
-
-    def way(altitude: float) -> WayHome:
-        return WayHome(scenario, space, plan, [base], end, altitude)
-
-    ways = [way(altitude) for altitude in _altitudes(scenario, plan)]
     best: tuple[WayHome, Found] | None = None
     blocked = []
     for one in ways:
@@ -188,9 +200,11 @@ def _best_altitude(
     if best is None:
         chosen = ways[blocked.index(min(blocked))]
         return chosen, chosen.search()
-    below = max([one.altitude for one in ways if one.altitude < best[0].altitude], default=best[0].altitude)
+    kind, top = preference(best[0].plan, best[0].altitude)[0], best[0].altitude
+    beneath = [one.altitude for one in ways if one.altitude < top and preference(one.plan, one.altitude)[0] == kind]
+    below = max(beneath, default=top) if kind < 2 else top
     for _ in range(REFINEMENTS):
-        middle = way(round((below + best[0].altitude) / 2, 1))
+        middle = best[0].at(round((below + best[0].altitude) / 2, 1))
         if len(best[1].lost.leg) or not below < middle.altitude < best[0].altitude:
             break
         lower = middle.search(to_the_end=False) if not middle.blocked() else None
@@ -202,7 +216,7 @@ def _best_altitude(
 
 
 def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
-    """Return the return altitudes to try, metres above home, the lowest first."""
+    """Return the return altitudes to try, metres above home, by `preference`."""
     home, terrain = float(plan.home[2]), scenario.terrain
     room = scenario.uavs[plan.route.uav].tracking_error.vertical
     none = np.zeros(len(plan.waypoints))
@@ -211,13 +225,16 @@ def _altitudes(scenario: Scenario, plan: FlightPlan) -> list[float]:
     room += max(float(bends.max()) - LEG_ALLOWANCE, 0.0)
     top = scenario.bounds.max[2] - room
     low = min(max(float(plan.waypoints[0][2]), home + MIN_RETURN_ALTITUDE), top)
-    levels = [*np.linspace(low, top, ALTITUDES), float(plan.waypoints[:, 2].max())]
+    flown = float(plan.waypoints[:, 2].max())
+    above = flown + scenario.uavs[plan.route.uav].tracking_error.vertical + max(plan.route.bends, default=0.0)
+    levels = [*np.linspace(low, top, ALTITUDES), home + USUAL_ALTITUDE, flown, above + ABOVE_FLIGHT]
     if terrain is not None and scenario.max_height is not None:
         grounds = terrain.lowest_ground.height(plan.waypoints[:, :2])
         levels += np.linspace(low, float(grounds.min()) + scenario.max_height - room, ALTITUDES).tolist()
     least, most = RETURN_ALTITUDES[plan.autopilot.name]
     altitudes = np.unique(np.floor(10 * (np.clip(levels, low, top) - home)) / 10)
-    return [float(value) for value in altitudes if least <= value <= most] or [least]
+    able = [float(value) for value in altitudes if least <= value <= most] or [least]
+    return sorted(able, key=lambda altitude: preference(plan, altitude))
 
 
 def _spans(lost: Parts, way: WayHome) -> list[tuple[float, float, NDArray[np.intp]]]:

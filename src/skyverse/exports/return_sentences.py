@@ -37,7 +37,10 @@ def return_sentences(
         By the index of each UAV that may return, the indices of those whose paths it may then come too close to.
     """
     for plan, back in zip(plans, returns, strict=True):
-        yield f"{scenario.uavs[plan.route.uav].name}: {_how(scenario, plan, back)}"
+        name = scenario.uavs[plan.route.uav].name
+        yield f"{name}: {_how(scenario, plan, back)}"
+        if back is not None and back.proven:
+            yield from (f"{name}: no way home {gap}." for gap in _gaps(scenario, back))
     flown = [back for back in returns if back is not None and back.proven]
     named = [(scenario.uavs[back.plan.route.uav].name, back) for back in flown]
     kept = [(name, _kept(scenario, back)) for name, back in named if not back.nowhere]
@@ -60,7 +63,7 @@ def _how(scenario: Scenario, plan: FlightPlan, back: Return | None) -> str:
     said = f"it returns at {back.altitude:.4g} m above {COUNTED_FROM[plan.autopilot.name]}"
     if len(back.rally):
         said += f", to the nearest of home and {len(back.rally)} rally point{'s' * (len(back.rally) > 1)}"
-    said += f", but {Caution.NOT} {_lost_text(scenario, back)}: then there is no way home" if len(back.lost) else ""
+    said += f", but {Caution.NOT} at every instant" if len(back.lost) else ""
     return f"{said}; it may land at {places_text(scenario, back)}."
 
 
@@ -88,11 +91,12 @@ def pairs_sentences(scenario: Scenario, together: dict[tuple[int, int], bool]) -
     """Yield sentences on the pairs of UAVs that keep their separation when both return, and on those that may not."""
     for apart, said in (
         (True, "keep their separation also when both return, each at any instant: their ways home are apart in space"),
-        (False, "may come too close when both return at once: let one of them land before the other returns"),
+        (False, "apart on their ways home if one lands before the other returns"),
     ):
         pairs = [pair for pair, found in together.items() if found == apart]
         if pairs:
-            yield f"{named_pairs(scenario, pairs)} {said}."
+            named = named_pairs(scenario, pairs)
+            yield f"{named} {said}." if apart else f"{Caution.ONLY} {said}: {named}."
 
 
 def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None]]) -> None:
@@ -129,16 +133,17 @@ def require_returns(scenario: Scenario, backs: Sequence[tuple[int, Return | None
     )
 
 
-def _lost_text(scenario: Scenario, back: Return) -> str:
-    """Return from when to when there is no way home, and what is in the way then."""
+def _gaps(scenario: Scenario, back: Return) -> Iterator[str]:
+    """Yield from when to when there is no way home, and what is in the way then."""
     spans = [
         f"from t = {told_seconds(begin)} to {told_seconds(end)}"
         + (", its whole flight" if back.nowhere else "")
-        + (f" ({why.sentence(scenario)})" if why is not None else "")
+        + (f": {why.sentence(scenario)}" if why is not None else "")
         for (begin, end), why in zip(back.lost.tolist(), back.obstructions, strict=True)
     ]
-    more = f" and {len(spans) - MAX_TOLD} more times" if len(spans) > MAX_TOLD else ""
-    return ", ".join(spans[:MAX_TOLD]) + more
+    yield from spans[:MAX_TOLD]
+    if len(spans) > MAX_TOLD:
+        yield f"at {len(spans) - MAX_TOLD} more times"
 
 
 def _reason(scenario: Scenario, back: Return) -> str:

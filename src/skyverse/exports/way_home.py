@@ -88,6 +88,10 @@ class WayHome:
         self.below = np.array([(one.column, one.low, one.bottom, one.roof) for one in destinations])
         self.error = scenario.uavs[plan.route.uav].tracking_error
 
+    def at(self, altitude: float) -> "WayHome":
+        """Return the way home at another altitude, metres above home."""
+        return WayHome(self.scenario, self.space, self.plan, self.destinations, self.end, altitude)
+
     def search(self, *, to_the_end: bool = True) -> Found:
         """Return the parts of the flight without a way home, and the lines that prove the way home of all others.
 

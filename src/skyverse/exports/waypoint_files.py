@@ -7,19 +7,20 @@ from pathlib import Path
 import numpy as np
 
 from skyverse.atomic import write_text
+from skyverse.deconfliction.paths_apart import apart_by_timing_only
 from skyverse.errors import InputError, Remedy
 from skyverse.exports.autopilots import MIN_ACCEPTANCE_RADIUS, AutopilotName, autopilot_for
 from skyverse.exports.file_names import file_for_each, write_zip
 from skyverse.exports.flight_plan import FlightPlan, flight_plans
 from skyverse.exports.flight_verdicts import FlightVerdict, flight_verdicts
 from skyverse.exports.global_positions import AltitudeReference
-from skyverse.exports.grouped_sentences import grouped
+from skyverse.exports.grouped_sentences import few, grouped
 from skyverse.exports.landing import landing_place, require_landings, stand
 from skyverse.exports.landing_ground import ground_notes, require_clear_landings, require_level_landings
 from skyverse.exports.mavlink_items import End
 from skyverse.exports.parameters import write_parameters
 from skyverse.exports.qgc_plan import geofence, plan_text
-from skyverse.exports.return_home import Return, certified, plan_return
+from skyverse.exports.return_home import Return, certified, plan_return, require_return_altitude
 from skyverse.exports.return_lines import ReturnSpace
 from skyverse.exports.return_places import landing_name
 from skyverse.exports.return_sentences import pairs_sentences, require_returns, return_sentences
@@ -29,12 +30,14 @@ from skyverse.exports.routes import routes
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart
 from skyverse.exports.speed_limits import return_warnings, speed_notes, with_limited_speeds
 from skyverse.exports.waypoint_notes import (
+    MAX_TOLD,
     OTHER_ENDS,
     lowered_takeoffs,
     made_for,
     not_apart_when_returning,
     proofs,
     schedule_note,
+    start_together,
 )
 from skyverse.exports.wpl import rally_text, waypoints_text
 from skyverse.exports.wpml import wpml_parts
@@ -58,6 +61,7 @@ class WaypointOptions:
     autopilot: AutopilotName | None
     apart_in_space: bool
     allow_close: bool
+    return_altitude: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +117,7 @@ def export_waypoints(
         As `skyverse.export`.
     """
     plans = _plans(mission, scenario, suffix, options)
-    returns = _returns(scenario, plans)
+    returns = _returns(scenario, plans, options.return_altitude)
     if options.end == "rtl":
         require_returns(scenario, [(plan.route.uav, back) for plan, back in zip(plans, returns, strict=True)])
         plans = [with_limited_speeds(scenario, _returning(*each)) for each in zip(plans, returns, strict=True)]
@@ -131,6 +135,8 @@ def export_waypoints(
     if len(plans) > 1:
         _require_apart(scenario, apart, plans, options, path)
         notes += apart.sentences(scenario)
+        planned = not apart_by_timing_only(mission)
+        warnings += [*start_together(scenario, apart, asked=options.apart_in_space, planned=planned)]
         if options.end == "rtl" and not apart.only(Apart.SPACE):
             notes.append("These paths contain the returns that end the mission, down to where the UAVs land.")
             warnings += [*not_apart_when_returning(scenario, plans, apart)]
@@ -150,16 +156,22 @@ def export_waypoints(
         on_note(warning)
     if without:
         on_note(
-            f"{Caution.WARNING}: no way home is proven at every instant of the flight of {', '.join(without)}: what is "
-            "said of the return tells when."
+            f"{Caution.WARNING}: no way home is proven at every instant of the flight of {few(without, MAX_TOLD)}: the "
+            "table says when."
         )
     return files
 
 
-def _returns(scenario: Scenario, plans: Sequence[FlightPlan]) -> list[Return | None]:
-    """Return the certified way home of each UAV, ``None`` for aeroplanes."""
+def _returns(scenario: Scenario, plans: Sequence[FlightPlan], altitude: float | None) -> list[Return | None]:
+    """Return the certified way home of each UAV, at an altitude if one is asked for, ``None`` for aeroplanes."""
+    if altitude is not None:
+        require_return_altitude(plans[0].autopilot, altitude)
     space = ReturnSpace(scenario)
-    found = [plan_return(scenario, space, plan) for plan in plans]
+    found = [plan_return(scenario, space, plan, altitude) for plan in plans]
+    if altitude is not None and None in found:
+        raise InputError(
+            "aeroplanes return as their autopilots are set: files name no altitude", field="return_altitude"
+        )
     proven = iter(certified(scenario, space, [one for one in found if one is not None]))
     return [None if one is None else next(proven) for one in found]
 
@@ -267,6 +279,6 @@ def _written(
         if suffix == ".waypoints" and back is not None and len(back.rally):
             rally = own.with_name(own.name[: -len(suffix)] + ".ral")
             write_text(rally, rally_text(scenario, back))
-            on_note(f"{name}: its rally points are in {rally}.")
+            on_note(f"{Caution.BEFORE} each flight of {name}, load its rally points: {rally}.")
     for note in made_for(plans, names, beside):
         on_note(note)

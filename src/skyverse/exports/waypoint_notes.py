@@ -7,14 +7,17 @@ from pathlib import Path
 from skyverse.errors import Remedy, Sentence
 from skyverse.exports.flight_plan import FlightPlan
 from skyverse.exports.global_positions import home_on_globe
-from skyverse.exports.grouped_sentences import grouped
+from skyverse.exports.grouped_sentences import few, grouped
 from skyverse.exports.separation import Apart, FleetApart, fleet_apart, named_pairs
 from skyverse.exports.timing import circle_reach
 from skyverse.model.caution import Caution
 from skyverse.model.scenario import Scenario
 from skyverse.model.seconds import told_seconds
+from skyverse.model.short_lines import counted
 from skyverse.numerics.tolerances import SAME_PLACE
 
+MAX_TOLD = 6
+"""UAVs that one sentence names; of more it says only how many."""
 OTHER_ENDS = (
     Remedy("end", "land", "to land below the last waypoints"),
     Remedy("end", "loiter", "to stay there"),
@@ -51,11 +54,10 @@ def proofs(scenario: Scenario, plans: Sequence[FlightPlan], *, from_home: bool) 
 
 
 def _figures(flown: Sequence[tuple[str, FlightPlan]]) -> Iterator[str]:
-    """Yield a sentence on the waypoints of several UAVs, one for each way in which corners are flown."""
-    for corners in dict.fromkeys(_corners(plan) for _, plan in flown):
-        own = [(name, plan.route) for name, plan in flown if _corners(plan) == corners]
-        told = "; ".join(f"{name} {len(route.points)} and {route.off:.3g} m" for name, route in own)
-        yield f"How many waypoints, {corners}, and how far off the trajectory at most: {told}."
+    """Yield a sentence on the waypoints of each of several UAVs."""
+    for name, plan in flown:
+        count = counted(len(plan.route.points), "waypoint")
+        yield f"{name}: {count}, {_corners(plan)}, at most {plan.route.off:.3g} m off the trajectory."
 
 
 def _corners(plan: FlightPlan) -> str:
@@ -73,6 +75,15 @@ def not_apart_when_returning(scenario: Scenario, plans: Sequence[FlightPlan], ap
             f"the mission: {named_pairs(scenario, pairs)}",
             give=OTHER_ENDS,
         )
+
+
+def start_together(scenario: Scenario, apart: FleetApart, *, asked: bool, planned: bool) -> Iterator[str]:
+    """Yield what a pilot must heed where not all pairs of UAVs are apart in space, as `asked` or `planned`."""
+    timed = [pair for pair, kind in apart.pairs.items() if kind in (Apart.TIMING, Apart.SCHEDULE)]
+    if timed:
+        said = f"{Caution.ONLY} apart if they start at the same time: {named_pairs(scenario, timed)}"
+        give = Remedy("apart_in_space", True, "to export them apart in space, as they are planned")
+        yield Sentence(said, give=[give]) if planned and not asked else f"{said}."
 
 
 def schedule_note(plans: Sequence[FlightPlan]) -> str:
@@ -102,15 +113,10 @@ def lowered_takeoffs(scenario: Scenario, plans: Sequence[FlightPlan], asked: flo
 def _home_note(scenario: Scenario, uavs: Sequence[int]) -> str:
     """Return a sentence on the altitudes of the homes of some UAVs."""
     homes = [(scenario.uavs[uav].name, f"{round(home_on_globe(scenario, uav)[2], 2) + 0.0:.2f} m") for uav in uavs]
-    if len(homes) == 1:
-        ((name, at),) = homes
-        return (
-            f"{name}: its heights are counted from home at {at} above mean sea level; where it arms lower than that, "
-            "it flies as much lower."
-        )
-    told = ", ".join(f"{name} {at}" for name, at in homes)
+    told = few([f"{name} {at}" for name, at in homes], MAX_TOLD)
     return (
-        f"Heights are counted from home, above mean sea level: {told}; where a UAV arms lower, it flies as much lower."
+        f"{Caution.BEFORE} each flight, compare home, above mean sea level: {told}; where a UAV arms lower, it flies "
+        "as much lower."
     )
 
 
@@ -120,10 +126,6 @@ def made_for(plans: Sequence[FlightPlan], names: Sequence[str], beside: Sequence
     alone = [name for name, file in zip(names, beside, strict=True) if file is None]
     yield from grouped([(name, f"made for {title}.") for name in alone], len(plans))
     rates = [(name, file) for name, file in zip(names, beside, strict=True) if file is not None]
-    if len(rates) == 1:
-        ((name, file),) = rates
-        yield f"{name}: made for {title}, with the rates of {file}: load them into it first."
-    elif rates:
-        files = ", ".join(str(file) for _, file in rates)
-        which = f"each of {', '.join(name for name, _ in rates)}" if alone else "each UAV"
-        yield f"Made for {title}, with the rates of a file for {which}, to be loaded into it first: {files}."
+    if rates:
+        files = few([f"{file} into {name}" for name, file in rates], MAX_TOLD)
+        yield f"{Caution.BEFORE} the first flight, load the rates for {title}: {files}."

@@ -15,9 +15,18 @@ class Caution(StrEnum):
     """It stands where a proof fails."""
     ONLY = "ONLY"
     """It stands where a proof has a condition."""
+    BEFORE = "BEFORE"
+    """It begins a sentence on what is to be done before each flight."""
 
 
 _BEGINS = re.compile(rf"(?:{'|'.join(Caution)})\b")
+
+
+def urgency(said: str) -> int:
+    """Return a number by which sentences are sorted: what is not proven, warnings, conditions, what to do, the rest."""
+    first = (Caution.NOT, Caution.WARNING, Caution.ONLY, Caution.BEFORE)
+    begins = _BEGINS.match(said)
+    return first.index(Caution(begins[0])) if begins else len(first)
 
 
 def stands_out(said: str) -> bool:
