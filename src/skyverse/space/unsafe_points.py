@@ -14,6 +14,7 @@ from skyverse.model.scenario import Scenario
 from skyverse.model.short_lines import told_metres
 from skyverse.model.uav import UAV, TrackingError
 from skyverse.space.column import column_top, why_no_column
+from skyverse.space.regions import Regions
 from skyverse.space.roof import roof_z
 from skyverse.space.tube import NO_ERROR
 from skyverse.space.world import World
@@ -96,9 +97,10 @@ def unsafe_points(scenario: Scenario, world: World | None = None) -> list[Unsafe
     places = [(f"uavs[{i}].start", uav.name, uav.start, [uav]) for i, uav in enumerate(scenario.uavs)]
     everybody = list(scenario.uavs)
     places += [(f"targets[{i}].position", t.name, t.position, everybody) for i, t in enumerate(scenario.targets)]
-    free = world.free([point for _, _, point, _ in places]) if places else ()
+    free = world.free([point for _, _, point, _ in places]) if places else np.ones(0, dtype=np.bool_)
     worlds = {NO_ERROR: world}
     found = []
+    allowed = None if free.all() else _joined_to(scenario, world, [place[2] for place in places], free)
     for (field, name, point, uavs), safe in zip(places, free, strict=True):
         reason = None
         if safe:
@@ -107,11 +109,25 @@ def unsafe_points(scenario: Scenario, world: World | None = None) -> list[Unsafe
             strict = worlds[uavs[0].tracking_error]
             reason = why_no_column(world, strict, point) if uavs[0].fixed_wing is None else None
             reason = reason or _reason(scenario, strict, point)
-        nearest = _nearest_safe(scenario, worlds, uavs, point)
+        nearest = _nearest_safe(scenario, worlds, uavs, point, allowed)
+        if nearest is None and allowed is not None:
+            nearest = _nearest_safe(scenario, worlds, uavs, point)
         reason = reason or _reason(scenario, world, point)
         noun = free_place_noun(uavs)
         found.append(UnsafePoint(field, name, point, reason, nearest, noun, _on_earth(scenario, nearest)))
     return found
+
+
+def _joined_to(scenario: Scenario, world: World, points: Sequence[Place], free: NDArray[np.bool_]) -> AreFree | None:
+    """Return what tells which places lie in the regions of a scenario's free starts and targets, or else the largest.
+
+    Free places elsewhere, such as gaps within what a scan has not seen, would be of no use. ``None`` where the lattice
+    is too coarse to tell.
+    """
+    known = [point for point, safe in zip(points, free, strict=True) if safe]
+    regions = Regions(world, scenario.lattice)
+    wanted = regions.of(known) if known else {regions.largest}
+    return (lambda places: regions.hold(places, wanted)) if wanted else None
 
 
 def free_place_noun(uavs: Sequence[UAV]) -> str:
