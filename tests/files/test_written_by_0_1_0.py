@@ -36,6 +36,7 @@ ADDED = {
     "source": None,
     "scenario": "",
     "cautions": [],
+    "built_with": [],
     "disturbances": {"gusts": False, "mismatch": 0.0, "position_noise": 0.0, "delay": 0.0},
 }
 """What the newest version writes of a file of version 1: the fields that it added, each of which says nothing."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from cyclopts import App, Group, Parameter
 
+from skyverse.cli.build_again import given_again, kept_words
 from skyverse.cli.option_names import for_command_line, option_of
 from skyverse.cli.option_types import OUTPUT, AsJson
 from skyverse.cli.outputs import refuse_output
@@ -173,6 +174,7 @@ def _values(owner: type, given: dict[str, Any]) -> dict[str, Any]:
 def build(
     *,
     output: Annotated[Path, OUTPUT],
+    again: Annotated[str | None, Parameter(name="--from")] = None,
     name: str | None = None,
     as_json: AsJson = False,
     **given: Any,
@@ -192,16 +194,25 @@ def build(
     ----------
     output
         The scenario file, .yaml or .json; large grids are put beside it.
+    again
+        A scenario that was built before: all options that it was built with are given again, but for those that are
+        given now.
     name
         The scenario's name; the file's when left out.
     as_json
         Print what was done as JSON.
     """
-    from skyverse.files import write
+    from skyverse.files import read_scenario, write
     from skyverse.maps.assembly.build import build_scenario
 
     if output.suffix.lower() not in (".yaml", ".yml", ".json"):
         raise InputError(f"--output: expected a file ending in .yaml, .yml or .json, found {str(output)!r}")
+    if again is not None:
+        kept = read_scenario(again).built_with
+        if not kept:
+            raise InputError(f"--from: {again}: expected a scenario of skyverse scenario build, found no options in it")
+        given = given_again(again, kept, {one.name: one for one in _options()}) | given
+    words = kept_words(given, output.parent)
     files = _values(MapFiles, given)
     read = [path for kind in ("terrain", "buildings", "zones", "voxels") for path in files.get(kind, ())]
     refuse_output(output, *read, *(path for path, _ in files.get("soft_zones", ())))
@@ -218,6 +229,7 @@ def build(
             reading=Reading(**_values(Reading, given)),
             on_note=on_note,
         )
+        made = made.model_copy(update={"built_with": words})
         write(made, output)
     _report(made, notes, output, as_json)
 

@@ -17,7 +17,7 @@ JUDGEMENTS = ("certificates", "apart")
 Files of version 1 have them; they are not read, as whoever wrote the file may have made them up.
 """
 NEW_IN_SCENARIO_2 = {
-    "": ("max_height", "movers"),
+    "": ("max_height", "movers", "built_with"),
     "uavs": (
         "tracking_error",
         "max_climb",

@@ -250,6 +250,8 @@ class Scenario(Model, Drawn):
         The weights of the cost, or the name of a preset: ``"thesis"`` or ``"turns"``.
     sources
         The files that the scenario was made from.
+    built_with
+        The options of ``skyverse scenario build`` that it was made by, each a name and what was written after it.
     """
 
     format: Annotated[
@@ -273,6 +275,7 @@ class Scenario(Model, Drawn):
     targets: tuple[Target, ...] = ()
     frame: Frame = Frame()
     sources: tuple[Source, ...] = ()
+    built_with: tuple[tuple[str, ...], ...] = ()
 
     def __repr__(self) -> str:
         kinds = Counter(shape.shape for shape in self.obstacles)

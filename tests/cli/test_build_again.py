@@ -1,0 +1,64 @@
+"""A scenario keeps the options that it was built with, so that building it again asks for what is changed alone."""
+
+import json
+
+import pytest
+
+pytest.importorskip("pyproj", reason="building scenarios needs pyproj")
+pytest.importorskip("shapely", reason="building scenarios needs shapely")
+
+import skyverse as sky
+from skyverse.maps.assembly.build import build_scenario
+from skyverse.model.altitude import AboveGround, AboveSea
+
+START, GOAL, OTHER = "46.8,9.85,60 m agl", "46.803,9.85,60 m agl", "46.803,9.853,70 m agl"
+
+
+@pytest.fixture
+def zones(tmp_path):
+    ring = [[9.849, 46.801], [9.851, 46.801], [9.851, 46.802], [9.849, 46.801]]
+    feature = {
+        "type": "Feature",
+        "properties": {"upper": "80 m agl"},
+        "geometry": {"type": "Polygon", "coordinates": [ring]},
+    }
+    (tmp_path / "maps").mkdir()
+    path = tmp_path / "maps/z=1.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
+    return path
+
+
+def test_what_is_not_changed_is_as_it_was_from_any_folder(skyverse, zones, tmp_path):
+    words = ["--ground", "1500 m amsl", "--uav", f"a={START}", "--target", GOAL, "--ceiling", "120 m agl"]
+    words += ["--max-speed", 7, "--zones-closed-above", "--margin", 300, "--soft-zones", f"{zones}=0.5"]
+    code, _, err = skyverse("scenario", "build", "--zones", "maps/z=1.geojson", *words, "-o", "maps/first.yaml")
+    assert code == 0, err
+    code, _, err = skyverse("scenario", "build", "--from", "maps/first.yaml", "--target", OTHER, "-o", "second.yaml")
+    assert code == 0, err
+    first, second = sky.read_scenario("maps/first.yaml"), sky.read_scenario("second.yaml")
+    options = {
+        "zones": [zones],
+        "soft_zones": [(zones, 0.5)],
+        "ground": AboveSea(1500),
+        "uavs": {"a": (46.8, 9.85, AboveGround(60))},
+        "max_speed": 7.0,
+        "ceiling": AboveGround(120),
+        "zones_closed_above": True,
+        "margin": 300.0,
+    }
+    for made, target in ((first, (46.803, 9.85, AboveGround(60))), (second, (46.803, 9.853, AboveGround(70)))):
+        direct = build_scenario(made.name, targets=[target], **options)
+        assert made.model_copy(update={"built_with": ()}) == direct
+    assert {name: rest for name, *rest in second.built_with}["zones"] == ["maps/z=1.geojson"]
+    code, _, err = skyverse("scenario", "build", "--from", "second.yaml", "-o", "maps/third.yaml")
+    assert code == 0, err
+    assert sky.read_scenario("maps/third.yaml").targets == second.targets
+
+
+def test_a_scenario_that_was_not_built_and_options_that_cannot_be_are_refused(skyverse):
+    code, _, err = skyverse("scenario", "build", "--from", "map1", "-o", "x.yaml")
+    assert (code, "expected a scenario of skyverse scenario build, found no options in it" in err) == (2, True)
+    for words, said in (("nonsense", "1"), "found 'nonsense'"), (("max_speed", "fast"), "max_speed: found ['fast']"):
+        sky.write(sky.read("map1").model_copy(update={"built_with": (words,)}), "odd.yaml")
+        code, _, err = skyverse("scenario", "build", "--from", "odd.yaml", "-o", "x.yaml")
+        assert (code, said in err) == (2, True), err
