@@ -20,8 +20,21 @@ WORDS = ("map1", "map2", "--planner", "mvo", "--planner", "random-restart", "--p
 PROCESS = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
 
 
-def started(*words):
-    return subprocess.Popen([sys.executable, "-m", "skyverse", "compare", "--no-report", *map(str, words)], **PROCESS)
+@pytest.fixture
+def started():
+    """Return a function that starts `skyverse compare`; what still runs after the test is killed."""
+    processes = []
+
+    def start(*words):
+        command = [sys.executable, "-m", "skyverse", "compare", "--no-report", *map(str, words)]
+        processes.append(subprocess.Popen(command, **PROCESS))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
 
 
 def finished(process):
@@ -50,7 +63,7 @@ def wait_for_rows(folder, least, process, kind=Rows):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="process groups are killed with POSIX signals")
-def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(tmp_path):
+def test_a_study_killed_again_and_again_ends_with_the_rows_of_one_that_was_not(started, tmp_path):
     chance = random.Random(time.time_ns())
     folder = tmp_path / "killed"
     words = (*WORDS, "--runs", 12, "-o", folder)
@@ -85,7 +98,7 @@ longest: 20
 
 
 @pytest.mark.skipif(os.name == "nt", reason="process groups are killed with POSIX signals")
-def test_flights_killed_go_on_where_they_were(tmp_path):
+def test_flights_killed_go_on_where_they_were(started, tmp_path):
     (tmp_path / "study.yaml").write_text(FLIGHTS)
     folder = tmp_path / "killed"
     words = (tmp_path / "study.yaml", "-o", folder)
@@ -108,11 +121,11 @@ def test_flights_killed_go_on_where_they_were(tmp_path):
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is a POSIX signal here")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_ctrl_c_ends_with_130_and_says_how_to_go_on(tmp_path, workers):
-    process = started(*WORDS, "--runs", 5000, "-o", tmp_path, "--workers", workers)  # more than it will ever get to
+def test_ctrl_c_ends_with_130_and_says_how_to_go_on(started, tmp_path, workers):
+    process = started(*WORDS, "--runs", 500, "-o", tmp_path, "--workers", workers)  # more than it will ever get to
     wait_for_rows(tmp_path, 3, process)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers, too
     _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
-    assert f"skyverse: interrupted; {len(kept(tmp_path))} of 20000 runs are kept in {tmp_path}" in err
+    assert f"skyverse: interrupted; {len(kept(tmp_path))} of 2000 runs are kept in {tmp_path}" in err
     assert "Traceback" not in err
