@@ -249,8 +249,8 @@ def test_nodes_that_planners_may_block_refute_nothing():
     assert judged(scenario, mission).verdict is not REFUTED
 
 
-def test_moves_out_of_a_lattice_of_one_row_are_not_free():
-    scenario = room(1).model_copy(update={"obstacles": (), "bounds": Bounds(min=(0, 0, 0), max=(8, 0.4, 4))})
+def test_moves_out_of_a_lattice_of_two_rows_are_not_free():
+    scenario = room(1).model_copy(update={"obstacles": (), "bounds": Bounds(min=(0, 0, 0), max=(8, 0.5, 4))})
     lattice = judged_lattice(referee_world(scenario), strict=False)
     last = lattice.free.shape[1] - 1
     price = np.ones(len(lattice.moves))
