@@ -60,7 +60,7 @@ class ObservationMessage(Model):
 
 
 class TokenMessage(Model):
-    """The first line of a client where a token is asked for: what the file given as ``--token`` holds."""
+    """The first line of a client where a token is asked for: what the file of the token holds."""
 
     token: str
 
