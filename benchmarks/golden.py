@@ -1,9 +1,9 @@
 """Golden missions: what every planner, shape and map answers, so that a change can show that no answer moved.
 
 ``python benchmarks/golden.py make`` writes ``tests/golden/missions.json``; ``check`` computes everything again and
-names what differs: to the last bit on every x86-64 processor with the numpy that the file was made with, and elsewhere
-in costs, makespans and verdicts. ``tests/test_golden.py`` runs the same cases. Times, versions and sentences are left
-out: they may change, and so are headings, which follow from the rest of a flight.
+names what differs: to the last bit on x86-64 processors with the numpy that the file was made with and a C library that
+rounds alike, and elsewhere in costs, makespans and violations. ``tests/test_golden.py`` runs the same cases. Times,
+versions and sentences are left out: they may change, and so are headings, which follow from the rest of a flight.
 """
 
 import argparse
@@ -28,7 +28,9 @@ FILE = Path(__file__).parent.parent / "tests" / "golden" / "missions.json"
 LEFT_OUT = {"seconds", "platform", "skyverse", "message", "note", "format", "straight_bound", "pointing", "source"}
 FEW = sky.MaxIterations(6)
 SAME = 1e-9
-"""The share by which numbers may differ on other processors than x86-64."""
+"""The share by which numbers may differ where not all bits are compared."""
+OF_OTHERS = ("CMAES", "LSHADE", "DE", "PSO", "GA", "GWO")
+"""Planners whose optimisers other packages make, which add up by BLAS: only their numbers are compared."""
 
 
 def mixed_shapes() -> sky.Scenario:
@@ -134,6 +136,12 @@ def exported(suffix: str) -> list[list[str]]:
     return [re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text) for text in texts]
 
 
+def computed(name: str) -> dict[str, Any]:
+    """Return what is kept of a case, computed now."""
+    found = facts(cases()[name]())
+    return {key: value for key, value in found.items() if key != "digest" or name.split()[0] not in OF_OTHERS}
+
+
 def facts(answer: Any) -> dict[str, Any]:
     """Return a digest of an answer to the last bit, and a few of its numbers.
 
@@ -160,9 +168,18 @@ def same(found: dict[str, Any], known: dict[str, Any], *, to_the_last_bit: bool)
     )
 
 
-def gives_bits_of(numpy: str) -> bool:
-    """Tell whether all bits are those of the file here: this is an x86-64 processor, with that version of numpy."""
-    return platform.machine().lower() in ("x86_64", "amd64") and np.__version__ == numpy
+def roundings() -> str:
+    """Return a digest of how the C library rounds: otherwise where the processor cannot multiply and add at once."""
+    places = [0.37 * k - 31.0 for k in range(2000)]
+    sizes = [abs(x) for x in places]
+    values = [[f(x) for x in places] for f in (math.sin, math.cos, math.atan, math.exp)]
+    values += [[math.log(x) for x in sizes], [x**1.37 for x in sizes], [math.atan2(x, 3.3) for x in places]]
+    return hashlib.sha256(json.dumps(values).encode()).hexdigest()[:16]
+
+
+def rounds_alike(numpy: str, rounded: str) -> bool:
+    """Tell whether all bits are as on an x86-64 processor with a version of numpy and `roundings` of the C library."""
+    return platform.machine().lower() in ("x86_64", "amd64") and np.__version__ == numpy and roundings() == rounded
 
 
 def plain(value: Any) -> Any:
@@ -187,18 +204,19 @@ def main() -> int:
     options = parser.parse_args()
     file = json.loads(FILE.read_text(encoding="utf-8"))
     known, version = file["answers"], file["numpy"] if options.only or options.verb == "check" else np.__version__
-    exact = gives_bits_of(version)
+    exact = rounds_alike(version, file["roundings"])
     if options.verb == "make" and not exact:
-        parser.error(f"the file is made on x86-64, and in parts only with numpy {file['numpy']}")
-    chosen = {name: case for name, case in cases().items() if not options.only or any(p in name for p in options.only)}
+        parser.error(f"the file is made on x86-64 with FMA, and in parts only with numpy {file['numpy']}")
+    chosen = [name for name in cases() if not options.only or any(part in name for part in options.only)]
     found = {}
-    for name, case in chosen.items():
-        found[name] = facts(case())
+    for name in chosen:
+        found[name] = computed(name)
         print(f"{name}: {found[name]}", flush=True)
     if options.verb == "make":
         both = known | found if options.only else found
         answers = {name: both[name] for name in cases() if name in both}
-        FILE.write_text(json.dumps({"numpy": version, "answers": answers}, indent=1) + "\n", encoding="utf-8")
+        made = {"numpy": version, "roundings": roundings(), "answers": answers}
+        FILE.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
         return 0
     different = [name for name in chosen if not same(found[name], known.get(name, {}), to_the_last_bit=exact)]
     for name in different:

@@ -1,6 +1,7 @@
 """Nothing that decides an answer is added up by BLAS or LAPACK, which round otherwise on each kind of processor.
 
-Scalar products, norms and small systems are plain sums instead, which give the same bits everywhere.
+Scalar products, norms and small systems are plain sums instead, which give the same bits everywhere. Nor do numpy's own
+elementary functions decide one, which round otherwise with AVX-512: `skyverse.model.elementary` has such functions.
 """
 
 import ast
@@ -12,10 +13,12 @@ import skyverse
 
 ROOT = Path(skyverse.__file__).parent
 DECIDE_NO_MISSION = {"draw", "flight", "lab", "reproduction"}  # pictures, simulators, and statistics of answers
-CALL_BLAS = """
+ROUND_OTHERWISE = """
     numpy.dot numpy.vdot numpy.inner numpy.matmul numpy.tensordot numpy.matvec numpy.vecmat numpy.vecdot
     numpy.convolve numpy.correlate numpy.cov numpy.corrcoef numpy.roots numpy.poly numpy.polyfit numpy.polymul
     numpy.polynomial numpy.einsum_path operator.matmul operator.imatmul
+    numpy.arctan2 numpy.arctan numpy.arcsin numpy.arccos numpy.tan numpy.sinh numpy.cosh numpy.tanh numpy.cbrt
+    numpy.power numpy.float_power numpy.exp2 numpy.expm1 numpy.log1p numpy.log10
 """
 METHODS = ("dot", "__matmul__", "__rmatmul__", "__imatmul__")
 PLAIN_PARTS_OF_SCIPY = {
@@ -33,7 +36,10 @@ PLAIN_PARTS_OF_SCIPY = {
 
 def test_what_decides_an_answer_is_added_up_plainly():
     files = [path for path in ROOT.rglob("*.py") if path.relative_to(ROOT).parts[0] not in DECIDE_NO_MISSION]
-    found = {path.relative_to(ROOT).as_posix(): calls_of_blas(path.read_text(encoding="utf-8")) for path in files}
+    found = {
+        path.relative_to(ROOT).as_posix(): calls_that_round_otherwise(path.read_text(encoding="utf-8"))
+        for path in files
+    }
     assert {name: calls for name, calls in found.items() if calls} == {}
 
 
@@ -43,6 +49,7 @@ def test_what_decides_an_answer_is_added_up_plainly():
         "a @ b",
         "a @= b",
         "import numpy as np\nnp.dot(a, b)",
+        "import numpy as np\nnp.arctan2(a, b)",
         "import numpy\nnumpy.inner(a, b)",
         "from numpy import vdot as product\nproduct(a, b)",
         "import numpy as np\nproduct = np.matmul",
@@ -71,7 +78,7 @@ def test_what_decides_an_answer_is_added_up_plainly():
     ],
 )
 def test_a_call_of_blas_is_found_whatever_it_is_called(source):
-    assert calls_of_blas(source)
+    assert calls_that_round_otherwise(source)
 
 
 @pytest.mark.parametrize(
@@ -89,33 +96,33 @@ def test_a_call_of_blas_is_found_whatever_it_is_called(source):
     ],
 )
 def test_a_plain_sum_is_none(source):
-    assert calls_of_blas(source) == []
+    assert calls_that_round_otherwise(source) == []
 
 
-def calls_of_blas(source):
-    """Return the lines and expressions of a source that may add up by BLAS or LAPACK, in order."""
+def calls_that_round_otherwise(source):
+    """Return the lines and expressions of a source that may round otherwise on some processors, in order."""
     tree = ast.parse(source)
     whole, names = outermost_names(tree), imported_names(tree)
     calls = {id(node.func): node for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    found = {(node.lineno, name) for node, name in imports(tree) if is_blas(name)}
+    found = {(node.lineno, name) for node, name in imports(tree) if rounds_otherwise(name)}
     for node in ast.walk(tree):
         product = isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.MatMult)
         if product or (isinstance(node, ast.Attribute) and node.attr in METHODS):
             found.add((node.lineno, ast.unparse(node)))
-        elif id(node) in whole and is_blas(name := full_name(node, names), calls.get(id(node))):
+        elif id(node) in whole and rounds_otherwise(name := full_name(node, names), calls.get(id(node))):
             found.add((node.lineno, name))
     return sorted(found)
 
 
-def is_blas(name, call=None):
-    """Tell whether a dotted name stands for BLAS or LAPACK; `call` is the call of it, if it is called there."""
+def rounds_otherwise(name, call=None):
+    """Tell whether a dotted name stands for what does; `call` is the call of it, if it is called there."""
     if name.startswith("numpy.linalg"):
         return not (name == "numpy.linalg.norm" and call is not None and is_norm_of_rows(call))
     if name == "numpy.einsum":
         return call is None or bool(call.keywords)
     if name.startswith("scipy"):
         return not any(f"{name}.".startswith(f"{part}.") for part in PLAIN_PARTS_OF_SCIPY)
-    return any(f"{name}.".startswith(f"{part}.") for part in CALL_BLAS.split())
+    return any(f"{name}.".startswith(f"{part}.") for part in ROUND_OTHERWISE.split())
 
 
 def is_norm_of_rows(call):

@@ -243,7 +243,7 @@ def leans(apart: Floats, heights: Floats) -> Floats:
 def _tilt(scenario: Scenario) -> float:
     """Return the tangent of the latitude of the frame's origin, without its sign."""
     origin = scenario.frame.origin
-    return 0.0 if origin is None else abs(float(np.tan(np.radians(origin.latitude))))
+    return 0.0 if origin is None else abs(math.tan(math.radians(origin.latitude)))
 
 
 def _sizes(vectors: Floats) -> tuple[Floats, Floats, Floats]:

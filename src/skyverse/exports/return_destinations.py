@@ -159,7 +159,7 @@ def reckoning_error(scenario: Scenario, away: Floats) -> Floats:
     PX4 1.14 takes a degree of longitude to be everywhere as long as it is where the UAV is.
     """
     origin = scenario.frame.origin
-    tilt = 0.0 if origin is None else abs(float(np.tan(np.radians(origin.latitude))))
+    tilt = 0.0 if origin is None else abs(math.tan(math.radians(origin.latitude)))
     return np.minimum(DISTANCE_ERROR + 1.1 * away * tilt / MIN_EARTH_RADIUS, 1.0)
 
 

@@ -10,6 +10,7 @@ from skyverse._typing import Floats
 from skyverse.live.aeroplane_legs import LEFT, LEVEL, RIGHT, flown_leg, turn
 from skyverse.live.course import parted, spliced
 from skyverse.live.planned_motion import followed
+from skyverse.model.elementary import arctan2
 from skyverse.model.trajectory import Trajectory
 from skyverse.numerics.tolerances import MIN_PIECE
 from skyverse.trajectory.pose_search import Agility
@@ -117,7 +118,7 @@ def pose_of(place: Floats, velocity: Floats) -> Floats:
 def poses_at(motion: Trajectory, instants: Floats) -> Floats:
     """Return x, y, z, heading and rate of climb at instants (n,) of a motion, or its nearest end, (n, 5)."""
     place, velocity, _ = motion.at(np.clip(instants, motion.start, motion.end))
-    return np.column_stack([place, np.arctan2(velocity[:, 1], velocity[:, 0]), velocity[:, 2]])
+    return np.column_stack([place, arctan2(velocity[:, 1], velocity[:, 0]), velocity[:, 2]])
 
 
 def pose_at(motion: Trajectory, t: float) -> Floats:

@@ -47,7 +47,7 @@ def seen_movers(
             continue
         if sensor.error > 0.0:
             off = rng.normal(size=3)
-            at = at + sensor.error * np.cbrt(rng.uniform()) / math.hypot(*off) * off
+            at = at + sensor.error * rng.uniform() ** (1.0 / 3.0) / math.hypot(*off) * off
         fastest, hardest = motion_bounds(mover.motion)
         found.append(
             Sighting(

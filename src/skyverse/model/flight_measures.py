@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import arctan2
 from skyverse.model.shapes import Terrain
 from skyverse.model.trajectory import Trajectory
 
@@ -46,7 +47,7 @@ def measure_flight(trajectory: Trajectory, terrain: Terrain | None = None) -> Fl
     points = trajectory.at(_instants(trajectory, math.inf if terrain is None else min(terrain.step) / 2)).position
     steps = np.diff(points, axis=0)
     distances, rises = np.linalg.norm(steps, axis=1), steps[:, 2]
-    slopes = np.arctan2(np.abs(rises), np.linalg.norm(steps[:, :2], axis=1))[distances >= LEAST_STEP]
+    slopes = arctan2(np.abs(rises), np.linalg.norm(steps[:, :2], axis=1))[distances >= LEAST_STEP]
     lowest = highest = points[:, 2]
     if terrain is not None:
         lowest = points[:, 2] - terrain.height(points[:, :2])

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import arctan2
 from skyverse.model.scenario import Origin
 
 SEMI_MAJOR_AXIS = 6378137.0
@@ -62,10 +63,11 @@ def _geodetic(points: Floats, geoid: float) -> Floats:
     """Return latitudes, longitudes and altitudes (n, 3) of Earth-centred x, y, z (n, 3), metres."""
     x, y, z = points.T
     flat = np.hypot(x, y)
-    latitude = np.arctan2(z, flat * (1 - ECCENTRICITY_SQUARED))
-    for _ in range(6):  # each iteration gains at least two digits
-        across = SEMI_MAJOR_AXIS / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(latitude) ** 2)
-        latitude = np.arctan2(z + ECCENTRICITY_SQUARED * across * np.sin(latitude), flat)
-    s, c = np.sin(latitude), np.cos(latitude)
+    raised, level = z, flat * (1 - ECCENTRICITY_SQUARED)  # the latitude is the angle of these two
+    for _ in range(7):  # each iteration gains at least two digits
+        size = np.hypot(raised, level)
+        s, c = raised / size, level / size
+        across = SEMI_MAJOR_AXIS / np.sqrt(1 - ECCENTRICITY_SQUARED * s**2)
+        raised, level = z + ECCENTRICITY_SQUARED * across * s, flat
     height = flat * c + z * s - SEMI_MAJOR_AXIS * np.sqrt(1 - ECCENTRICITY_SQUARED * s**2)
-    return np.column_stack([np.degrees(latitude), np.degrees(np.arctan2(y, x)), height - geoid])
+    return np.column_stack([np.degrees(arctan2(raised, level)), np.degrees(arctan2(y, x)), height - geoid])

@@ -74,8 +74,8 @@ def _of_polynomials(motion: PolynomialMotion) -> tuple[float, float | None]:
 
 def _largest(rows: Floats, lasts: float) -> float:
     """Return a bound of the norm of a polynomial (k, 3) between 0 and `lasts` seconds."""
-    return float(np.sum(np.linalg.norm(rows, axis=1) * lasts ** np.arange(len(rows))))
+    return float(np.sum(np.linalg.norm(rows, axis=1) * np.vander([lasts], len(rows), increasing=True)[0]))
 
 
 def _value(row: Floats, t: float) -> float:
-    return float(np.sum(row * t ** np.arange(len(row))))
+    return float(np.sum(row * np.vander([t], len(row), increasing=True)[0]))

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyverse._typing import Floats
 from skyverse.model.arrays import ArrayRecord, FloatArray
+from skyverse.model.elementary import arctan2
 from skyverse.model.quantities import Point
 
 
@@ -66,7 +67,7 @@ class Pointing(ArrayRecord):
         pitch = np.zeros(len(t))
         if self.look_at is not None:
             way = np.array(self.look_at) - position
-            pitch = np.arctan2(way[:, 2], np.hypot(way[:, 0], way[:, 1]))
+            pitch = arctan2(way[:, 2], np.hypot(way[:, 0], way[:, 1]))
         return Heading(self.yaw + np.sum(shares * self.turns, axis=1), np.sum(rates * self.turns, axis=1), pitch)
 
 

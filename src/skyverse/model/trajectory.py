@@ -110,7 +110,7 @@ class Trajectory(ArrayRecord, Drawn):
         """
         if start == self.start and factor == 1.0:
             return self
-        powers = factor ** np.arange(self.coefficients.shape[1], dtype=np.float64)
+        powers = np.vander([factor], self.coefficients.shape[1], increasing=True)[0]
         return replace(
             self,
             knots=start + (self.knots - self.start) * factor,

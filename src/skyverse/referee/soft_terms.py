@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import arctan2
 from skyverse.model.scenario import AltitudeBand, ClimbLimit, Scenario
 from skyverse.model.shapes import AnyShape, Box, Cylinder, Prism, Sphere
 from skyverse.referee.ground import GrownGround
@@ -72,7 +73,7 @@ def climb_term(limit: ClimbLimit, path: Floats) -> float:
     steps = np.diff(path, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     steps, lengths = steps[lengths > 0], lengths[lengths > 0]
-    angles = np.arcsin(np.minimum(np.abs(steps[:, 2]) / lengths, 1.0))
+    angles = arctan2(np.abs(steps[:, 2]), np.hypot(steps[:, 0], steps[:, 1]))
     return float(np.sum(lengths * np.maximum(0.0, angles - np.radians(limit.angle))))
 
 
@@ -195,5 +196,5 @@ def _goes_round(ring: Floats, points: Floats) -> NDArray[np.bool_]:
     seen = ring[None] - points[:, None, :2]
     following = np.roll(seen, -1, axis=1)
     across = seen[..., 0] * following[..., 1] - seen[..., 1] * following[..., 0]
-    turned: Floats = np.arctan2(across, np.sum(seen * following, axis=2)).sum(axis=1)
+    turned: Floats = arctan2(across, np.sum(seen * following, axis=2)).sum(axis=1)
     return np.abs(turned) > np.pi

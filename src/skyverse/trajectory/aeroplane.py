@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skyverse._typing import Floats, Ints
+from skyverse.model.elementary import arctan2
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV, FixedWing
 from skyverse.numerics.tolerances import ARC_MARGIN, MIN_FLOWN, TURN_BACK
@@ -134,7 +135,7 @@ def _poses(
     """
     if settings.wide:
         points = _between(points, LONG_LEG * radius)
-    courses = np.arctan2(*np.diff(points, axis=0).T[1::-1])
+    courses = arctan2(*np.diff(points, axis=0).T[1::-1])
     moving = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1) > MIN_FLOWN
     rows, counts = [], []
     for i, point in enumerate(points):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import arctan2
 from skyverse.model.pointing import Pointing, spread_turns, wrapped
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
@@ -42,7 +43,7 @@ def with_heading(trajectory: Trajectory, uav: UAV) -> Trajectory:
     if uav.look_at is not None:
         way, least = np.array(uav.look_at) - motion.position, MIN_SIGHT
     known = np.hypot(way[:, 0], way[:, 1]) > least
-    courses, at = np.arctan2(way[known, 1], way[known, 0]), instants[known]
+    courses, at = arctan2(way[known, 1], way[known, 0]), instants[known]
     when, turns = _gathered(at, wrapped(np.diff(courses)))
     rate, acceleration = math.radians(uav.max_yaw_rate), math.radians(uav.max_yaw_acceleration)
     if uav.fixed_wing is not None:  # its course is its heading

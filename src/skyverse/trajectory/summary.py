@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import arctan2
 from skyverse.model.flight_summary import FlightSummary
 from skyverse.model.trajectory import Trajectory
 from skyverse.model.uav import UAV
@@ -32,7 +33,7 @@ def flight_summary(uav: UAV, path: Floats, trajectory: Trajectory) -> FlightSumm
         motion = trajectory.at(instants)
         thrust = np.linalg.norm(motion.acceleration + np.array([0.0, 0.0, GRAVITY]), axis=1)
         speed = np.linalg.norm(motion.velocity, axis=1)
-        return np.column_stack([speed, (thrust / GRAVITY) ** 1.5])
+        return np.column_stack([speed, thrust / GRAVITY * np.sqrt(thrust / GRAVITY)])
 
     length, hovering = _integrals(rates, trajectory.knots)
     return FlightSummary(
@@ -59,7 +60,8 @@ def turning(trajectory: Trajectory) -> float:
     speeds = np.linalg.norm(velocity, axis=1)
     courses = velocity[speeds > SLOWEST] / speeds[speeds > SLOWEST, None]
     chords = np.linalg.norm(np.diff(courses, axis=0), axis=1)
-    return math.degrees(float(2.0 * np.arcsin(np.minimum(chords / 2.0, 1.0)).sum()))
+    halves = np.minimum(chords / 2.0, 1.0)
+    return math.degrees(float(2.0 * arctan2(halves, np.sqrt(1.0 - halves**2)).sum()))
 
 
 def _integrals(rates: Callable[[Floats], Floats], edges: Floats) -> Floats:
@@ -114,7 +116,7 @@ def largest_distance(trajectory: Trajectory, path: Floats) -> float:
 def _bernstein(trajectory: Trajectory) -> Floats:
     """Return the pieces of a trajectory as coefficients in Bernstein form, (n, degree + 1, 3) metres."""
     degree = trajectory.coefficients.shape[1] - 1
-    scaled = trajectory.coefficients * (np.diff(trajectory.knots)[:, None] ** np.arange(degree + 1))[:, :, None]
+    scaled = trajectory.coefficients * np.vander(np.diff(trajectory.knots), degree + 1, increasing=True)[:, :, None]
     mix = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
     return np.einsum("ij,njk->nik", np.array(mix), scaled)
 

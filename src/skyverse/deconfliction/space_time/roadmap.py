@@ -46,7 +46,7 @@ def make_roadmap(world: World, paths: Sequence[Floats], columns: Sequence[Floats
     reach = MARGIN * semi_axes[[0, 0, 1]]
     low, high = np.maximum(bends.min(axis=0) - reach, world.low), np.minimum(bends.max(axis=0) + reach, world.high)
     spacing = SPACING * semi_axes[[0, 0, 1]]
-    spacing = spacing * max(1.0, float(np.cbrt(np.prod((high - low) / spacing + 1.0) / MOST_NODES)))
+    spacing = spacing * max(1.0, (float(np.prod((high - low) / spacing + 1.0)) / MOST_NODES) ** (1.0 / 3.0))
     shape = np.floor((high - low) / spacing).astype(np.int64) + 1
     origin = 0.5 * (low + high - (shape - 1) * spacing)
     nodes = origin + np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, 3) * spacing

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import power
 from skyverse.planners.optimisers import Evaluate, Iterations
 
 _BETA = 1.5
@@ -62,4 +63,4 @@ def da(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iteration
 
 def _levy(rng: np.random.Generator, d: int) -> Floats:
     r1, r2 = rng.standard_normal((2, d))
-    return 0.01 * r1 * _SIGMA / np.abs(r2) ** (1.0 / _BETA)  # (3.9)
+    return 0.01 * r1 * _SIGMA / power(np.abs(r2), 1.0 / _BETA)  # (3.9)

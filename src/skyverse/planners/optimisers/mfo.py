@@ -3,6 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import exp
 from skyverse.planners.optimisers import Evaluate, Iterations
 
 
@@ -25,6 +26,6 @@ def mfo(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iteratio
         flames = round(n - spent * (n - 1))  # (3.14)
         flame = F[np.minimum(np.arange(n), flames - 1)]
         t = 1.0 - (2.0 + spent) * rng.random(M.shape)  # from r = -1 - spent to 1
-        M = np.abs(flame - M) * np.exp(t) * np.cos(2.0 * np.pi * t) + flame  # (3.12), (3.13), b = 1
+        M = np.abs(flame - M) * exp(t) * np.cos(2.0 * np.pi * t) + flame  # (3.12), (3.13), b = 1
         M = np.clip(M, 0.0, 1.0)
         F, lowest = np.concatenate([F, M]), np.concatenate([lowest, evaluate(M)])

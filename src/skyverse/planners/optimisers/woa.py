@@ -3,6 +3,7 @@
 import numpy as np
 
 from skyverse._typing import Floats
+from skyverse.model.elementary import exp
 from skyverse.planners.optimisers import Evaluate, Iterations
 
 
@@ -27,5 +28,5 @@ def woa(evaluate: Evaluate, first: Floats, rng: np.random.Generator) -> Iteratio
         leader = np.where(np.abs(A) < 1.0, best, X[rng.integers(n, size=n)])
         encircling = leader - A * np.abs(C * leader - X)  # (2.1), (2.2); (2.7), (2.8) where |A| >= 1
         l = rng.uniform(-1.0, 1.0, (n, 1))  # noqa: E741
-        spiral = np.abs(best - X) * np.exp(l) * np.cos(2.0 * np.pi * l) + best  # (2.5), b = 1
+        spiral = np.abs(best - X) * exp(l) * np.cos(2.0 * np.pi * l) + best  # (2.5), b = 1
         X = np.clip(np.where(rng.random((n, 1)) < 0.5, encircling, spiral), 0.0, 1.0)  # (2.6)
